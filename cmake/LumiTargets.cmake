@@ -1,0 +1,35 @@
+# The three kinds of target this project has, so that every folder's CMakeLists.txt is a list of names.
+#
+#   lumi_library(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...])   a stage's library (or scene)
+#   lumi_program(NAME main.cc [LIBS libs...])                           a program of a few lines
+#   lumi_test(NAME SOURCES ... [LIBS libs...] [LABELS labels...])       a GoogleTest executable, a ctest entry per test
+
+add_library(lumi_warnings INTERFACE)
+target_compile_options(lumi_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wcast-align -Woverloaded-virtual -Wno-unknown-pragmas)
+
+# Third-party headers are SYSTEM: their warnings are not ours to mend.
+set(CMAKE_NO_SYSTEM_FROM_IMPORTED OFF)
+
+function(lumi_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} lumi_warnings)
+endfunction()
+
+function(lumi_program name main)
+  cmake_parse_arguments(arg "" "" "LIBS" ${ARGN})
+  add_executable(${name} ${main})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} CLI11::CLI11 lumi_warnings)
+endfunction()
+
+function(lumi_test name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock GTest::gtest GTest::gtest_main lumi_warnings)
+  target_compile_definitions(${name} PRIVATE
+    LUMI_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}" LUMI_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+    PROPERTIES LABELS "${arg_LABELS}" TIMEOUT 600 SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+endfunction()
