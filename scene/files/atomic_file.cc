@@ -1,0 +1,194 @@
+#include "scene/files/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view kTemporaryMark = ".lumi-tmp-";
+
+MachineError CannotWrite(const fs::path& path, int error) {
+  const char* hint = error == ENOSPC || error == EDQUOT ? "free some space or choose another output" : "choose another output";
+  return MachineError(fmt::format("cannot write: {}", std::strerror(error)), hint, path);
+}
+
+// ".NAME.lumi-tmp-PID-N.EXT"
+fs::path TemporaryFor(const fs::path& path) {
+  static std::atomic<unsigned> counter{0};
+  return path.parent_path() / fmt::format(".{}{}{}-{}{}", path.stem().string(), kTemporaryMark, ::getpid(), counter++,
+                                          path.extension().string());
+}
+
+bool IsTemporary(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with('.') && name.find(kTemporaryMark) != std::string::npos;
+}
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  ~FileDescriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  int get() const { return fd_; }
+  int Close() { return ::close(std::exchange(fd_, -1)); }
+
+ private:
+  int fd_;
+};
+
+void WriteBytes(const fs::path& shown, const fs::path& path, const char* data, std::size_t size) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (file.get() < 0) throw CannotWrite(shown, errno);
+  while (size > 0) {
+    const ssize_t n = ::write(file.get(), data, size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw CannotWrite(shown, errno);
+    data += n;
+    size -= static_cast<std::size_t>(n);
+  }
+  if (file.Close() != 0) throw CannotWrite(shown, errno);
+}
+
+}  // namespace
+
+void WriteFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  if (!path.has_filename()) throw MachineError("cannot write: not a file name", {}, path);
+  std::error_code error;
+  // A rename would put a file in the place of /dev/null.
+  if (const auto type = fs::status(path, error).type(); type != fs::file_type::regular && type != fs::file_type::not_found)
+    throw MachineError("cannot write: it is there already and is no file", "choose another output", path);
+  if (path.has_parent_path()) {
+    fs::create_directories(path.parent_path(), error);
+    if (error) throw CannotWrite(path, error.value());
+  }
+  const fs::path temporary = TemporaryFor(path);
+  try {
+    write(temporary);
+    if (!fs::is_regular_file(temporary, error)) throw MachineError("nothing was written", {}, path);
+    fs::rename(temporary, path, error);
+    if (error) throw CannotWrite(path, error.value());
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
+  }
+}
+
+void WriteBytesAtomically(const fs::path& path, const void* data, std::size_t size) {
+  WriteFileAtomically(path, [&](const fs::path& temporary) { WriteBytes(path, temporary, static_cast<const char*>(data), size); });
+}
+
+void WriteTextAtomically(const fs::path& path, const std::string& text) {
+  WriteBytesAtomically(path, text.data(), text.size());
+}
+
+void RemoveStaleTemporaries(const fs::path& folder) {
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (!IsTemporary(it->path())) continue;
+    const std::string name = it->path().filename().string();
+    const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();
+    long pid = 0;
+    std::from_chars(digits, name.data() + name.size(), pid);
+    if (pid <= 0 || (::kill(static_cast<pid_t>(pid), 0) != 0 && errno == ESRCH)) {
+      std::error_code ignored;
+      fs::remove(it->path(), ignored);
+    }
+  }
+}
+
+std::string ReadText(const fs::path& path, std::size_t max_bytes) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a file");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  std::string text;
+  // By the stated size first, then whatever there is (a pipe states none).
+  const auto stated = fs::file_size(path, error);
+  if (!error) {
+    if (stated > max_bytes) throw InputError(path, fmt::format("{} bytes are more than the {} allowed here", stated, max_bytes));
+    text.resize(static_cast<std::size_t>(stated));
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(in.gcount()));
+  }
+  char more[1 << 16];
+  while (in) {
+    in.read(more, sizeof more);
+    text.append(more, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > max_bytes) throw InputError(path, fmt::format("more than the {} bytes allowed here", max_bytes));
+  }
+  if (in.bad()) throw InputError(path, "cannot be read to its end");
+  return text;
+}
+
+FolderLock::FolderLock(const fs::path& folder) : path_(folder / "LOCK") {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw CannotWrite(folder, error.value());
+  for (;;) {
+    fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (fd_ < 0) throw CannotWrite(path_, errno);
+    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+      char owner[32] = {};
+      const ssize_t n = ::pread(fd_, owner, sizeof owner - 1, 0);
+      ::close(std::exchange(fd_, -1));
+      std::string who(owner, n > 0 ? static_cast<std::size_t>(n) : 0);
+      while (!who.empty() && std::isspace(static_cast<unsigned char>(who.back()))) who.pop_back();
+      throw MachineError(fmt::format("the folder is being written by process {}", who.empty() ? "(unknown)" : who),
+                         "wait for it to end, or end it", folder);
+    }
+    // The owner removes the file before it lets go: a lock on a file that has no name any more protects nothing.
+    struct stat held {}, named {};
+    if (::fstat(fd_, &held) == 0 && ::stat(path_.c_str(), &named) == 0 && held.st_ino == named.st_ino && held.st_dev == named.st_dev)
+      break;
+    ::close(std::exchange(fd_, -1));
+  }
+  const std::string pid = fmt::format("{}\n", ::getpid());
+  if (::ftruncate(fd_, 0) != 0 || ::pwrite(fd_, pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
+    const int reason = errno;
+    ::unlink(path_.c_str());
+    ::close(std::exchange(fd_, -1));
+    throw CannotWrite(path_, reason);
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (fd_ < 0) return;
+  ::unlink(path_.c_str());
+  ::close(fd_);
+}
+
+void RequireOurFolder(const fs::path& folder, const std::string& marker) {
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (status.type() == fs::file_type::not_found) return;
+  if (status.type() != fs::file_type::directory)
+    throw UsageError(fmt::format("{} is there already and is no folder", folder.string()), "choose another output");
+  if (fs::exists(folder / "lumigraph.json", error) || fs::exists(folder / marker, error)) return;
+  fs::directory_iterator it(folder, error);
+  if (error) throw MachineError(fmt::format("cannot be listed: {}", error.message()), "choose another output", folder);
+  for (; it != fs::directory_iterator(); it.increment(error)) {
+    if (it->path().filename() == "LOCK" || IsTemporary(it->path())) continue;
+    throw UsageError(fmt::format("{} holds files that are not ours ({}): nothing was touched", folder.string(),
+                                 it->path().filename().string()),
+                     "choose a folder that is new or empty");
+  }
+}
+
+}  // namespace lumi

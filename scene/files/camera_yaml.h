@@ -1,0 +1,16 @@
+// OpenCV/ROS camera.yaml: image_width, image_height, camera_matrix, distortion_model (plumb_bob, fisheye),
+// distortion_coefficients. OpenCV puts the first pixel's centre at (0, 0); converted here, at its door.
+#pragma once
+
+#include <filesystem>
+
+#include "scene/model/camera.h"
+
+namespace lumi {
+
+// plumb_bob with k3 = 0 -> OPENCV, fisheye -> OPENCV_FISHEYE. Skew or k3 beyond 0 cannot be held by COLMAP's models:
+// InputError says so (undistort the photos first). ROS's own layout and cv::FileStorage's are both read.
+Camera ReadCameraYaml(const std::filesystem::path& path);
+void WriteCameraYaml(const Camera& camera, const std::filesystem::path& path);
+
+}  // namespace lumi

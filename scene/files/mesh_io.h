@@ -1,0 +1,16 @@
+// PLY (ASCII, binary of both byte orders, float or double, polygons fanned) and OBJ.
+#pragma once
+
+#include <filesystem>
+
+#include "scene/geometry/mesh.h"
+
+namespace lumi {
+
+// Throws InputError: unreadable, counts beyond the file's size, NaN, indices out of range. Never allocates by a count
+// it has not checked.
+Mesh ReadMesh(const std::filesystem::path& path);
+// PLY (binary little endian, double) or OBJ by extension; atomic.
+void WriteMesh(const std::filesystem::path& path, const Mesh& mesh);
+
+}  // namespace lumi

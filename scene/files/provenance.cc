@@ -1,0 +1,120 @@
+#include "scene/files/provenance.h"
+
+#include <OpenImageIO/hash.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uintmax_t kWholeBytes = 1 << 20;  // files up to here are hashed whole
+constexpr std::size_t kSampleBytes = 1 << 16;    // of larger ones: so much of head and tail
+
+std::string Hash(const std::string& bytes) {
+  return fmt::format("{:016x}", OIIO::xxhash::XXH64(bytes.data(), bytes.size(), 0));
+}
+
+InputError Unreadable(const fs::path& path) { return InputError(path, "cannot be read"); }
+
+std::string FileFingerprint(const fs::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) throw Unreadable(path);
+  if (size <= kWholeBytes) return fmt::format("{}-{}", size, Hash(ReadText(path)));
+  std::ifstream in(path, std::ios::binary);
+  std::string ends(2 * kSampleBytes, '\0');
+  in.read(ends.data(), kSampleBytes);
+  in.seekg(-static_cast<std::streamoff>(kSampleBytes), std::ios::end);
+  in.read(ends.data() + kSampleBytes, kSampleBytes);
+  if (!in) throw Unreadable(path);
+  const auto time = std::chrono::duration_cast<std::chrono::nanoseconds>(fs::last_write_time(path).time_since_epoch()).count();
+  return fmt::format("{}-{}-{}", size, time, Hash(ends));
+}
+
+fs::path ProvenancePath(const fs::path& scene_folder, const std::string& stage) {
+  if (stage.empty() || stage.find_first_of("/\\") != std::string::npos || stage.front() == '.')
+    throw std::invalid_argument("provenance: \"" + stage + "\" is no name of a stage");
+  return scene_folder / "provenance" / (stage + ".json");
+}
+
+// The first key whose value differs, in words; empty where the maps are equal.
+std::string FirstDifference(const char* what, const std::map<std::string, std::string>& before, const std::map<std::string, std::string>& now) {
+  for (const auto& [key, value] : now) {
+    const auto it = before.find(key);
+    if (it == before.end()) return fmt::format("{} {} is new", what, key);
+    if (it->second != value) return fmt::format("{} {} changed from {} to {}", what, key, it->second, value);
+  }
+  for (const auto& [key, value] : before)
+    if (!now.contains(key)) return fmt::format("{} {} is gone", what, key);
+  return {};
+}
+
+}  // namespace
+
+std::string Fingerprint(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) return "absent";
+  if (status.type() != fs::file_type::directory) return FileFingerprint(path);
+  std::vector<std::string> names;
+  for (fs::recursive_directory_iterator it(path, fs::directory_options::follow_directory_symlink, error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    // Locks and temporaries come and go while nothing changes.
+    if (name.starts_with('.') || name == "LOCK") {
+      it.disable_recursion_pending();
+      continue;
+    }
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) names.push_back(it->path().lexically_relative(path).string());
+  }
+  if (error) throw InputError(path, "cannot be listed: " + error.message());
+  std::sort(names.begin(), names.end());
+  std::string all;
+  for (const std::string& name : names) all += name + '\0' + FileFingerprint(path / name) + '\n';
+  return fmt::format("{}-files-{}", names.size(), Hash(all));
+}
+
+void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {
+  const nlohmann::ordered_json json{{"stage", p.stage}, {"version", p.version}, {"options", p.options},
+                                    {"inputs", p.inputs}, {"outputs", p.outputs}, {"seconds", p.seconds}};
+  // A name need not be UTF-8 on this system: replaced, not refused.
+  WriteTextAtomically(ProvenancePath(scene_folder, p.stage), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::string* why) {
+  const auto no = [&](const std::string& reason) {
+    if (why) *why = reason;
+    return false;
+  };
+  const fs::path path = ProvenancePath(scene_folder, wanted.stage);
+  std::error_code error;
+  if (!fs::exists(path, error)) return no("it has not been run here");
+  Provenance before;
+  try {
+    const auto json = nlohmann::json::parse(ReadText(path));
+    json.at("version").get_to(before.version);
+    json.at("options").get_to(before.options);
+    json.at("inputs").get_to(before.inputs);
+    json.at("outputs").get_to(before.outputs);
+  } catch (const nlohmann::json::exception&) {
+    return no("its record cannot be read");  // then it runs again: nothing is lost but time
+  }
+  if (before.version != wanted.version) return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
+  if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty()) return no(difference);
+  if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty()) return no(difference);
+  for (const auto& [name, fingerprint] : before.outputs)
+    if (Fingerprint(scene_folder / name) != fingerprint) return no(fmt::format("output {} is not as it was written", name));
+  if (why) why->clear();
+  return true;
+}
+
+}  // namespace lumi

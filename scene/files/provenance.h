@@ -1,0 +1,31 @@
+// SCENE/provenance/STAGE.json: what a stage read, with which options, and what it wrote; so that a second run redoes
+// only what changed, and a run killed anywhere goes on.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace lumi {
+
+struct Provenance {
+  std::string stage;                              // "reconstruct", "proxy-auto", ...
+  std::string version;                            // of this suite
+  std::map<std::string, std::string> options;     // as given and defaulted, without threads, json and quiet
+  std::map<std::string, std::string> inputs;      // path -> fingerprint
+  std::map<std::string, std::string> outputs;     // path (relative to the scene) -> fingerprint
+  double seconds = 0;
+};
+
+// Content hash (XXH64 of the bytes, size in front) for files up to 1 MB; size, time and the hash of head and tail for
+// larger ones. A folder: of the sorted names and fingerprints of its files. "absent" where there is nothing.
+std::string Fingerprint(const std::filesystem::path& path);
+
+void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance& provenance);
+
+// Whether stage `wanted` has nothing to do: version, options and inputs equal, recorded outputs still as written.
+// *why names the first difference.
+bool IsUpToDate(const std::filesystem::path& scene_folder, const Provenance& wanted, std::string* why = nullptr);
+
+}  // namespace lumi

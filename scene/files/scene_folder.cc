@@ -1,0 +1,398 @@
+#include "scene/files/scene_folder.h"
+
+#include <OpenImageIO/hash.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/image_io.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/transforms_json.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kManifestName = "lumigraph.json";
+constexpr const char* kFormatName = "lumigraph";
+
+bool Exists(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+fs::path Canonical(const fs::path& path) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
+  return error ? fs::absolute(path).lexically_normal() : canonical;
+}
+
+fs::path Lexical(const fs::path& path) {
+  const fs::path normal = fs::absolute(path).lexically_normal();
+  return normal.has_filename() ? normal : normal.parent_path();  // without a slash at its end
+}
+
+// --- lumigraph.json ----------------------------------------------------------------------------------------------
+
+Json ToJson(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+// Reads values of an object by name and says which one is wrong.
+class Fields {
+ public:
+  Fields(const Json& object, const fs::path& file, std::string where) : object_(object), file_(file), where_(std::move(where)) {
+    if (!object.is_object()) throw InputError(file, where_ + " is no object");
+  }
+  const Json* Find(const char* key) const {
+    const auto it = object_.find(key);
+    return it == object_.end() || it->is_null() ? nullptr : &*it;
+  }
+  InputError Wrong(const char* key, const char* expected) const { return InputError(file_, fmt::format("{}{} is not {}", where_, key, expected)); }
+
+  std::optional<double> Number(const char* key) const {
+    const Json* value = Find(key);
+    if (!value) return std::nullopt;
+    if (!value->is_number() || !std::isfinite(value->get<double>())) throw Wrong(key, "a number");
+    return value->get<double>();
+  }
+  std::optional<int> Integer(const char* key) const {
+    const Json* value = Find(key);
+    if (!value) return std::nullopt;
+    if (!value->is_number_integer()) throw Wrong(key, "a whole number");
+    const auto number = value->get<std::int64_t>();
+    if (number < 0 || number > std::numeric_limits<int>::max()) throw Wrong(key, "a whole number in its range");
+    return static_cast<int>(number);
+  }
+  std::optional<std::string> Text(const char* key) const {
+    const Json* value = Find(key);
+    if (!value) return std::nullopt;
+    if (!value->is_string()) throw Wrong(key, "a text");
+    return value->get<std::string>();
+  }
+  template <int n>
+  std::optional<Eigen::Matrix<double, n, 1>> Vector(const char* key) const {
+    const Json* value = Find(key);
+    if (!value) return std::nullopt;
+    if (!value->is_array() || value->size() != n) throw Wrong(key, "an array of the right length");
+    Eigen::Matrix<double, n, 1> v;
+    for (int i = 0; i < n; ++i) {
+      const Json& x = (*value)[static_cast<std::size_t>(i)];
+      if (!x.is_number() || !std::isfinite(x.get<double>())) throw Wrong(key, "made of numbers");
+      v[i] = x.get<double>();
+    }
+    return v;
+  }
+  const Json* Array(const char* key) const {
+    const Json* value = Find(key);
+    if (value && !value->is_array()) throw Wrong(key, "an array");
+    return value;
+  }
+
+ private:
+  const Json& object_;
+  const fs::path& file_;
+  std::string where_;
+};
+
+Json ParseJson(const fs::path& file) {
+  try {
+    return Json::parse(ReadText(file));
+  } catch (const nlohmann::json::exception& e) {
+    std::string what = e.what();
+    if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);
+    throw InputError(file, "is no valid JSON: " + what);
+  }
+}
+
+void CheckProxyName(const fs::path& file, const std::string& name) {
+  if (name.find_first_of("/\\") != std::string::npos || name.starts_with('.'))
+    throw InputError(file, fmt::format("active_proxy \"{}\" is no name of a proxy", name));
+}
+
+// What the manifest says of a scene but for its cameras and points. Views are found by name.
+struct Manifest {
+  Frame frame = Frame::kMetric;
+  std::optional<Eigen::Vector3d> up;
+  std::optional<Similarity3> normalized_from_world;
+  std::optional<double> period_s;
+  std::string active_proxy;
+  std::string images = "images";
+  struct ViewEntry {
+    std::optional<double> time_s;
+    std::optional<int> frame_index;
+    double gain = 1;
+  };
+  std::map<std::string, ViewEntry> views;
+};
+
+Manifest ReadManifest(const fs::path& file) {
+  const Json json = ParseJson(file);
+  const Fields fields(json, file, "");
+  if (fields.Text("format").value_or("") != kFormatName) throw InputError(file, "is no manifest of a lumigraph: format is missing or another");
+  const auto version = fields.Integer("version");
+  if (!version || *version < 1) throw InputError(file, "has no version");
+  if (*version > kSceneFormatVersion)
+    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *version, kSceneFormatVersion), "install a newer version of this suite");
+  Manifest m;
+  const std::string frame = fields.Text("frame").value_or("metric");
+  const auto known = FrameFromName(frame);
+  if (!known) throw InputError(file, fmt::format("frame \"{}\" is not known", frame));
+  m.frame = *known;
+  if (const auto up = fields.Vector<3>("up")) {
+    if (!(up->norm() > 0)) throw fields.Wrong("up", "a direction");
+    m.up = up->normalized();
+  }
+  if (const Json* n = fields.Find("normalisation")) {
+    const Fields normalisation(*n, file, "normalisation.");
+    Similarity3 s;
+    s.scale = normalisation.Number("scale").value_or(1);
+    if (!(s.scale > 0)) throw normalisation.Wrong("scale", "positive");
+    if (const auto q = normalisation.Vector<4>("rotation_xyzw")) {
+      if (!(q->norm() > 0)) throw normalisation.Wrong("rotation_xyzw", "a quaternion");
+      s.rotation = Eigen::Quaterniond(q->normalized().eval());
+    }
+    s.translation = normalisation.Vector<3>("translation").value_or(Eigen::Vector3d::Zero());
+    m.normalized_from_world = s;
+  }
+  m.period_s = fields.Number("period_s");
+  if (m.period_s && !(*m.period_s > 0)) throw fields.Wrong("period_s", "positive");
+  m.active_proxy = fields.Text("active_proxy").value_or("");
+  CheckProxyName(file, m.active_proxy);
+  m.images = fields.Text("images").value_or("images");
+  if (m.images.find('\0') != std::string::npos) throw fields.Wrong("images", "a path");
+  if (const Json* views = fields.Array("views"))
+    for (std::size_t i = 0; i < views->size(); ++i) {
+      const Fields view((*views)[i], file, fmt::format("views[{}].", i));
+      const auto name = view.Text("name");
+      if (!name) throw view.Wrong("name", "there");
+      Manifest::ViewEntry entry;
+      entry.time_s = view.Number("time_s");
+      entry.frame_index = view.Integer("frame_index");
+      entry.gain = view.Number("gain").value_or(1);
+      if (!(entry.gain > 0)) throw view.Wrong("gain", "positive");
+      if (!m.views.emplace(*name, entry).second) throw InputError(file, fmt::format("view \"{}\" comes twice", *name));
+    }
+  return m;
+}
+
+Scene ReadOwnScene(const fs::path& folder) {
+  const fs::path file = folder / kManifestName;
+  const Manifest manifest = ReadManifest(file);
+  if (manifest.frame != Frame::kMetric)
+    throw DataError(fmt::format("is a {} scene, and metric cameras are needed here", Name(manifest.frame)), {}, folder);
+  const auto model = FindColmapModel(folder / "sparse");
+  if (!model) throw InputError(folder / "sparse", "the scene's cameras are missing (a COLMAP model)", "make the scene again");
+  Scene scene = ReadColmapModel(*model);
+  for (View& view : scene.views) {
+    const auto entry = manifest.views.find(view.name);
+    if (entry == manifest.views.end()) continue;
+    view.time_s = entry->second.time_s;
+    view.frame_index = entry->second.frame_index;
+    view.gain = entry->second.gain;
+  }
+  if (!manifest.up || !manifest.normalized_from_world) UpdateFrameOfReference(scene);
+  if (manifest.up) scene.up = *manifest.up;
+  if (manifest.normalized_from_world) scene.normalized_from_world = *manifest.normalized_from_world;
+  scene.period_s = manifest.period_s;
+  scene.active_proxy = manifest.active_proxy;
+  scene.folder = folder;
+  scene.image_folder = (folder / manifest.images).lexically_normal();
+  return scene;
+}
+
+// --- Other people's scenes ---------------------------------------------------------------------------------------
+
+Scene ReadWorkspace(const fs::path& path, const fs::path& model) {
+  Scene scene = ReadColmapModel(model);
+  // The photos: images/ in the folder given, or beside any folder from the model up to it, or right in one of those.
+  // By the names as given first, so that a linked sparse/ still belongs to the folder it is linked into.
+  std::vector<fs::path> candidates;
+  const auto add_from = [&](const fs::path& start, const fs::path& top) {
+    fs::path at = start;
+    for (int level = 0; level < 3; ++level, at = at.parent_path()) {
+      for (const fs::path& candidate : {at / "images", at})
+        if (std::find(candidates.begin(), candidates.end(), candidate) == candidates.end()) candidates.push_back(candidate);
+      if ((at == top && level > 0) || at == at.parent_path()) break;
+    }
+  };
+  add_from(Lexical(model), Lexical(path));
+  add_from(Canonical(model), Canonical(path));
+  const std::string& first = scene.views.front().name;
+  const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const fs::path& c) { return Exists(c / first); });
+  if (found == candidates.end()) {
+    std::string looked;
+    for (const fs::path& c : candidates) looked += (looked.empty() ? "" : ", ") + c.string();
+    throw InputError(model, fmt::format("the model's photos are not there: {} was looked for in {}", first, looked),
+                     "put them into a folder images/ beside sparse/");
+  }
+  scene.image_folder = *found;
+  scene.folder = path;
+  return scene;
+}
+
+// --- Photos and cameras ------------------------------------------------------------------------------------------
+
+void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
+  std::vector<Eigen::Vector2i> sizes(scene.views.size());
+  {
+    Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
+    ParallelFor(scene.views.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const ImageInfo info = ReadImageInfo(scene.ImagePath(scene.views[i]));
+        sizes[i] = {info.width, info.height};
+        progress.Step();
+      }
+    });
+  }
+  const auto fits = [&](std::size_t i) {
+    const Camera& c = scene.CameraOf(scene.views[i]);
+    return sizes[i].x() == c.width_px && sizes[i].y() == c.height_px;
+  };
+  std::vector<Eigen::Vector2d> factors(scene.views.size(), Eigen::Vector2d::Ones());
+  std::vector<Camera> cameras;
+  std::map<std::tuple<std::int32_t, int, int>, CameraId> known;
+  bool changed = false;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    View& view = scene.views[i];
+    const Camera& c = scene.CameraOf(view);
+    if (!fits(i)) {
+      if (!rescale)
+        throw InputError(scene.ImagePath(view),
+                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), c.width_px, c.height_px),
+                         "put the photos there that the cameras were computed from, or scale the cameras with --rescale-cameras");
+      factors[i] = {static_cast<double>(sizes[i].x()) / c.width_px, static_cast<double>(sizes[i].y()) / c.height_px};
+      changed = true;
+    }
+  }
+  if (!changed) return;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    View& view = scene.views[i];
+    const auto [it, added] = known.try_emplace({view.camera.value, sizes[i].x(), sizes[i].y()}, CameraId{static_cast<std::int32_t>(cameras.size())});
+    if (added) cameras.push_back(fits(i) ? scene.CameraOf(view) : scene.CameraOf(view).Scaled(sizes[i].x(), sizes[i].y()));
+    view.camera = it->second;
+  }
+  scene.cameras = std::move(cameras);
+  for (Point& point : scene.points)
+    for (Observation& o : point.track) o.x_px = o.x_px.cwiseProduct(factors[static_cast<std::size_t>(o.view.value)]);
+  sink.Message("cameras were scaled to the size of their photos");
+}
+
+// A folder of the user's cache directory for this workspace and these cameras. The photos themselves are checked one by
+// one when they are undistorted.
+fs::path CacheFolder(const Scene& scene) {
+  fs::path base;
+  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg == '/') base = xdg;
+  else if (const char* home = std::getenv("HOME"); home && *home == '/') base = fs::path(home) / ".cache";
+  else base = fs::temp_directory_path();
+  std::string key = Canonical(scene.image_folder).string();
+  for (const View& view : scene.views) key += fmt::format("\n{} {}", view.name, view.camera.value);
+  for (const Camera& c : scene.cameras) {
+    key += fmt::format("\n{} {} {}", Name(c.model), c.width_px, c.height_px);
+    for (const double p : c.params) key += fmt::format(" {}", p);
+  }
+  return base / "lumigraph" / fmt::format("{:016x}", OIIO::xxhash::XXH64(key.data(), key.size(), 0)) / "images";
+}
+
+}  // namespace
+
+Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& progress) {
+  if (!Exists(path)) throw UsageError(fmt::format("{} is not there", path.string()));
+  std::error_code error;
+  Scene scene;
+  bool ours = false;
+  std::vector<std::string> skipped;
+  if (!fs::is_directory(path, error)) {
+    if (path.filename() == kManifestName) return OpenScene(fs::absolute(path).parent_path(), options, progress);
+    if (path.extension() != ".json") throw UsageError(fmt::format("{} is no scene: a folder, lumigraph.json or transforms.json is", path.string()));
+    scene = ReadTransformsJson(path, &skipped);
+  } else if (Exists(path / kManifestName)) {
+    scene = ReadOwnScene(path);
+    ours = true;
+  } else if (const auto model = FindColmapModel(path)) {
+    scene = ReadWorkspace(path, *model);
+  } else if (Exists(path / "transforms.json")) {
+    scene = ReadTransformsJson(path / "transforms.json", &skipped);
+  } else {
+    throw UsageError(fmt::format("{} is no scene: there is no lumigraph.json, no COLMAP model (cameras and images in it, sparse/ or sparse/0/) and no transforms.json",
+                                 path.string()),
+                     "lumi-reconstruct makes a scene of photos");
+  }
+  if (!skipped.empty())
+    progress.Message(fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
+  if (!ours) UpdateFrameOfReference(scene);
+  if (options.check_photos) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
+  const bool distorted = std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
+  if (distorted && options.undistort)
+    scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images", progress);
+  return scene;
+}
+
+void WriteManifest(const Scene& scene, const fs::path& folder) {
+  Json json;
+  json["format"] = kFormatName;
+  json["version"] = kSceneFormatVersion;
+  json["frame"] = Name(scene.frame);
+  json["up"] = ToJson(scene.up);
+  const Similarity3& n = scene.normalized_from_world;
+  json["normalisation"] = {{"scale", n.scale},
+                           {"rotation_xyzw", {n.rotation.x(), n.rotation.y(), n.rotation.z(), n.rotation.w()}},
+                           {"translation", ToJson(n.translation)}};
+  if (scene.period_s) json["period_s"] = *scene.period_s;
+  json["active_proxy"] = scene.active_proxy;
+  const fs::path images = scene.image_folder.empty() ? fs::path("images") : Canonical(scene.image_folder).lexically_relative(Canonical(folder));
+  json["images"] = images.generic_string();
+  json["views"] = Json::array();
+  for (const View& view : scene.views) {
+    Json entry{{"name", view.name}};
+    if (view.time_s) entry["time_s"] = *view.time_s;
+    if (view.frame_index) entry["frame_index"] = *view.frame_index;
+    entry["gain"] = view.gain;
+    json["views"].push_back(std::move(entry));
+  }
+  std::string text;
+  try {
+    text = json.dump(1);
+  } catch (const nlohmann::json::exception&) {
+    throw DataError("a photo's name is not UTF-8 and cannot be written into a manifest", "rename the photos", folder);
+  }
+  WriteTextAtomically(folder / kManifestName, text + "\n");
+}
+
+void WriteScene(const Scene& scene, const fs::path& folder) {
+  WriteColmapModel(scene, folder / "sparse");
+  WriteManifest(scene, folder);  // last: a folder with a manifest is a whole scene
+}
+
+fs::path ProxyPath(const fs::path& scene_folder, const std::string& name) { return scene_folder / "proxies" / (name + ".ply"); }
+
+std::vector<std::string> ListProxies(const fs::path& scene_folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(scene_folder / "proxies", error), end; !error && it != end; it.increment(error))
+    if (it->path().extension() == ".ply" && !it->path().filename().string().starts_with('.')) names.push_back(it->path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Mesh LoadProxy(const Scene& scene, const std::string& name) {
+  const std::string wanted = name.empty() ? scene.active_proxy : name;
+  const std::vector<std::string> names = ListProxies(scene.folder);
+  if (std::find(names.begin(), names.end(), wanted) == names.end()) {
+    const std::string hint = names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
+    if (wanted.empty()) throw UsageError(fmt::format("{} has no active proxy", scene.folder.string()), hint);
+    throw UsageError(fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted), hint);
+  }
+  return ReadMesh(ProxyPath(scene.folder, wanted));
+}
+
+}  // namespace lumi

@@ -1,0 +1,252 @@
+#include "scene/files/transforms_json.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// How far a transform_matrix may be from a rotation, an element: these files carry six digits or more.
+constexpr double kRotationTolerance = 1e-3;
+
+// The OpenGL camera (x right, y up, z back) to ours (x right, y down, z forward), and back.
+const Eigen::Vector3d kFlip(1, -1, -1);
+
+struct Reader {
+  const fs::path& file;
+
+  InputError Fail(const std::string& what) const { return InputError(file, what); }
+
+  double ToDouble(const Json& value, const std::string& what) const {
+    if (!value.is_number() || !std::isfinite(value.get<double>())) throw Fail(what + " is no number");
+    return value.get<double>();
+  }
+  // A frame's own value before the file's.
+  std::optional<double> Number(const Json& frame, const Json& root, const char* key) const {
+    for (const Json* object : {&frame, &root})
+      if (const auto it = object->find(key); it != object->end() && !it->is_null()) return ToDouble(*it, key);
+    return std::nullopt;
+  }
+  std::string Text(const Json& frame, const Json& root, const char* key) const {
+    for (const Json* object : {&frame, &root})
+      if (const auto it = object->find(key); it != object->end()) {
+        if (!it->is_string()) throw Fail(fmt::format("{} is no text", key));
+        return it->get<std::string>();
+      }
+    return {};
+  }
+
+  int Side(double value, const char* key) const {
+    if (!(value >= 1 && value <= (1 << 20)) || value != std::floor(value)) throw Fail(fmt::format("{} = {} is no size", key, value));
+    return static_cast<int>(value);
+  }
+
+  Camera ReadCamera(const Json& frame, const Json& root, const fs::path& photo) const {
+    const auto number = [&](const char* key) { return Number(frame, root, key); };
+    const auto w = number("w"), h = number("h");
+    int width = 0, height = 0;
+    if (w && h) {
+      width = Side(*w, "w");
+      height = Side(*h, "h");
+    } else {
+      const ImageInfo info = ReadImageInfo(photo);
+      width = info.width;
+      height = info.height;
+    }
+    // Focal lengths, or fields of view in radians.
+    const auto focal = [&](const char* length, const char* angle, int side) -> std::optional<double> {
+      if (const auto f = number(length)) return f;
+      const auto a = number(angle);
+      if (!a) return std::nullopt;
+      if (!(*a > 0 && *a < 3.14159)) throw Fail(fmt::format("{} = {} is no field of view", angle, *a));
+      return side / (2 * std::tan(*a / 2));
+    };
+    auto fx = focal("fl_x", "camera_angle_x", width), fy = focal("fl_y", "camera_angle_y", height);
+    if (!fx) fx = fy;
+    if (!fy) fy = fx;
+    if (!fx) throw Fail("has neither fl_x nor camera_angle_x");
+    const double cx = number("cx").value_or(width / 2.0), cy = number("cy").value_or(height / 2.0);
+    const auto k = [&](const char* key) { return number(key).value_or(0.0); };
+    const std::string model = Text(frame, root, "camera_model");
+    bool fisheye = model == "OPENCV_FISHEYE";
+    for (const Json* object : {&frame, &root})
+      if (const auto it = object->find("is_fisheye"); it != object->end() && it->is_boolean()) fisheye |= it->get<bool>();
+    if (!fisheye && !model.empty() && !CameraModelFromName(model))
+      throw InputError(file, fmt::format("camera_model {} is not read", model.substr(0, 40)), "undistort the photos first");
+    Camera camera = Camera::Pinhole(width, height, *fx, *fy, cx, cy);
+    if (fisheye) {
+      camera.model = CameraModel::kOpenCVFisheye;
+      camera.params.insert(camera.params.end(), {k("k1"), k("k2"), k("k3"), k("k4")});
+    } else {
+      if (k("k3") != 0 || k("k4") != 0) throw InputError(file, "k3 and k4 of a lens that is no fisheye are not read", "undistort the photos first");
+      if (k("k1") != 0 || k("k2") != 0 || k("p1") != 0 || k("p2") != 0) {
+        camera.model = CameraModel::kOpenCV;
+        camera.params.insert(camera.params.end(), {k("k1"), k("k2"), k("p1"), k("p2")});
+      }
+    }
+    if (const auto wrong = Validate(camera)) throw Fail(*wrong);
+    return camera;
+  }
+
+  Rigid3 ReadPose(const Json& frame, const std::string& name) const {
+    const auto fail = [&](const char* what) { return Fail(fmt::format("{}: transform_matrix {}", name, what)); };
+    const auto it = frame.find("transform_matrix");
+    if (it == frame.end() || !it->is_array() || (it->size() != 4 && it->size() != 3)) throw fail("is no 4x4 matrix");
+    Eigen::Matrix<double, 3, 4> m;
+    for (int r = 0; r < 3; ++r) {
+      const Json& row = (*it)[static_cast<std::size_t>(r)];
+      if (!row.is_array() || row.size() != 4) throw fail("is no 4x4 matrix");
+      for (int c = 0; c < 4; ++c) m(r, c) = ToDouble(row[static_cast<std::size_t>(c)], name + ": transform_matrix");
+    }
+    const Eigen::Matrix3d R_gl = m.leftCols<3>();
+    if (!((R_gl * R_gl.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) || !(R_gl.determinant() > 0))
+      throw fail("is no rotation and translation");
+    const Eigen::Matrix3d world_from_cam = R_gl * kFlip.asDiagonal();
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(world_from_cam, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::Quaterniond nearest(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+    return Rigid3{nearest.normalized(), m.col(3)}.Inverse();
+  }
+};
+
+// The photo a frame names: as it is, or with the endings that files of this kind leave out.
+std::optional<fs::path> FindPhoto(const fs::path& folder, const std::string& file_path) {
+  const fs::path named = (folder / file_path).lexically_normal();
+  std::error_code error;
+  if (fs::is_regular_file(named, error)) return named;
+  if (!HasImageExtension(named))
+    for (const char* ending : {".png", ".jpg", ".jpeg"})
+      if (fs::path with = named.string() + ending; fs::is_regular_file(with, error)) return with;
+  return std::nullopt;
+}
+
+fs::path CommonFolder(const fs::path& a, const fs::path& b) {
+  fs::path common;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) common /= *i;
+  return common;
+}
+
+}  // namespace
+
+Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped) {
+  Json root;
+  try {
+    root = Json::parse(ReadText(path));
+  } catch (const nlohmann::json::exception& e) {
+    std::string what = e.what();
+    if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);
+    throw InputError(path, "is no valid JSON: " + what);
+  }
+  const Reader reader{path};
+  const auto frames = root.is_object() ? root.find("frames") : root.end();
+  if (!root.is_object() || frames == root.end() || !frames->is_array()) throw InputError(path, "has no frames");
+  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  fs::path image_folder = folder;
+  std::vector<std::pair<fs::path, View>> found;
+  std::map<std::tuple<CameraModel, int, int, std::vector<double>>, CameraId> cameras;  // equal ones become one
+  Scene scene;
+  for (std::size_t i = 0; i < frames->size(); ++i) {
+    const Json& frame = (*frames)[i];
+    if (!frame.is_object()) throw InputError(path, fmt::format("frames[{}] is no object", i));
+    const std::string file_path = reader.Text(frame, frame, "file_path");
+    if (file_path.empty() || file_path.find('\0') != std::string::npos) throw InputError(path, fmt::format("frames[{}] has no file_path", i));
+    const auto photo = FindPhoto(folder, file_path);
+    if (!photo) {
+      if (skipped) skipped->push_back(file_path);
+      continue;
+    }
+    View view;
+    view.cam_from_world = reader.ReadPose(frame, file_path);
+    view.time_s = reader.Number(frame, frame, "time");
+    const Camera camera = reader.ReadCamera(frame, root, *photo);
+    const auto [known, added] = cameras.try_emplace({camera.model, camera.width_px, camera.height_px, camera.params},
+                                                    CameraId{static_cast<std::int32_t>(scene.cameras.size())});
+    if (added) scene.cameras.push_back(camera);
+    view.camera = known->second;
+    image_folder = CommonFolder(image_folder, photo->parent_path());
+    found.emplace_back(*photo, std::move(view));
+  }
+  if (found.empty())
+    throw InputError(path, frames->empty() ? std::string("has no frames") : fmt::format("none of its {} photos is there", frames->size()));
+  for (auto& [photo, view] : found) {
+    view.name = photo.lexically_relative(image_folder).generic_string();
+    scene.views.push_back(std::move(view));
+  }
+  std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
+  for (std::size_t i = 1; i < scene.views.size(); ++i)
+    if (scene.views[i].name == scene.views[i - 1].name) throw InputError(path, fmt::format("the photo {} comes twice", scene.views[i].name));
+  scene.folder = folder;
+  scene.image_folder = image_folder;
+  return scene;
+}
+
+void WriteTransformsJson(const Scene& scene, const fs::path& path) {
+  if (scene.frame != Frame::kMetric) throw DataError("a scene without metric cameras cannot be a transforms.json", "upgrade it to a metric scene first", path);
+  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  const auto put_camera = [](Json& object, const Camera& c) {
+    const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
+    object["camera_model"] = c.IsPinhole() ? "PINHOLE" : c.model == CameraModel::kOpenCVFisheye ? "OPENCV_FISHEYE" : "OPENCV";
+    object["w"] = c.width_px;
+    object["h"] = c.height_px;
+    object["fl_x"] = f.x();
+    object["fl_y"] = f.y();
+    object["cx"] = p.x();
+    object["cy"] = p.y();
+    object["camera_angle_x"] = 2 * std::atan(c.width_px / (2 * f.x()));
+    object["camera_angle_y"] = 2 * std::atan(c.height_px / (2 * f.y()));
+    const std::size_t first = c.model == CameraModel::kOpenCV || c.model == CameraModel::kOpenCVFisheye ? 4 : 3;
+    const auto put = [&](std::initializer_list<const char*> keys) {
+      std::size_t i = first;
+      for (const char* key : keys) object[key] = c.params.at(i++);
+    };
+    if (c.model == CameraModel::kSimpleRadial) put({"k1"});
+    if (c.model == CameraModel::kRadial) put({"k1", "k2"});
+    if (c.model == CameraModel::kOpenCV) put({"k1", "k2", "p1", "p2"});
+    if (c.model == CameraModel::kOpenCVFisheye) put({"k1", "k2", "k3", "k4"});
+  };
+  // One camera stands at the top, where every reader looks; several stand at their frames.
+  const bool one = std::all_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.camera == scene.views.front().camera; });
+  Json root = Json::object();
+  if (one && !scene.views.empty()) put_camera(root, scene.CameraOf(scene.views.front()));
+  root["frames"] = Json::array();
+  for (const View& view : scene.views) {
+    Json frame;
+    const fs::path photo = fs::absolute(scene.ImagePath(view)).lexically_normal();
+    const fs::path relative = photo.lexically_relative(folder);
+    const bool below = !relative.empty() && *relative.begin() != "..";
+    frame["file_path"] = (below ? relative : photo).generic_string();
+    if (!one) put_camera(frame, scene.CameraOf(view));
+    const Rigid3 world_from_cam = view.cam_from_world.Inverse();
+    const Eigen::Matrix3d R_gl = world_from_cam.R() * kFlip.asDiagonal();
+    Json matrix = Json::array();
+    for (int r = 0; r < 3; ++r) matrix.push_back({R_gl(r, 0), R_gl(r, 1), R_gl(r, 2), world_from_cam.translation[r]});
+    matrix.push_back({0.0, 0.0, 0.0, 1.0});
+    frame["transform_matrix"] = std::move(matrix);
+    if (view.time_s) frame["time"] = *view.time_s;
+    root["frames"].push_back(std::move(frame));
+  }
+  std::string text;
+  try {
+    text = root.dump(1);
+  } catch (const nlohmann::json::exception&) {
+    throw DataError("a photo's name is not UTF-8 and cannot be written as JSON", "rename the photos", path);
+  }
+  WriteTextAtomically(path, text + "\n");
+}
+
+}  // namespace lumi

@@ -1,0 +1,17 @@
+// nerfstudio's and instant-ngp's transforms.json: camera-to-world 4x4 in the OpenGL convention (x right, y up, z back).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+// Frames whose file is absent are left out and named in *skipped (if given). image_folder is the JSON's folder.
+Scene ReadTransformsJson(const std::filesystem::path& path, std::vector<std::string>* skipped = nullptr);
+// file_path is relative to `path` where the photos lie below it.
+void WriteTransformsJson(const Scene& scene, const std::filesystem::path& path);
+
+}  // namespace lumi

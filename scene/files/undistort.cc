@@ -1,0 +1,257 @@
+// Photos resampled to pinhole cameras (see scene_folder.h). The new camera keeps the size of the photo; one factor on
+// both focal lengths makes its image lie wholly inside the photo, and the principal point moves where the distortion is
+// not centred: what COLMAP's undistorter does with blank_pixels = 0, at a fixed size.
+#include <OpenImageIO/hash.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/files/opencv_pixels.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kJpegQuality = 95;
+constexpr double kMaxTangent = 5.67;  // 80 degrees off axis: a plane beyond shows nothing but stretched pixels
+constexpr int kMaxSide = 32766;       // of cv::remap
+
+// The point on z = 1 seen at a border pixel, or, where the border looks too far to the side (a fisheye), at the
+// outermost usable pixel towards the principal point.
+Eigen::Vector2d BorderPoint(const Camera& camera, const Eigen::Vector2d& border_px) {
+  const Eigen::Vector2d c = camera.PrincipalPointPx();
+  const auto at = [&](double t) -> std::optional<Eigen::Vector2d> {
+    const auto x = camera.Normalized(c + t * (border_px - c));
+    return x && x->norm() <= kMaxTangent ? x : std::nullopt;
+  };
+  if (const auto x = at(1)) return *x;
+  double inside = 0, outside = 1;
+  for (int i = 0; i < 40; ++i) (at((inside + outside) / 2) ? inside : outside) = (inside + outside) / 2;
+  return at(inside).value_or(Eigen::Vector2d::Zero());
+}
+
+Camera PinholeInside(const Camera& camera) {
+  // The largest upright rectangle on z = 1 that no border of the photo cuts into.
+  double left = -1e9, right = 1e9, top = -1e9, bottom = 1e9;
+  const double w = camera.width_px, h = camera.height_px;
+  constexpr int kSamples = 512;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double t = static_cast<double>(i) / kSamples;
+    left = std::max(left, BorderPoint(camera, {0, t * h}).x());
+    right = std::min(right, BorderPoint(camera, {w, t * h}).x());
+    top = std::max(top, BorderPoint(camera, {t * w, 0}).y());
+    bottom = std::min(bottom, BorderPoint(camera, {t * w, h}).y());
+  }
+  if (!(right - left > 1e-6) || !(bottom - top > 1e-6))
+    throw DataError("the lens distortion of a camera leaves no image to undistort", "check the camera's distortion parameters");
+  const Eigen::Vector2d f = camera.FocalPx();
+  const double scale = std::max(w / ((right - left) * f.x()), h / ((bottom - top) * f.y()));
+  const double fx = scale * f.x(), fy = scale * f.y();
+  // The window [-c, size - c] / f inside the rectangle, the principal point as near to the old one as that allows.
+  const auto place = [](double old, double low, double high) { return low <= high ? std::clamp(old, low, high) : (low + high) / 2; };
+  const Eigen::Vector2d c = camera.PrincipalPointPx();
+  return Camera::Pinhole(camera.width_px, camera.height_px, fx, fy, place(c.x(), w - right * fx, -left * fx),
+                         place(c.y(), h - bottom * fy, -top * fy));
+}
+
+// For each pixel of the pinhole image the photo's pixel, in cv::remap's fixed-point form.
+struct Maps {
+  cv::Mat xy, fraction;
+};
+
+Maps MakeMaps(const Camera& camera, const Camera& pinhole) {
+  cv::Mat source(pinhole.height_px, pinhole.width_px, CV_32FC2);
+  const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx();
+  ParallelFor(static_cast<std::size_t>(pinhole.height_px), 16, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      cv::Vec2f* row = source.ptr<cv::Vec2f>(y);
+      for (int x = 0; x < pinhole.width_px; ++x) {
+        const Eigen::Vector3d ray((x + 0.5 - c.x()) / f.x(), (y + 0.5 - c.y()) / f.y(), 1);
+        const Eigen::Vector2d pixel = ToOpenCvPixel(*camera.Project(ray));
+        row[x] = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+      }
+    }
+  });
+  Maps maps;
+  cv::convertMaps(source, cv::Mat(), maps.xy, maps.fraction, CV_16SC2);
+  return maps;
+}
+
+std::string Key(const fs::path& photo, const Camera& camera) {
+  std::error_code error;
+  const auto size = fs::file_size(photo, error);
+  if (error) throw InputError(photo, "there is no such picture");
+  const auto time = fs::last_write_time(photo, error).time_since_epoch().count();
+  std::string text = fmt::format("{} {} {} {}", fs::absolute(photo).lexically_normal().string(), size, time, Name(camera.model));
+  for (const double p : camera.params) text += fmt::format(" {}", p);
+  return fmt::format("{:016x}", OIIO::xxhash::XXH64(text.data(), text.size(), 0));
+}
+
+// Which photos of the target folder are done, and from what: a line each, added when the photo is complete, so that a
+// run that was killed goes on. A torn last line counts for nothing.
+class Record {
+ public:
+  explicit Record(fs::path file) : file_(std::move(file)) {
+    std::error_code error;
+    if (!fs::exists(file_, error)) return;
+    std::istringstream lines(ReadText(file_));
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      Entry entry;
+      std::string name;
+      if (words >> entry.key >> entry.size && std::getline(words >> std::ws, name)) entries_[name] = entry;
+    }
+  }
+  bool IsDone(const std::string& name, const std::string& key, const fs::path& output) const {
+    const auto it = entries_.find(name);
+    std::error_code error;
+    return it != entries_.end() && it->second.key == key && fs::file_size(output, error) == it->second.size && !error;
+  }
+  void Add(const std::string& name, const std::string& key, const fs::path& output) {
+    const std::string line = fmt::format("\n{} {} {}\n", key, fs::file_size(output), name);
+    const std::lock_guard lock(mutex_);
+    const int fd = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    const bool written = fd >= 0 && ::write(fd, line.data(), line.size()) == static_cast<ssize_t>(line.size());
+    if (fd >= 0) ::close(fd);
+    if (!written) throw MachineError("cannot be written", "is the disk full?", file_);
+  }
+
+ private:
+  struct Entry {
+    std::string key;
+    std::uintmax_t size = 0;
+  };
+  fs::path file_;
+  std::map<std::string, Entry> entries_;
+  std::mutex mutex_;
+};
+
+// Endings that undistorted photos keep; others (HEIC, EXR ...) become PNG.
+bool CanKeepEnding(const fs::path& name) {
+  std::string e = name.extension().string();
+  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kEndings{".jpg", ".jpeg", ".jpe", ".png", ".tif", ".tiff"};
+  return std::find(kEndings.begin(), kEndings.end(), e) != kEndings.end();
+}
+
+void LinkOrCopy(const fs::path& from, const fs::path& to) {
+  WriteFileAtomically(to, [&](const fs::path& temporary) {
+    std::error_code error;
+    fs::create_hard_link(fs::canonical(from, error), temporary, error);
+    if (!error) return;
+    fs::copy_file(from, temporary, error);
+    if (error) throw MachineError(fmt::format("cannot be copied: {}", error.message()), "is the disk full?", to);
+  });
+}
+
+Image8 Undistorted(const Image8& photo, const Maps& maps) {
+  Image8 result(maps.xy.cols, maps.xy.rows, photo.channels);
+  const cv::Mat source(photo.height, photo.width, CV_8UC(photo.channels), const_cast<std::uint8_t*>(photo.data.data()));
+  cv::Mat target(result.height, result.width, CV_8UC(result.channels), result.data.data());
+  // The outermost half pixel has neighbours on one side only: the border is repeated there.
+  cv::remap(source, target, maps.xy, maps.fraction, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return result;
+}
+
+}  // namespace
+
+Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, ProgressSink& sink) {
+  if (scene.frame != Frame::kMetric) throw std::invalid_argument("UndistortPhotos: not a metric scene");
+  std::error_code error;
+  fs::create_directories(image_folder, error);
+  if (error) throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", image_folder);
+  if (fs::equivalent(image_folder, scene.image_folder, error))
+    throw UsageError(fmt::format("undistorted photos cannot replace their originals in {}", image_folder.string()));
+  RemoveStaleTemporaries(image_folder);
+
+  Scene result = scene;
+  result.image_folder = image_folder;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const Camera& c = scene.cameras[i];
+    if (std::max(c.width_px, c.height_px) > kMaxSide) throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxSide));
+    const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
+    result.cameras[i] = c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeInside(c);
+  }
+  for (View& view : result.views)
+    if (!scene.CameraOf(view).IsPinhole() && !CanKeepEnding(view.name)) view.name += ".png";
+  for (Point& point : result.points) {
+    std::vector<Observation> kept;
+    for (Observation o : point.track) {
+      const auto camera = static_cast<std::size_t>(scene.views[static_cast<std::size_t>(o.view.value)].camera.value);
+      if (!scene.cameras[camera].IsPinhole()) {
+        const auto x = scene.cameras[camera].Normalized(o.x_px);
+        if (!x) continue;  // beyond the fold of the polynomial: there is no such ray
+        o.x_px = result.cameras[camera].FocalPx().cwiseProduct(*x) + result.cameras[camera].PrincipalPointPx();
+      }
+      kept.push_back(o);
+    }
+    point.track = std::move(kept);
+  }
+
+  // Photos by camera: its maps are made once and shared.
+  std::map<std::int32_t, std::vector<std::size_t>> views_of;
+  Record record(image_folder / ".undistorted");
+  Progress progress(sink, "undistorting photos", static_cast<long>(scene.views.size()));
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (record.IsDone(view.name, Key(scene.ImagePath(view), scene.CameraOf(view)), result.ImagePath(result.views[i])))
+      progress.Step();
+    else
+      views_of[view.camera.value].push_back(i);
+  }
+  const auto convert = [&](std::size_t i, const Maps* maps) {
+    const View& view = scene.views[i];
+    const Camera& camera = scene.CameraOf(view);
+    const fs::path from = scene.ImagePath(view), to = result.ImagePath(result.views[i]);
+    const std::string key = Key(from, camera);
+    if (!maps) {
+      LinkOrCopy(from, to);
+    } else {
+      const Image8 photo = ReadImage8(from);
+      if (photo.width != camera.width_px || photo.height != camera.height_px)
+        throw InputError(from, fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", photo.width, photo.height, camera.width_px, camera.height_px),
+                         "scale the cameras with --rescale-cameras");
+      WriteImage(to, Undistorted(photo, *maps), kJpegQuality);
+    }
+    record.Add(view.name, key, to);
+    progress.Step();
+  };
+  std::vector<std::size_t> alone;  // photos with a camera of their own go side by side, each with its own maps
+  for (const auto& [id, views] : views_of) {
+    const auto camera = static_cast<std::size_t>(id);
+    const bool pinhole = scene.cameras[camera].IsPinhole();
+    if (views.size() == 1 && !pinhole) {
+      alone.push_back(views.front());
+      continue;
+    }
+    const Maps maps = pinhole ? Maps{} : MakeMaps(scene.cameras[camera], result.cameras[camera]);
+    ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) convert(views[k], pinhole ? nullptr : &maps);
+    });
+  }
+  ParallelFor(alone.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto camera = static_cast<std::size_t>(scene.views[alone[k]].camera.value);
+      const Maps maps = MakeMaps(scene.cameras[camera], result.cameras[camera]);
+      convert(alone[k], &maps);
+    }
+  });
+  return result;
+}
+
+}  // namespace lumi

@@ -1,0 +1,32 @@
+// Pictures as plain arrays, row-major from the top left, channels interleaved. 8-bit values are the photo's own code
+// values (sRGB for photographs); all blending here happens on those, as in the thesis.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace lumi {
+
+template <typename T>
+struct Image {
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  std::vector<T> data;  // height x width x channels
+
+  Image() = default;
+  Image(int w, int h, int c, T value = T{})
+      : width(w), height(h), channels(c),
+        data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c), value) {}
+  bool empty() const { return data.empty(); }
+  T* Row(int y) { return data.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels); }
+  const T* Row(int y) const { return data.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels); }
+  T& At(int x, int y, int c) { return Row(y)[x * channels + c]; }
+  const T& At(int x, int y, int c) const { return Row(y)[x * channels + c]; }
+};
+
+using Image8 = Image<std::uint8_t>;
+using ImageF = Image<float>;
+
+}  // namespace lumi

@@ -1,0 +1,125 @@
+#include "scene/model/scene.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace lumi {
+namespace {
+
+double Median(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+// The photos' own up (-y of each camera), robustly: the mean, then once more over those within 60 degrees of it, so
+// that a few portrait shots do not tilt the scene.
+Eigen::Vector3d EstimateUp(const Scene& scene) {
+  constexpr double kCosOutlier = 0.5;
+  std::vector<Eigen::Vector3d> ups;
+  for (const View& view : scene.views) ups.push_back(-view.cam_from_world.R().row(1).transpose());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& u : ups) mean += u;
+  if (!(mean.norm() > 1e-9)) return -Eigen::Vector3d::UnitY();
+  mean.normalize();
+  Eigen::Vector3d robust = Eigen::Vector3d::Zero();
+  for (const auto& u : ups)
+    if (u.dot(mean) > kCosOutlier) robust += u;
+  return robust.norm() > 1e-9 ? Eigen::Vector3d(robust.normalized()) : mean;
+}
+
+}  // namespace
+
+std::string_view Name(Frame frame) {
+  switch (frame) {
+    case Frame::kMetric: return "metric";
+    case Frame::kQuasiAffine: return "quasi_affine";
+    case Frame::kProjective: return "projective";
+  }
+  throw std::logic_error("unknown frame");
+}
+
+std::optional<Frame> FrameFromName(std::string_view name) {
+  for (const Frame f : {Frame::kMetric, Frame::kQuasiAffine, Frame::kProjective})
+    if (Name(f) == name) return f;
+  return std::nullopt;
+}
+
+RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world) {
+  if (!pinhole.IsPinhole()) throw std::invalid_argument("MakeRenderView: the camera has distortion; undistort first");
+  RenderView v;
+  v.P = ProjectionMatrix(pinhole.K(), cam_from_world);
+  v.centre = cam_from_world.OriginInSource();
+  v.size_px = {pinhole.width_px, pinhole.height_px};
+  return v;
+}
+
+RenderView MakeRenderView(const Scene& scene, const View& view) {
+  if (scene.frame != Frame::kMetric) throw std::invalid_argument("MakeRenderView: not a metric scene");
+  RenderView v = MakeRenderView(scene.CameraOf(view), view.cam_from_world);
+  v.time_s = view.time_s;
+  v.gain = view.gain;
+  return v;
+}
+
+void UpdateFrameOfReference(Scene& scene) {
+  if (scene.views.empty()) return;
+  scene.up = EstimateUp(scene);
+  // Centre and size from what the cameras look at, or the cameras alone where there are no points. Medians: a few
+  // points at the horizon must not decide.
+  std::vector<Eigen::Vector3d> x;
+  for (const Point& p : scene.points)
+    if (p.x_in_world.allFinite()) x.push_back(p.x_in_world);
+  if (x.size() < 8)
+    for (const View& v : scene.views) x.push_back(v.CentreInWorld());
+  Eigen::Vector3d centre;
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> c;
+    c.reserve(x.size());
+    for (const auto& p : x) c.push_back(p[k]);
+    centre[k] = Median(std::move(c));
+  }
+  std::vector<double> distance;
+  distance.reserve(x.size());
+  for (const auto& p : x) distance.push_back((p - centre).norm());
+  double size = Median(std::move(distance));
+  for (const View& v : scene.views) size = std::max(size, 0.5 * (v.CentreInWorld() - centre).norm());
+  if (!(size > 0)) size = 1;
+  scene.normalized_from_world = {1.0 / size, Eigen::Quaterniond::Identity(), -centre / size};
+}
+
+std::vector<double> PointDepths(const Scene& scene, ViewId view) {
+  const Eigen::RowVector4d z = scene.views[static_cast<std::size_t>(view.value)].cam_from_world.Matrix().row(2);
+  std::vector<double> depths;
+  for (const Point& p : scene.points)
+    for (const Observation& o : p.track)
+      if (o.view == view) {
+        const double d = z * p.x_in_world.homogeneous();
+        if (d > 0) depths.push_back(d);
+        break;
+      }
+  std::sort(depths.begin(), depths.end());
+  return depths;
+}
+
+void Transform(Scene& scene, const Similarity3& target_from_world) {
+  if (scene.frame != Frame::kMetric) throw std::invalid_argument("Transform: not a metric scene");
+  for (View& v : scene.views) {
+    v.cam_from_world = TransformPose(v.cam_from_world, target_from_world);
+    // TransformPose keeps the camera frame's unit: only the centre moves, the photo stays.
+  }
+  for (Point& p : scene.points) p.x_in_world = target_from_world * p.x_in_world;
+  scene.up = target_from_world.rotation * scene.up;
+  scene.normalized_from_world = scene.normalized_from_world * target_from_world.Inverse();
+}
+
+std::vector<ViewId> FoldViews(const Scene& scene, int n, Fold fold) {
+  if (n < 2) throw std::invalid_argument("FoldViews: n must be at least 2");
+  std::vector<ViewId> ids;
+  for (int i = fold == Fold::kReport ? 0 : n / 2; i < static_cast<int>(scene.views.size()); i += n) ids.push_back({i});
+  return ids;
+}
+
+}  // namespace lumi

@@ -1,0 +1,108 @@
+// What an unstructured lumigraph is: photographs, their cameras, and sparse structure. The proxy is a Mesh in
+// proxies/NAME.ply beside it. Value types; files live in scene/files.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/geometry/projection.h"
+#include "scene/geometry/rigid3.h"
+#include "scene/geometry/similarity3.h"
+#include "scene/model/camera.h"
+
+namespace lumi {
+
+// Positions in Scene's vectors. Distinct types, so that one cannot stand for another.
+template <typename Tag>
+struct Index {
+  std::int32_t value = -1;
+  friend auto operator<=>(const Index&, const Index&) = default;
+};
+using CameraId = Index<struct CameraTag>;
+using ViewId = Index<struct ViewTag>;
+using PointId = Index<struct PointTag>;
+
+enum class Frame {
+  kMetric,       // cameras + cam_from_world (up to one similarity)
+  kQuasiAffine,  // P, with the plane at infinity outside the scene's hull
+  kProjective,   // P, up to one projective transformation
+};
+std::string_view Name(Frame frame);
+std::optional<Frame> FrameFromName(std::string_view name);
+
+// One photograph with its camera.
+struct View {
+  std::string name;               // path relative to Scene::image_folder, as COLMAP names it ("a/b.jpg")
+  CameraId camera;                // into Scene::cameras (metric frames)
+  Rigid3 cam_from_world;          // metric frames
+  Matrix34d P = Matrix34d::Zero();  // other frames: pixels from world, w > 0 in front
+  std::optional<double> time_s;
+  std::optional<int> frame_index;  // in the video it came from
+  double gain = 1.0;               // this photo's exposure relative to the scene's
+
+  Eigen::Vector3d CentreInWorld() const { return cam_from_world.OriginInSource(); }
+};
+
+struct Observation {
+  ViewId view;
+  Eigen::Vector2d x_px = Eigen::Vector2d::Zero();
+};
+
+struct Point {
+  Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> color{};   // RGB
+  double error_px = 0;                   // mean reprojection error
+  std::vector<Observation> track;
+};
+
+struct Scene {
+  Frame frame = Frame::kMetric;
+  std::vector<Camera> cameras;
+  std::vector<View> views;                    // sorted by name
+  std::vector<Point> points;
+  Eigen::Vector3d up = -Eigen::Vector3d::UnitY();  // unit, in world: against gravity, from the photos' own up
+  Similarity3 normalized_from_world;          // moves the scene to its centre, size about 1: before any float
+  std::optional<double> period_s;
+  std::string active_proxy;                   // name in proxies/, or empty
+
+  std::filesystem::path folder;               // where it was read from; relative paths below are resolved against it
+  std::filesystem::path image_folder;         // photos, absolute or relative to the working directory
+
+  const Camera& CameraOf(const View& view) const { return cameras[static_cast<std::size_t>(view.camera.value)]; }
+  std::filesystem::path ImagePath(const View& view) const { return image_folder / view.name; }
+};
+
+// What the renderer reads of a view, metric or not.
+struct RenderView {
+  Matrix34d P = Matrix34d::Zero();                       // pixels from world, w > 0 in front
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();      // centre of projection in world
+  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
+  std::optional<double> time_s;
+  double gain = 1.0;
+};
+// The camera must be a pinhole (photos are undistorted when a scene is made): throws std::invalid_argument otherwise.
+RenderView MakeRenderView(const Scene& scene, const View& view);
+RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world);
+
+// Sets up (the robust mean of the photos' own up) and normalized_from_world (robust centre and size of the points and
+// cameras). Call after cameras, poses or points changed.
+void UpdateFrameOfReference(Scene& scene);
+
+// Depth of a view's own points along its z axis (positive ones, ascending): what near and far mean for it.
+std::vector<double> PointDepths(const Scene& scene, ViewId view);
+
+// A scene in another world frame; photos stay what they are. Metric frames only.
+void Transform(Scene& scene, const Similarity3& target_from_world);
+
+// Views 0, N, 2N ... (sorted by name) are the fold that quality is reported on; N/2, N/2 + N ... the one that anything
+// is chosen on. N >= 2.
+enum class Fold { kReport, kChoose };
+std::vector<ViewId> FoldViews(const Scene& scene, int n, Fold fold);
+
+}  // namespace lumi

@@ -1,0 +1,14 @@
+lumi_test(test_scene_files
+  SOURCES
+    files_atomic_file_test.cc
+    files_camera_yaml_test.cc
+    files_colmap_model_test.cc
+    files_fuzz_test.cc
+    files_image_io_test.cc
+    files_mesh_io_test.cc
+    files_provenance_test.cc
+    files_scene_folder_test.cc
+    files_transforms_json_test.cc
+    files_undistort_test.cc
+    files_video_test.cc
+  LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO opencv_core)

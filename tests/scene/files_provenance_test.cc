@@ -1,0 +1,97 @@
+#include "scene/files/provenance.h"
+
+#include "files_test_util.h"
+
+namespace lumi::test {
+namespace {
+
+Provenance Example(const TempFolder& folder) {
+  Provenance p;
+  p.stage = "proxy-auto";
+  p.version = "1.2";
+  p.options = {{"k", "4"}, {"name", "auto"}};
+  p.inputs = {{"in.txt", Fingerprint(folder / "in.txt")}};
+  p.outputs = {{"out.txt", Fingerprint(folder / "out.txt")}};
+  p.seconds = 1.5;
+  return p;
+}
+
+TEST(Fingerprint, FollowsTheContentOfAFileNotItsTime) {
+  const TempFolder folder;
+  Write(folder / "a", "content");
+  const std::string before = Fingerprint(folder / "a");
+  fs::last_write_time(folder / "a", fs::last_write_time(folder / "a") - std::chrono::hours(1));
+  EXPECT_EQ(Fingerprint(folder / "a"), before);
+  Write(folder / "a", "Content");
+  EXPECT_NE(Fingerprint(folder / "a"), before);
+  EXPECT_EQ(Fingerprint(folder / "b"), "absent");
+}
+
+TEST(Fingerprint, SeesALargeFileGrowOrChangeAtItsEnd) {
+  const TempFolder folder;
+  std::string large(3 << 20, 'x');
+  Write(folder / "a", large);
+  const auto time = fs::last_write_time(folder / "a");
+  const std::string before = Fingerprint(folder / "a");
+  EXPECT_EQ(Fingerprint(folder / "a"), before);
+  large.back() = 'y';
+  Write(folder / "a", large);
+  fs::last_write_time(folder / "a", time);
+  EXPECT_NE(Fingerprint(folder / "a"), before);
+  large[1 << 20] = 'y';  // in the middle: the time tells
+  Write(folder / "a", large);
+  fs::last_write_time(folder / "a", time + std::chrono::seconds(1));
+  EXPECT_NE(Fingerprint(folder / "a"), before);
+}
+
+TEST(Fingerprint, OfAFolderSeesNamesAndContentsButNoLocks) {
+  const TempFolder folder;
+  Write(folder / "d/a", "1");
+  Write(folder / "d/sub/b", "2");
+  const std::string before = Fingerprint(folder / "d");
+  Write(folder / "d/LOCK", "77");
+  Write(folder / "d/.a.lumi-tmp-7-0", "77");
+  EXPECT_EQ(Fingerprint(folder / "d"), before);
+  Write(folder / "d/sub/b", "3");
+  EXPECT_NE(Fingerprint(folder / "d"), before);
+  Write(folder / "d/sub/b", "2");
+  EXPECT_EQ(Fingerprint(folder / "d"), before);
+  fs::rename(folder / "d/sub/b", folder / "d/sub/c");
+  EXPECT_NE(Fingerprint(folder / "d"), before);
+}
+
+TEST(Provenance, WhatIsRecordedIsUpToDateUntilAnythingChanges) {
+  const TempFolder folder;
+  Write(folder / "in.txt", "in");
+  Write(folder / "out.txt", "out");
+  std::string why;
+  EXPECT_FALSE(IsUpToDate(folder.path(), Example(folder), &why));
+  EXPECT_NE(why.find("not been run"), std::string::npos) << why;
+  WriteProvenance(folder.path(), Example(folder));
+  Provenance wanted = Example(folder);
+  wanted.outputs.clear();  // they are what the record says
+  wanted.seconds = 0;
+  EXPECT_TRUE(IsUpToDate(folder.path(), wanted, &why)) << why;
+
+  const auto stale = [&](auto change, const char* reason) {
+    Provenance other = wanted;
+    change(other);
+    EXPECT_FALSE(IsUpToDate(folder.path(), other, &why));
+    EXPECT_NE(why.find(reason), std::string::npos) << why;
+  };
+  stale([](Provenance& p) { p.version = "1.3"; }, "version 1.2");
+  stale([](Provenance& p) { p.options["k"] = "8"; }, "option k changed from 4 to 8");
+  stale([](Provenance& p) { p.options["new"] = "8"; }, "option new is new");
+  stale([](Provenance& p) { p.options.erase("name"); }, "option name is gone");
+  stale([](Provenance& p) { p.inputs["in.txt"] = "other"; }, "input in.txt");
+  stale([](Provenance& p) { p.stage = "proxy-plane"; }, "not been run");
+  Write(folder / "out.txt", "touched");
+  stale([](Provenance&) {}, "output out.txt");
+  fs::remove(folder / "out.txt");
+  stale([](Provenance&) {}, "output out.txt");
+  Write(folder / "provenance/proxy-auto.json", "{ torn");
+  stale([](Provenance&) {}, "record");
+}
+
+}  // namespace
+}  // namespace lumi::test

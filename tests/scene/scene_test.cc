@@ -1,0 +1,83 @@
+#include "scene/model/scene.h"
+
+#include <gtest/gtest.h>
+
+#include "random_scene.h"
+#include "scene/geometry/angle.h"
+
+namespace lumi {
+namespace {
+
+Scene SmallScene(int views) {
+  test::Random random(31);
+  Scene scene;
+  scene.cameras.push_back(test::TestCamera());
+  for (int i = 0; i < views; ++i) {
+    View v;
+    v.name = "photo" + std::to_string(100 + i) + ".jpg";
+    v.camera = {0};
+    v.cam_from_world = LookAt({std::cos(0.1 * i) * 4, std::sin(0.1 * i) * 4, 1.5}, {0, 0, 0}, {0, 0, 1});
+    scene.views.push_back(v);
+  }
+  for (int i = 0; i < 200; ++i) {
+    Point p;
+    p.x_in_world = random.InBox(1);
+    p.track = {{ViewId{0}, Eigen::Vector2d::Zero()}, {ViewId{i % views}, Eigen::Vector2d::Zero()}};
+    scene.points.push_back(p);
+  }
+  return scene;
+}
+
+TEST(Scene, UpIsThePhotosOwnEvenWithSomePortraitShots) {
+  Scene scene = SmallScene(20);
+  for (int i = 0; i < 4; ++i) {  // camera turned by a quarter about its axis
+    View& v = scene.views[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d c = v.CentreInWorld();
+    v.cam_from_world.rotation = Eigen::AngleAxisd(1.5707963, Eigen::Vector3d::UnitZ()) * v.cam_from_world.rotation;
+    v.cam_from_world.translation = -(v.cam_from_world.rotation * c);
+  }
+  UpdateFrameOfReference(scene);
+  // The cameras look down by 20 degrees all round a part of a circle: their mean up leans towards it, no more.
+  EXPECT_LT(AngleBetween(scene.up, Eigen::Vector3d::UnitZ()) * kDegPerRad, 25);
+}
+
+TEST(Scene, NormalisationCentresPointsAndIgnoresTheHorizon) {
+  Scene scene = SmallScene(10);
+  for (int i = 0; i < 10; ++i) scene.points[static_cast<std::size_t>(i)].x_in_world = {1e6, 0, 0};
+  UpdateFrameOfReference(scene);
+  const auto& s = scene.normalized_from_world;
+  EXPECT_LT((s * Eigen::Vector3d(0, 0, 0)).norm(), 0.3);
+  for (const View& v : scene.views) EXPECT_LT((s * v.CentreInWorld()).norm(), 4);
+}
+
+TEST(Scene, FoldsAreDisjointAndSortedByName) {
+  const Scene scene = SmallScene(20);
+  const auto report = FoldViews(scene, 8, Fold::kReport), choose = FoldViews(scene, 8, Fold::kChoose);
+  ASSERT_EQ(report.size(), 3u);
+  EXPECT_EQ(report[1].value, 8);
+  ASSERT_EQ(choose.size(), 2u);
+  EXPECT_EQ(choose[0].value, 4);
+  EXPECT_THROW(FoldViews(scene, 1, Fold::kReport), std::invalid_argument);
+}
+
+TEST(Scene, MovingTheWorldLeavesThePhotosAlone) {
+  Scene scene = SmallScene(10);
+  UpdateFrameOfReference(scene);
+  Scene moved = scene;
+  const Similarity3 s{3.0, test::Random(5).Rotation(), {10, -4, 2}};
+  Transform(moved, s);
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const auto a = Project(MakeRenderView(scene, scene.views[i]).P, scene.points[7].x_in_world);
+    const auto b = Project(MakeRenderView(moved, moved.views[i]).P, moved.points[7].x_in_world);
+    EXPECT_LT((*a - *b).norm(), 1e-9);
+    EXPECT_LT((scene.normalized_from_world * scene.views[i].CentreInWorld() - moved.normalized_from_world * moved.views[i].CentreInWorld()).norm(), 1e-12);
+  }
+}
+
+TEST(Scene, DistortedCamerasAreNotRendered) {
+  const Camera camera{CameraModel::kSimpleRadial, 640, 480, {500, 320, 240, 0.1}};
+  EXPECT_THROW(MakeRenderView(camera, Rigid3{}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lumi
