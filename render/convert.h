@@ -1,0 +1,15 @@
+// From the renderer's picture (float RGBA, premultiplied) to what is shown and compared.
+#pragma once
+
+#include "scene/model/image.h"
+
+namespace lumi {
+
+// RGB over black: a hole counts as black.
+Image8 ToRgb8(const ImageF& premultiplied);
+// RGBA, straight alpha, for PNG.
+Image8 ToRgba8(const ImageF& premultiplied);
+// Mean of alpha over all pixels.
+double Coverage(const ImageF& premultiplied);
+
+}  // namespace lumi

@@ -1,0 +1,106 @@
+#include "render/cpu/blend.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumi {
+namespace {
+
+// Below this the upper level's share is under 1/255 of a step: one level serves.
+constexpr float kLevelZero = 1.0F / 512;
+
+Eigen::Array3f Bilinear(const Image8& image, float x, float y) {
+  // Clamped to the centres of the border pixels: no colour from outside a photo.
+  x = std::min(std::max(x - 0.5F, 0.0F), static_cast<float>(image.width - 1));
+  y = std::min(std::max(y - 0.5F, 0.0F), static_cast<float>(image.height - 1));
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, image.width - 1), y1 = std::min(y0 + 1, image.height - 1);
+  const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
+  const std::uint8_t *r0 = image.Row(y0), *r1 = image.Row(y1);
+  const std::uint8_t *p00 = r0 + 3 * x0, *p01 = r0 + 3 * x1, *p10 = r1 + 3 * x0, *p11 = r1 + 3 * x1;
+  Eigen::Array3f c;
+  for (int i = 0; i < 3; ++i) {
+    const float top = static_cast<float>(p00[i]) + ax * static_cast<float>(p01[i] - p00[i]);
+    const float bottom = static_cast<float>(p10[i]) + ax * static_cast<float>(p11[i] - p10[i]);
+    c[i] = top + ay * (bottom - top);
+  }
+  return c;
+}
+
+}  // namespace
+
+float PyramidLevel(float focal_source_px, float depth_source, float focal_desired_px, float depth_desired) {
+  const float ratio = (focal_source_px * depth_desired) / (depth_source * focal_desired_px);
+  return ratio > 1 ? std::log2(ratio) : 0.0F;
+}
+
+Eigen::Array3f SamplePhoto(const Photo& photo, float u_px, float v_px, float level) {
+  level -= static_cast<float>(photo.level0_shift);
+  const int last = static_cast<int>(photo.levels.size()) - 1;
+  const auto at = [&](int l) {
+    const float scale = std::ldexp(1.0F, -(l + photo.level0_shift));
+    return Bilinear(photo.levels[static_cast<std::size_t>(l)], u_px * scale, v_px * scale);
+  };
+  if (!(level > kLevelZero)) return at(0);
+  if (level >= static_cast<float>(last)) return at(last);
+  const int l = static_cast<int>(level);
+  const float a = level - static_cast<float>(l);
+  return (1 - a) * at(l) + a * at(l + 1);
+}
+
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, ImageF& image) {
+  const auto k = static_cast<std::size_t>(plan.k);
+  const RelativeSources& r = setup.sources;
+  const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
+  std::size_t s = 0;
+  for (int y = 0; y < plan.window.height; ++y) {
+    float* out = image.Row(plan.window.y + y) + 4 * plan.window.x;
+    for (int x = 0; x < plan.window.width; ++x, ++s, out += 4) {
+      const float alpha = plan.alpha[s];
+      if (!(alpha > 0)) {
+        out[0] = out[1] = out[2] = out[3] = 0;
+        continue;
+      }
+      const Eigen::Vector3f& offset = plan.offset[s];
+      Eigen::Array3f color = Eigen::Array3f::Zero();
+      const float depth = axis.dot(offset);
+      for (std::size_t i = 0; i < k; ++i) {
+        const std::int32_t camera = plan.camera[s * k + i];
+        if (camera < 0) continue;
+        const auto j = static_cast<std::size_t>(camera);
+        const float px = offset.x() - r.dx[j], py = offset.y() - r.dy[j], pz = offset.z() - r.dz[j];
+        const float w = r.m[6][j] * px + r.m[7][j] * py + r.m[8][j] * pz;
+        const float u = (r.m[0][j] * px + r.m[1][j] * py + r.m[2][j] * pz) / w;
+        const float v = (r.m[3][j] * px + r.m[4][j] * py + r.m[5][j] * pz) / w;
+        const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
+        color += plan.weight[s * k + i] * SamplePhoto(photos[j], u, v, level);
+      }
+      color *= alpha / 255.0F;
+      out[0] = color[0];
+      out[1] = color[1];
+      out[2] = color[2];
+      out[3] = alpha;
+    }
+  }
+}
+
+void BlendConstants(const FramePlan& plan, const std::vector<Eigen::Vector3f>& colors, ImageF& image) {
+  const auto k = static_cast<std::size_t>(plan.k);
+  std::size_t s = 0;
+  for (int y = 0; y < plan.window.height; ++y) {
+    float* out = image.Row(plan.window.y + y) + 4 * plan.window.x;
+    for (int x = 0; x < plan.window.width; ++x, ++s, out += 4) {
+      Eigen::Vector3f color = Eigen::Vector3f::Zero();
+      for (std::size_t i = 0; i < k; ++i)
+        if (const std::int32_t j = plan.camera[s * k + i]; j >= 0)
+          color += plan.weight[s * k + i] * colors[static_cast<std::size_t>(j)];
+      color *= plan.alpha[s];
+      out[0] = color[0];
+      out[1] = color[1];
+      out[2] = color[2];
+      out[3] = plan.alpha[s];
+    }
+  }
+}
+
+}  // namespace lumi

@@ -1,0 +1,26 @@
+// Blends a FramePlan's cameras at each sample from the photographs, on the CPU.
+#pragma once
+
+#include <vector>
+
+#include "render/photos/photo_set.h"
+#include "render/radiance/frame_plan.h"
+#include "scene/model/image.h"
+
+namespace lumi {
+
+// Level of the pyramid that a source photo is read at: log2 of its pixels to a desired pixel at the point, 0 where the
+// photo is not oversampled. Depths along the two optical axes, focal lengths in pixels.
+float PyramidLevel(float focal_source_px, float depth_source, float focal_desired_px, float depth_desired);
+
+// Bilinear sample of RGB (code values 0..255) at pixel coordinates of the full photo (centres at i + 0.5), clamped to the
+// photo's own pixels; trilinear between two levels of the pyramid for level > 0.
+Eigen::Array3f SamplePhoto(const Photo& photo, float u_px, float v_px, float level);
+
+// Writes the plan's window into `image` (RGBA, [0,1], premultiplied, the whole view's size).
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, ImageF& image);
+
+// The same with a constant colour for each source (false colour); colors[j] is RGB in [0,1].
+void BlendConstants(const FramePlan& plan, const std::vector<Eigen::Vector3f>& colors, ImageF& image);
+
+}  // namespace lumi

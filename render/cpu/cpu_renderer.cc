@@ -1,0 +1,78 @@
+#include <algorithm>
+#include <cmath>
+
+#include "render/cpu/blend.h"
+#include "render/radiance/frame_plan.h"
+#include "render/renderer.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+// A window of the view that one thread plans and blends before the next: its plan (about 60 KB) stays in cache.
+constexpr int kTileWidth = 64;
+constexpr int kTileHeight = 16;
+
+class CpuRenderer : public Renderer {
+ public:
+  CpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos)
+      : sources_(MakeSources(scene)), proxy_(proxy, scene.normalized_from_world), photos_(photos) {
+    for (std::size_t j = 0; j < sources_.views.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
+  }
+
+  ImageF Render(const RenderRequest& request) override {
+    const ViewSetup setup = MakeViewSetup(sources_, request.view, request.settings, request.use);
+    const int width = request.view.size_px.x(), height = request.view.size_px.y();
+    ImageF image(width, height, 4);
+    const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
+    ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
+      FramePlan plan;
+      WeighScratch scratch;
+      for (std::size_t tile = begin; tile < end; ++tile) {
+        if (InterruptRequested()) return;
+        const int x = static_cast<int>(tile) % columns * kTileWidth, y = static_cast<int>(tile) / columns * kTileHeight;
+        const PixelWindow window{x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)};
+        PlanPixels(setup, proxy_, window, plan, scratch);
+        if (request.show == Show::kFalseColor)
+          BlendConstants(plan, colors_, image);
+        else
+          BlendColor(plan, setup, photos_, image);
+      }
+    });
+    CheckInterrupted();
+    return image;
+  }
+
+  std::string Device() const override {
+    const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
+    return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
+  }
+
+ private:
+  const Sources sources_;
+  const ProxyTracer proxy_;
+  const std::vector<Photo>& photos_;
+  std::vector<Eigen::Vector3f> colors_;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> MakeCpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
+  return std::make_unique<CpuRenderer>(scene, proxy, photos);
+}
+
+Eigen::Vector3f SourceColor(int view_index) {
+  // Hues a golden ratio apart never come close for neighbours; three lightnesses tell hues that meet again apart.
+  const double hue = std::fmod(0.61803398875 * view_index, 1.0) * 6.0;
+  const double saturation = view_index % 2 == 0 ? 0.95 : 0.6;
+  const double value = 1.0 - 0.18 * (view_index % 3);
+  Eigen::Vector3f rgb;
+  for (int i = 0; i < 3; ++i) {
+    const double k = std::fmod(5.0 - 2.0 * i + hue, 6.0);
+    rgb[i] = static_cast<float>(value - value * saturation * std::max(0.0, std::min({k, 4.0 - k, 1.0})));
+  }
+  return rgb;
+}
+
+}  // namespace lumi

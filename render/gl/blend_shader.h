@@ -1,0 +1,29 @@
+// The text of the shaders that draw a lumigraph. The blend shader evaluates the weights of render/radiance/weights.h at
+// every pixel; tests/render hold it to them.
+#pragma once
+
+#include <string>
+
+namespace lumi {
+
+// Mesh positions to clip space: a near plane at kNearDepth and none behind.
+const std::string& DepthVertexShader();
+// Writes the depth along the optical axis, normalised units.
+const std::string& DepthFragmentShader();
+// A triangle over the whole viewport.
+const std::string& FullScreenVertexShader();
+
+struct BlendVariant {
+  int k = 4;                     // 0: all
+  bool false_color = false;
+  int groups = 1;                // photo textures
+  bool cameras_in_uniforms = true;   // else in a buffer texture
+  int camera_capacity = 1;       // of the uniform block
+  auto operator<=>(const BlendVariant&) const = default;
+};
+std::string BlendFragmentShader(const BlendVariant& variant);
+
+// In normalised units: nothing nearer is drawn.
+constexpr float kNearDepth = 1e-5F;
+
+}  // namespace lumi

@@ -1,0 +1,14 @@
+# The OpenGL backend. Included by render/CMakeLists.txt.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+
+lumi_library(lumi_render_gl
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/blend_shader.cc
+    ${CMAKE_CURRENT_LIST_DIR}/egl_context.cc
+    ${CMAKE_CURRENT_LIST_DIR}/gl_lumigraph.cc
+    ${CMAKE_CURRENT_LIST_DIR}/gl_objects.cc
+    ${CMAKE_CURRENT_LIST_DIR}/gl_renderer.cc
+    ${CMAKE_CURRENT_LIST_DIR}/photo_textures.cc
+  PUBLIC lumi_render lumi_scene
+  PRIVATE PkgConfig::EPOXY fmt::fmt ${CMAKE_DL_LIBS})

@@ -1,0 +1,123 @@
+#include "render/gl/gl_objects.h"
+
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+GLuint Compile(GLenum kind, const std::string& name, const std::string& text) {
+  const GLuint shader = glCreateShader(kind);
+  const char* source = text.c_str();
+  glShaderSource(shader, 1, &source, nullptr);
+  glCompileShader(shader);
+  GLint ok = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(8192);
+    glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+    glDeleteShader(shader);
+    throw std::logic_error(fmt::format("{} shader '{}' does not compile: {}",
+                                       kind == GL_VERTEX_SHADER ? "vertex" : "fragment", name, log.data()));
+  }
+  return shader;
+}
+
+}  // namespace
+
+template <GlKind kKind>
+GlObject<kKind> GlObject<kKind>::Make() {
+  GlObject o;
+  if constexpr (kKind == GlKind::kBuffer) glGenBuffers(1, &o.id_);
+  if constexpr (kKind == GlKind::kTexture) glGenTextures(1, &o.id_);
+  if constexpr (kKind == GlKind::kFramebuffer) glGenFramebuffers(1, &o.id_);
+  if constexpr (kKind == GlKind::kVertexArray) glGenVertexArrays(1, &o.id_);
+  return o;
+}
+
+template <GlKind kKind>
+void GlObject<kKind>::Release() {
+  if (id_ == 0) return;
+  if constexpr (kKind == GlKind::kBuffer) glDeleteBuffers(1, &id_);
+  if constexpr (kKind == GlKind::kTexture) glDeleteTextures(1, &id_);
+  if constexpr (kKind == GlKind::kFramebuffer) glDeleteFramebuffers(1, &id_);
+  if constexpr (kKind == GlKind::kVertexArray) glDeleteVertexArrays(1, &id_);
+  id_ = 0;
+}
+
+template class GlObject<GlKind::kBuffer>;
+template class GlObject<GlKind::kTexture>;
+template class GlObject<GlKind::kFramebuffer>;
+template class GlObject<GlKind::kVertexArray>;
+
+GlProgram::GlProgram(const std::string& name, const std::string& vertex, const std::string& fragment) {
+  const GLuint v = Compile(GL_VERTEX_SHADER, name, vertex);
+  GLuint f = 0;
+  try {
+    f = Compile(GL_FRAGMENT_SHADER, name, fragment);
+  } catch (...) {
+    glDeleteShader(v);
+    throw;
+  }
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, v);
+  glAttachShader(program, f);
+  glLinkProgram(program);
+  glDeleteShader(v);
+  glDeleteShader(f);
+  GLint ok = 0;
+  glGetProgramiv(program, GL_LINK_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(8192);
+    glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
+    glDeleteProgram(program);
+    throw std::logic_error(fmt::format("shader program '{}' does not link: {}", name, log.data()));
+  }
+  id_ = program;
+}
+
+GlProgram::~GlProgram() {
+  if (id_ != 0) glDeleteProgram(id_);
+}
+
+void GlProgram::Use() const { glUseProgram(id_); }
+
+int GlProgram::Uniform(const char* name) const { return glGetUniformLocation(id_, name); }
+
+void RequireGl43() {
+  const int version = epoxy_gl_version();
+  if (!epoxy_is_desktop_gl() || version < 43)
+    throw MachineError(fmt::format("OpenGL 4.3 is needed, this machine's driver ({}) offers {}.{}", GlDeviceName(),
+                                   version / 10, version % 10),
+                       "render with --backend cpu, or update the graphics driver");
+}
+
+void CheckGl(const char* doing) {
+  const GLenum error = glGetError();
+  if (error == GL_NO_ERROR) return;
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  if (error == GL_OUT_OF_MEMORY)
+    throw MachineError(fmt::format("the graphics memory is full ({})", doing),
+                       "use fewer or smaller photos, or --backend cpu");
+  throw std::logic_error(fmt::format("OpenGL error 0x{:04x} while {}", error, doing));
+}
+
+std::string GlDeviceName() {
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return name != nullptr ? name : "no OpenGL";
+}
+
+bool GlIsSoftware() {
+  const std::string name = GlDeviceName();
+  for (const char* word : {"llvmpipe", "softpipe", "SwiftShader", "swrast"})
+    if (name.find(word) != std::string::npos) return true;
+  return false;
+}
+
+}  // namespace lumi

@@ -1,0 +1,72 @@
+// OpenGL names with an owner: released when it goes, movable, never copied. All of it needs a current context, on the
+// thread that it is current on. Names are plain unsigned integers here, so that no GL header is shown.
+#pragma once
+
+#include <string>
+#include <utility>
+
+namespace lumi {
+
+enum class GlKind { kBuffer, kTexture, kFramebuffer, kVertexArray };
+
+template <GlKind kKind>
+class GlObject {
+ public:
+  GlObject() = default;  // none
+  static GlObject Make();
+  ~GlObject() { Release(); }
+  GlObject(GlObject&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+  GlObject& operator=(GlObject&& other) noexcept {
+    if (this != &other) {
+      Release();
+      id_ = std::exchange(other.id_, 0);
+    }
+    return *this;
+  }
+  unsigned id() const { return id_; }
+  explicit operator bool() const { return id_ != 0; }
+
+ private:
+  void Release();
+  unsigned id_ = 0;
+};
+
+using GlBuffer = GlObject<GlKind::kBuffer>;
+using GlTexture = GlObject<GlKind::kTexture>;
+using GlFramebuffer = GlObject<GlKind::kFramebuffer>;
+using GlVertexArray = GlObject<GlKind::kVertexArray>;
+
+// A linked vertex + fragment program.
+class GlProgram {
+ public:
+  GlProgram() = default;
+  // `name` is for messages: throws std::logic_error with the driver's log when the text does not compile or link.
+  GlProgram(const std::string& name, const std::string& vertex, const std::string& fragment);
+  ~GlProgram();
+  GlProgram(GlProgram&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+  GlProgram& operator=(GlProgram&& other) noexcept {
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  unsigned id() const { return id_; }
+  explicit operator bool() const { return id_ != 0; }
+  void Use() const;
+  int Uniform(const char* name) const;  // -1 where the compiler removed it; glUniform* ignores that
+
+ private:
+  unsigned id_ = 0;
+};
+
+// Throws MachineError unless the current context has OpenGL 4.3 core.
+void RequireGl43();
+
+// Throws MachineError (out of memory) or std::logic_error (anything else) if an OpenGL error is pending. `doing` says
+// what was done, for the message.
+void CheckGl(const char* doing);
+
+// GL_RENDERER of the current context.
+std::string GlDeviceName();
+// Whether the current context draws on the CPU (llvmpipe, softpipe, SwiftShader).
+bool GlIsSoftware();
+
+}  // namespace lumi

@@ -1,0 +1,59 @@
+// MakeGlRenderer: the whole lumigraph in graphics memory, one picture at a time.
+#include <epoxy/gl.h>
+
+#include <string>
+
+#include "render/gl/egl_context.h"
+#include "render/gl/gl_lumigraph.h"
+#include "render/renderer.h"
+
+namespace lumi {
+namespace {
+
+class GlRenderer final : public Renderer {
+ public:
+  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
+    const EglContext::Current current(context_);
+    std::vector<Eigen::Vector2i> sizes;
+    for (const Photo& p : photos)
+      sizes.push_back(p.levels.empty() ? Eigen::Vector2i(1, 1) : Eigen::Vector2i(p.levels[0].width, p.levels[0].height));
+    // Into members only when complete: what goes on failure goes while the context is current.
+    auto lumigraph = std::make_unique<GlLumigraph>(scene, sizes);
+    lumigraph->SetProxy(proxy);
+    for (std::size_t i = 0; i < photos.size(); ++i)
+      if (!photos[i].levels.empty()) lumigraph->Upload({static_cast<int>(i)}, photos[i]);
+    target_ = std::make_unique<GlTarget>();
+    device_ = GlDeviceName();
+    lumigraph_ = std::move(lumigraph);
+  }
+
+  ~GlRenderer() override {
+    const EglContext::Current current(context_);
+    lumigraph_.reset();
+    target_.reset();
+  }
+
+  ImageF Render(const RenderRequest& request) override {
+    const EglContext::Current current(context_);
+    const Eigen::Vector2i size = request.view.size_px;
+    lumigraph_->Begin(request, *target_);
+    lumigraph_->Blend(*target_, 0, size.y());
+    return lumigraph_->ReadColor(*target_, size);
+  }
+
+  std::string Device() const override { return device_; }
+
+ private:
+  EglContext context_;
+  std::unique_ptr<GlLumigraph> lumigraph_;
+  std::unique_ptr<GlTarget> target_;
+  std::string device_;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
+  return std::make_unique<GlRenderer>(scene, proxy, photos);
+}
+
+}  // namespace lumi

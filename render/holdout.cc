@@ -1,0 +1,112 @@
+#include "render/holdout.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "render/convert.h"
+#include "render/output_name.h"
+#include "scene/files/image_io.h"
+#include "scene/geometry/angle.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+
+ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use) {
+  const auto& wanted = scene.views[static_cast<std::size_t>(view.value)];
+  const std::vector<double> depths = PointDepths(scene, view);
+  const double depth = depths.empty() ? 1.0 / scene.normalized_from_world.scale : depths[depths.size() / 2];
+  ViewId best;
+  double least = 0;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    if (!use[i]) continue;
+    const View& v = scene.views[i];
+    const double baseline = (v.CentreInWorld() - wanted.CentreInWorld()).norm();
+    const Eigen::Vector3d a = v.cam_from_world.R().row(2), b = wanted.cam_from_world.R().row(2);
+    const double distance = std::atan2(baseline, depth) + AngleBetween(a, b);
+    if (best.value < 0 || distance < least) {
+      best = {static_cast<std::int32_t>(i)};
+      least = distance;
+    }
+  }
+  return best;
+}
+
+HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& sink) {
+  const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
+  if (held_out.empty() || scene.views.size() < 2)
+    throw DataError("too few photos to hold any out: " + std::to_string(scene.views.size()),
+                    "lower --holdout, or add photos");
+  std::vector<bool> use(scene.views.size(), true);
+  for (const ViewId id : held_out) use[static_cast<std::size_t>(id.value)] = false;
+  // What is chosen must not have seen the photos that are reported on, unless that leaves too little to render from.
+  if (options.fold == Fold::kChoose) {
+    std::vector<bool> strict = use;
+    for (const ViewId id : FoldViews(scene, options.n, Fold::kReport)) strict[static_cast<std::size_t>(id.value)] = false;
+    if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(use.size())) use = strict;
+  }
+  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout");
+
+  HoldoutSummary summary;
+  Progress progress(sink, "rendering held-out photos", static_cast<long>(held_out.size()));
+  std::vector<double> times;
+  for (const ViewId id : held_out) {
+    const View& view = scene.views[static_cast<std::size_t>(id.value)];
+    Camera camera = scene.CameraOf(view);
+    Image8 photo = ReadImage8(scene.ImagePath(view), 3);
+    if (options.width_px > 0 && options.width_px < camera.width_px) {
+      const int height = std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * options.width_px / camera.width_px)));
+      camera = camera.Scaled(options.width_px, height);
+      photo = Resize(photo, camera.width_px, camera.height_px);
+    }
+    RenderRequest request;
+    request.view = MakeRenderView(camera, view.cam_from_world);
+    request.settings = options.settings;
+    request.use = use;
+    const auto start = std::chrono::steady_clock::now();
+    const ImageF image = renderer.Render(request);
+    HoldoutView result;
+    result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    result.name = view.name;
+    result.coverage = Coverage(image);
+    const Image8 rendered = ToRgb8(image);
+    const ImageDifference d = Compare(rendered, photo);
+    result.psnr_db = d.psnr_db;
+    result.ssim = d.ssim;
+
+    const ViewId nearest = NearestPhoto(scene, id, use);
+    result.nearest_name = scene.views[static_cast<std::size_t>(nearest.value)].name;
+    request.use.assign(scene.views.size(), false);
+    request.use[static_cast<std::size_t>(nearest.value)] = true;
+    request.settings.k = 1;
+    const ImageF baseline = renderer.Render(request);
+    const ImageDifference b = Compare(ToRgb8(baseline), photo);
+    result.nearest_psnr_db = b.psnr_db;
+    result.nearest_ssim = b.ssim;
+    result.nearest_coverage = Coverage(baseline);
+
+    if (!options.folder.empty()) {
+      const std::string stem = OutputName(view.name);
+      WriteImage(options.folder / (stem + "_render.jpg"), rendered);
+      WriteImage(options.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
+    }
+    times.push_back(result.ms);
+    summary.views.push_back(result);
+    progress.Step();
+  }
+  const double n = static_cast<double>(summary.views.size());
+  for (const HoldoutView& v : summary.views) {
+    summary.psnr_mean_db += v.psnr_db / n;
+    summary.ssim_mean += v.ssim / n;
+    summary.coverage_mean += v.coverage / n;
+    summary.nearest_psnr_mean_db += v.nearest_psnr_db / n;
+    summary.nearest_ssim_mean += v.nearest_ssim / n;
+    summary.nearest_coverage_mean += v.nearest_coverage / n;
+  }
+  std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
+  summary.ms_per_frame = times[times.size() / 2];
+  return summary;
+}
+
+}  // namespace lumi

@@ -1,0 +1,44 @@
+// How good the lumigraph is where it can be checked: photos 0, N, 2N ... rendered from the others and compared with what
+// was photographed, over all pixels, a hole counting as black; beside it the nearest photo alone, reprojected through the
+// same proxy.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct HoldoutOptions {
+  int n = 8;                               // every n-th photo is held out
+  Fold fold = Fold::kReport;
+  int width_px = 0;                        // 0: the photo's own size
+  RadianceSettings settings;
+  std::filesystem::path folder;            // renders and differences go here; empty: none are written
+};
+
+struct HoldoutView {
+  std::string name;
+  double psnr_db = 0, ssim = 0, coverage = 0;
+  std::string nearest_name;
+  double nearest_psnr_db = 0, nearest_ssim = 0, nearest_coverage = 0;
+  double ms = 0;                           // to render the view
+};
+
+struct HoldoutSummary {
+  double psnr_mean_db = 0, ssim_mean = 0, coverage_mean = 0;
+  double nearest_psnr_mean_db = 0, nearest_ssim_mean = 0, nearest_coverage_mean = 0;
+  double ms_per_frame = 0;                 // median
+  std::vector<HoldoutView> views;
+};
+
+// The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
+// plus the angle between the optical axes.
+ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use);
+
+HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& progress);
+
+}  // namespace lumi

@@ -1,0 +1,37 @@
+#include "render/photos/photo_set.h"
+
+#include <algorithm>
+
+#include "scene/files/image_io.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+
+Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
+  Photo photo;
+  std::vector<Image8> levels = BuildPyramid(ReadImage8(scene.ImagePath(scene.views[static_cast<std::size_t>(view.value)]), 3),
+                                            options.pyramids || options.max_side_px > 0 ? 0 : 1);
+  std::size_t first = 0;
+  while (options.max_side_px > 0 && first + 1 < levels.size() &&
+         std::max(levels[first].width, levels[first].height) > options.max_side_px)
+    ++first;
+  photo.level0_shift = static_cast<int>(first);
+  levels.erase(levels.begin(), levels.begin() + static_cast<std::ptrdiff_t>(first));
+  if (!options.pyramids) levels.resize(1);
+  photo.levels = std::move(levels);
+  return photo;
+}
+
+std::vector<Photo> LoadPhotos(const Scene& scene, const PhotoOptions& options, ProgressSink& sink) {
+  std::vector<Photo> photos(scene.views.size());
+  Progress progress(sink, "reading photos", static_cast<long>(photos.size()));
+  ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      photos[i] = LoadPhoto(scene, {static_cast<std::int32_t>(i)}, options);
+      progress.Step();
+    }
+  });
+  return photos;
+}
+
+}  // namespace lumi

@@ -1,0 +1,29 @@
+// The photographs of a scene in memory, with their pyramids, ready to be sampled.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "scene/model/image.h"
+#include "scene/model/scene.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct PhotoOptions {
+  int max_side_px = 0;         // larger photos are halved until they fit; 0: as they are
+  bool pyramids = true;
+};
+
+struct Photo {
+  std::vector<Image8> levels;  // RGB, level 0 first; empty: not loaded
+  int level0_shift = 0;        // level 0 is the photo halved this many times
+};
+
+// Reads all photos in parallel. Throws InputError naming the file.
+std::vector<Photo> LoadPhotos(const Scene& scene, const PhotoOptions& options, ProgressSink& progress);
+
+// One, for the viewer's background loading.
+Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options);
+
+}  // namespace lumi

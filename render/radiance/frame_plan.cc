@@ -1,0 +1,73 @@
+#include "render/radiance/frame_plan.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <stdexcept>
+
+namespace lumi {
+
+ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const RadianceSettings& settings,
+                        const std::vector<bool>& use) {
+  if (const std::string problem = Validate(settings); !problem.empty()) throw std::invalid_argument(problem);
+  if (!use.empty() && use.size() != sources.views.size())
+    throw std::invalid_argument("MakeViewSetup: one flag a source view is wanted");
+  ViewSetup setup;
+  setup.settings = settings;
+  setup.desired = Normalized(desired, sources.normalized_from_world);
+  setup.sources = MakeRelative(sources, setup.desired, use, settings.fov_feather);
+  Eigen::Matrix3d M = setup.desired.P.leftCols<3>();
+  M /= M.row(2).norm();
+  const Eigen::FullPivLU<Eigen::Matrix3d> lu(M);
+  if (!lu.isInvertible()) throw std::invalid_argument("MakeViewSetup: the desired camera's matrix is singular");
+  setup.desired.P.leftCols<3>() = M;
+  setup.desired.P.col(3) = -M * setup.desired.centre;
+  setup.ray_from_pixel = lu.inverse();
+  setup.focal_px = static_cast<float>(std::sqrt(std::abs(M.determinant())));
+  return setup;
+}
+
+void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const PixelWindow& window, FramePlan& plan,
+                WeighScratch& scratch) {
+  const auto n = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
+  const bool all = setup.settings.k == 0;
+  plan.window = window;
+  plan.k = all ? setup.sources.count : setup.settings.k;
+  const auto k = static_cast<std::size_t>(plan.k);
+  plan.offset.resize(n);
+  plan.alpha.resize(n);
+  plan.camera.assign(n * k, -1);
+  plan.weight.assign(n * k, 0.0F);
+
+  std::vector<float> t(n), everyone;
+  std::size_t s = 0;
+  for (int y = 0; y < window.height; ++y)
+    for (int x = 0; x < window.width; ++x) {
+      const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0);
+      plan.offset[s++] = ray.normalized().cast<float>();
+    }
+  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t);
+
+  for (s = 0; s < n; ++s) {
+    plan.alpha[s] = 0;
+    if (!(t[s] > 0) || !std::isfinite(t[s])) continue;
+    const Eigen::Vector3f direction = plan.offset[s];
+    plan.offset[s] *= t[s];
+    if (all) {
+      plan.alpha[s] = WeighAll(setup.sources, direction, t[s], setup.settings, scratch, everyone);
+      for (std::size_t j = 0; j < everyone.size(); ++j)
+        if (everyone[j] > 0) {
+          plan.camera[s * k + j] = static_cast<std::int32_t>(j);
+          plan.weight[s * k + j] = everyone[j];
+        }
+      continue;
+    }
+    const RayWeights r = Weigh(setup.sources, direction, t[s], setup.settings, scratch);
+    plan.alpha[s] = r.alpha;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
+      plan.camera[s * k + i] = r.camera[i];
+      plan.weight[s * k + i] = r.weight[i];
+    }
+  }
+}
+
+}  // namespace lumi

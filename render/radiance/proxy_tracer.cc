@@ -1,0 +1,83 @@
+#include "render/radiance/proxy_tracer.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace lumi {
+
+struct ProxyTracer::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  ~Impl() {
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+  }
+};
+
+ProxyTracer::ProxyTracer(ProxyTracer&&) noexcept = default;
+ProxyTracer::~ProxyTracer() = default;
+
+ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_world) : impl_(std::make_unique<Impl>()) {
+  if (const auto problem = Validate(mesh)) throw std::invalid_argument("ProxyTracer: " + *problem);
+  impl_->device = rtcNewDevice(nullptr);
+  impl_->scene = rtcNewScene(impl_->device);
+  // Robust: a ray through an edge or a vertex hits one of its triangles, so that no pixel falls through a seam.
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  if (!mesh.faces.empty()) {
+    const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                 3 * sizeof(float), mesh.vertices.size()));
+    for (const auto& v : mesh.vertices) {
+      const Eigen::Vector3f x = (normalized_from_world * v).cast<float>();
+      vertices = std::copy(x.data(), x.data() + 3, vertices);
+    }
+    auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                      3 * sizeof(std::uint32_t), mesh.faces.size()));
+    for (const auto& f : mesh.faces)
+      for (const auto v : f) *faces++ = static_cast<std::uint32_t>(v);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(impl_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(impl_->scene);
+}
+
+void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
+                        std::span<float> t_out) const {
+  constexpr std::size_t kPacket = 16;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  alignas(64) RTCRayHit16 packet;
+  alignas(64) int valid[kPacket];
+  for (std::size_t base = 0; base < directions.size(); base += kPacket) {
+    const std::size_t n = std::min(kPacket, directions.size() - base);
+    for (std::size_t i = 0; i < kPacket; ++i) {
+      valid[i] = i < n ? -1 : 0;
+      const Eigen::Vector3f& d = directions[base + std::min(i, n - 1)];
+      packet.ray.org_x[i] = origin.x();
+      packet.ray.org_y[i] = origin.y();
+      packet.ray.org_z[i] = origin.z();
+      packet.ray.dir_x[i] = d.x();
+      packet.ray.dir_y[i] = d.y();
+      packet.ray.dir_z[i] = d.z();
+      packet.ray.tnear[i] = 0;
+      packet.ray.tfar[i] = kInfinity;
+      packet.ray.time[i] = 0;
+      packet.ray.mask[i] = 0xFFFFFFFFU;
+      packet.ray.id[i] = 0;
+      packet.ray.flags[i] = 0;
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect16(valid, impl_->scene, &context, &packet);
+    for (std::size_t i = 0; i < n; ++i)
+      t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
+  }
+}
+
+}  // namespace lumi

@@ -1,0 +1,29 @@
+// Rays against the proxy (Embree), in the scene's normalised frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+
+#include "scene/geometry/mesh.h"
+#include "scene/geometry/similarity3.h"
+
+namespace lumi {
+
+class ProxyTracer {
+ public:
+  // The mesh is copied, moved to the normalised frame in double and then rounded.
+  ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_world);
+  ~ProxyTracer();
+  ProxyTracer(ProxyTracer&&) noexcept;
+  ProxyTracer(const ProxyTracer&) = delete;
+
+  // Distances along unit directions from one origin; +infinity where the proxy is missed. Thread-safe.
+  void Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, std::span<float> t_out) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lumi

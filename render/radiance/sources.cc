@@ -1,0 +1,59 @@
+#include "render/radiance/sources.h"
+
+#include <cmath>
+#include <limits>
+
+namespace lumi {
+
+RenderView Normalized(const RenderView& view, const Similarity3& normalized_from_world) {
+  const Similarity3 world = normalized_from_world.Inverse();
+  RenderView n = view;
+  // P x_world = P (s R x_n + t): the scale stays on the matrix, so that w is a depth in world units; RelativeSources
+  // rescales it.
+  const Eigen::Matrix3d M = view.P.leftCols<3>();
+  n.P.leftCols<3>() = world.scale * M * world.rotation.toRotationMatrix();
+  n.P.col(3) = M * world.translation + view.P.col(3);
+  n.centre = normalized_from_world * view.centre;
+  return n;
+}
+
+Sources MakeSources(const Scene& scene) {
+  Sources sources;
+  sources.normalized_from_world = scene.normalized_from_world;
+  sources.views.reserve(scene.views.size());
+  for (const View& view : scene.views)
+    sources.views.push_back(Normalized(MakeRenderView(scene, view), scene.normalized_from_world));
+  return sources;
+}
+
+RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, const std::vector<bool>& use,
+                             double fov_feather) {
+  constexpr int kLanes = RelativeSources::kLanes;
+  RelativeSources r;
+  r.count = static_cast<int>(sources.views.size());
+  r.padded = (r.count + kLanes - 1) / kLanes * kLanes;
+  const auto n = static_cast<std::size_t>(r.padded);
+  for (auto* v : {&r.dx, &r.dy, &r.dz, &r.width_px, &r.height_px, &r.enabled}) v->assign(n, 0.0F);
+  for (auto& m : r.m) m.assign(n, 0.0F);
+  r.feather_px.assign(n, 1.0F);
+  r.focal_px.assign(n, 1.0F);
+  for (std::size_t j = 0; j < sources.views.size(); ++j) {
+    const RenderView& s = sources.views[j];
+    const Eigen::Vector3d D = s.centre - desired.centre;
+    r.dx[j] = static_cast<float>(D.x());
+    r.dy[j] = static_cast<float>(D.y());
+    r.dz[j] = static_cast<float>(D.z());
+    Eigen::Matrix3d M = s.P.leftCols<3>();
+    M /= M.row(2).norm();  // the third row of K is (0,0,1): this makes w the depth along the optical axis
+    for (int i = 0; i < 9; ++i) r.m[i][j] = static_cast<float>(M(i / 3, i % 3));
+    // K from M = K R: the area a pixel covers at unit depth is 1 / (fx fy) = 1 / |det M|.
+    r.focal_px[j] = static_cast<float>(std::sqrt(std::abs(M.determinant())));
+    r.width_px[j] = static_cast<float>(s.size_px.x());
+    r.height_px[j] = static_cast<float>(s.size_px.y());
+    r.feather_px[j] = static_cast<float>(fov_feather * s.size_px.minCoeff());
+    r.enabled[j] = use.empty() || use[j] ? 1.0F : 0.0F;
+  }
+  return r;
+}
+
+}  // namespace lumi

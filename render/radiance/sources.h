@@ -1,0 +1,41 @@
+// The source cameras as the radiance core reads them: in the scene's normalised frame (centre at the origin, size about
+// 1), so that float arithmetic relative to the desired camera keeps its digits.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+struct Sources {
+  std::vector<RenderView> views;      // P and centre in the normalised frame; same order as Scene::views
+  Similarity3 normalized_from_world;
+};
+
+Sources MakeSources(const Scene& scene);
+
+// A view of the world frame in the normalised one. P keeps its sign.
+RenderView Normalized(const RenderView& view, const Similarity3& normalized_from_world);
+
+// The sources as seen from one desired camera, a structure of arrays: everything is relative to the desired centre, the
+// differences formed in double. Padded to a multiple of kLanes with cameras that see nothing.
+struct RelativeSources {
+  static constexpr int kLanes = 16;
+  int count = 0;         // real cameras
+  int padded = 0;        // arrays' length
+  // C_j - C_desired, normalised units.
+  std::vector<float> dx, dy, dz;
+  // M_j = P_j's left 3x3, rows: x_px ~ M_j (t d - D_j), scaled so that w is the depth in normalised units.
+  std::vector<float> m[9];
+  std::vector<float> width_px, height_px, feather_px;
+  std::vector<float> focal_px;        // sqrt(fx fy): for the pyramid level
+  std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
+};
+
+// `use[j]` false leaves camera j out (empty: all are used). `desired` in the normalised frame.
+RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, const std::vector<bool>& use,
+                             double fov_feather);
+
+}  // namespace lumi

@@ -1,0 +1,43 @@
+// The real-time blending weights at a ray (thesis sec. 5.1: identity similarity, k nearest, Eq. 5.1 windowed at the
+// k+1st), with the measures
+//   theta_j  angle at the proxy point p between the desired ray and the ray to camera j,
+//            atan2(|D x d|, t - D.d): D = C_j - C_desired, d the unit desired ray, p = C_desired + t d,
+//   f_j      field-of-view value in [0,1]: 1 inside the photo, raised cosine to 0 over the feather at its border,
+// combined as h = theta (1 + gamma (1/f - 1)): infinite where the camera is blind, continuous between, 0 at an
+// epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras contribute).
+// Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "render/radiance/settings.h"
+#include "render/radiance/sources.h"
+
+namespace lumi {
+
+// One ray's result for k <= kMaxBlend.
+struct RayWeights {
+  int count = 0;                                // cameras with a weight > 0
+  std::array<std::int32_t, kMaxBlend> camera;   // into Sources::views
+  std::array<float, kMaxBlend> weight;          // sum 1 (count > 0)
+  float alpha = 0;                              // 0: a hole, no camera sees the point
+};
+
+// Scratch for Weigh, one a thread.
+struct WeighScratch {
+  std::vector<float> h, f;
+};
+
+// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0.
+// settings.k in 1..kMaxBlend.
+RayWeights Weigh(const RelativeSources& sources, const Eigen::Vector3f& direction, float t,
+                 const RadianceSettings& settings, WeighScratch& scratch);
+
+// The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
+float WeighAll(const RelativeSources& sources, const Eigen::Vector3f& direction, float t, const RadianceSettings& settings,
+               WeighScratch& scratch, std::vector<float>& weights_out);
+
+}  // namespace lumi

@@ -1,0 +1,44 @@
+// What the two backends have in common: a view in, a picture out.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/photos/photo_set.h"
+#include "render/radiance/settings.h"
+#include "scene/geometry/mesh.h"
+#include "scene/model/image.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+enum class Show {
+  kColor,
+  kFalseColor,  // one distinct colour a source view (SourceColor), blended with the same weights
+};
+
+struct RenderRequest {
+  RenderView view;                // in world
+  RadianceSettings settings;
+  std::vector<bool> use;          // empty: all sources; else one a view, false: left out
+  Show show = Show::kColor;
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  // RGBA, [0,1], premultiplied: a hole is (0,0,0,0). Not thread-safe: parallel inside.
+  virtual ImageF Render(const RenderRequest& request) = 0;
+  virtual std::string Device() const = 0;   // "2 cores, AVX-512" or GL_RENDERER
+};
+
+// The scene, mesh and photos must outlive the renderer.
+std::unique_ptr<Renderer> MakeCpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
+// Offscreen through EGL (no window system needed). Throws MachineError where OpenGL 4.3 core cannot be had.
+std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
+
+// A colour for a source view, distinct from its neighbours' (golden-ratio hues, alternating lightness), RGB [0,1].
+Eigen::Vector3f SourceColor(int view_index);
+
+}  // namespace lumi

@@ -1,0 +1,72 @@
+#include "render/viewer/frame_painter.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace lumi {
+namespace {
+
+// Before anything was measured: two cores on the one hand, any graphics processor on the other.
+constexpr double kSoftwarePixelsPerMs = 1500;
+constexpr double kHardwarePixelsPerMs = 1e6;
+// So little is not worth two resolutions.
+constexpr double kNearlyFull = 0.85;
+
+}  // namespace
+
+FramePainter::FramePainter(GlLumigraph& lumigraph, const PainterOptions& options)
+    : lumigraph_(lumigraph), options_(options), pixels_per_ms_(GlIsSoftware() ? kSoftwarePixelsPerMs : kHardwarePixelsPerMs) {}
+
+Eigen::Vector2i FramePainter::PreviewSize(const Eigen::Vector2i& full) const {
+  const double scale = std::sqrt(options_.moving_ms * pixels_per_ms_ / (static_cast<double>(full.x()) * full.y()));
+  if (scale >= kNearlyFull) return full;
+  const double limited = std::max(scale, options_.min_scale);
+  return {std::max(1, static_cast<int>(full.x() * limited)), std::max(1, static_cast<int>(full.y() * limited))};
+}
+
+double FramePainter::Timed(const RenderRequest& request, GlTarget& target, int first_row, int last_row, bool begin) {
+  // Wall clock around a finished command stream: GPU timers are wrong on software drivers.
+  glFinish();
+  const auto start = std::chrono::steady_clock::now();
+  if (begin) lumigraph_.Begin(request, target);
+  lumigraph_.Blend(target, first_row, last_row);
+  glFinish();
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const double rate = static_cast<double>(request.view.size_px.x()) * (last_row - first_row) / std::max(ms, 1e-3);
+  pixels_per_ms_ += 0.3 * (rate - pixels_per_ms_);
+  painted_ = true;
+  return ms;
+}
+
+void FramePainter::Paint(const RenderRequest& request, const RenderRequest& preview, bool changed) {
+  painted_ = false;
+  const Eigen::Vector2i full = request.view.size_px;
+  if (changed || shown_ == nullptr) {
+    const bool at_once = preview.view.size_px == full;
+    GlTarget& target = at_once ? full_ : preview_;
+    picture_ms_ = Timed(preview, target, 0, preview.view.size_px.y(), true);
+    shown_ = &target;
+    shown_size_px_ = preview.view.size_px;
+    complete_ = at_once;
+    begun_ = false;
+    refined_rows_ = 0;
+    return;
+  }
+  if (complete_) return;
+  // Rows of the full picture, behind the one that is shown.
+  const double rows = options_.refine_ms * pixels_per_ms_ / full.x();
+  const int last = std::min(full.y(), refined_rows_ + std::max(4, static_cast<int>(rows)));
+  Timed(request, full_, refined_rows_, last, !begun_);
+  begun_ = true;
+  refined_rows_ = last;
+  if (refined_rows_ == full.y()) {
+    shown_ = &full_;
+    shown_size_px_ = full;
+    complete_ = true;
+  }
+}
+
+}  // namespace lumi

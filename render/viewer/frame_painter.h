@@ -1,0 +1,49 @@
+// Keeps the picture in step with the user: while anything moves it is drawn as large as the time allows; at rest it is
+// refined to full resolution, some rows a frame, so that the next move is answered at once.
+#pragma once
+
+#include "render/gl/gl_lumigraph.h"
+#include "render/renderer.h"
+
+namespace lumi {
+
+struct PainterOptions {
+  double moving_ms = 45;     // a picture while moving
+  double refine_ms = 40;     // rows of the full picture a frame, at rest
+  double min_scale = 0.125;  // of the window's side
+};
+
+class FramePainter {
+ public:
+  // Must outlive the painter. The current context's thread.
+  FramePainter(GlLumigraph& lumigraph, const PainterOptions& options);
+
+  // One frame's work on the picture of `full`; `preview` is the same at PreviewSize. changed: it is another picture than
+  // at the last call.
+  void Paint(const RenderRequest& full, const RenderRequest& preview, bool changed);
+
+  // The size that a moving picture has in a window of this size.
+  Eigen::Vector2i PreviewSize(const Eigen::Vector2i& full_px) const;
+
+  bool complete() const { return complete_; }             // what is shown is at full resolution
+  bool empty() const { return shown_ == nullptr; }
+  const GlTarget& shown() const { return *shown_; }
+  const Eigen::Vector2i& shown_size_px() const { return shown_size_px_; }
+  double picture_ms() const { return picture_ms_; }        // of the last picture drawn in one go
+  bool painted() const { return painted_; }                // the last call drew something
+
+ private:
+  double Timed(const RenderRequest& request, GlTarget& target, int first_row, int last_row, bool begin);
+
+  GlLumigraph& lumigraph_;
+  PainterOptions options_;
+  GlTarget preview_, full_;
+  const GlTarget* shown_ = nullptr;
+  Eigen::Vector2i shown_size_px_ = Eigen::Vector2i::Zero();
+  double pixels_per_ms_;
+  int refined_rows_ = 0;
+  bool complete_ = false, painted_ = false, begun_ = false;
+  double picture_ms_ = 0;
+};
+
+}  // namespace lumi

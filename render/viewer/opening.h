@@ -1,0 +1,59 @@
+// Opening a scene for the viewer, on a thread of its own while the window shows how far it is.
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "render/viewer/viewer.h"
+#include "scene/geometry/mesh.h"
+#include "scene/model/scene.h"
+#include "scene/program/interrupt.h"
+
+namespace lumi {
+
+// What the opening thread is at, for the window; also passed on to the terminal.
+class OpeningProgress final : public ProgressSink {
+ public:
+  explicit OpeningProgress(ProgressSink& terminal) : terminal_(terminal) {}
+  void Report(const std::string& task, long done, long total, double seconds, double left) override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (cancelled_) throw Interrupted();
+      task_ = task;
+      fraction_ = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : -1;
+    }
+    terminal_.Report(task, done, total, seconds, left);
+  }
+  void Finish(const std::string& task, long done, double seconds) override { terminal_.Finish(task, done, seconds); }
+  void Message(const std::string& line) override { terminal_.Message(line); }
+  void Cancel() {
+    const std::lock_guard lock(mutex_);
+    cancelled_ = true;
+  }
+  std::pair<std::string, double> Now() {
+    const std::lock_guard lock(mutex_);
+    return {task_, fraction_};
+  }
+
+ private:
+  ProgressSink& terminal_;
+  std::mutex mutex_;
+  std::string task_;
+  double fraction_ = -1;
+  bool cancelled_ = false;
+};
+
+struct Opened {
+  Scene scene;
+  Mesh proxy;
+  std::string proxy_name;
+};
+
+// By name, or by position. Throws UsageError.
+int FindView(const Scene& scene, const std::string& name);
+
+// Throws what OpenScene and LoadProxy throw; DataError for a scene that cannot be shown.
+Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress);
+
+}  // namespace lumi

@@ -1,0 +1,170 @@
+#include "render/viewer/overlay.h"
+
+#include <epoxy/gl.h>
+
+#include <Eigen/LU>
+
+#include "render/gl/blend_shader.h"
+
+namespace lumi {
+namespace {
+
+constexpr const char* kPresent = R"(#version 430 core
+layout(location = 0) out vec4 color;
+uniform sampler2D picture;
+uniform vec2 picture_px, capacity_px, window_px;
+void main() {
+  // The picture's first row is its top.
+  vec2 x = vec2(gl_FragCoord.x, window_px.y - gl_FragCoord.y) / window_px * picture_px;
+  vec4 c = texture(picture, clamp(x, vec2(0.5), picture_px - 0.5) / capacity_px);
+  vec2 cell = abs(fract(gl_FragCoord.xy / 40.0) - 0.5);
+  float line = smoothstep(0.475, 0.49, max(cell.x, cell.y));
+  vec3 backdrop = mix(vec3(0.115, 0.12, 0.13), vec3(0.15, 0.157, 0.17), line);
+  color = vec4(c.rgb + (1.0 - c.a) * backdrop, 1.0);
+}
+)";
+
+constexpr const char* kLineVertex = R"(#version 430 core
+layout(location = 0) in vec3 x_normalized;
+layout(location = 1) in vec4 line_color;
+uniform vec3 centre;
+uniform mat3 clip_from_offset;
+uniform float near_depth;
+out vec4 rgba;
+void main() {
+  vec3 c = clip_from_offset * (x_normalized - centre);
+  gl_Position = vec4(c.x, -c.y, c.z - 2.0 * near_depth, c.z);
+  rgba = line_color;
+}
+)";
+
+constexpr const char* kLineFragment = R"(#version 430 core
+layout(location = 0) out vec4 color;
+in vec4 rgba;
+uniform sampler2D depth_map;
+uniform vec2 picture_px, window_px;
+void main() {
+  vec2 x = vec2(gl_FragCoord.x, window_px.y - gl_FragCoord.y) / window_px * picture_px;
+  float surface = texelFetch(depth_map, clamp(ivec2(x), ivec2(0), ivec2(picture_px) - 1), 0).r;
+  float depth = 1.0 / gl_FragCoord.w;
+  bool hidden = surface > 0.0 && depth > surface * 1.01;
+  color = vec4(rgba.rgb, hidden ? 0.18 * rgba.a : rgba.a);
+}
+)";
+
+void SetVector(const GlProgram& p, const char* name, const Eigen::Vector2i& v) {
+  glUniform2f(p.Uniform(name), static_cast<float>(v.x()), static_cast<float>(v.y()));
+}
+
+}  // namespace
+
+Overlay::Overlay()
+    : present_("present", FullScreenVertexShader(), kPresent),
+      lines_("lines", kLineVertex, kLineFragment),
+      empty_(GlVertexArray::Make()),
+      line_array_(GlVertexArray::Make()),
+      line_buffer_(GlBuffer::Make()) {
+  constexpr GLsizei kStride = 7 * sizeof(float);
+  glBindVertexArray(line_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, nullptr);
+  glEnableVertexAttribArray(1);
+  glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, kStride, reinterpret_cast<const void*>(3 * sizeof(float)));
+  glBindVertexArray(0);
+  CheckGl("preparing the overlays");
+}
+
+void Overlay::Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px) {
+  glViewport(0, 0, window_px.x(), window_px.y());
+  glDisable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  present_.Use();
+  SetVector(present_, "picture_px", picture_px);
+  SetVector(present_, "capacity_px", target.capacity_px());
+  SetVector(present_, "window_px", window_px);
+  glUniform1i(present_.Uniform("picture"), 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, target.color_texture());
+  glBindVertexArray(empty_.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindVertexArray(0);
+}
+
+void Overlay::UseLines(const Eye& eye) {
+  glViewport(0, 0, eye.window_px.x(), eye.window_px.y());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  Eigen::Matrix3d clip_from_pixel = Eigen::Matrix3d::Identity();
+  clip_from_pixel(0, 0) = 2.0 / eye.view.size_px.x();
+  clip_from_pixel(1, 1) = 2.0 / eye.view.size_px.y();
+  clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
+  Eigen::Matrix3d M = eye.view.P.leftCols<3>();
+  M /= M.row(2).norm();
+  const Eigen::Matrix3f clip = (clip_from_pixel * M).cast<float>();
+  const Eigen::Vector3f centre = eye.view.centre.cast<float>();
+  lines_.Use();
+  glUniform3fv(lines_.Uniform("centre"), 1, centre.data());
+  glUniformMatrix3fv(lines_.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+  glUniform1f(lines_.Uniform("near_depth"), 100 * kNearDepth);
+  glUniform1i(lines_.Uniform("depth_map"), 0);
+  SetVector(lines_, "picture_px", eye.picture_px);
+  SetVector(lines_, "window_px", eye.window_px);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, eye.target->depth_texture());
+}
+
+void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth) {
+  std::vector<float> vertices;
+  for (std::size_t j = 0; j < sources.views.size(); ++j) {
+    const RenderView& v = sources.views[j];
+    Eigen::Matrix3d M = v.P.leftCols<3>();
+    M /= M.row(2).norm();
+    const Eigen::Matrix3d rays = M.inverse();
+    const double w = v.size_px.x(), h = v.size_px.y();
+    Eigen::Vector3d corner[4];
+    int i = 0;
+    for (const Eigen::Vector2d& x : {Eigen::Vector2d(0, 0), Eigen::Vector2d(w, 0), Eigen::Vector2d(w, h), Eigen::Vector2d(0, h)})
+      corner[i++] = v.centre + depth * (rays * Eigen::Vector3d(x.x(), x.y(), 1));
+    const auto line = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      for (const Eigen::Vector3d& x : {a, b}) {
+        for (int c = 0; c < 3; ++c) vertices.push_back(static_cast<float>(x[c]));
+        for (int c = 0; c < 4; ++c) vertices.push_back(colors[j][c]);
+      }
+    };
+    for (int c = 0; c < 4; ++c) {
+      line(v.centre, corner[c]);
+      line(corner[c], corner[(c + 1) % 4]);
+    }
+    // A tick on the upper side says which way is up in the photo.
+    const Eigen::Vector3d tick = 0.5 * (corner[0] + corner[1]) + 0.2 * (corner[0] - corner[3]);
+    line(corner[0], tick);
+    line(tick, corner[1]);
+  }
+  UseLines(eye);
+  glBindVertexArray(line_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(), GL_STREAM_DRAW);
+  glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(vertices.size() / 7));
+  glBindVertexArray(0);
+  glDisable(GL_BLEND);
+  CheckGl("drawing the frusta");
+}
+
+void Overlay::ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph) {
+  if (lumigraph.proxy_index_count() == 0) return;
+  UseLines(eye);
+  glBindVertexArray(lumigraph.proxy_vertex_array());
+  glVertexAttrib4f(1, 0.55F, 0.80F, 1.0F, 0.3F);
+  glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+  glDrawElements(GL_TRIANGLES, lumigraph.proxy_index_count(), GL_UNSIGNED_INT, nullptr);
+  glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+  glBindVertexArray(0);
+  glDisable(GL_BLEND);
+  CheckGl("drawing the proxy's edges");
+}
+
+}  // namespace lumi

@@ -1,0 +1,37 @@
+// What is drawn over and around the lumigraph's picture: the backdrop behind holes, the photos' frusta, the proxy's edges.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "render/gl/gl_lumigraph.h"
+#include "render/radiance/sources.h"
+
+namespace lumi {
+
+// Everything is drawn into the framebuffer that is bound, whose size is window_px; right way up for a window.
+class Overlay {
+ public:
+  Overlay();
+
+  // The picture, stretched over the window, on a quiet grid where it is transparent.
+  void Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
+
+  struct Eye {
+    RenderView view;             // normalised frame, at the window's size
+    const GlTarget* target;      // its depth: lines behind the proxy are faint
+    Eigen::Vector2i picture_px;
+    Eigen::Vector2i window_px;
+  };
+  // Frusta of `depth` (normalised units); colours RGBA, one a source.
+  void Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth);
+  void ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph);
+
+ private:
+  void UseLines(const Eye& eye);
+  GlProgram present_, lines_;
+  GlVertexArray empty_, line_array_;
+  GlBuffer line_buffer_;
+};
+
+}  // namespace lumi

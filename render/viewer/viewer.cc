@@ -1,0 +1,542 @@
+#include "render/viewer/viewer.h"
+
+#include <epoxy/gl.h>
+
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <chrono>
+#include <deque>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "render/gl/gl_lumigraph.h"
+#include "render/viewer/canvas.h"
+#include "render/viewer/frame_painter.h"
+#include "render/viewer/navigation.h"
+#include "render/viewer/opening.h"
+#include "render/viewer/overlay.h"
+#include "render/viewer/panel.h"
+#include "render/viewer/photo_loader.h"
+#include "render/viewer/script.h"
+#include "render/viewer/window.h"
+#include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/geometry/angle.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kMb = 1e6;
+constexpr double kIdleWait_s = 0.2;          // between looks at the world when nothing happens
+constexpr double kLoadedRefresh_s = 0.35;    // photos that arrive are shown in batches
+constexpr double kUploadTime_s = 0.012;      // a frame
+constexpr double kFlight_s = 0.9;
+constexpr double kMessage_s = 4.0;
+constexpr double kScriptPatience_s = 900;    // for a 'wait'
+constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
+constexpr double kFlySpeed = 0.6;            // scene sizes a second
+
+double SecondsSince(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+class Viewer {
+ public:
+  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script)
+      : options_(options),
+        window_(window),
+        scene_(opened.scene),
+        progress_(progress),
+        budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
+        lumigraph_(scene_, budget_.sizes_px),
+        painter_(lumigraph_, PainterOptions{}),
+        home_(StateOfView(scene_, StartView())),
+        navigator_(home_, scene_.up, 1.0 / scene_.normalized_from_world.scale),
+        loader_(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
+        script_(script.begin(), script.end()),
+        scripted_(!script.empty()) {
+    settings_.radiance.k = options.k;
+    settings_.panel = options.show_ui;
+    loader_.SetFocus(home_.cam_from_world);
+    SetProxy(opened.proxy, opened.proxy_name);
+    for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
+    facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
+    if (facts_.scene.empty()) facts_.scene = "lumigraph";
+    facts_.device = GlDeviceName();
+    facts_.photos_total = static_cast<int>(scene_.views.size());
+    facts_.budget_mb = options.memory_mb;
+    for (int side = budget_.max_side_px; 2 * side <= LargestSide(); side *= 2) ++facts_.halvings;
+    facts_.proxies = ListProxies(scene_.folder);
+  }
+
+  nlohmann::json Run();
+
+ private:
+  ViewId StartView() const {
+    return {options_.view.empty() ? static_cast<int>(scene_.views.size()) / 2 : FindView(scene_, options_.view)};
+  }
+  int LargestSide() const {
+    int side = 1;
+    for (const View& v : scene_.views) side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
+    return side;
+  }
+  void SetProxy(const Mesh& mesh, const std::string& name) {
+    lumigraph_.SetProxy(mesh);
+    facts_.proxy = name;
+    facts_.faces = static_cast<int>(mesh.faces.size());
+    ++generation_;
+  }
+  void Say(const std::string& message) {
+    facts_.message = message;
+    message_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kMessage_s));
+  }
+
+  void TakePhotos();
+  void TakeProxy();
+  void WishProxy(const std::string& name);
+  bool Steer(const WindowInput& input, double dt_s);
+  void Key(int key);
+  void Jump(int view, bool at_once);
+  Eigen::Vector3d Pivot();
+  std::optional<Eigen::Vector3d> PointAt(double x_px, double y_px) const;
+  RenderRequest Request(const Eigen::Vector2i& size_px) const;
+  void Compose();
+  void Screenshot(const std::filesystem::path& file, bool with_ui);
+  std::filesystem::path FreeScreenshotName() const;
+  bool Loading() const { return loader_.outstanding() > 0 || new_photos_; }
+  void RunScript();
+  void AfterPainting();
+
+  const ViewerOptions& options_;
+  Window& window_;
+  const Scene& scene_;
+  ProgressSink& progress_;
+  PhotoBudget budget_;
+  GlLumigraph lumigraph_;
+  FramePainter painter_;
+  Overlay overlay_;
+  ViewState home_;
+  Navigator navigator_;
+  PhotoLoader loader_;
+  std::future<std::pair<std::string, Mesh>> proxy_loading_;
+  ViewerSettings settings_;
+  PanelFacts facts_;
+  Clock::time_point message_until_ = Clock::now();
+
+  std::optional<Eigen::Vector3d> pivot_;        // picked by the user
+  std::optional<Eigen::Vector3d> drag_pivot_;   // of the drag that goes on
+  int current_photo_ = -1;                      // jumped to last
+  bool new_photos_ = false;
+  Clock::time_point last_refresh_ = Clock::now() - std::chrono::hours(1);
+  long generation_ = 0;                         // of photos and proxy
+
+  Eigen::Vector2i size_px_ = {1, 1};
+  std::optional<RenderRequest> drawn_;
+  long drawn_generation_ = -1;
+
+  std::deque<ScriptStep> script_;
+  bool scripted_;
+  Clock::time_point waiting_since_ = Clock::now();
+  bool waiting_ = false;
+  std::vector<std::string> screenshots_;
+  std::vector<double> frame_ms_;
+};
+
+RenderRequest Viewer::Request(const Eigen::Vector2i& size_px) const {
+  RenderRequest r;
+  r.view = MakeWindowView(navigator_.state(), size_px.x(), size_px.y());
+  r.settings = settings_.radiance;
+  r.show = settings_.show;
+  return r;
+}
+
+bool Same(const RenderRequest& a, const RenderRequest& b) {
+  const RadianceSettings &s = a.settings, &t = b.settings;
+  return a.view.P == b.view.P && a.view.size_px == b.view.size_px && a.show == b.show && s.k == t.k &&
+         s.gamma == t.gamma && s.fov_feather == t.fov_feather && s.prefilter == t.prefilter;
+}
+
+void Viewer::TakePhotos() {
+  const auto start = Clock::now();
+  while (SecondsSince(start) < kUploadTime_s) {
+    std::optional<PhotoLoader::Loaded> loaded = loader_.Take();
+    if (!loaded) break;
+    const Image8* first = loaded->photo.levels.empty() ? nullptr : &loaded->photo.levels.front();
+    const Eigen::Vector2i planned = budget_.sizes_px[static_cast<std::size_t>(loaded->view.value)];
+    if (first != nullptr && (first->width != planned.x() || first->height != planned.y()))
+      loaded->error = scene_.views[static_cast<std::size_t>(loaded->view.value)].name + " is not of its camera's size";
+    if (!loaded->error.empty()) {
+      ++facts_.photos_failed;
+      progress_.Message(loaded->error);
+      Say(loaded->error);
+      continue;
+    }
+    lumigraph_.Upload(loaded->view, loaded->photo);
+    new_photos_ = true;
+  }
+  if (facts_.photos_failed == facts_.photos_total)
+    throw InputError(scene_.image_folder, "none of the photos could be read: " + facts_.message);
+  facts_.photos_loaded = lumigraph_.photo_count();
+  facts_.photo_mb = static_cast<double>(lumigraph_.photo_bytes()) / kMb;
+  if (new_photos_ && (loader_.outstanding() == 0 || SecondsSince(last_refresh_) > kLoadedRefresh_s)) {
+    ++generation_;
+    new_photos_ = false;
+    last_refresh_ = Clock::now();
+  }
+}
+
+void Viewer::WishProxy(const std::string& name) {
+  if (name == facts_.proxy || proxy_loading_.valid()) return;
+  proxy_loading_ = std::async(std::launch::async, [this, name] { return std::pair(name, LoadProxy(scene_, name)); });
+}
+
+void Viewer::TakeProxy() {
+  facts_.proxy_loading = proxy_loading_.valid();
+  if (!facts_.proxy_loading || proxy_loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  try {
+    const auto [name, mesh] = proxy_loading_.get();
+    SetProxy(mesh, name);
+  } catch (const Error& e) {
+    if (scripted_) throw;
+    Say(e.what());
+  }
+}
+
+// The proxy's point at a pixel of the window.
+std::optional<Eigen::Vector3d> Viewer::PointAt(double x_px, double y_px) const {
+  if (painter_.empty()) return std::nullopt;
+  const Eigen::Vector2d scale = painter_.shown_size_px().cast<double>().cwiseQuotient(size_px_.cast<double>());
+  const int x = std::clamp(static_cast<int>(x_px * scale.x()), 0, painter_.shown_size_px().x() - 1);
+  const int y = std::clamp(static_cast<int>(y_px * scale.y()), 0, painter_.shown_size_px().y() - 1);
+  const double depth = static_cast<double>(lumigraph_.ReadDepth(painter_.shown(), x, y));
+  if (!(depth > 0)) return std::nullopt;
+  const RenderView view = MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y());
+  const Eigen::Matrix3d M = view.P.leftCols<3>();
+  const auto ray = RayDirection(view.P, {x_px, y_px});
+  if (!ray) return std::nullopt;
+  // The depth is along the optical axis, in normalised units.
+  const Eigen::Vector3d to_depth_one = *ray * (M.row(2).norm() / M.row(2).dot(*ray));
+  return view.centre + to_depth_one * (depth / scene_.normalized_from_world.scale);
+}
+
+// What an orbit turns about: the picked point, else what stands in the middle of the picture, else the scene's centre.
+Eigen::Vector3d Viewer::Pivot() {
+  if (pivot_) return *pivot_;
+  if (const auto middle = PointAt(0.5 * size_px_.x(), 0.5 * size_px_.y())) return *middle;
+  return scene_.normalized_from_world.Inverse() * Eigen::Vector3d::Zero();
+}
+
+void Viewer::Jump(int view, bool at_once) {
+  const int n = static_cast<int>(scene_.views.size());
+  current_photo_ = (view % n + n) % n;
+  navigator_.FlyTo(StateOfView(scene_, ViewId{current_photo_}), at_once ? 0 : kFlight_s);
+}
+
+void Viewer::Key(int key) {
+  RadianceSettings& r = settings_.radiance;
+  const int current = current_photo_ >= 0 ? current_photo_ : NearestView(scene_, navigator_.state());
+  switch (key) {
+    case GLFW_KEY_ESCAPE: return window_.Close();
+    case GLFW_KEY_F: settings_.show = settings_.show == Show::kColor ? Show::kFalseColor : Show::kColor; return;
+    case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
+    case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
+    case GLFW_KEY_H: settings_.help = !settings_.help; return;
+    case GLFW_KEY_TAB: settings_.panel = !settings_.panel; return;
+    case GLFW_KEY_LEFT_BRACKET: r.k = r.k == 0 ? kMaxBlend : std::max(1, r.k - 1); return Say(fmt::format("{} photos a pixel", r.k));
+    case GLFW_KEY_RIGHT_BRACKET:
+      r.k = r.k == 0 || r.k == kMaxBlend ? 0 : r.k + 1;
+      return Say(r.k == 0 ? "all photos at every pixel" : fmt::format("{} photos a pixel", r.k));
+    case GLFW_KEY_LEFT: return Jump(current - 1, false);
+    case GLFW_KEY_RIGHT: return Jump(current + 1, false);
+    case GLFW_KEY_HOME:
+      pivot_.reset();
+      current_photo_ = -1;
+      return navigator_.FlyTo(home_, kFlight_s);
+    case GLFW_KEY_F12: return Screenshot(FreeScreenshotName(), false);
+    default: return;
+  }
+}
+
+// Returns whether the user moves the camera.
+bool Viewer::Steer(const WindowInput& input, double dt_s) {
+  for (const int key : input.keys) Key(key);
+  if (input.double_click_px) {
+    if (const auto point = PointAt(input.double_click_px->x(), input.double_click_px->y())) {
+      pivot_ = point;
+      Say("orbits turn about this point");
+    } else {
+      pivot_.reset();
+    }
+  }
+  if (input.drag_began || !drag_pivot_) drag_pivot_ = Pivot();
+  if (!window_.Dragging() && input.orbit_px.isZero()) drag_pivot_.reset();
+  bool moved = false;
+  if (!input.orbit_px.isZero()) {
+    navigator_.Orbit(drag_pivot_ ? *drag_pivot_ : Pivot(), -kOrbitPerPx * input.orbit_px.x(), kOrbitPerPx * input.orbit_px.y());
+    moved = true;
+  }
+  if (!input.look_px.isZero()) {
+    navigator_.Look(kLookPerPx * input.look_px.x(), -kLookPerPx * input.look_px.y());
+    moved = true;
+  }
+  if (!input.pan_px.isZero()) {
+    navigator_.Pan(Pivot(), -input.pan_px.x() / size_px_.x(), input.pan_px.y() / size_px_.y());
+    moved = true;
+  }
+  if (input.dolly_steps != 0) {
+    navigator_.Dolly(Pivot(), std::pow(0.9, input.dolly_steps));
+    moved = true;
+  }
+  if (input.zoom_steps != 0) {
+    navigator_.Zoom(std::pow(0.93, input.zoom_steps));
+    moved = true;
+  }
+  if (!input.fly.isZero()) {
+    const double step = kFlySpeed * dt_s / scene_.normalized_from_world.scale;
+    navigator_.Fly(step * input.fly.x(), step * input.fly.y(), step * input.fly.z());
+    moved = true;
+  }
+  if (moved) current_photo_ = -1;
+  return moved;
+}
+
+// The picture and what is over it, without the panel, into the bound framebuffer.
+void Viewer::Compose() {
+  overlay_.Present(painter_.shown(), painter_.shown_size_px(), size_px_);
+  if (!settings_.frusta && !settings_.mesh) return;
+  const Overlay::Eye eye{Normalized(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world),
+                         &painter_.shown(), painter_.shown_size_px(), size_px_};
+  if (settings_.mesh) overlay_.ProxyEdges(eye, lumigraph_);
+  if (settings_.frusta) {
+    std::vector<Eigen::Vector4f> colors;
+    for (std::size_t j = 0; j < scene_.views.size(); ++j) {
+      const Eigen::Vector3f c = SourceColor(static_cast<int>(j));
+      const bool nearest = static_cast<int>(j) == facts_.nearest_photo;
+      colors.emplace_back(nearest ? Eigen::Vector4f(1, 1, 1, 1)
+                                  : Eigen::Vector4f(c.x(), c.y(), c.z(), lumigraph_.Has({static_cast<int>(j)}) ? 0.9F : 0.3F));
+    }
+    constexpr double kFrustumDepth = 0.08;  // normalised: the scene's size is about 1
+    overlay_.Frusta(eye, lumigraph_.sources(), colors, kFrustumDepth);
+  }
+}
+
+void Viewer::Screenshot(const std::filesystem::path& file, bool with_ui) {
+  if (painter_.empty()) return;
+  const Canvas canvas(size_px_);
+  Compose();
+  if (with_ui) window_.DrawUi();
+  WriteImage(file, canvas.Read());
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  screenshots_.push_back(file.string());
+  if (!scripted_) Say("wrote " + file.string());  // not into the next picture
+}
+
+std::filesystem::path Viewer::FreeScreenshotName() const {
+  for (int i = 1;; ++i) {
+    const std::filesystem::path name = fmt::format("{}-{:03d}.png", facts_.scene, i);
+    if (!std::filesystem::exists(name)) return name;
+  }
+}
+
+// Runs statements up to one that has to wait; those that wait for a picture go on in AfterPainting.
+void Viewer::RunScript() {
+  while (!script_.empty()) {
+    const ScriptStep& s = script_.front();
+    const auto rad = [&](std::size_t i) { return s.numbers[i] * kRadPerDeg; };
+    switch (s.verb) {
+      case ScriptVerb::kJump: Jump(FindView(scene_, s.word), true); break;
+      case ScriptVerb::kFlyTo:
+        if (!waiting_) {
+          Jump(FindView(scene_, s.word), false);
+          waiting_ = true;
+        }
+        if (navigator_.flying()) return;
+        waiting_ = false;
+        break;
+      case ScriptVerb::kHome: navigator_.Set(home_); break;
+      case ScriptVerb::kOrbit:
+        // The point in the middle of a picture that is not drawn yet is not known.
+        if (painter_.empty()) return;
+        navigator_.Orbit(Pivot(), rad(0), rad(1));
+        navigator_.LevelAtOnce();
+        break;
+      case ScriptVerb::kLook:
+        navigator_.Look(rad(0), rad(1));
+        navigator_.LevelAtOnce();
+        break;
+      case ScriptVerb::kMove: {
+        const double size = 1.0 / scene_.normalized_from_world.scale;
+        navigator_.Fly(size * s.numbers[0], size * s.numbers[1], size * s.numbers[2]);
+        break;
+      }
+      case ScriptVerb::kDolly:
+        if (painter_.empty()) return;
+        navigator_.Dolly(Pivot(), s.numbers[0]);
+        break;
+      case ScriptVerb::kZoom: navigator_.Zoom(s.numbers[0]); break;
+      case ScriptVerb::kK: settings_.radiance.k = s.word == "all" ? 0 : std::stoi(s.word); break;
+      case ScriptVerb::kShow: settings_.show = s.word == "color" ? Show::kColor : Show::kFalseColor; break;
+      case ScriptVerb::kFrusta: settings_.frusta = s.word == "on"; break;
+      case ScriptVerb::kMesh: settings_.mesh = s.word == "on"; break;
+      case ScriptVerb::kProxy:
+        if (!waiting_) WishProxy(s.word);
+        waiting_ = proxy_loading_.valid();
+        if (waiting_) return;
+        break;
+      case ScriptVerb::kWait:
+      case ScriptVerb::kScreenshot: return;
+    }
+    script_.pop_front();
+  }
+}
+
+void Viewer::AfterPainting() {
+  if (script_.empty()) return;
+  const ScriptStep& s = script_.front();
+  if (s.verb == ScriptVerb::kWait) {
+    if (!waiting_) waiting_since_ = Clock::now();
+    waiting_ = true;
+    const double waited = SecondsSince(waiting_since_);
+    const bool done = s.numbers.empty() ? !Loading() && painter_.complete() && drawn_generation_ == generation_ : waited >= s.numbers[0];
+    if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
+    if (!done) throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
+  } else if (s.verb == ScriptVerb::kScreenshot) {
+    if (!painter_.complete()) return;
+    Screenshot(s.word, settings_.panel);
+  } else {
+    return;
+  }
+  waiting_ = false;
+  script_.pop_front();
+}
+
+nlohmann::json Viewer::Run() {
+  auto last = Clock::now();
+  long frames = 0;
+  bool busy = true;
+  while (!window_.ShouldClose()) {
+    CheckInterrupted();
+    window_.Poll(busy ? 0.0 : kIdleWait_s);
+    size_px_ = window_.FramebufferSize().cwiseMax(1);
+    const double dt = std::min(SecondsSince(last), 0.25);
+    last = Clock::now();
+
+    TakePhotos();
+    TakeProxy();
+    bool moving = Steer(window_.Take(), dt);
+    moving |= navigator_.Tick(dt);
+    if (scripted_) RunScript();
+    loader_.SetFocus(navigator_.state().cam_from_world);
+
+    const RenderRequest request = Request(size_px_);
+    const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
+    painter_.Paint(request, Request(painter_.PreviewSize(size_px_)), changed);
+    drawn_ = request;
+    drawn_generation_ = generation_;
+
+    if (Clock::now() > message_until_) facts_.message.clear();
+    facts_.nearest_photo = NearestView(scene_, navigator_.state());
+    facts_.picture_ms = painter_.picture_ms();
+    facts_.complete = painter_.complete();
+    facts_.scale = static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
+    window_.BeginUi();
+    if (options_.show_ui) {
+      const PanelWishes wishes = DrawPanel(facts_, settings_);
+      if (wishes.jump_to) Jump(*wishes.jump_to, false);
+      if (wishes.home) Key(GLFW_KEY_HOME);
+      if (wishes.proxy) WishProxy(*wishes.proxy);
+      if (wishes.screenshot) Key(GLFW_KEY_F12);
+      if (window_.Dragging() && drag_pivot_)
+        if (const auto x = Project(request.view.P, *drag_pivot_))
+          DrawPivot(x->x(), x->y(), 1.0);
+    }
+    window_.EndUi();
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    Compose();
+    window_.DrawUi();
+    window_.Swap();
+    ++frames;
+
+    const double ms = 1000 * SecondsSince(last);
+    if (painter_.painted()) frame_ms_.push_back(ms);
+    facts_.frame_ms = facts_.frame_ms == 0 ? ms : 0.9 * facts_.frame_ms + 0.1 * ms;
+    if (scripted_) {
+      AfterPainting();
+      if (script_.empty()) break;
+    }
+    busy = moving || changed || !painter_.complete() || Loading() || scripted_ || proxy_loading_.valid() || navigator_.flying() ||
+           window_.Dragging();
+  }
+
+  nlohmann::json j;
+  j["frames"] = frames;
+  std::sort(frame_ms_.begin(), frame_ms_.end());
+  j["median_frame_ms"] = frame_ms_.empty() ? 0.0 : frame_ms_[frame_ms_.size() / 2];
+  j["photos_loaded"] = facts_.photos_loaded;
+  j["photos_total"] = facts_.photos_total;
+  j["photos_failed"] = facts_.photos_failed;
+  j["photo_mb"] = facts_.photo_mb;
+  j["max_side_px"] = budget_.max_side_px;
+  j["proxy"] = facts_.proxy;
+  j["device"] = facts_.device;
+  j["screenshots"] = screenshots_;
+  return j;
+}
+
+}  // namespace
+
+std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
+  std::vector<ScriptStep> script = ParseScript(options.script);
+  if (!options.screenshot.empty()) {
+    if (!HasImageExtension(options.screenshot))
+      throw UsageError("--screenshot writes a picture: " + options.screenshot.string(), "name it FILE.png");
+    ScriptStep wait, shot;
+    wait.text = "wait";
+    shot.verb = ScriptVerb::kScreenshot;
+    shot.word = options.screenshot.string();
+    script.push_back(wait);
+    script.push_back(shot);
+  }
+  if (!std::filesystem::exists(options.scene)) throw UsageError("there is no scene at " + options.scene.string());
+
+  const auto start = Clock::now();
+  Window window("lumi-view: " + options.scene.filename().string(), options.width_px, options.height_px);
+  OpeningProgress opening(progress);
+  auto future = std::async(std::launch::async, [&] { return OpenForViewing(options, opening); });
+  nlohmann::json j;
+  while (future.wait_for(std::chrono::milliseconds(30)) != std::future_status::ready) {
+    window.Poll(0);
+    if (window.ShouldClose() || InterruptRequested()) opening.Cancel();
+    const auto [task, fraction] = opening.Now();
+    window.BeginUi();
+    DrawOpening(options.scene.string(), task, fraction);
+    window.EndUi();
+    const Eigen::Vector2i size = window.FramebufferSize();
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, size.x(), size.y());
+    glClearColor(0.115F, 0.12F, 0.13F, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    window.DrawUi();
+    window.Swap();
+  }
+  try {
+    Opened opened = future.get();
+    const double opened_s = SecondsSince(start);
+    Viewer viewer(options, window, opened, progress, std::move(script));
+    j = viewer.Run();
+    j["seconds_to_open"] = opened_s;
+  } catch (const Interrupted&) {
+    if (InterruptRequested()) throw;
+    j["frames"] = 0;  // the window was closed while the scene was opened
+  }
+  return j.dump();
+}
+
+}  // namespace lumi

@@ -1,0 +1,26 @@
+# The interactive viewer. Included by render/CMakeLists.txt after gl.cmake.
+find_package(glfw3 3.3 REQUIRED)
+pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
+
+# Without a window: testable on its own.
+lumi_library(lumi_view_core
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
+    ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
+    ${CMAKE_CURRENT_LIST_DIR}/script.cc
+  PUBLIC lumi_render lumi_scene
+  PRIVATE fmt::fmt Threads::Threads)
+
+lumi_library(lumi_view
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/canvas.cc
+    ${CMAKE_CURRENT_LIST_DIR}/frame_painter.cc
+    ${CMAKE_CURRENT_LIST_DIR}/opening.cc
+    ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
+    ${CMAKE_CURRENT_LIST_DIR}/panel.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer.cc
+    ${CMAKE_CURRENT_LIST_DIR}/window.cc
+  PUBLIC lumi_view_core lumi_render_gl
+  PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
+
+lumi_program(lumi-view ${CMAKE_CURRENT_LIST_DIR}/main.cc LIBS lumi_view lumi_program)

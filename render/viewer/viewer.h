@@ -1,0 +1,28 @@
+// lumi-view: walks through a lumigraph in a window.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct ViewerOptions {
+  std::filesystem::path scene;
+  std::string proxy;                 // name, empty: the active one
+  std::string view;                  // photo whose camera is the start: name or position; empty: the middle one
+  int width_px = 1280, height_px = 800;
+  int memory_mb = 2048;              // for the photos, with their pyramids
+  std::filesystem::path screenshot;  // when all is loaded: written, and the viewer ends
+  std::string script;                // statements (script.h); the viewer ends after the last
+  bool show_ui = true;               // false: no panel, also in screenshots
+  int k = 4;                         // 0: all
+  bool rescale_cameras = false;
+};
+
+// Blocks until the window is closed. Returns a summary as JSON text: frames, median_frame_ms, photos_loaded ...
+// Throws UsageError, InputError, MachineError (no display, no OpenGL 4.3).
+std::string RunViewer(const ViewerOptions& options, ProgressSink& progress);
+
+}  // namespace lumi

@@ -1,0 +1,259 @@
+// The GL backend against the CPU backend, and against worlds whose picture is known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "render/renderer.h"
+#include "scene/program/error.h"
+#include "tests/render/gl_test_scene.h"
+
+namespace lumi {
+namespace {
+
+using test::ArcView;
+using test::MakeWorld;
+using test::World;
+
+// Eight bits of a texture's bilinear weights, and pixels at the proxy's silhouettes that fall either way.
+constexpr double kAgreementDb = 45.0;
+
+std::unique_ptr<Renderer> GlOrNull(const World& w, std::string& why) {
+  try {
+    return MakeGlRenderer(w.scene, w.proxy, w.photos);
+  } catch (const MachineError& e) {
+    why = e.what();
+    return nullptr;
+  }
+}
+
+#define MAKE_GL_OR_SKIP(name, world)                                   \
+  std::string name##_why;                                              \
+  const std::unique_ptr<Renderer> name = GlOrNull(world, name##_why);  \
+  if (!name) GTEST_SKIP() << "OpenGL 4.3 is not available: " << name##_why
+
+double PsnrDb(const ImageF& a, const ImageF& b) {
+  EXPECT_EQ(a.data.size(), b.data.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) {
+    const double d = static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]);
+    sum += d * d;
+  }
+  return -10 * std::log10(std::max(sum / static_cast<double>(a.data.size()), 1e-12));
+}
+
+double Coverage(const ImageF& image) {
+  double sum = 0;
+  for (std::size_t i = 3; i < image.data.size(); i += 4) sum += static_cast<double>(image.data[i]);
+  return sum / (0.25 * static_cast<double>(image.data.size()));
+}
+
+void ExpectFinite(const ImageF& image) {
+  for (const float v : image.data)
+    ASSERT_TRUE(std::isfinite(v) && v >= 0 && v <= 1.0F + 1e-5F) << v;
+}
+
+TEST(GlRenderer, AgreesWithTheCpu) {
+  World w = MakeWorld();
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  struct Case {
+    const char* name;
+    RenderView view;
+    int k;
+    double gamma;
+    Show show;
+    bool prefilter;
+  };
+  const RenderView between = ArcView(0.93, 200, 150, 210);
+  for (const Case& c : {Case{"k 4", between, 4, 1, Show::kColor, true}, Case{"k 1", between, 1, 1, Show::kColor, true},
+                        Case{"k 16, more than there are", between, 16, 1, Show::kColor, true},
+                        Case{"all", between, 0, 1, Show::kColor, true},
+                        Case{"no field of view", between, 4, 0, Show::kColor, true},
+                        Case{"false colour", between, 4, 1, Show::kFalseColor, true},
+                        Case{"false colour, all", between, 0, 1, Show::kFalseColor, true},
+                        Case{"from afar, pyramids", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, true},
+                        Case{"from afar, aliased", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, false},
+                        Case{"near", ArcView(1.4, 160, 160, 150, 0.4), 4, 1, Show::kColor, true},
+                        Case{"from behind", ArcView(4.6, 160, 120, 100), 4, 1, Show::kColor, true}}) {
+    SCOPED_TRACE(c.name);
+    RenderRequest request;
+    request.view = c.view;
+    request.settings.k = c.k;
+    request.settings.gamma = c.gamma;
+    request.settings.prefilter = c.prefilter;
+    request.show = c.show;
+    const ImageF a = gl->Render(request), b = cpu->Render(request);
+    ExpectFinite(a);
+    EXPECT_GT(Coverage(b), 0.2);
+    const double psnr = PsnrDb(a, b);
+    EXPECT_GE(psnr, kAgreementDb);
+    RecordProperty(c.name, std::to_string(psnr));
+    std::printf("  %-28s %.1f dB, coverage %.3f\n", c.name, psnr, Coverage(b));
+  }
+}
+
+TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
+  World w = MakeWorld(6, 120);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest request;
+  request.view = ArcView(0.9, 120, 90, 120);
+  request.use = {true, false, false, true, true, false};
+  EXPECT_GE(PsnrDb(gl->Render(request), cpu->Render(request)), kAgreementDb);
+  request.use.assign(6, false);
+  EXPECT_EQ(Coverage(gl->Render(request)), 0);
+}
+
+TEST(GlRenderer, AConstantWorldRendersConstant) {
+  World w = MakeWorld(8, 96);
+  const std::uint8_t rgb[3] = {37, 140, 211};
+  for (const View& v : w.scene.views) {
+    const Camera& c = w.scene.CameraOf(v);
+    Image8 image(c.width_px, c.height_px, 3);
+    for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = rgb[i % 3];
+    w.photos.push_back({BuildPyramid(image), 0});
+  }
+  MAKE_GL_OR_SKIP(gl, w);
+  for (const int k : {1, 4, 0})
+    for (const RenderView& view : {ArcView(0.7, 150, 120, 140), ArcView(1.6, 60, 60, 25, 1.4)}) {
+      RenderRequest request;
+      request.view = view;
+      request.settings.k = k;
+      const ImageF image = gl->Render(request);
+      ExpectFinite(image);
+      EXPECT_GT(Coverage(image), 0.1);
+      constexpr float kTolerance = 1e-5F;  // sums of a few floats, normalised by their own sum
+      for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+          for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[c]) / 255.0F, kTolerance)
+                << x << " " << y;
+    }
+}
+
+TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
+  World w = MakeWorld();
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  for (std::size_t j = 0; j < w.scene.views.size(); ++j) {
+    RenderRequest request;
+    request.view = MakeRenderView(w.scene, w.scene.views[j]);
+    const ImageF image = gl->Render(request);
+    const Image8& photo = w.photos[j].levels[0];
+    double sum = 0;
+    int n = 0;
+    for (int y = 0; y < photo.height; ++y)
+      for (int x = 0; x < photo.width; ++x) {
+        // A pixel that sees the floor's far edge or past it is no test.
+        if (image.At(x, y, 3) == 0) continue;
+        for (int c = 0; c < 3; ++c) sum += std::abs(255.0 * static_cast<double>(image.At(x, y, c)) - photo.At(x, y, c));
+        n += 3;
+      }
+    EXPECT_GT(n, photo.width * photo.height);
+    EXPECT_LT(sum / n, 0.05) << "view " << j;  // every pixel is the photo's own: far below one code value
+  }
+}
+
+TEST(GlRenderer, MoreCamerasThanAUniformBlockHolds) {
+  World w = MakeWorld(1100, 16, 6.0);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest request;
+  request.view = ArcView(2.3331, 48, 40, 50);
+  EXPECT_GE(PsnrDb(gl->Render(request), cpu->Render(request)), kAgreementDb);
+}
+
+TEST(GlRenderer, PhotosOfEverySizeShareTheTextures) {
+  World w = MakeWorld(40, 60);
+  // Forty sizes: more than there are texture units.
+  w.scene.cameras.clear();
+  for (int i = 0; i < 40; ++i) {
+    w.scene.cameras.push_back(Camera::Pinhole(40 + 3 * i, 90 - i, 50 + i, 50 + i, 20 + 1.5 * i, 45 - 0.5 * i));
+    w.scene.views[static_cast<std::size_t>(i)].camera = CameraId{i};
+  }
+  UpdateFrameOfReference(w.scene);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest request;
+  request.view = ArcView(1.03, 120, 100, 110);
+  EXPECT_GE(PsnrDb(gl->Render(request), cpu->Render(request)), kAgreementDb);
+}
+
+TEST(GlRenderer, PicturesOfDifferentSizesFollowEachOther) {
+  World w = MakeWorld(5, 80);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  RenderRequest request;
+  request.view = ArcView(1.1, 100, 80, 90);
+  const ImageF first = gl->Render(request);
+  RenderRequest other = request;
+  other.view = ArcView(0.2, 180, 30, 60);
+  EXPECT_EQ(gl->Render(other).width, 180);
+  EXPECT_EQ(gl->Render(request).data, first.data);
+}
+
+// Towards each degenerate view: on a photo's centre, in the proxy's plane, on its surface, looking away from it.
+TEST(GlRendererHardCase, DegenerateViewsStayFinite) {
+  World w = MakeWorld(6, 80);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const Camera camera = Camera::Pinhole(64, 48, 50, 50, 32, 24);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d centre = w.scene.views[2].CentreInWorld();
+  RenderRequest request;
+  for (int e = 2; e <= 16; ++e) {
+    const double step = e == 16 ? 0.0 : std::pow(10.0, -e);
+    for (const auto& [eye, target] : {std::pair<Eigen::Vector3d, Eigen::Vector3d>{centre + step * Eigen::Vector3d(1, 2, -1), {0, 0, 0.3}},
+                                      {{2, 2, step}, {0, 0, 0.3}},
+                                      {{0.2, 0.1, 0.7 + step}, {5, 0.3, 0.7}},
+                                      {{0.5 + step, 0, 0.3}, {-1, 0, 0.3}},
+                                      {{3, 3, 1}, {6, 6, 2}}}) {
+      request.view = MakeRenderView(camera, LookAt(eye, target, up));
+      ExpectFinite(gl->Render(request));
+    }
+  }
+  request.view.P.setZero();
+  EXPECT_THROW(gl->Render(request), std::invalid_argument);
+}
+
+// The render at a photo's centre is its limit: it is approached without a jump.
+TEST(GlRendererHardCase, ApproachesAPhotosCentreContinuously) {
+  World w = MakeWorld(8, 96);
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const View& source = w.scene.views[3];
+  const auto at = [&](double distance) {
+    Rigid3 pose = source.cam_from_world;
+    pose.translation += distance * Eigen::Vector3d(0.6, -0.3, 0.74);
+    RenderRequest request;
+    request.view = MakeRenderView(w.scene.CameraOf(source), pose);
+    return gl->Render(request);
+  };
+  const ImageF limit = at(0);
+  double last = std::numeric_limits<double>::infinity();
+  for (int e = 2; e <= 7; ++e) {
+    const ImageF near = at(std::pow(10.0, -e));
+    double worst = 0;
+    // Inside the photo: at its very border the moved view sees past it.
+    for (int y = 4; y < near.height - 4; ++y)
+      for (int x = 4; x < near.width - 4; ++x)
+        for (int c = 0; c < 3; ++c)
+          worst = std::max(worst, std::abs(static_cast<double>(near.At(x, y, c)) - static_cast<double>(limit.At(x, y, c))));
+    if (e >= 4) {
+      EXPECT_LT(worst, 0.05) << "1e-" << e;
+    }
+    if (e == 7) {
+      EXPECT_LT(worst, 1.5 / 255);
+    }
+    EXPECT_LE(worst, last + 0.5 / 255) << "1e-" << e;
+    last = worst;
+  }
+}
+
+}  // namespace
+}  // namespace lumi

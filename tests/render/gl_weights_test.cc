@@ -1,0 +1,147 @@
+// The blend shader is the one other place where weights are computed: rays hold it to the radiance core.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "render/gl/egl_context.h"
+#include "render/gl/gl_lumigraph.h"
+#include "render/radiance/weights.h"
+#include "scene/program/error.h"
+#include "tests/render/gl_test_scene.h"
+
+namespace lumi {
+namespace {
+
+// Floats on both sides, other orders of summation; normalising the windowed weights near a tie amplifies.
+constexpr float kWeightTolerance = 1e-4F;
+// At a photo's very border f grows with the square of the distance to it, and h with 1/f: a float's rounding of that
+// distance is amplified beyond the tolerance. Rays where such a camera counts are left to the tests of the pictures.
+constexpr float kBorderF = 2e-3F;
+constexpr float kBorderWeight = 1e-4F;
+
+class GlWeights : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      context_ = std::make_unique<EglContext>();
+      current_ = std::make_unique<EglContext::Current>(*context_);
+    } catch (const MachineError& e) {
+      GTEST_SKIP() << "OpenGL 4.3 is not available: " << e.what();
+    }
+    world_ = test::MakeWorld(11, 100);
+    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
+    lumigraph_->SetProxy(world_.proxy);
+    target_ = std::make_unique<GlTarget>();
+  }
+  void TearDown() override {
+    lumigraph_.reset();
+    target_.reset();
+    current_.reset();
+  }
+
+  // Weight of every camera at every pixel, and alpha: three cameras a picture as red, green and blue.
+  std::vector<ImageF> WeightPictures(RenderRequest request) {
+    request.show = Show::kFalseColor;
+    std::vector<ImageF> pictures;
+    for (std::size_t first = 0; first < world_.scene.views.size(); first += 3) {
+      std::vector<Eigen::Vector3f> colors(world_.scene.views.size(), Eigen::Vector3f::Zero());
+      for (std::size_t i = 0; i < 3 && first + i < colors.size(); ++i) colors[first + i][static_cast<int>(i)] = 1;
+      lumigraph_->SetSourceColors(colors);
+      lumigraph_->Begin(request, *target_);
+      lumigraph_->Blend(*target_, 0, request.view.size_px.y());
+      pictures.push_back(lumigraph_->ReadColor(*target_, request.view.size_px));
+    }
+    return pictures;
+  }
+
+  std::unique_ptr<EglContext> context_;
+  std::unique_ptr<EglContext::Current> current_;
+  test::World world_;
+  std::unique_ptr<GlLumigraph> lumigraph_;
+  std::unique_ptr<GlTarget> target_;
+};
+
+TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
+  std::mt19937_64 random(20020501);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const Sources& sources = lumigraph_->sources();
+  WeighScratch scratch;
+  int rays = 0, blended = 0, left_out = 0;
+  float worst = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    RenderRequest request;
+    request.view = test::ArcView(3.2 * uniform(random) - 0.4, 40, 30, 15 + 60 * uniform(random), 0.5 + uniform(random));
+    request.settings.k = std::array{1, 2, 4, 7, 0}[static_cast<std::size_t>(frame % 5)];
+    request.settings.gamma = std::array{1.0, 0.0, 3.0}[static_cast<std::size_t>(frame % 3)];
+    request.settings.fov_feather = 0.02 + 0.3 * uniform(random);
+    if (frame % 4 == 3) request.use = {true, true, false, true, false, true, true, true, true, false, true};
+    const ViewSetup setup = MakeViewSetup(sources, request.view, request.settings, request.use);
+    const std::vector<ImageF> pictures = WeightPictures(request);
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const float depth = lumigraph_->ReadDepth(*target_, x, y);
+        const float alpha = pictures[0].At(x, y, 3);
+        if (depth == 0) {
+          ASSERT_EQ(alpha, 0);
+          continue;
+        }
+        const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
+        const Eigen::Vector3f direction = ray.normalized().cast<float>();
+        const auto t = static_cast<float>(static_cast<double>(depth) * ray.norm());
+        std::vector<float> wanted(world_.scene.views.size(), 0.0F);
+        float wanted_alpha = 0;
+        if (request.settings.k == 0) {
+          wanted_alpha = WeighAll(setup.sources, direction, t, request.settings, scratch, wanted);
+        } else {
+          const RayWeights w = Weigh(setup.sources, direction, t, request.settings, scratch);
+          wanted_alpha = w.alpha;
+          for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
+            wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
+          blended += w.count > 1;
+        }
+        ++rays;
+        ASSERT_NEAR(alpha, wanted_alpha, kWeightTolerance) << "frame " << frame << " pixel " << x << " " << y;
+        if (alpha < 0.01F) continue;  // the division below would amplify alpha's own rounding
+        bool border = false;
+        for (std::size_t j = 0; j < wanted.size(); ++j)
+          border |= scratch.f[j] < kBorderF &&
+                    std::max(wanted[j], pictures[j / 3].At(x, y, static_cast<int>(j % 3))) > kBorderWeight;
+        left_out += border;
+        for (std::size_t j = 0; j < wanted.size(); ++j) {
+          const float weight = pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha;
+          if (border) break;
+          worst = std::max(worst, std::abs(weight - wanted[j]));
+          ASSERT_NEAR(weight, wanted[j], kWeightTolerance)
+              << "frame " << frame << " pixel " << x << " " << y << " camera " << j << " k " << request.settings.k;
+        }
+      }
+  }
+  EXPECT_GT(rays, 10000);
+  EXPECT_GT(blended, 4000);
+  EXPECT_LT(left_out, rays / 50);
+  std::printf("  %d rays, %d blended, %d at borders left out, worst weight error %.1e\n", rays, blended, left_out, static_cast<double>(worst));
+}
+
+// Two photos from one place share at their common epipole, and nobody else has a part.
+TEST_F(GlWeights, CamerasAtOnePlaceShare) {
+  world_.scene.views[4].cam_from_world = world_.scene.views[3].cam_from_world;
+  world_.scene.views[4].camera = world_.scene.views[3].camera;
+  lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
+  lumigraph_->SetProxy(world_.proxy);
+  RenderRequest request;
+  request.view = MakeRenderView(world_.scene, world_.scene.views[3]);
+  const std::vector<ImageF> pictures = WeightPictures(request);
+  int seen = 0;
+  for (int y = 0; y < request.view.size_px.y(); ++y)
+    for (int x = 0; x < request.view.size_px.x(); ++x) {
+      if (pictures[0].At(x, y, 3) == 0) continue;
+      ++seen;
+      ASSERT_NEAR(pictures[1].At(x, y, 0), 0.5F, kWeightTolerance) << x << " " << y;
+      ASSERT_NEAR(pictures[1].At(x, y, 1), 0.5F, kWeightTolerance) << x << " " << y;
+    }
+  EXPECT_GT(seen, 1000);
+}
+
+}  // namespace
+}  // namespace lumi

@@ -1,0 +1,74 @@
+#include "render/holdout.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "capture.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+struct OnDisk {
+  std::filesystem::path folder = std::filesystem::temp_directory_path() / ("lumi-holdout-test-" + std::to_string(::getpid()));
+  test::Capture capture;
+  explicit OnDisk(int views) : capture(test::MakeCapture(views, 64)) {
+    capture.scene.image_folder = folder;
+    for (std::size_t i = 0; i < capture.photos.size(); ++i)
+      WriteImage(folder / capture.scene.views[i].name, capture.photos[i].levels[0]);
+  }
+  ~OnDisk() { std::filesystem::remove_all(folder); }
+};
+
+TEST(Holdout, BeatsTheNearestPhotoAndUsesNoHeldOutOne) {
+  OnDisk d(17);
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  HoldoutOptions options;
+  options.folder = d.folder / "out";
+  const HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress());
+  ASSERT_EQ(s.views.size(), 3u);
+  EXPECT_EQ(s.views[1].name, "view108.png");
+  EXPECT_GT(s.psnr_mean_db, s.nearest_psnr_mean_db);
+  for (const HoldoutView& v : s.views) {
+    EXPECT_NE(v.nearest_name, v.name);
+    EXPECT_LT(v.psnr_db, 60) << "the held-out photo itself was used";
+    EXPECT_TRUE(std::filesystem::exists(options.folder / (std::filesystem::path(v.name).stem().string() + "_render.jpg")));
+  }
+}
+
+TEST(Holdout, TheChoosingFoldDoesNotSeeTheReportingOne) {
+  OnDisk d(17);
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  HoldoutOptions options;
+  options.fold = Fold::kChoose;
+  const HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress());
+  ASSERT_EQ(s.views.size(), 2u);
+  EXPECT_EQ(s.views[0].name, "view104.png");
+  for (const HoldoutView& v : s.views) {
+    EXPECT_NE(v.nearest_name, "view100.png");
+    EXPECT_NE(v.nearest_name, "view108.png");
+  }
+}
+
+TEST(Holdout, SmallerPicturesAreComparedWithSmallerPhotosAndPrefilteringPays) {
+  OnDisk d(9);
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  HoldoutOptions options;
+  options.width_px = 16;
+  options.fold = Fold::kChoose;  // the middle of the arc: the ends would be dominated by what nobody saw
+  const double prefiltered = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).psnr_mean_db;
+  options.settings.prefilter = false;
+  const double aliased = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).psnr_mean_db;
+  EXPECT_GT(prefiltered, aliased + 1);
+}
+
+TEST(Holdout, OnePhotoCannotBeHeldOut) {
+  OnDisk d(1);
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  EXPECT_THROW(EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress()), DataError);
+}
+
+}  // namespace
+}  // namespace lumi
