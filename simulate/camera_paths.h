@@ -1,0 +1,28 @@
+// Where the camera is, as a function of time; and which views of a path are taken.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/geometry/rigid3.h"
+#include "simulate/scene_description.h"
+
+namespace lumi {
+
+// `frame` counts views from the path's beginning; fractions are between them where the camera moves (ring, walk, drive,
+// wave). On grids, clusters and poses it stands still while a photo is taken.
+Rigid3 PoseAt(const PathDescription& path, double frame);
+
+struct PlannedView {
+  std::string name;     // of the photo, "desk_0012.jpg"
+  int frame_index = 0;  // in the whole capture, also where only some views of it are taken
+  int path = 0;
+  double frame = 0;  // within its path
+  int camera = 0;
+  double time_s = 0;
+};
+
+// All views of all paths, or `views` of them evenly spread (0: all). Throws UsageError when there are fewer.
+std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views);
+
+}  // namespace lumi

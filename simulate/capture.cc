@@ -1,0 +1,269 @@
+#include "simulate/capture.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/image_io.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+#include "simulate/examples.h"
+#include "simulate/surface_points.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kVersion = "0.1.0";
+constexpr const char* kStaging = ".simulating";  // where a capture grows until it is whole
+
+// Everything of a capture is made here and moved to its place at the end; what an earlier run that was killed left is
+// cleared.
+class Staging {
+ public:
+  explicit Staging(fs::path output) : output_(std::move(output)), folder_(output_ / kStaging) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Staging() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+  const fs::path& folder() const { return folder_; }
+
+  void MoveIntoPlace(const fs::path& name) const {
+    fs::remove_all(output_ / name);
+    if (!fs::exists(folder_ / name)) return;
+    fs::create_directories((output_ / name).parent_path());
+    fs::rename(folder_ / name, output_ / name);
+  }
+
+ private:
+  fs::path output_, folder_;
+};
+
+struct Source {
+  std::string text;
+  fs::path name;    // what messages name
+  fs::path folder;  // of relative paths
+};
+
+Source ReadSource(const SimulateOptions& options) {
+  if (!options.example.empty()) return {ExampleJson(options.example), "example " + options.example, "."};
+  constexpr std::size_t kMaxBytes = 64u << 20;
+  return {ReadText(options.scene_file, kMaxBytes), options.scene_file, options.scene_file.parent_path()};
+}
+
+std::string TextFingerprint(const std::string& text) {  // FNV-1a, 64 bits
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return fmt::format("{:016x}-{}", hash, text.size());
+}
+
+Provenance WantedProvenance(const SimulateOptions& options, const Source& source, const SceneDescription& scene) {
+  Provenance wanted;
+  wanted.stage = "simulate";
+  wanted.version = kVersion;
+  wanted.options = {{"views", std::to_string(options.views)},
+                    {"width", std::to_string(options.width_px)},
+                    {"seed", std::to_string(options.seed)}};
+  wanted.inputs[source.name.string()] = TextFingerprint(source.text);
+  for (const fs::path& file : scene.files) wanted.inputs[file.string()] = Fingerprint(file);
+  return wanted;
+}
+
+Json NumbersOf(const auto& values) {
+  Json array = Json::array();
+  for (const double value : values) array.push_back(value);
+  return array;
+}
+
+std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRenderer& renderer) {
+  Json json;
+  json["convention"] = "x_in_cam = R x_in_world + t; x right, y down, z forward; pixel centres at (i + 0.5, j + 0.5)";
+  for (const PlannedView& view : views) {
+    const TrueCamera truth = renderer.CameraOf(view);
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = truth.cam_from_world.Matrix();
+    json["views"].push_back({{"name", view.name},
+                             {"frame_index", view.frame_index},
+                             {"time_s", view.time_s},
+                             {"gain", truth.gain},
+                             {"model", std::string(Name(truth.camera.model))},
+                             {"size_px", {truth.camera.width_px, truth.camera.height_px}},
+                             {"params", NumbersOf(truth.camera.params)},
+                             {"skew_px", truth.skew_px},
+                             {"cam_from_world", NumbersOf(pose.reshaped<Eigen::RowMajor>())}});
+  }
+  return json.dump(1) + "\n";
+}
+
+std::string TimestampsCsv(const std::vector<PlannedView>& views, const ViewRenderer& renderer) {
+  std::string csv = "name,frame_index,time_s,gain\n";
+  for (const PlannedView& view : views)
+    csv += fmt::format("{},{},{:.9g},{:.9g}\n", view.name, view.frame_index, view.time_s, renderer.CameraOf(view).gain);
+  return csv;
+}
+
+Scene TrueScene(const SceneDescription& description, const std::vector<PlannedView>& views,
+                const ViewRenderer& renderer) {
+  Scene scene;
+  std::vector<int> used(description.cameras.size(), -1);
+  for (const PlannedView& planned : views) {
+    const TrueCamera truth = renderer.CameraOf(planned);
+    int& id = used[static_cast<std::size_t>(planned.camera)];
+    if (id < 0) {
+      id = static_cast<int>(scene.cameras.size());
+      scene.cameras.push_back(truth.camera);
+    }
+    View view;
+    view.name = planned.name;
+    view.camera = CameraId{id};
+    view.cam_from_world = truth.cam_from_world;
+    view.time_s = planned.time_s;
+    view.frame_index = planned.frame_index;
+    view.gain = truth.gain;
+    scene.views.push_back(std::move(view));
+  }
+  return scene;
+}
+
+// About 150 points a view, within reason.
+int PointCount(std::size_t views) { return std::clamp(static_cast<int>(150 * views), 3000, 12000); }
+
+void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription& scene, const ViewRenderer& renderer,
+                  const fs::path& folder, ProgressSink& sink, TraceCounters& counters) {
+  Progress progress(sink, "Rendering views", static_cast<long>(views.size()));
+  std::mutex mutex;
+  // Photos side by side, so that one is encoded while the next is traced.
+  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      TraceCounters count;
+      const RenderedView view = renderer.Render(views[i], count);
+      const fs::path name = views[i].name;
+      WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
+      WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
+      WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
+      {
+        const std::lock_guard lock(mutex);
+        counters.rays += count.rays;
+        counters.poses += count.poses;
+        counters.noise_draws += count.noise_draws;
+      }
+      progress.Step();
+    }
+  });
+}
+
+}  // namespace
+
+std::optional<std::string> Validate(const SimulateOptions& options) {
+  if (options.scene_file.empty() == options.example.empty())
+    return "give either a scene (SCENE.json) or --example NAME";
+  if (options.output.empty()) return "say where the capture goes: -o CAPTURE";
+  if (options.views < 0) return "--views must be >= 1";
+  if (options.width_px < 0) return "--width must be >= 1";
+  return std::nullopt;
+}
+
+SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress) {
+  if (const auto wrong = Validate(options)) throw UsageError(*wrong);
+  const auto start = std::chrono::steady_clock::now();
+  const Source source = ReadSource(options);
+  const SceneDescription scene = ParseScene(source.text, source.name, source.folder);
+  const std::vector<PlannedView> views = PlanViews(scene, options.views);
+
+  const bool was_there = fs::exists(options.output);
+  RequireOurFolder(options.output, fs::exists(options.output / kStaging) ? kStaging : "provenance/simulate.json");
+  Provenance provenance = WantedProvenance(options, source, scene);
+
+  SimulateSummary summary;
+  summary.scene = scene.name;
+  summary.views = static_cast<int>(views.size());
+  summary.effects = EffectsOn(scene);
+  const Camera& first = scene.cameras[static_cast<std::size_t>(views[0].camera)].camera;
+  summary.width_px = options.width_px == 0 ? first.width_px : options.width_px;
+  if (IsUpToDate(options.output, provenance)) {
+    summary.reused = true;
+    summary.height_px = ReadImageInfo(options.output / "images" / views[0].name).height;
+    return summary;
+  }
+
+  try {
+    const FolderLock lock(options.output);
+    const Staging staging(options.output);
+    const fs::path& folder = staging.folder();
+    const Tracer tracer(scene);
+    const Shader shader(scene, tracer);
+    const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed);
+    summary.height_px = renderer.CameraOf(views[0]).camera.height_px;
+
+    RenderPhotos(views, scene, renderer, folder, progress, summary.counters);
+    Scene truth = TrueScene(scene, views, renderer);
+    truth.image_folder = folder / "images";
+    truth.points = SampleSurfacePoints(scene, tracer, shader, renderer, views, PointCount(views.size()), options.seed,
+                                       progress, summary.counters.rays);
+    summary.points = static_cast<int>(truth.points.size());
+    UpdateFrameOfReference(truth);
+    truth.up = Eigen::Vector3d::UnitZ();
+    const Mesh mesh = tracer.TrueMesh();
+    const fs::path truth_folder = folder / "truth";
+    if (!mesh.faces.empty()) {
+      WriteMesh(truth_folder / "mesh.ply", mesh);
+      WriteMesh(ProxyPath(folder, "truth"), mesh);
+      truth.active_proxy = "truth";
+    }
+    WriteTextAtomically(truth_folder / "cameras.json", TrueCamerasJson(views, renderer));
+    WriteTextAtomically(truth_folder / "timestamps.csv", TimestampsCsv(views, renderer));
+    WriteTextAtomically(truth_folder / "scene.json", source.text);
+    // COLMAP's camera models have no skew: such a capture is photos and truth/cameras.json.
+    if (!scene.effects.skew_px) {
+      WriteColmapModel(truth, truth_folder / "sparse");
+      WriteScene(truth, folder);
+    }
+
+    // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
+    fs::remove(options.output / "provenance" / "simulate.json");
+    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply"}) {
+      staging.MoveIntoPlace(name);
+      if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(options.output / name);
+    }
+  } catch (...) {
+    std::error_code ignored;
+    if (!was_there) fs::remove(options.output, ignored);  // removes it only if it is empty
+    throw;
+  }
+  provenance.seconds = summary.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  WriteProvenance(options.output, provenance);
+  return summary;
+}
+
+std::string ToJson(const SimulateOptions& options, const SimulateSummary& summary) {
+  Json json;
+  json["scene"] = summary.scene;
+  json["output"] = options.output.string();
+  json["views"] = summary.views;
+  json["width"] = summary.width_px;
+  json["height"] = summary.height_px;
+  json["points"] = summary.points;
+  json["seconds"] = summary.seconds;
+  json["rays"] = summary.counters.rays;
+  json["camera_poses"] = summary.counters.poses;
+  json["noise_draws"] = summary.counters.noise_draws;
+  json["effects"] = summary.effects;
+  json["reused"] = summary.reused;
+  return json.dump();
+}
+
+}  // namespace lumi

@@ -1,0 +1,46 @@
+// A capture on disk: a scene folder of photos with everything that is true about them beside it.
+//
+//   CAPTURE/images/NAME.jpg  sparse/  lumigraph.json  proxies/truth.ply  provenance/simulate.json
+//   CAPTURE/truth/           sparse/  cameras.json  depth/NAME.exr  silhouettes/NAME.png  mesh.ply  timestamps.csv
+//   scene.json
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/program/progress.h"
+#include "simulate/view_renderer.h"
+
+namespace lumi {
+
+struct SimulateOptions {
+  std::filesystem::path scene_file;  // either this
+  std::string example;               // or one of ExampleNames()
+  std::filesystem::path output;      // absent, empty, or a capture of ours
+  int views = 0;                     // so many, evenly spread; 0: all
+  int width_px = 0;                  // of every photo; 0: as described
+  std::uint64_t seed = 0;
+};
+// What is wrong with the options, or nullopt.
+std::optional<std::string> Validate(const SimulateOptions& options);
+
+struct SimulateSummary {
+  std::string scene;
+  int views = 0;
+  int width_px = 0, height_px = 0;  // of the first photo
+  int points = 0;
+  double seconds = 0;
+  TraceCounters counters;
+  std::vector<std::string> effects;  // those that the scene asks for
+  bool reused = false;               // the folder holds this capture already: nothing was done
+};
+
+// Throws UsageError (options, somebody else's folder), InputError (the scene), MachineError (the disk).
+SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress);
+
+std::string ToJson(const SimulateOptions& options, const SimulateSummary& summary);
+
+}  // namespace lumi

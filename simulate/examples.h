@@ -1,0 +1,30 @@
+// Scenes that come with the program, after the five examples of the thesis (Buehler 2002, sections 4.4 and 5.3). Each
+// is JSON like any other scene: truth/scene.json of a capture is a template for one's own.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lumi {
+
+struct Example {
+  std::string name;
+  std::string description;  // one line
+};
+std::vector<Example> Examples();
+
+// Throws UsageError naming those that exist.
+std::string ExampleJson(const std::string& name);
+
+// Items on a desk before a dark background; 262 photos in 13 clusters.
+std::string DeskJson();
+// A paved square with a backdrop of houses; 480 frames of a hand-held walk.
+std::string PlazaJson();
+// A corridor with a glossy floor; 1096 frames driving forward.
+std::string HallwayJson();
+// A glossy car on a plain ground; 36 photos on a ring.
+std::string CarJson();
+// A person; 4 photos on a half circle.
+std::string PersonJson();
+
+}  // namespace lumi

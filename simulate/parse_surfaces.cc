@@ -1,0 +1,225 @@
+// Textures, materials and objects.
+#include <cstdio>
+#include <map>
+
+#include "scene/geometry/angle.h"
+#include "simulate/parse_parts.h"
+#include "simulate/photo_response.h"
+
+namespace lumi {
+namespace {
+
+using Range = JsonReader::Range;
+
+Rgb ColorFromJson(const nlohmann::json& value, const JsonReader& reader, const std::string& key) {
+  double code[3];
+  if (value.is_string()) {
+    const std::string text = value.get<std::string>();
+    unsigned r = 0, g = 0, b = 0;
+    int end = 0;
+    if (text.size() != 7 || std::sscanf(text.c_str(), "#%2x%2x%2x%n", &r, &g, &b, &end) != 3 || end != 7)
+      reader.Fail(key, "must be a colour \"#rrggbb\"");
+    code[0] = r / 255.0, code[1] = g / 255.0, code[2] = b / 255.0;
+  } else {
+    if (!value.is_array() || value.size() != 3) reader.Fail(key, "must be a colour [r, g, b] or \"#rrggbb\"");
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!value[i].is_number() || !(value[i].get<double>() >= 0))
+        reader.Fail(key, "must be a colour [r, g, b], each >= 0");
+      code[i] = value[i].get<double>();
+    }
+  }
+  return Rgb(static_cast<float>(LightFromCode(code[0])), static_cast<float>(LightFromCode(code[1])),
+             static_cast<float>(LightFromCode(code[2])));
+}
+
+// Position of `text` among names; fails naming all of them.
+std::size_t OneOf(JsonReader& reader, const std::string& key, const std::string& text,
+                  const std::vector<std::string>& names) {
+  std::string known;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == text) return i;
+    known += (i == 0 ? "" : ", ") + names[i];
+  }
+  reader.Fail(key, "\"" + text + "\" is not one of " + known);
+}
+
+int MaterialByName(JsonReader& reader, const nlohmann::json& value, const ParseContext& context,
+                   const std::string& key) {
+  if (!value.is_string()) reader.Fail(key, "must be the name of a material");
+  const std::string name = value.get<std::string>();
+  const auto& materials = context.scene->materials;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (materials[i].name == name) return static_cast<int>(i);
+  reader.Fail(key, "there is no material \"" + name + "\"");
+}
+
+std::filesystem::path ExistingFile(JsonReader& reader, const std::string& key, const ParseContext& context) {
+  const std::filesystem::path file = context.folder / reader.RequireText(key);
+  if (!std::filesystem::is_regular_file(file)) reader.Fail(key, "there is no file " + file.string());
+  context.scene->files.push_back(file);
+  return file;
+}
+
+Eigen::Vector3d PositiveSize(JsonReader& reader, const std::string& key, bool flat) {
+  const auto numbers = reader.Numbers(key, flat ? 2 : 3);
+  for (const double n : numbers)
+    if (!(n > 0)) reader.Fail(key, "must be > 0");
+  return {numbers[0], numbers[1], flat ? 0.0 : numbers[2]};
+}
+
+void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescription& object) {
+  switch (object.kind) {
+    case ShapeKind::kQuad:
+      object.size = PositiveSize(reader, "size", true);
+      break;
+    case ShapeKind::kBox:
+    case ShapeKind::kTube:
+      object.size = PositiveSize(reader, "size", false);
+      break;
+    case ShapeKind::kHeightfield:
+      object.size = PositiveSize(reader, "size", false);
+      object.wavelength = reader.Number("wavelength", 0.3 * object.size.x(), Range::kPositive);
+      break;
+    case ShapeKind::kSphere:
+      object.radius = reader.RequireNumber("radius", Range::kPositive);
+      break;
+    case ShapeKind::kCylinder:
+      object.radius = reader.RequireNumber("radius", Range::kPositive);
+      object.top_radius = reader.Number("top_radius", object.radius, Range::kNotNegative);
+      object.height = reader.RequireNumber("height", Range::kPositive);
+      break;
+    case ShapeKind::kLoft:
+      for (const auto& [node, place] : reader.Array("sections")) {
+        JsonReader section(*node, context.name, place);
+        LoftSection parsed;
+        parsed.centre = section.RequireVector3("centre");
+        parsed.half_size = section.Vector2("half_size", {1, 1});
+        if (!(parsed.half_size.minCoeff() > 0)) section.Fail("half_size", "must be > 0");
+        section.Done();
+        object.sections.push_back(parsed);
+      }
+      if (object.sections.size() < 2) reader.Fail("sections", "needs at least 2");
+      object.squareness = reader.Number("squareness", 2, Range::kPositive);
+      object.loft_up = reader.Vector3("up", Eigen::Vector3d::UnitZ());
+      if ((object.sections.back().centre - object.sections.front().centre).cross(object.loft_up).norm() < 1e-9)
+        reader.Fail("up", "must not be along the loft");
+      break;
+    case ShapeKind::kMesh:
+      object.file = ExistingFile(reader, "file", context);
+      break;
+  }
+  object.segments = reader.Integer("segments", 96, 3, 2048);
+}
+
+Eigen::Affine3d ParseTransform(JsonReader& reader) {
+  const Eigen::Vector3d position = reader.Vector3("position", Eigen::Vector3d::Zero());
+  const Eigen::Vector3d angle = reader.Vector3("rotate_deg", Eigen::Vector3d::Zero()) * kRadPerDeg;
+  const Eigen::Vector3d scale = reader.Vector3("scale", Eigen::Vector3d::Ones());
+  if (!(scale.minCoeff() > 0)) reader.Fail("scale", "must be > 0");
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+  transform.translate(position)
+      .rotate(Eigen::AngleAxisd(angle.z(), Eigen::Vector3d::UnitZ()) *
+              Eigen::AngleAxisd(angle.y(), Eigen::Vector3d::UnitY()) *
+              Eigen::AngleAxisd(angle.x(), Eigen::Vector3d::UnitX()))
+      .scale(scale);
+  return transform;
+}
+
+}  // namespace
+
+Rgb ParseColor(JsonReader& reader, const std::string& key, const Rgb& fallback) {
+  const nlohmann::json* value = reader.Find(key);
+  return value == nullptr ? fallback : ColorFromJson(*value, reader, key);
+}
+
+TextureDescription ParseTexture(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+  static const std::vector<std::string> kKinds = {"constant", "noise", "cells",  "bricks", "tiles",
+                                                  "stripes",  "wood",  "glyphs", "image"};
+  JsonReader reader(node, context.name, place);
+  TextureDescription texture;
+  texture.kind = static_cast<TextureKind>(OneOf(reader, "kind", reader.Text("kind", "constant"), kKinds));
+  if (reader.Has("colors")) {
+    texture.colors.clear();
+    for (const auto& [color, unused] : reader.Array("colors"))
+      texture.colors.push_back(ColorFromJson(*color, reader, "colors"));
+    if (texture.colors.empty()) reader.Fail("colors", "needs at least one");
+  } else {
+    texture.colors = {ParseColor(reader, "color", Rgb(0.5f, 0.5f, 0.5f))};
+  }
+  if (const auto* size = reader.Find("size"); size != nullptr && size->is_number()) {
+    texture.size.setConstant(reader.Number("size", 0.1, Range::kPositive));
+  } else {
+    texture.size = reader.Vector2("size", texture.size);
+    if (!(texture.size.minCoeff() > 0)) reader.Fail("size", "must be > 0");
+  }
+  texture.octaves = reader.Integer("octaves", 5, 1, 16);
+  texture.gain = reader.Number("gain", 0.55, Range::kPositive);
+  texture.contrast = reader.Number("contrast", 1, Range::kPositive);
+  texture.bands = reader.Integer("bands", 0, 0, 64);
+  texture.joint = reader.Number("joint", 0.06, Range::kNotNegative);
+  texture.joint_color = ParseColor(reader, "joint_color", texture.joint_color);
+  texture.variation = reader.Number("variation", 0.15, Range::kNotNegative);
+  texture.grain = reader.Number("grain", 0, Range::kNotNegative);
+  texture.grain_size = reader.Number("grain_size", 0.01, Range::kPositive);
+  texture.seed = static_cast<std::uint32_t>(reader.Integer("seed", 0, 0));
+  if (texture.kind == TextureKind::kImage) texture.file = ExistingFile(reader, "file", context);
+  reader.Done();
+  return texture;
+}
+
+MaterialDescription ParseMaterial(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+  JsonReader reader(node, context.name, place);
+  MaterialDescription material;
+  material.name = reader.RequireText("name");
+  if (const auto* texture = reader.Find("texture"); texture != nullptr) {
+    material.texture = ParseTexture(*texture, context, reader.Place("texture"));
+  } else {
+    material.texture.colors = {ParseColor(reader, "color", material.texture.colors[0])};
+  }
+  material.lit = reader.Flag("lit", true);
+  material.specular = reader.Number("specular", 0, Range::kNotNegative);
+  material.shininess = reader.Number("shininess", 60, Range::kPositive);
+  material.mirror = reader.Number("mirror", 0, Range::kNotNegative);
+  if (material.mirror > 1) reader.Fail("mirror", "must be <= 1");
+  material.roughness = reader.Number("roughness_deg", 0, Range::kNotNegative) * kRadPerDeg;
+  reader.Done();
+  return material;
+}
+
+ObjectDescription ParseObject(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+  static const std::vector<std::string> kKinds = {"quad", "box",         "sphere", "cylinder",
+                                                  "tube", "heightfield", "loft",   "mesh"};
+  JsonReader reader(node, context.name, place);
+  ObjectDescription object;
+  object.kind = static_cast<ShapeKind>(OneOf(reader, "kind", reader.RequireText("kind"), kKinds));
+  object.name = reader.Text("name", "");
+  object.materials.clear();
+  if (const auto& material = reader.Require("material"); material.is_array()) {
+    for (const auto& [value, unused] : reader.Array("material"))
+      object.materials.push_back(MaterialByName(reader, *value, context, "material"));
+    const bool fits = object.kind == ShapeKind::kTube && object.materials.size() == 4;
+    if (!fits) reader.Fail("material", "must be one name; four (floor, left, ceiling, right) for a tube");
+  } else {
+    object.materials = {MaterialByName(reader, material, context, "material")};
+  }
+  ParseShape(reader, context, object);
+  object.world_from_object = ParseTransform(reader);
+  const bool surroundings =
+      object.kind == ShapeKind::kQuad || object.kind == ShapeKind::kTube || object.kind == ShapeKind::kHeightfield;
+  object.foreground = reader.Flag("foreground", !surroundings);
+  if (const auto* spin = reader.Find("spin"); spin != nullptr) {
+    JsonReader turn(*spin, context.name, reader.Place("spin"));
+    SpinDescription parsed;
+    parsed.axis = turn.Vector3("axis", Eigen::Vector3d::UnitZ());
+    if (!(parsed.axis.norm() > 0)) turn.Fail("axis", "must not be zero");
+    parsed.axis.normalize();
+    parsed.centre = turn.Vector3("centre", object.world_from_object.translation());
+    parsed.period_s = turn.RequireNumber("period_s", Range::kPositive);
+    turn.Done();
+    object.spin = parsed;
+  }
+  reader.Done();
+  return object;
+}
+
+}  // namespace lumi

@@ -1,0 +1,206 @@
+#include "simulate/tracer.h"
+
+#include <embree3/rtcore.h>
+
+#include <limits>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Eigen::Vector3d;
+
+struct DeviceDeleter {
+  void operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
+};
+struct SceneDeleter {
+  void operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
+};
+using DevicePtr = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
+using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
+
+void AddShape(RTCDevice device, RTCScene scene, const ShapeMesh& shape, unsigned id) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* x = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                        3 * sizeof(float), shape.x_in_world.size()));
+  auto* f = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                           3 * sizeof(unsigned), shape.faces.size()));
+  if (x == nullptr || f == nullptr) {
+    rtcReleaseGeometry(geometry);
+    throw MachineError("not enough memory for the scene's triangles");
+  }
+  for (const Vector3d& v : shape.x_in_world)
+    for (Eigen::Index k = 0; k < 3; ++k) *x++ = static_cast<float>(v[k]);
+  for (const auto& face : shape.faces)
+    for (const std::int32_t v : face) *f++ = static_cast<unsigned>(v);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+ScenePtr NewScene(RTCDevice device) {
+  ScenePtr scene(rtcNewScene(device));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+  return scene;
+}
+
+void SetRay(RTCRay& out, const Ray& ray, double near, double far) {
+  out.org_x = static_cast<float>(ray.origin.x());
+  out.org_y = static_cast<float>(ray.origin.y());
+  out.org_z = static_cast<float>(ray.origin.z());
+  out.dir_x = static_cast<float>(ray.direction.x());
+  out.dir_y = static_cast<float>(ray.direction.y());
+  out.dir_z = static_cast<float>(ray.direction.z());
+  out.tnear = static_cast<float>(near);
+  out.tfar = static_cast<float>(far);
+  out.time = 0;
+  out.mask = 0xffffffffU;
+  out.id = 0;
+  out.flags = 0;
+}
+
+Ray Moved(const Ray& ray, const Eigen::Affine3d& part) {
+  const Eigen::Affine3d inverse = part.inverse(Eigen::Isometry);
+  return {inverse * ray.origin, inverse.linear() * ray.direction};
+}
+
+}  // namespace
+
+struct Tracer::Impl {
+  const SceneDescription& description;
+  std::vector<ShapeMesh> shapes;
+  DevicePtr device;
+  ScenePtr still;
+  bool any_still = false;
+  std::vector<std::size_t> moving;  // objects with a spin
+  std::vector<ScenePtr> moving_scenes;
+  double extent = 0;
+
+  explicit Impl(const SceneDescription& scene) : description(scene), device(rtcNewDevice(nullptr)) {
+    if (!device) throw MachineError("Embree does not start on this processor");
+    still = NewScene(device.get());
+    Eigen::AlignedBox3d bounds;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      shapes.push_back(Tessellate(scene.objects[i]));
+      for (const Vector3d& x : shapes.back().x_in_world) bounds.extend(x);
+      if (scene.objects[i].spin) {
+        moving.push_back(i);
+        moving_scenes.push_back(NewScene(device.get()));
+        AddShape(device.get(), moving_scenes.back().get(), shapes.back(), static_cast<unsigned>(i));
+        rtcCommitScene(moving_scenes.back().get());
+      } else {
+        AddShape(device.get(), still.get(), shapes.back(), static_cast<unsigned>(i));
+        any_still = true;
+      }
+    }
+    rtcCommitScene(still.get());
+    if (rtcGetDeviceError(device.get()) != RTC_ERROR_NONE) throw MachineError("Embree could not build the scene");
+    if (!bounds.isEmpty()) extent = bounds.diagonal().norm();
+  }
+
+  // Refines Embree's float hit: the same triangle, met in double.
+  Hit Refine(const Ray& ray, const RTCRayHit& found) const {
+    Hit hit;
+    hit.object = static_cast<int>(found.hit.geomID);
+    const ShapeMesh& shape = shapes[found.hit.geomID];
+    const auto& face = shape.faces[found.hit.primID];
+    const auto a = static_cast<std::size_t>(face[0]), b = static_cast<std::size_t>(face[1]),
+               c = static_cast<std::size_t>(face[2]);
+    const Vector3d &p = shape.x_in_world[a], &q = shape.x_in_world[b], &r = shape.x_in_world[c];
+    const Vector3d area = (q - p).cross(r - p);
+    const double area2 = area.squaredNorm();
+    const double facing = area.dot(ray.direction);
+    // At a graze beyond double's own accuracy Embree's distance is as good.
+    const bool grazing = std::abs(facing) < 1e-9 * std::sqrt(area2);
+    hit.t = grazing ? static_cast<double>(found.ray.tfar) : area.dot(p - ray.origin) / facing;
+    hit.x_in_world = ray.origin + hit.t * ray.direction;
+    const double v = (q - p).cross(hit.x_in_world - p).dot(area) / area2;
+    const double u = (hit.x_in_world - p).cross(r - p).dot(area) / area2;
+    const double w = 1 - u - v;
+    const double side = facing <= 0 ? 1.0 : -1.0;
+    hit.normal = area * (side / std::sqrt(area2));
+    hit.shading_normal = side * (w * shape.normals[a] + u * shape.normals[b] + v * shape.normals[c]);
+    hit.shading_normal.normalize();
+    hit.x_in_object = w * shape.x_in_object[a] + u * shape.x_in_object[b] + v * shape.x_in_object[c];
+    hit.uv =
+        static_cast<float>(w) * shape.uv[a] + static_cast<float>(u) * shape.uv[b] + static_cast<float>(v) * shape.uv[c];
+    const auto& materials = description.objects[found.hit.geomID].materials;
+    const std::size_t part = shape.part[found.hit.primID];
+    hit.material = materials[part < materials.size() ? part : 0];
+    return hit;
+  }
+
+  static std::optional<RTCRayHit> Intersect(RTCScene scene, const Ray& ray) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit query;
+    SetRay(query.ray, ray, 0, std::numeric_limits<float>::infinity());
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return query;
+  }
+
+  static bool Occluded(RTCScene scene, const Ray& ray, double distance) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay query;
+    SetRay(query, ray, 0, distance);
+    rtcOccluded1(scene, &context, &query);
+    return query.tfar < 0;
+  }
+};
+
+Tracer::Tracer(const SceneDescription& scene) : impl_(std::make_unique<Impl>(scene)) {}
+Tracer::~Tracer() = default;
+
+bool Tracer::HasMovingParts() const { return !impl_->moving.empty(); }
+double Tracer::Extent() const { return impl_->extent; }
+
+PartPoses Tracer::PartsAt(double time_s) const {
+  PartPoses poses;
+  for (const std::size_t object : impl_->moving) {
+    const SpinDescription& spin = *impl_->description.objects[object].spin;
+    const double turns = time_s / spin.period_s;
+    const double angle = 6.283185307179586 * (turns - std::floor(turns));
+    poses.push_back(Eigen::Translation3d(spin.centre) * Eigen::AngleAxisd(angle, spin.axis) *
+                    Eigen::Translation3d(-spin.centre));
+  }
+  return poses;
+}
+
+std::optional<Hit> Tracer::Trace(const Ray& ray, const PartPoses& parts) const {
+  std::optional<Hit> nearest;
+  if (impl_->any_still)
+    if (const auto found = Impl::Intersect(impl_->still.get(), ray)) nearest = impl_->Refine(ray, *found);
+  for (std::size_t i = 0; i < impl_->moving.size(); ++i) {
+    const Ray moved = Moved(ray, parts[i]);
+    const auto found = Impl::Intersect(impl_->moving_scenes[i].get(), moved);
+    if (!found) continue;
+    Hit hit = impl_->Refine(moved, *found);
+    if (nearest && nearest->t <= hit.t) continue;
+    hit.x_in_world = parts[i] * hit.x_in_world;
+    hit.normal = parts[i].linear() * hit.normal;
+    hit.shading_normal = parts[i].linear() * hit.shading_normal;
+    nearest = hit;
+  }
+  return nearest;
+}
+
+bool Tracer::IsBlocked(const Ray& ray, double distance, const PartPoses& parts) const {
+  if (impl_->any_still && Impl::Occluded(impl_->still.get(), ray, distance)) return true;
+  for (std::size_t i = 0; i < impl_->moving.size(); ++i)
+    if (Impl::Occluded(impl_->moving_scenes[i].get(), Moved(ray, parts[i]), distance)) return true;
+  return false;
+}
+
+Mesh Tracer::TrueMesh() const {
+  Mesh mesh;
+  for (const ShapeMesh& shape : impl_->shapes) Append(mesh, Welded(shape));
+  return mesh;
+}
+
+}  // namespace lumi

@@ -1,0 +1,176 @@
+#include "simulate/view_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+#include "simulate/noise.h"
+#include "simulate/photo_response.h"
+
+namespace lumi {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+constexpr double kTwoPi = 6.283185307179586;
+constexpr int kBlurSamples = 16;  // at least, under motion blur: steps of a sixteenth of its length
+
+// One over the side of a square of samples, each at the middle of its cell: a box filter without grain.
+Vector2d SampleOffset(int sample, int side) { return {(sample % side + 0.5) / side, (sample / side + 0.5) / side}; }
+
+// An order of sample times that has nothing to do with the samples' places in the pixel.
+double TimeShare(int sample, int samples) {
+  return (static_cast<double>((sample * 7 + 3) % samples) + 0.5) / samples - 0.5;
+}
+
+std::uint8_t CodeFromValue(double value) {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
+}
+
+}  // namespace
+
+std::optional<Vector2d> NormalizedWithSkew(const Camera& camera, double skew_px, const Vector2d& x_px) {
+  if (skew_px == 0) return camera.Normalized(x_px);
+  // x = fx xd + s yd + cx, y = fy yd + cy: skew acts after the lens.
+  const double yd = (x_px.y() - camera.PrincipalPointPx().y()) / camera.FocalPx().y();
+  return camera.Normalized({x_px.x() - skew_px * yd, x_px.y()});
+}
+
+struct ViewRenderer::Moment {
+  Eigen::Matrix3d world_from_cam;
+  Vector3d centre;
+  PartPoses parts;
+};
+
+ViewRenderer::ViewRenderer(const SceneDescription& scene, const Tracer& tracer, const Shader& shader, int width_px,
+                           std::uint64_t seed)
+    : scene_(scene), tracer_(tracer), shader_(shader), seed_(seed) {
+  if (width_px < 0 || width_px > 20000) throw UsageError("--width must be 1 to 20000 pixels");
+  for (const CameraDescription& description : scene.cameras) {
+    const Camera& camera = description.camera;
+    const double scale = width_px == 0 ? 1.0 : static_cast<double>(width_px) / camera.width_px;
+    const int height = std::max(1, static_cast<int>(std::lround(scale * camera.height_px)));
+    cameras_.push_back(width_px == 0 ? camera : camera.Scaled(width_px, height));
+    skews_px_.push_back(scene.effects.skew_px ? *scene.effects.skew_px * scale : 0.0);
+  }
+  samples_ = scene.samples_per_pixel;
+  if (scene.effects.motion_blur_s) samples_ = std::max(samples_, kBlurSamples);
+}
+
+TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
+  TrueCamera camera;
+  camera.camera = cameras_[static_cast<std::size_t>(view.camera)];
+  camera.skew_px = skews_px_[static_cast<std::size_t>(view.camera)];
+  camera.cam_from_world = PoseAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame);
+  if (scene_.effects.exposure_stops)
+    camera.gain = CodeGainFromStops(*scene_.effects.exposure_stops *
+                                    std::sin(kTwoPi * view.time_s / scene_.effects.exposure_period_s));
+  return camera;
+}
+
+ViewRenderer::Moment ViewRenderer::MomentAt(const PlannedView& view, double offset_s, TraceCounters& counters) const {
+  ++counters.poses;
+  const PathDescription& path = scene_.paths[static_cast<std::size_t>(view.path)];
+  // Nobody films beyond the ends of the path.
+  const double frame = offset_s == 0 ? view.frame : std::clamp(view.frame + offset_s * path.fps, 0.0, path.views - 1.0);
+  const Rigid3 world_from_cam = PoseAt(path, frame).Inverse();
+  Moment moment{world_from_cam.R(), world_from_cam.translation, {}};
+  if (tracer_.HasMovingParts()) moment.parts = tracer_.PartsAt(view.time_s + offset_s);
+  return moment;
+}
+
+RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counters) const {
+  const TrueCamera truth = CameraOf(view);
+  const Camera& camera = truth.camera;
+  const int width = camera.width_px, height = camera.height_px;
+  const EffectsDescription& effects = scene_.effects;
+  const int side = static_cast<int>(std::lround(std::sqrt(samples_)));
+  // One sample stands for 1 / side of a pixel.
+  const double sample_angle = 1 / (camera.FocalPx().maxCoeff() * side);
+
+  RenderedView result;
+  result.photo = Image8(width, height, 3);
+  result.depth = ImageF(width, height, 1);
+  result.silhouette = Image8(width, height, 1);
+
+  // Moments of the samples of one row; last in line, the middle of the exposure.
+  const auto moments_of_row = [&](double row_s, TraceCounters& count) {
+    std::vector<Moment> moments;
+    if (effects.motion_blur_s)
+      for (int s = 0; s < samples_; ++s)
+        moments.push_back(MomentAt(view, row_s + *effects.motion_blur_s * TimeShare(s, samples_), count));
+    moments.push_back(MomentAt(view, row_s, count));
+    return moments;
+  };
+  std::vector<Moment> of_view;
+  if (!effects.rolling_shutter_s) of_view = moments_of_row(0, counters);
+
+  const auto ray_through = [&](const Moment& moment, const Vector2d& x_px) -> std::optional<Ray> {
+    const auto x = NormalizedWithSkew(camera, truth.skew_px, x_px);
+    if (!x) return std::nullopt;
+    return Ray{moment.centre, (moment.world_from_cam * x->homogeneous()).normalized()};
+  };
+
+  const double corner2 = 0.25 * (static_cast<double>(width) * width + static_cast<double>(height) * height);
+  const auto expose = [&](int x, int y, const Rgb& light, TraceCounters& count) {
+    double lens = 1;
+    if (effects.vignetting) {
+      const double r2 = (Vector2d(x + 0.5, y + 0.5) - 0.5 * Vector2d(width, height)).squaredNorm() / corner2;
+      lens = 1 - *effects.vignetting * r2;
+    }
+    for (int c = 0; c < 3; ++c) {
+      double value = 255 * truth.gain * static_cast<double>(CodeFromLight(static_cast<float>(lens) * light[c]));
+      if (effects.noise_sigma) {
+        ++count.noise_draws;
+        HashStream random(seed_, static_cast<std::uint32_t>(view.frame_index),
+                          static_cast<std::uint32_t>((y * width + x) * 3 + c));
+        value += *effects.noise_sigma * random.Gaussian();
+      }
+      result.photo.At(x, y, c) = CodeFromValue(value);
+    }
+  };
+
+  std::mutex mutex;
+  ParallelFor(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
+    CheckInterrupted();
+    TraceCounters count;
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      std::vector<Moment> of_row;
+      if (effects.rolling_shutter_s)
+        of_row = moments_of_row(*effects.rolling_shutter_s * ((y + 0.5) / height - 0.5), count);
+      const std::vector<Moment>& moments = effects.rolling_shutter_s ? of_row : of_view;
+      for (int x = 0; x < width; ++x) {
+        Rgb sum = Rgb::Zero();
+        for (int s = 0; s < samples_; ++s) {
+          const Moment& moment = moments.size() > 1 ? moments[static_cast<std::size_t>(s)] : moments.back();
+          const auto ray = ray_through(moment, Vector2d(x, y) + SampleOffset(s, side));
+          if (!ray) continue;
+          Shader::Query query{*ray, sample_angle, s, samples_, 0, &moment.parts};
+          query.random = HashBits(static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(view.frame_index),
+                                  static_cast<std::uint32_t>(y * width + x), static_cast<std::uint32_t>(s));
+          sum += shader_.Radiance(query, count.rays);
+        }
+        expose(x, y, sum / static_cast<float>(samples_), count);
+
+        const Moment& middle = moments.back();
+        const auto ray = ray_through(middle, Vector2d(x + 0.5, y + 0.5));
+        if (!ray) continue;
+        ++count.rays;
+        const auto hit = tracer_.Trace(*ray, middle.parts);
+        if (!hit) continue;
+        result.depth.At(x, y, 0) = static_cast<float>(hit->t * middle.world_from_cam.col(2).dot(ray->direction));
+        if (scene_.objects[static_cast<std::size_t>(hit->object)].foreground) result.silhouette.At(x, y, 0) = 255;
+      }
+    }
+    const std::lock_guard lock(mutex);
+    counters.rays += count.rays;
+    counters.poses += count.poses;
+    counters.noise_draws += count.noise_draws;
+  });
+  return result;
+}
+
+}  // namespace lumi

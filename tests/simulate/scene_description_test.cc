@@ -1,0 +1,110 @@
+#include "simulate/scene_description.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/program/error.h"
+#include "simulate/examples.h"
+
+namespace lumi {
+namespace {
+
+constexpr const char* kRest =
+    R"("cameras": [{"name": "c", "size": [8, 6], "fov_deg": 50}], "path": {"kind": "ring", "radius": 2},
+                                 "materials": [{"name": "m"}])";
+
+struct BadCase {
+  std::string json;
+  std::string message;
+};
+
+class BadScene : public ::testing::TestWithParam<BadCase> {};
+
+TEST_P(BadScene, IsRefusedByFileAndPlace) {
+  try {
+    ParseScene(GetParam().json, "bad.json", ".");
+    FAIL() << "was accepted: " << GetParam().json;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(GetParam().message));
+    EXPECT_EQ(error.file(), "bad.json");
+    EXPECT_EQ(error.code(), ExitCode::kCorruptInput);
+  }
+}
+
+std::string With(const std::string& more) { return std::string("{") + kRest + (more.empty() ? "" : ", " + more) + "}"; }
+std::string Object(const std::string& object) {
+  return With(R"("objects": [{"kind": "sphere", "radius": 1, "material": "m"}, )" + object + "]");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadScene,
+    ::testing::Values(
+        BadCase{"", "line 1: this is not JSON"}, BadCase{"{\n\"cameras\": [\n,]}", "line 3: this is not JSON"},
+        BadCase{"[1, 2]", "must be an object"}, BadCase{"{}", "cameras: needs at least one camera"},
+        BadCase{R"({"cameras": 3})", "cameras: must be an array"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}]})", "path: is missing"},
+        BadCase{R"({"cameras": [{"size": [8, 6]}]})", "cameras[0].fov_deg: is missing"},
+        BadCase{R"({"cameras": [{"size": [8, 0], "fov_deg": 50}]})",
+                "cameras[0].size: must be whole numbers of pixels"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 190}]})", "cameras[0].fov_deg: must be < 179"},
+        BadCase{R"({"cameras": [{"model": "OPENCV", "size": [8, 6], "params": [1, 2]}]})",
+                "cameras[0].params: must be 8 numbers"},
+        BadCase{R"({"cameras": [{"model": "LENS", "size": [8, 6], "fov_deg": 50}]})",
+                "cameras[0].model: \"LENS\" is not a camera model"},
+        BadCase{Object(R"({"kind": "sphere", "material": "m"})"), "objects[1].radius: is missing"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 0, "material": "m"})"), "objects[1].radius: must be > 0"},
+        BadCase{Object(R"({"kind": "sphere", "radius": "big", "material": "m"})"),
+                "objects[1].radius: must be a number"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 1, "radious": 2, "material": "m"})"),
+                "objects[1].radious: unknown key"},
+        BadCase{Object(R"({"kind": "spere", "material": "m"})"),
+                "objects[1].kind: \"spere\" is not one of quad, box, sphere"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "gold"})"),
+                "objects[1].material: there is no material \"gold\""},
+        BadCase{Object(R"({"kind": "box", "size": [1, 2], "material": "m"})"), "objects[1].size: must be 3 numbers"},
+        BadCase{Object(R"({"kind": "mesh", "file": "absent.ply", "material": "m"})"),
+                "objects[1].file: there is no file"},
+        BadCase{Object(R"({"kind": "loft", "sections": [{"centre": [0, 0, 0]}], "material": "m"})"),
+                "objects[1].sections: needs at least 2"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "spin": {"period_s": -1}})"),
+                "objects[1].spin.period_s: must be > 0"},
+        BadCase{With(R"("lights": [{"strength": 1}])"), "lights[0].towards: is missing"},
+        BadCase{With(R"("image": {"samples_per_pixel": 5})"), "image.samples_per_pixel: must be a square number"},
+        BadCase{With(R"("effects": {"vignetting": 2})"), "effects.vignetting: must be <= 1"},
+        BadCase{With(R"("effects": {"fog": 1})"), "effects.fog: unknown key"},
+        BadCase{With(R"("background": {"color": "#12"})"), "background.color: must be a colour"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "spiral"}})",
+                "path.kind: \"spiral\" is not one of"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "ring", "radius": 1, "views": 0}})",
+                "path.views: must be >= 1"},
+        BadCase{
+            R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "ring", "radius": 1, "camera": "x"}})",
+            "path.camera: there is no camera \"x\""},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "ring", "radius": 1},
+                    "materials": [{"name": "a", "texture": {"kind": "noise", "size": -1}}]})",
+                "materials[0].texture.size: must be > 0"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "ring", "radius": 1},
+                    "materials": [{"name": "a"}, {"name": "a"}]})",
+                "materials: there are two named \"a\""}));
+
+TEST(SceneDescription, SeveralCamerasTakeTurns) {
+  const SceneDescription scene = ParseScene(R"({
+    "cameras": [{"name": "wide", "size": [8, 6], "fov_deg": 80}, {"name": "long", "size": [6, 8], "fov_deg": 20}],
+    "path": {"kind": "ring", "radius": 2, "views": 4, "camera": ["long", "wide"]}})",
+                                            "a.json", ".");
+  EXPECT_EQ(scene.paths[0].cameras, (std::vector<int>{1, 0}));
+  EXPECT_EQ(scene.cameras[1].camera.width_px, 6);
+}
+
+TEST(SceneDescription, AnExampleThatIsNotThereIsNamedWithThoseThatAre) {
+  try {
+    ExampleJson("moon");
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("moon"));
+    EXPECT_THAT(error.hint(), ::testing::HasSubstr("desk, plaza, hallway, car, person"));
+  }
+}
+
+}  // namespace
+}  // namespace lumi
