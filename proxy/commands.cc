@@ -1,0 +1,196 @@
+#include "proxy/commands.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/mesh_query.h"
+#include "proxy/plane/plane_proxy.h"
+#include "proxy/proxy_store.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+Scene Open(const std::filesystem::path& path, ProgressSink& progress) {
+  OpenOptions options;
+  options.check_photos = false;  // proxies are made of cameras and points
+  return OpenScene(path, options, progress);
+}
+
+// Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says.
+// `make` fills its own keys into the JSON.
+std::string MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
+                      std::map<std::string, std::string> inputs, ProgressSink& progress,
+                      const std::function<Mesh(const Scene&, Json&)>& make) {
+  const auto start = std::chrono::steady_clock::now();
+  Scene scene = Open(target.scene, progress);
+  Json json{{"name", target.name}, {"kind", kind}, {"faces", 0}, {"vertices", 0}, {"closed", false}, {"seconds", 0.0}};
+  Mesh mesh;
+  if (!target.output.empty()) {
+    if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj")) {
+      throw UsageError("--output " + target.output.string() + " is no mesh file", "end it with .ply or .obj");
+    }
+    mesh = make(scene, json);
+    WriteMesh(target.output, mesh);
+    json["file"] = target.output.string();
+    json["reused"] = false;
+  } else {
+    RequireKeepsProxies(scene);
+    RequireProxyName(target.name);
+    const FolderLock lock(scene.folder);
+    Provenance wanted = ProxyProvenance(scene, target.name, kind, std::move(options));
+    wanted.inputs.merge(inputs);
+    RequireSameKind(scene, wanted, target.name);
+    const std::filesystem::path path = ProxyPath(scene.folder, target.name);
+    const bool reused = IsUpToDate(scene.folder, wanted);
+    if (reused) {
+      mesh = ReadMesh(path);
+    } else {
+      mesh = make(scene, json);
+      StoreProxy(scene, target.name, mesh, std::move(wanted), SecondsSince(start));
+    }
+    if (target.activate || scene.active_proxy.empty()) Activate(scene, target.name);
+    json["file"] = path.string();
+    json["reused"] = reused;
+    json["active"] = scene.active_proxy == target.name;
+  }
+  json["faces"] = mesh.faces.size();
+  json["vertices"] = mesh.vertices.size();
+  json["closed"] = IsClosed(mesh);
+  json["seconds"] = SecondsSince(start);
+  return json.dump();
+}
+
+}  // namespace
+
+std::string RunPlane(const ProxyTarget& target, ProgressSink& progress) {
+  return MakeProxy(target, "plane", {}, {}, progress, [](const Scene& scene, Json& json) {
+    PlaneSummary summary;
+    Mesh mesh = BuildPlaneProxy(scene, {}, &summary);
+    json["depth"] = summary.depth;
+    json["points_used"] = summary.points_used;
+    json["clamped_rays"] = summary.clamped_rays;
+    return mesh;
+  });
+}
+
+std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
+  DelaunayOptions options;
+  options.merge_px = merge_px;
+  return MakeProxy(target, "delaunay", {{"merge_px", fmt::format("{}", merge_px)}}, {}, progress,
+                   [&](const Scene& scene, Json& json) {
+    DelaunaySummary s;
+    Mesh mesh = BuildDelaunayProxy(scene, options, progress, &s);
+    json["points_used"] = s.vertices_used;
+    json["points_total"] = s.selection.total;
+    json["points_refused"] = {{"unusable", s.selection.unusable}, {"inaccurate", s.selection.inaccurate}, {"isolated", s.selection.isolated}};
+    json["tetrahedra"] = s.tetrahedra;
+    json["lines_of_sight"] = s.rays;
+    json["blocked_ray_fraction"] = s.blocked_ray_fraction;
+    json["seconds_by_step"] = {{"select", s.select_s}, {"tetrahedra", s.tetrahedra_s}, {"lines_of_sight", s.rays_s}, {"cut", s.cut_s}, {"surface", s.surface_s}};
+    return mesh;
+  });
+}
+
+std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress) {
+  if (!(scale > 0) || !(scale < 1e300)) throw UsageError("--scale must be a positive number");
+  Mesh mesh = ReadMesh(file);
+  if (mesh.faces.empty()) throw InputError(file, "has no faces", "a proxy is a surface; point clouds are none");
+  for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
+  if (const auto wrong = Validate(mesh)) throw InputError(file, *wrong);
+  return MakeProxy(target, "import", {{"scale", fmt::format("{}", scale)}}, {{"mesh", Fingerprint(file)}}, progress,
+                   [&](const Scene& scene, Json& json) {
+    // Judged by the views, which works for open meshes and for rooms seen from within alike.
+    const MeshFit fit = MeasureFit(mesh, MakeProxyViews(scene), {});
+    json["coverage"] = fit.coverage;
+    json["front_fraction"] = fit.front_fraction;
+    if (fit.coverage == 0) {
+      progress.Message("warning: no view sees " + file.string() + "; is it in the scene's own units and frame (--scale)?");
+    } else if (fit.front_fraction < 0.5) {
+      progress.Message(fmt::format("warning: {} looks inside out, {:.0f} % of what the views see of it are backs of faces",
+                                   file.string(), 100 * (1 - fit.front_fraction)));
+    }
+    return mesh;
+  });
+}
+
+std::string RunInfo(const std::filesystem::path& path, const std::string& name, ProgressSink& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const Scene scene = Open(path, progress);
+  const std::vector<ProxyView> views = MakeProxyViews(scene);
+  const std::vector<ProxyPoint> points = SelectPoints(scene, views, {}).points;
+  std::vector<std::string> names = ListProxies(scene.folder);
+  if (!name.empty()) {
+    LoadProxy(scene, name);  // says which there are where it is not
+    names = {name};
+  }
+  Json json{{"active_proxy", scene.active_proxy}, {"views", views.size()}, {"points", scene.points.size()},
+            {"reliable_points", points.size()}, {"proxies", Json::array()}};
+  Progress steps(progress, "proxies", static_cast<long>(names.size()));
+  for (const std::string& each : names) {
+    const auto mesh_start = std::chrono::steady_clock::now();
+    const Mesh mesh = LoadProxy(scene, each);
+    const MeshFit fit = MeasureFit(mesh, views, points);
+    Json entry{{"name", each}, {"faces", mesh.faces.size()}, {"vertices", mesh.vertices.size()}, {"closed", IsClosed(mesh)},
+               {"active", each == scene.active_proxy}, {"coverage", fit.coverage}, {"coverage_min", fit.coverage_min},
+               {"front_fraction", fit.front_fraction}, {"blocked_ray_fraction", fit.blocked_ray_fraction},
+               {"lines_of_sight", fit.lines_of_sight}, {"point_distance_median", fit.distance_median}};
+    entry["seconds"] = SecondsSince(mesh_start);
+    json["proxies"].push_back(std::move(entry));
+    steps.Step();
+  }
+  json["seconds"] = SecondsSince(start);
+  return json.dump();
+}
+
+std::string DescribeProxy(const std::string& text) {
+  const Json json = Json::parse(text);
+  std::string out;
+  if (json.contains("candidates")) {
+    out += fmt::format("{:<10} {:>8} {:>10} {:>8} {:>9} {:>9}\n", "proxy", "faces", "PSNR dB", "SSIM", "coverage", "seconds");
+    for (const Json& c : json["candidates"]) {
+      if (c.contains("refused")) {
+        out += fmt::format("{:<10} {}\n", c["name"].get<std::string>(), c["refused"].get<std::string>());
+      } else if (c["psnr_mean_db"].is_null()) {
+        out += fmt::format("{:<10} {:>8} {:>10} {:>8} {:>9} {:>9.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", c["seconds"].get<double>());
+      } else {
+        out += fmt::format("{:<10} {:>8} {:>10.2f} {:>8.4f} {:>8.1f}% {:>9.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
+                           c["psnr_mean_db"].get<double>(), c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["seconds"].get<double>());
+      }
+    }
+    return out + fmt::format("chosen: {} ({})", json["name"].get<std::string>(), json["reason"].get<std::string>());
+  }
+  if (json.contains("proxies")) {
+    out += fmt::format("{} views, {} points, {} of them reliable\n", json["views"].get<std::size_t>(), json["points"].get<std::size_t>(), json["reliable_points"].get<std::size_t>());
+    if (json["proxies"].empty()) return out + "no proxy yet: lumi-proxy auto makes one";
+    out += fmt::format("{:<14} {:>8} {:>7} {:>9} {:>7} {:>8} {:>16}", "proxy", "faces", "closed", "coverage", "front", "blocked", "off the points");
+    for (const Json& p : json["proxies"]) {
+      out += fmt::format("\n{:<14} {:>8} {:>7} {:>8.1f}% {:>6.1f}% {:>7.2f}% {:>8.3f}% depth{}", p["name"].get<std::string>(), p["faces"].get<std::size_t>(),
+                         p["closed"].get<bool>() ? "yes" : "no", 100 * p["coverage"].get<double>(), 100 * p["front_fraction"].get<double>(),
+                         100 * p["blocked_ray_fraction"].get<double>(), 100 * p["point_distance_median"].get<double>(), p["active"].get<bool>() ? "  (active)" : "");
+    }
+    return out;
+  }
+  out = fmt::format("{}: {} faces, {}, {:.2f} s{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(),
+                    json["closed"].get<bool>() ? "closed" : "open", json["seconds"].get<double>(), json["reused"].get<bool>() ? " (nothing had changed)" : "");
+  if (json.contains("blocked_ray_fraction")) {
+    out += fmt::format("\n{} of {} points, {:.2f} % of {} lines of sight blocked", json["points_used"].get<std::size_t>(), json["points_total"].get<std::size_t>(),
+                       100 * json["blocked_ray_fraction"].get<double>(), json["lines_of_sight"].get<std::size_t>());
+  }
+  return out;
+}
+
+}  // namespace lumi

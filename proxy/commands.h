@@ -1,0 +1,42 @@
+// What lumi-proxy does: the subcommands. Each returns its summary as JSON text (DESIGN.md's keys: name, faces, closed,
+// seconds; more beside them).
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct ProxyTarget {
+  std::filesystem::path scene;   // scene folder, COLMAP workspace or transforms.json
+  std::string name;              // of the proxy in the scene
+  std::filesystem::path output;  // a mesh file instead of the scene's own folder; empty: the scene's
+  bool activate = false;         // make it the scene's default also where there is one already
+};
+
+std::string RunPlane(const ProxyTarget& target, ProgressSink& progress);
+
+// `merge_px`: points nearer than this many pixels in the view that sees them finest become one.
+std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress);
+
+// A mesh that somebody else made, times `scale`.
+std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress);
+
+struct AutoOptions {
+  std::filesystem::path scene;
+  int choose_width_px = 480;  // of the pictures that are compared
+  int holdout = 8;            // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
+};
+// Builds "plane" and "mesh", asks lumi-render for the error of each on the fold for choosing, makes the better one the
+// scene's active proxy. Keys beside the common ones: candidates[{name, psnr_mean_db, ssim_mean, coverage, faces, seconds}].
+std::string RunAuto(const AutoOptions& options, ProgressSink& progress);
+
+// What proxies a scene has and how they fit: coverage, blocked lines of sight, distance to the points. Writes nothing.
+std::string RunInfo(const std::filesystem::path& scene, const std::string& name, ProgressSink& progress);
+
+// A few lines for people from a summary of any of them.
+std::string DescribeProxy(const std::string& json);
+
+}  // namespace lumi

@@ -1,0 +1,54 @@
+// lumi-proxy: the rough geometry that a lumigraph's photographs are blended over.
+#include "proxy/commands.h"
+#include "proxy/delaunay/delaunay_proxy.h"
+#include "scene/program/main_program.h"
+
+int main(int argc, char** argv) {
+  lumi::Program program("lumi-proxy", "Makes the geometric proxy of a scene: a plane, or a mesh through its points");
+  CLI::App& app = program.app();
+  app.require_subcommand(1);
+  std::function<std::string()> run;
+
+  lumi::AutoOptions choice;
+  CLI::App* automatic = app.add_subcommand("auto", "Builds plane and mesh, keeps as active the one with the smaller held-out error");
+  automatic->add_option("scene", choice.scene, "Scene folder")->required();
+  automatic->add_option("--choose-width", choice.choose_width_px, "Width of the pictures compared, in pixels, >= 16")->capture_default_str();
+  automatic->add_option("--holdout", choice.holdout, "Every N-th photo is left out, N >= 2; chosen on N/2, N/2+N ...")->capture_default_str();
+  automatic->callback([&] { run = [&] { return lumi::RunAuto(choice, program.progress()); }; });
+
+  const auto add_target = [](CLI::App* command, lumi::ProxyTarget& target, bool named) {
+    command->add_option("scene", target.scene, "Scene folder (or with --output: COLMAP workspace, transforms.json)")->required();
+    if (named) command->add_option("--name", target.name, "Name of the proxy in the scene")->capture_default_str();
+    command->add_option("-o,--output", target.output, "Write this .ply or .obj file instead, nothing into the scene");
+    command->add_flag("--activate", target.activate, "Make it the scene's active proxy even where there is one");
+  };
+  CLI::App* plane = app.add_subcommand("plane", "A plane that faces the views at the robust depth of the points");
+  lumi::ProxyTarget plane_target{.scene = {}, .name = "plane", .output = {}};
+  add_target(plane, plane_target, false);
+  plane->callback([&] { run = [&] { return lumi::RunPlane(plane_target, program.progress()); }; });
+
+  double merge_px = lumi::DelaunayOptions().merge_px;
+  CLI::App* delaunay = app.add_subcommand("delaunay", "A closed mesh through the points that agrees with what each camera saw");
+  lumi::ProxyTarget mesh_target{.scene = {}, .name = "mesh", .output = {}};
+  add_target(delaunay, mesh_target, true);
+  delaunay->add_option("--merge-px", merge_px, "Points nearer than this in the finest view become one, in pixels, >= 0")->capture_default_str();
+  delaunay->callback([&] { run = [&] { return lumi::RunDelaunay(mesh_target, merge_px, program.progress()); }; });
+
+  std::filesystem::path file;
+  double scale = 1;
+  CLI::App* import = app.add_subcommand("import", "A mesh made elsewhere (PLY, OBJ), in the scene's frame");
+  import->add_option("file", file, "Mesh file")->required();
+  import->add_option("--scale", scale, "Factor on its coordinates, > 0")->capture_default_str();
+  lumi::ProxyTarget import_target{.scene = {}, .name = "imported", .output = {}};
+  add_target(import, import_target, true);
+  import->callback([&] { run = [&] { return lumi::RunImport(file, scale, import_target, program.progress()); }; });
+
+  std::filesystem::path scene;
+  std::string which;
+  CLI::App* info = app.add_subcommand("info", "The proxies of a scene: faces, coverage of the views, fit to the points");
+  info->add_option("scene", scene, "Scene folder")->required();
+  info->add_option("--name", which, "One proxy; default: all");
+  info->callback([&] { run = [&] { return lumi::RunInfo(scene, which, program.progress()); }; });
+
+  return program.Run(argc, argv, [&] { return run(); }, lumi::DescribeProxy);
+}

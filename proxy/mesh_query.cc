@@ -1,0 +1,143 @@
+#include "proxy/mesh_query.h"
+
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <vector>
+
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Triangle = Kernel::Triangle_3;
+using Iterator = std::vector<Triangle>::const_iterator;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Iterator>>>;
+
+}  // namespace
+
+struct MeshQuery::Impl {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // coordinates below are relative to it: digits wherever the scene is
+  std::vector<Triangle> triangles;
+  Tree tree;
+  Kernel::Point_3 Local(const Eigen::Vector3d& x) const {
+    return {x.x() - centre.x(), x.y() - centre.y(), x.z() - centre.z()};
+  }
+};
+
+MeshQuery::MeshQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
+  if (!mesh.vertices.empty()) {
+    for (const Eigen::Vector3d& v : mesh.vertices) impl_->centre += v / static_cast<double>(mesh.vertices.size());
+  }
+  impl_->triangles.reserve(mesh.faces.size());
+  for (const auto& face : mesh.faces) {
+    const Triangle t(impl_->Local(mesh.vertices[static_cast<std::size_t>(face[0])]),
+                     impl_->Local(mesh.vertices[static_cast<std::size_t>(face[1])]),
+                     impl_->Local(mesh.vertices[static_cast<std::size_t>(face[2])]));
+    if (!t.is_degenerate()) impl_->triangles.push_back(t);  // no ray meets a face without area
+  }
+  impl_->tree.rebuild(impl_->triangles.cbegin(), impl_->triangles.cend());
+  if (!impl_->triangles.empty()) {
+    impl_->tree.build();
+    impl_->tree.accelerate_distance_queries();
+  }
+}
+
+MeshQuery::~MeshQuery() = default;
+
+std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+  const double length = direction.norm();
+  if (impl_->triangles.empty() || !(length > 0)) return std::nullopt;
+  const Kernel::Point_3 o = impl_->Local(origin);
+  const Eigen::Vector3d d = direction / length;
+  const Kernel::Vector_3 ray_direction(d.x(), d.y(), d.z());
+  const auto hit = impl_->tree.first_intersection(Kernel::Ray_3(o, ray_direction));
+  if (!hit) return std::nullopt;
+  double t = std::numeric_limits<double>::infinity();
+  if (const auto* point = boost::get<Kernel::Point_3>(&hit->first)) {
+    t = (*point - o) * ray_direction;
+  } else if (const auto* segment = boost::get<Kernel::Segment_3>(&hit->first)) {  // the face contains the ray
+    t = std::min((segment->source() - o) * ray_direction, (segment->target() - o) * ray_direction);
+  }
+  const Triangle& triangle = *hit->second;
+  const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0};
+}
+
+double MeshQuery::Distance(const Eigen::Vector3d& point) const {
+  if (impl_->triangles.empty()) return std::numeric_limits<double>::infinity();
+  return std::sqrt(impl_->tree.squared_distance(impl_->Local(point)));
+}
+
+MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const std::vector<ProxyPoint>& points,
+                   const MeshFitOptions& options) {
+  const MeshQuery query(mesh);
+  MeshFit fit;
+  const int rays_a_view = options.grid_x * options.grid_y;
+  std::vector<int> met(views.size()), front(views.size());
+  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    CheckInterrupted();
+    for (std::size_t v = begin; v < end; ++v) {
+      const Eigen::Vector2d size = views[v].render.size_px.cast<double>();
+      for (int i = 0; i < rays_a_view; ++i) {
+        const Eigen::Vector2d x_px(size.x() * (i % options.grid_x) / std::max(options.grid_x - 1, 1),
+                                   size.y() * (i / options.grid_x) / std::max(options.grid_y - 1, 1));
+        const auto direction = RayDirection(views[v].render.P, x_px);
+        const auto hit = direction ? query.FirstHit(views[v].render.centre, *direction) : std::nullopt;
+        met[v] += hit.has_value();
+        front[v] += hit && hit->front;
+      }
+    }
+  });
+  long all_met = 0, all_front = 0;
+  int least = rays_a_view;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    all_met += met[v];
+    all_front += front[v];
+    least = std::min(least, met[v]);
+  }
+  fit.coverage = views.empty() ? 0 : static_cast<double>(all_met) / (static_cast<double>(rays_a_view) * static_cast<double>(views.size()));
+  fit.coverage_min = views.empty() ? 0 : static_cast<double>(least) / rays_a_view;
+  fit.front_fraction = all_met > 0 ? static_cast<double>(all_front) / static_cast<double>(all_met) : 0;
+
+  std::vector<std::pair<std::int32_t, std::int32_t>> lines;  // point, view
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    for (const std::int32_t v : points[p].views) lines.emplace_back(static_cast<std::int32_t>(p), v);
+  }
+  const std::size_t stride = std::max<std::size_t>(1, (lines.size() + options.max_lines_of_sight - 1) / std::max<std::size_t>(options.max_lines_of_sight, 1));
+  const std::size_t picked = (lines.size() + stride - 1) / stride;
+  std::atomic<std::size_t> blocked = 0;
+  ParallelFor(picked, 256, [&](std::size_t begin, std::size_t end) {
+    CheckInterrupted();
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto [p, v] = lines[i * stride];
+      const Eigen::Vector3d& eye = views[static_cast<std::size_t>(v)].render.centre;
+      const auto hit = query.FirstHit(eye, points[static_cast<std::size_t>(p)].x_in_world - eye);
+      if (hit && hit->distance < 1 - options.block_tolerance) ++blocked;
+    }
+  });
+  fit.lines_of_sight = picked;
+  fit.blocked_ray_fraction = picked > 0 ? static_cast<double>(blocked) / static_cast<double>(picked) : 0;
+
+  std::vector<double> distances(points.size());
+  ParallelFor(points.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      double depth = std::numeric_limits<double>::infinity();
+      for (const std::int32_t v : points[p].views) depth = std::min(depth, views[static_cast<std::size_t>(v)].DepthOf(points[p].x_in_world));
+      distances[p] = query.Distance(points[p].x_in_world) / depth;
+    }
+  });
+  fit.points = points.size();
+  fit.distance_median = Quantile(distances, 0.5);
+  return fit;
+}
+
+}  // namespace lumi

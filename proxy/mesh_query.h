@@ -1,0 +1,49 @@
+// What rays and points meet of a mesh, and from that what a proxy is worth to the views (CGAL's AABB tree, exact
+// predicates: a ray cannot slip through between two faces that share an edge).
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+
+#include "proxy/points.h"
+#include "scene/geometry/mesh.h"
+
+namespace lumi {
+
+class MeshQuery {
+ public:
+  explicit MeshQuery(const Mesh& mesh);  // the mesh must outlive it
+  ~MeshQuery();
+
+  struct Hit {
+    double distance = 0;   // along the ray, in units of its direction's length
+    bool front = false;    // the face was met from its front
+  };
+  std::optional<Hit> FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  double Distance(const Eigen::Vector3d& point) const;  // to the nearest point of the mesh; infinity for an empty one
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct MeshFit {
+  double coverage = 0;              // share of rays that meet the mesh: a grid over every view, its corners included
+  double coverage_min = 0;          // of the view that sees it least
+  double front_fraction = 0;        // of those rays: faces met from the front
+  double blocked_ray_fraction = 0;  // lines of sight that the mesh blocks before their point
+  std::size_t lines_of_sight = 0;
+  double distance_median = 0;       // from the points to the mesh, over their depth in the view that sees them finest
+  std::size_t points = 0;
+};
+
+struct MeshFitOptions {
+  int grid_x = 17, grid_y = 13;          // rays a view
+  std::size_t max_lines_of_sight = 20000;  // evenly picked beyond
+  double block_tolerance = 0.02;         // blocked: met before 1 - this of the distance to the point
+};
+MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const std::vector<ProxyPoint>& points,
+                   const MeshFitOptions& options = {});
+
+}  // namespace lumi

@@ -1,0 +1,85 @@
+#include "proxy/proxy_store.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kVersion = "0.1.0";
+
+std::string StageOf(const std::string& name) { return "proxy-" + name; }
+
+}  // namespace
+
+bool KeepsProxies(const Scene& scene) {
+  std::error_code error;
+  return fs::exists(scene.folder / "lumigraph.json", error);
+}
+
+void RequireKeepsProxies(const Scene& scene) {
+  if (KeepsProxies(scene)) return;
+  throw UsageError(scene.folder.string() + " is another tool's workspace and is not written to",
+                   "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " + scene.folder.string());
+}
+
+void RequireProxyName(const std::string& name) {
+  const bool plain = !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
+  });
+  if (!plain) throw UsageError("\"" + name + "\" is no name for a proxy", "use letters, digits, '-', '_' and '.'");
+  if (name == "auto") throw UsageError("\"auto\" is no name for a proxy", "it names the choice among them");
+}
+
+Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,
+                           std::map<std::string, std::string> options) {
+  Provenance p;
+  p.stage = StageOf(name);
+  p.version = kVersion;
+  p.options = std::move(options);
+  p.options["kind"] = kind;
+  p.inputs["sparse"] = Fingerprint(scene.folder / "sparse");
+  return p;
+}
+
+void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name) {
+  const fs::path path = ProxyPath(scene.folder, name);
+  std::error_code error;
+  if (!fs::exists(path, error)) return;
+  std::string before = "unknown";
+  const fs::path record = scene.folder / "provenance" / (StageOf(name) + ".json");
+  if (fs::exists(record, error)) {
+    try {
+      before = nlohmann::json::parse(ReadText(record)).at("options").at("kind").get<std::string>();
+    } catch (const nlohmann::json::exception&) {
+      // an unreadable record says nothing about the kind
+    }
+  }
+  if (before == wanted.options.at("kind")) return;
+  throw UsageError(fmt::format("{} is there already, of another kind ({})", path.string(), before),
+                   "choose another --name, or remove that file");
+}
+
+void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, Provenance provenance, double seconds) {
+  const fs::path path = ProxyPath(scene.folder, name);
+  WriteMesh(path, mesh);
+  provenance.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
+  provenance.seconds = seconds;
+  WriteProvenance(scene.folder, provenance);
+}
+
+void Activate(Scene& scene, const std::string& name) {
+  if (scene.active_proxy == name) return;
+  scene.active_proxy = name;
+  WriteManifest(scene, scene.folder);
+}
+
+}  // namespace lumi

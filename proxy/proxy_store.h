@@ -1,0 +1,38 @@
+// Where a scene keeps its proxies: SCENE/proxies/NAME.ply, with a record of how each was made; a proxy is never
+// overwritten by one of another kind.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "scene/files/provenance.h"
+#include "scene/geometry/mesh.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+// Whether proxies may be kept in the scene's own folder: it is one of this suite's. Other tools' workspaces are opened
+// as they are and never written to.
+bool KeepsProxies(const Scene& scene);
+// Throws UsageError, saying what to do instead, where it does not.
+void RequireKeepsProxies(const Scene& scene);
+
+// Throws UsageError for a name that is no plain file name.
+void RequireProxyName(const std::string& name);
+
+// What is to be made, as far as it can be known before. The scene's cameras and points are among the inputs.
+Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,
+                           std::map<std::string, std::string> options);
+
+// Throws UsageError where NAME.ply exists and its record names another kind, or none.
+void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name);
+
+// Writes the mesh, then its record.
+void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, Provenance provenance, double seconds);
+
+// Makes NAME the scene's active proxy where it is not yet.
+void Activate(Scene& scene, const std::string& name);
+
+}  // namespace lumi
