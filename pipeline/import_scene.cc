@@ -1,0 +1,113 @@
+#include "pipeline/import_scene.h"
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kStage = "import";
+// Says that a folder without a manifest is ours: an import that was killed.
+constexpr const char* kUnfinishedMark = "IMPORT-UNFINISHED";
+constexpr const char* kNewImages = ".images-import";
+
+std::string SummaryJson(const Scene& scene, bool reused) {
+  double error_sum = 0;
+  std::size_t observations = 0;
+  for (const Point& point : scene.points) {
+    error_sum += point.error_px * static_cast<double>(point.track.size());
+    observations += point.track.size();
+  }
+  nlohmann::ordered_json j;
+  j["images_total"] = scene.views.size();
+  j["images_registered"] = scene.views.size();
+  j["missing"] = nlohmann::json::array();
+  j["mean_reprojection_error_px"] = observations ? error_sum / static_cast<double>(observations) : 0.0;
+  j["points"] = scene.points.size();
+  j["backend"] = kStage;
+  j["upgrade"] = Name(scene.frame);
+  j["colmap_seconds"] = 0.0;
+  j["reused"] = reused;
+  return j.dump();
+}
+
+// A scene that did not come from an import holds photos of its own, which an import would replace.
+void RequireImportedBefore(const fs::path& output) {
+  std::error_code error;
+  if (fs::exists(output / "lumigraph.json", error) && !fs::exists(output / "provenance" / (std::string(kStage) + ".json"), error))
+    throw UsageError(output.string() + " is another scene, which was not imported: nothing was touched", "choose another output");
+}
+
+// Only what an import makes is removed; the folder itself where it is left empty.
+void RemoveUnfinished(const fs::path& output, bool had_manifest) {
+  std::error_code ignored;
+  fs::remove_all(output / kNewImages, ignored);
+  if (had_manifest) return;
+  fs::remove(output / kUnfinishedMark, ignored);
+  fs::remove(output / "LOCK", ignored);
+  fs::remove(output, ignored);  // empty folders only
+}
+
+}  // namespace
+
+StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  RequireOurFolder(options.output, kUnfinishedMark);
+  RequireImportedBefore(options.output);
+
+  OpenOptions open;
+  open.rescale_cameras = options.rescale_cameras;
+  open.undistort = false;
+  Scene scene = OpenScene(options.input, open, progress);
+  if (scene.frame == Frame::kMetric && scene.points.empty())
+    throw DataError("the model has cameras but no points, and a proxy needs points",
+                    "run lumi-pipeline on its photos with --poses " + options.input.string(), options.input);
+
+  Provenance wanted;
+  wanted.stage = kStage;
+  wanted.version = LUMI_VERSION;
+  wanted.options["rescale_cameras"] = options.rescale_cameras ? "true" : "false";
+  wanted.inputs[scene.image_folder.string()] = Fingerprint(scene.image_folder);
+  if (const auto model = FindColmapModel(options.input)) wanted.inputs[model->string()] = Fingerprint(*model);
+
+  StageResult result;
+  result.name = kStage;
+  result.reused = IsUpToDate(options.output, wanted);
+  if (!result.reused) {
+    std::error_code error;
+    const bool had_manifest = fs::exists(options.output / "lumigraph.json", error);
+    try {
+      const FolderLock lock(options.output);
+      WriteTextAtomically(options.output / kUnfinishedMark, "An import is being written, or was killed; a second run starts it again.\n");
+      fs::remove_all(options.output / kNewImages);
+      Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
+      fs::remove_all(options.output / "images");
+      fs::rename(options.output / kNewImages, options.output / "images");
+      ours.image_folder = options.output / "images";
+      ours.folder = options.output;
+      ours.active_proxy.clear();
+      UpdateFrameOfReference(ours);
+      WriteScene(ours, options.output);
+      wanted.outputs["images"] = Fingerprint(options.output / "images");
+      wanted.outputs["sparse"] = Fingerprint(options.output / "sparse");
+      wanted.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      WriteProvenance(options.output, wanted);
+      fs::remove(options.output / kUnfinishedMark);
+    } catch (...) {
+      RemoveUnfinished(options.output, had_manifest);
+      throw;
+    }
+  }
+  result.json = SummaryJson(scene, result.reused);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace lumi

@@ -1,0 +1,58 @@
+#include "pipeline/pipeline.h"
+#include "scene/program/main_program.h"
+
+int main(int argc, char** argv) {
+  lumi::Program program("lumi-pipeline",
+                        "From a folder of photos or a video to a lumigraph with a report: cameras, proxy, evaluation on held-out photos, "
+                        "fly-through. A second run redoes only what changed.");
+  lumi::PipelineOptions options;
+  lumi::PipelineSummary summary;
+  CLI::App& app = program.app();
+  app.add_option("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")->required();
+  app.add_option("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
+  app.add_option("--proxy", options.proxy, "How the proxy is made")->check(CLI::IsMember({"auto", "plane", "delaunay"}))->capture_default_str();
+  app.add_option("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")->capture_default_str();
+  app.add_option("--render-backend", options.render_backend, "What renders")->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
+  app.add_flag("--no-video{false}", options.video, "No fly-through");
+  app.add_option("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384")->capture_default_str();
+  app.add_option("--seconds", options.video_seconds, "Length of the fly-through, seconds")->capture_default_str();
+
+  // lumi-reconstruct checks what it is given: these go to it as they are.
+  const auto pass_option = [&](const std::string& name, const std::string& help) {
+    app.add_option_function<std::string>(
+           name, [&options, name](const std::string& value) { options.reconstruct_arguments.insert(options.reconstruct_arguments.end(), {name, value}); },
+           help + " (as lumi-reconstruct)")
+        ->group("Cameras");
+  };
+  pass_option("--backend", "What finds the cameras");
+  pass_option("--camera", "Known intrinsics, camera.yaml");
+  pass_option("--masks", "Folder of NAME.png, black = ignore");
+  pass_option("--database", "COLMAP database whose features and matches are reused");
+  pass_option("--matching", "auto, exhaustive or sequential");
+  pass_option("--quality", "auto, low, medium or high");
+  pass_option("--single-camera", "auto, yes or no");
+  pass_option("--min-registered", "Fail unless this fraction of the photos gets a camera");
+  pass_option("--keyframes", "Of a video; 0 = by parallax");
+  pass_option("--component", "Which part of a scene that COLMAP split");
+  pass_option("--poses", "File or model with known cameras");
+  pass_option("--poses-format", "What its matrices are");
+  pass_option("--pixel-origin", "Where its pixel (0, 0) is: corner or centre");
+  pass_option("--focal-px", "Focal length, pixels");
+  pass_option("--intrinsics", "fx,fy,cx,cy, pixels");
+  pass_option("--rig", "Assume ring or grid");
+  pass_option("--grid-size", "ROWSxCOLUMNS of --rig grid");
+  pass_option("--grid-positions", "CSV of --rig grid");
+  app.add_flag("--rescale-cameras", options.rescale_cameras, "Scale given cameras to photos of another size instead of refusing")->group("Cameras");
+  app.add_flag_callback("--all-frames", [&] { options.reconstruct_arguments.emplace_back("--all-frames"); },
+                        "A camera for every frame of a video (as lumi-reconstruct)")
+      ->group("Cameras");
+
+  return program.Run(
+      argc, argv,
+      [&] {
+        options.threads = program.threads();
+        options.seed = program.seed();
+        return lumi::ToJson(summary = lumi::RunPipeline(options, program.progress()));
+      },
+      [&](const std::string&) { return lumi::ForPeople(summary); });
+}

@@ -1,0 +1,28 @@
+// What lumi-pipeline can be asked for.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lumi {
+
+struct PipelineOptions {
+  std::filesystem::path input;    // folder of photos, a video, a COLMAP workspace, or a scene of ours
+  std::filesystem::path output;   // the scene; may be empty where input is a scene of ours
+  std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
+  bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
+  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, delaunay
+  int holdout = 8;                // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
+  std::string render_backend = "cpu";  // cpu, gl
+  bool video = true;              // the fly-through
+  int video_width_px = 960;
+  double video_seconds = 6;
+  int threads = 0;                // 0: all cores
+  unsigned long long seed = 0;
+};
+
+// Empty, or what is wrong, naming the option.
+std::string Validate(const PipelineOptions& options);
+
+}  // namespace lumi

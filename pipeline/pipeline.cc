@@ -1,0 +1,297 @@
+#include "pipeline/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "pipeline/import_scene.h"
+#include "pipeline/input_kind.h"
+#include "pipeline/report/report.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFewestPhotosForHoldout = 4;  // below, leaving one out says little about the rest
+
+// What the paths make necessary, before anything is started.
+void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
+  if (kind == InputKind::kOurScene) return;
+  if (IsWithin(options.input, options.output))
+    throw UsageError(fmt::format("{} lies inside the output {}", options.input.string(), options.output.string()),
+                     "choose an output that does not contain the input");
+  std::error_code error;
+  if (fs::is_directory(options.input, error) && IsWithin(options.output, options.input))
+    throw UsageError(fmt::format("the output {} lies inside the input {}", options.output.string(), options.input.string()),
+                     "choose an output beside it");
+}
+
+// How long stages took when they did their work, STAGE -> {seconds, colmap_seconds}: kept after each stage, so that a
+// later run that reuses one can say so, also after a kill.
+class WorkTimes {
+ public:
+  explicit WorkTimes(const fs::path& scene) : scene_(scene), file_(scene / "provenance" / "pipeline-times.txt") {
+    std::error_code error;
+    if (fs::is_regular_file(file_, error)) times_ = json::parse(ReadText(file_), nullptr, false);
+    if (!times_.is_object()) times_ = json::object();
+  }
+  double Of(const std::string& stage, const char* key, double fallback) const {
+    const auto it = times_.find(stage);
+    return it != times_.end() && it->is_object() && it->contains(key) && (*it)[key].is_number() ? (*it)[key].get<double>() : fallback;
+  }
+  void Keep(const std::string& stage, double seconds, double colmap_seconds) {
+    times_[stage] = {{"seconds", seconds}, {"colmap_seconds", colmap_seconds}};
+    const FolderLock lock(scene_);
+    WriteTextAtomically(file_, times_.dump());
+  }
+
+ private:
+  fs::path scene_, file_;
+  json times_;
+};
+
+double NumberOf(const StageResult& stage, const char* key) {
+  const json j = json::parse(stage.json, nullptr, false);
+  const auto it = j.find(key);
+  return it != j.end() && it->is_number() ? it->get<double>() : 0;
+}
+
+class Run {
+ public:
+  Run(const PipelineOptions& options, ProgressSink& progress) : options_(options), progress_(progress), start_(Clock::now()) {}
+
+  PipelineSummary Go() {
+    const InputKind kind = ClassifyInput(options_.input);
+    summary_.scene = options_.output.empty() && kind == InputKind::kOurScene ? options_.input : options_.output;
+    if (summary_.scene.empty()) throw UsageError("-o SCENE is missing", "name the folder that the scene goes to");
+    RequireOptionsForKind(kind);
+    PipelineOptions placed = options_;
+    placed.output = summary_.scene;
+    RequireSeparatePaths(placed, kind);
+    times_.emplace(summary_.scene);
+
+    const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) && IsWithin(options_.input, summary_.scene);
+    count_ = (in_place ? 0 : 1) + 1 + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
+
+    if (!in_place) MakeCameras(kind);
+    MakeProxy();
+    if (options_.holdout > 0) Evaluate(in_place);
+    if (options_.video) MakeVideo();
+    Report();
+    summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    return summary_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void RequireOptionsForKind(InputKind kind) const {
+    if (kind != InputKind::kCapture && !options_.reconstruct_arguments.empty())
+      throw UsageError(fmt::format("{} is for photos or a video, and {} has its cameras already", options_.reconstruct_arguments.front(),
+                                   options_.input.string()),
+                       "give its folder of photos to find the cameras anew");
+  }
+
+  void Add(StageResult stage) {
+    if (!stage.reused) times_->Keep(stage.name, stage.seconds, NumberOf(stage, "colmap_seconds"));
+    summary_.computed_seconds.push_back(times_->Of(stage.name, "seconds", stage.seconds));
+    summary_.colmap_seconds += times_->Of(stage.name, "colmap_seconds", 0);
+    summary_.stages.push_back(std::move(stage));
+  }
+
+  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments) {
+    for (const auto& [key, value] : {std::pair{"--threads", std::to_string(options_.threads)}, {"--seed", std::to_string(options_.seed)}}) {
+      arguments.emplace_back(key);
+      arguments.push_back(value);
+    }
+    SiblingStage stage{name, program, std::move(arguments), static_cast<int>(summary_.stages.size()) + 1, count_};
+    Add(RunSiblingStage(stage, progress_));
+  }
+
+  void MakeCameras(InputKind kind) {
+    if (kind != InputKind::kCapture) {
+      Add(ImportScene({options_.input, summary_.scene, options_.rescale_cameras}, progress_));
+      return;
+    }
+    std::vector<std::string> arguments{options_.input.string(), "-o", summary_.scene.string()};
+    arguments.insert(arguments.end(), options_.reconstruct_arguments.begin(), options_.reconstruct_arguments.end());
+    if (options_.rescale_cameras) arguments.emplace_back("--rescale-cameras");
+    Start("reconstruct", "lumi-reconstruct", std::move(arguments));
+  }
+
+  // lumi-render writes wherever it is told to, so what it made here is recorded here: options, what it read, what it
+  // wrote, and its summary.
+  void StartRender(const std::string& name, const fs::path& output, std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--backend", options_.render_backend});
+    Provenance wanted;
+    wanted.stage = name;
+    wanted.version = LUMI_VERSION;
+    for (std::size_t i = 0; i + 1 < arguments.size(); i += 2) wanted.options[arguments[i].substr(2)] = arguments[i + 1];
+    for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) wanted.inputs[part] = Fingerprint(summary_.scene / part);
+    const fs::path record = summary_.scene / "provenance" / (name + ".summary");
+
+    const auto start = Clock::now();
+    if (IsUpToDate(summary_.scene, wanted)) {
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      Add({name, seconds, true, ReadText(record)});
+      return;
+    }
+    arguments.insert(arguments.begin(), {summary_.scene.string(), "-o", output.string()});
+    Start(name, "lumi-render", std::move(arguments));
+    wanted.seconds = summary_.stages.back().seconds;
+    const FolderLock lock(summary_.scene);
+    WriteTextAtomically(record, summary_.stages.back().json);
+    for (const fs::path& file : {output, record})
+      wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
+    WriteProvenance(summary_.scene, wanted);
+  }
+
+  void MakeProxy() {
+    std::vector<std::string> arguments{options_.proxy, summary_.scene.string()};
+    if (options_.proxy != "auto")
+      arguments.emplace_back("--activate");
+    else if (options_.holdout > 0)  // it chooses on photos that this N does not report on
+      arguments.insert(arguments.end(), {"--holdout", std::to_string(options_.holdout)});
+    Start("proxy", "lumi-proxy", std::move(arguments));
+  }
+
+  void Evaluate(bool in_place) {
+    if (!in_place && NumberOf(summary_.stages.front(), "images_registered") < kFewestPhotosForHoldout) {
+      progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
+      --count_;
+      return;
+    }
+    holdout_folder_ = summary_.scene / "holdout";
+    StartRender("holdout", holdout_folder_, {"--holdout", std::to_string(options_.holdout)});
+  }
+
+  void MakeVideo() {
+    summary_.video = summary_.scene / "fly-through.mp4";
+    StartRender("video", summary_.video, {"--width", std::to_string(options_.video_width_px), "--seconds", fmt::format("{}", options_.video_seconds)});
+  }
+
+  // Of the stages before the report.
+  double AroundColmapSeconds() const {
+    double seconds = 0;
+    for (std::size_t i = 0; i < summary_.stages.size(); ++i) {
+      const std::string& name = summary_.stages[i].name;
+      if (name == "reconstruct" || name == "import" || name == "proxy") seconds += summary_.computed_seconds[i];
+    }
+    return std::max(0.0, seconds - summary_.colmap_seconds);
+  }
+
+  void Report() {
+    const auto start = Clock::now();
+    summary_.around_colmap_seconds = AroundColmapSeconds();
+    ReportInput input{summary_.scene, options_.input, summary_.stages, summary_.computed_seconds, summary_.colmap_seconds,
+                      summary_.around_colmap_seconds, holdout_folder_, summary_.video};
+    StageResult stage;
+    stage.name = "report";
+
+    Provenance wanted;
+    wanted.stage = "report";
+    wanted.version = LUMI_VERSION;
+    wanted.options["source"] = options_.input.string();
+    for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
+    wanted.inputs["lumigraph.json"] = Fingerprint(summary_.scene / "lumigraph.json");
+    summary_.report = summary_.scene / "report.html";
+    summary_.contact_sheet = summary_.scene / "contact-sheet.jpg";
+    stage.reused = IsUpToDate(summary_.scene, wanted);
+    if (!stage.reused) {
+      const ReportFiles files = WriteReport(input, progress_);
+      summary_.contact_sheet = files.contact_sheet;
+      for (const fs::path& file : {files.html, files.json, files.contact_sheet})
+        if (!file.empty()) wanted.outputs[file.filename().string()] = Fingerprint(file);
+      wanted.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const FolderLock lock(summary_.scene);
+      WriteProvenance(summary_.scene, wanted);
+    }
+    stage.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    stage.json = "{}";
+    Add(std::move(stage));
+    summary_.around_colmap_seconds += summary_.computed_seconds.back();
+  }
+
+  // A summary without what differs between a run and its reuse.
+  static std::string WithoutReuse(const StageResult& stage) {
+    json j = json::parse(stage.json, nullptr, false);
+    for (const char* key : {"reused", "seconds", "colmap_seconds"}) j.erase(key);
+    return j.dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+
+  const PipelineOptions& options_;
+  ProgressSink& progress_;
+  const Clock::time_point start_;
+  PipelineSummary summary_;
+  std::optional<WorkTimes> times_;
+  fs::path holdout_folder_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+std::string Validate(const PipelineOptions& options) {
+  if (options.input.empty()) return "INPUT is missing";
+  if (options.holdout != 0 && options.holdout < 2) return "--holdout is 0 (no evaluation) or at least 2";
+  if (options.video_width_px < 16 || options.video_width_px > 16384) return "--width is 16 to 16384 pixels";
+  if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
+  if (options.threads < 0) return "--threads is 0 (all cores) or more";
+  return {};
+}
+
+PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progress) {
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
+  return Run(options, progress).Go();
+}
+
+std::string ToJson(const PipelineSummary& summary) {
+  nlohmann::ordered_json j;
+  j["scene"] = summary.scene.string();
+  j["report"] = summary.report.string();
+  j["stages"] = json::array();
+  for (std::size_t i = 0; i < summary.stages.size(); ++i) {
+    const StageResult& s = summary.stages[i];
+    nlohmann::ordered_json stage{{"name", s.name}, {"seconds", s.seconds}, {"reused", s.reused}, {"computed_seconds", summary.computed_seconds[i]}};
+    if (s.name != "report") stage["summary"] = json::parse(s.json, nullptr, false);
+    j["stages"].push_back(stage);
+  }
+  j["video"] = summary.video.empty() ? json(nullptr) : json(summary.video.string());
+  j["contact_sheet"] = summary.contact_sheet.empty() ? json(nullptr) : json(summary.contact_sheet.string());
+  j["colmap_seconds"] = summary.colmap_seconds;
+  j["around_colmap_seconds"] = summary.around_colmap_seconds;
+  j["around_colmap_percent"] =
+      summary.colmap_seconds > 0 ? json(100 * summary.around_colmap_seconds / summary.colmap_seconds) : json(nullptr);
+  j["seconds"] = summary.seconds;
+  return j.dump();
+}
+
+std::string ForPeople(const PipelineSummary& summary) {
+  std::string text;
+  for (std::size_t i = 0; i < summary.stages.size(); ++i) {
+    const StageResult& s = summary.stages[i];
+    text += fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "");
+    if (s.name == "holdout")
+      text += fmt::format("             PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n", NumberOf(s, "psnr_mean_db"),
+                          NumberOf(s, "nearest_photo_psnr_mean_db"), NumberOf(s, "ssim_mean"), 100 * NumberOf(s, "coverage"));
+    if (s.name == "reconstruct")
+      text += fmt::format("             {:.0f} of {:.0f} photos have a camera, reprojection error {:.2f} px\n", NumberOf(s, "images_registered"),
+                          NumberOf(s, "images_total"), NumberOf(s, "mean_reprojection_error_px"));
+  }
+  if (summary.colmap_seconds > 0)
+    text += fmt::format("Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
+                        summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds, summary.colmap_seconds);
+  text += "scene:   " + summary.scene.string() + "\nreport:  " + summary.report.string() + "\n";
+  if (!summary.video.empty()) text += "video:   " + summary.video.string() + "\n";
+  if (!summary.contact_sheet.empty()) text += "sheet:   " + summary.contact_sheet.string() + "\n";
+  return text + "walk:    lumi-view " + summary.scene.string();
+}
+
+}  // namespace lumi

@@ -1,0 +1,30 @@
+// The whole way from photographs to a lumigraph with its report: each stage a sibling program, which writes its own
+// provenance, so that a second run redoes only what changed and a run that was killed goes on.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "pipeline/options.h"
+#include "pipeline/sibling_stage.h"
+
+namespace lumi {
+
+struct PipelineSummary {
+  std::filesystem::path scene, report, video, contact_sheet;  // video, contact sheet: empty where not made
+  std::vector<StageResult> stages;
+  std::vector<double> computed_seconds;  // a stage: of the run that did its work (an earlier one where it was reused)
+  double colmap_seconds = 0;             // COLMAP's own part of reconstruct
+  // Preparation, proxy and report: all that is needed for a lumigraph beside COLMAP. Evaluation and video are extras.
+  double around_colmap_seconds = 0;
+  double seconds = 0;                    // this run
+};
+
+// Throws lumi::Error: UsageError for options or paths that do not fit, else what the failing stage said.
+PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progress);
+
+// The summary as --json has it, and as a person reads it.
+std::string ToJson(const PipelineSummary& summary);
+std::string ForPeople(const PipelineSummary& summary);
+
+}  // namespace lumi

@@ -1,0 +1,30 @@
+// SCENE/report.html and report.json: what came out, how good it is, what is missing and why, what to do next. One file
+// that needs no network.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/sibling_stage.h"
+
+namespace lumi {
+
+struct ReportInput {
+  std::filesystem::path scene_folder;
+  std::filesystem::path source;                 // what the pipeline was given
+  std::vector<StageResult> stages;              // those before the report
+  std::vector<double> computed_seconds;         // a stage
+  double colmap_seconds = 0, around_colmap_seconds = 0;
+  std::filesystem::path holdout_folder;         // where lumi-render wrote its held-out renders; empty: none
+  std::filesystem::path video;                  // empty: none
+};
+
+struct ReportFiles {
+  std::filesystem::path html, json, contact_sheet;  // contact sheet: empty where no picture could be shown
+};
+
+// Throws MachineError where the files cannot be written.
+ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress);
+
+}  // namespace lumi

@@ -1,0 +1,109 @@
+#include "pipeline/import_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/provenance.h"
+#include "scene/program/error.h"
+#include "tests/support/small_scene.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Workspace {
+  TemporaryFolder folder;
+  fs::path path = folder / "workspace";
+  fs::path output = folder / "scene";
+  Workspace() { WriteColmapModel(MakeSmallScene(path / "images", 5), path / "sparse"); }
+  StageResult Import() const { return ImportScene({path, output, false}, SilentProgress()); }
+};
+
+TEST(ImportScene, AWorkspaceBecomesASceneAndStaysAsItWas) {
+  const Workspace w;
+  const std::string before = Fingerprint(w.path);
+  const StageResult result = w.Import();
+  EXPECT_FALSE(result.reused);
+  EXPECT_EQ(Fingerprint(w.path), before);
+
+  const Scene scene = OpenScene(w.output, {}, SilentProgress());
+  ASSERT_EQ(scene.views.size(), 5U);
+  EXPECT_EQ(scene.points.size(), 40U);
+  EXPECT_EQ(scene.views[0].name, "photo10.png");
+  EXPECT_EQ(ReadImage8(scene.ImagePath(scene.views[2])).At(5, 5, 0), 50);
+  EXPECT_FALSE(fs::exists(w.output / "IMPORT-UNFINISHED"));
+  const auto summary = nlohmann::json::parse(result.json);
+  EXPECT_EQ(summary["images_registered"], 5);
+  EXPECT_NEAR(summary["mean_reprojection_error_px"].get<double>(), 0.5, 1e-9);
+}
+
+TEST(ImportScene, ASecondRunHasNothingToDoUntilThePhotosChange) {
+  const Workspace w;
+  w.Import();
+  EXPECT_TRUE(w.Import().reused);
+  WriteImage(w.path / "images/photo11.png", Image8(64, 48, 3, 200));
+  EXPECT_FALSE(w.Import().reused);
+  EXPECT_EQ(ReadImage8(w.output / "images/photo11.png").At(0, 0, 0), 200);
+}
+
+TEST(ImportScene, GoesOnAfterItWasKilled) {
+  const Workspace w;
+  // What an import killed amid its photos leaves.
+  WriteTextAtomically(w.output / "IMPORT-UNFINISHED", "");
+  WriteTextAtomically(w.output / ".images-import/photo10.png", "half");
+  EXPECT_FALSE(w.Import().reused);
+  EXPECT_FALSE(fs::exists(w.output / ".images-import"));
+  EXPECT_EQ(OpenScene(w.output, {}, SilentProgress()).views.size(), 5U);
+}
+
+TEST(ImportScene, LeavesSomebodyElsesFolderAlone) {
+  const Workspace w;
+  WriteTextAtomically(w.output / "thesis.txt", "years of work");
+  EXPECT_THROW(w.Import(), UsageError);
+  EXPECT_EQ(ReadText(w.output / "thesis.txt"), "years of work");
+  EXPECT_EQ(std::distance(fs::directory_iterator(w.output), fs::directory_iterator()), 1);
+}
+
+TEST(ImportScene, LeavesASceneThatWasNotImportedAlone) {
+  const Workspace w;
+  WriteScene(MakeSmallScene(w.output / "images", 3), w.output);
+  const std::string before = Fingerprint(w.output);
+  EXPECT_THROW(w.Import(), UsageError);
+  EXPECT_EQ(Fingerprint(w.output), before);
+}
+
+TEST(ImportScene, NothingIsLeftWhenAPhotoCannotBeRead) {
+  const Workspace w;
+  // Distorted photos are read and resampled (others are linked).
+  Scene scene = MakeSmallScene(w.path / "images", 5);
+  scene.cameras[0].model = CameraModel::kSimpleRadial;
+  scene.cameras[0].params = {60, 32, 24, 0.05};
+  WriteColmapModel(scene, w.path / "sparse");
+  // The header, which is looked at first, is whole.
+  const fs::path photo = w.path / "images/photo12.png";
+  fs::resize_file(photo, fs::file_size(photo) - 20);
+  EXPECT_THROW(w.Import(), InputError);
+  EXPECT_FALSE(fs::exists(w.output));
+}
+
+TEST(ImportScene, CamerasWithoutPointsAreRefusedWithAWayOut) {
+  const Workspace w;
+  Scene scene = MakeSmallScene(w.path / "images", 5);
+  scene.points.clear();
+  WriteColmapModel(scene, w.path / "sparse");
+  try {
+    w.Import();
+    FAIL() << "not refused";
+  } catch (const DataError& e) {
+    EXPECT_NE(e.hint().find("--poses"), std::string::npos) << e.hint();
+  }
+  EXPECT_FALSE(fs::exists(w.output));
+}
+
+}  // namespace
+}  // namespace lumi

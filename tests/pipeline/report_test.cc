@@ -1,0 +1,154 @@
+#include "pipeline/report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "pipeline/report/cameras_from_above.h"
+#include "pipeline/report/contact_sheet.h"
+#include "pipeline/report/html.h"
+#include "scene/files/atomic_file.h"
+#include "tests/support/small_scene.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+std::size_t Count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++n;
+  return n;
+}
+
+// A scene with two held-out photos and a missing one whose name is hostile.
+struct Fixture {
+  TemporaryFolder folder;
+  fs::path scene = folder / "garden & <gate>";
+  ReportInput input;
+
+  Fixture() {
+    WriteScene(MakeSmallScene(scene / "images", 5), scene);
+    for (const char* name : {"photo10", "photo13"})
+      for (const char* kind : {"_render.jpg", "_difference.jpg"}) WriteImage(scene / "holdout" / (std::string(name) + kind), Image8(64, 48, 3, 90));
+    input.scene_folder = scene;
+    input.source = "photos of <mine>";
+    input.stages.push_back({"reconstruct", 0.1, true,
+                            R"({"images_total":6,"images_registered":5,"mean_reprojection_error_px":0.53,"backend":"colmap",
+                                "missing":[{"name":"<script>alert(1)</script>.jpg","reason":"too few matches"}]})"});
+    input.stages.push_back({"holdout", 0.2, false,
+                            R"({"psnr_mean_db":31.25,"ssim_mean":0.91,"nearest_photo_psnr_mean_db":24.5,"coverage":0.987,"views":[
+                                {"name":"photo10.png","psnr_db":30.5,"ssim":0.9,"coverage":0.98,"nearest_photo_psnr_db":24.0,"file":"photo10"},
+                                {"name":"photo13.png","psnr_db":32.0,"ssim":0.92,"coverage":0.99,"nearest_photo_psnr_db":25.0,"file":"photo13"}]})"});
+    input.computed_seconds = {61.5, 2.5};
+    input.colmap_seconds = 58;
+    input.around_colmap_seconds = 3.5;
+    input.holdout_folder = scene / "holdout";
+  }
+};
+
+TEST(Report, IsOnePageThatNeedsNothingElse) {
+  const Fixture f;
+  const ReportFiles files = WriteReport(f.input, SilentProgress());
+  const std::string html = ReadText(files.html);
+  // Nothing is fetched: no address of the net, no script, no style sheet, and pictures carry their bytes.
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("<link")));
+  EXPECT_THAT(html, Not(HasSubstr("url(")));
+  EXPECT_EQ(Count(html, "<img "), 6U);  // two rows of photo, render, difference
+  EXPECT_EQ(Count(html, "src=\"data:image/jpeg;base64,/9j/"), 6U);
+}
+
+TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
+  const Fixture f;
+  const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
+  for (const char* part : {"5 of 6", "0.53 px", "31.2", "+6.8 dB", "0.910", "98.7 %", "too few matches", "lumi-view", "61.5", "58.0 s", "photo13.png"})
+    EXPECT_THAT(html, HasSubstr(part));
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(1)&lt;/script&gt;.jpg"));
+  EXPECT_THAT(html, HasSubstr("garden &amp; &lt;gate&gt;"));
+}
+
+TEST(Report, JsonHoldsTheStagesAndTheirSummaries) {
+  const Fixture f;
+  const ReportFiles files = WriteReport(f.input, SilentProgress());
+  const auto report = nlohmann::json::parse(ReadText(files.json));
+  EXPECT_EQ(report["stages"][0]["name"], "reconstruct");
+  EXPECT_EQ(report["stages"][0]["seconds"], 61.5);
+  EXPECT_EQ(report["stages"][1]["summary"]["views"].size(), 2U);
+}
+
+TEST(Report, AnUnreadableRenderLeavesItsRowOut) {
+  const Fixture f;
+  WriteTextAtomically(f.scene / "holdout/photo10_render.jpg", "no picture");
+  EXPECT_EQ(Count(ReadText(WriteReport(f.input, SilentProgress()).html), "<img "), 3U);
+}
+
+TEST(Report, WithoutEvaluationShowsThePhotos) {
+  Fixture f;
+  f.input.stages.pop_back();
+  f.input.computed_seconds.pop_back();
+  const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
+  EXPECT_EQ(Count(html, "<img "), 5U);
+  EXPECT_THAT(html, Not(HasSubstr("PSNR")));
+}
+
+TEST(CamerasFromAbove, WedgesPointToWhatTheCamerasSee) {
+  const TemporaryFolder folder;
+  Scene scene = MakeSmallScene(folder / "images", 5);
+  const std::string svg = CamerasFromAboveSvg(scene, {"photo12.png"});
+  EXPECT_EQ(Count(svg, "<g class=\"camera\">"), 4U);
+  EXPECT_EQ(Count(svg, "<g class=\"held-out\">"), 1U);
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  // Every wedge opens upwards in the drawing: forward is where the cameras look, y grows downwards.
+  const std::regex polygon(R"re(points="([-\d.]+),([-\d.]+) ([-\d.]+),([-\d.]+) ([-\d.]+),([-\d.]+)")re");
+  int wedges = 0;
+  for (std::sregex_iterator it(svg.begin(), svg.end(), polygon), end; it != end; ++it, ++wedges) {
+    EXPECT_LT(std::stod((*it)[4]), std::stod((*it)[2]));
+    EXPECT_LT(std::stod((*it)[6]), std::stod((*it)[2]));
+    // Left of the photo (first corner) is left of its right in the drawing: not mirrored.
+    EXPECT_LT(std::stod((*it)[3]), std::stod((*it)[5]));
+  }
+  EXPECT_EQ(wedges, 5);
+}
+
+TEST(CamerasFromAbove, HasNoNanWhereAllCamerasAreAtOnePlaceOrLookDown) {
+  const TemporaryFolder folder;
+  Scene scene = MakeSmallScene(folder / "images", 3);
+  for (View& view : scene.views) view.cam_from_world = LookAt({0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  scene.points.clear();
+  scene.up = {0, -1, 0};
+  const std::string svg = CamerasFromAboveSvg(scene, {});
+  EXPECT_EQ(Count(svg, "<polygon"), 3U);
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  EXPECT_THAT(svg, Not(HasSubstr("inf")));
+}
+
+TEST(ContactSheet, SetsPicturesInRows) {
+  const auto picture = [](int w, int h, std::uint8_t v) { return Image8(w, h, 3, v); };
+  std::vector<SheetThumbnails> rows(2);
+  rows[0].pictures = {picture(10, 8, 1), picture(10, 8, 2), picture(10, 8, 3)};
+  rows[1].pictures = {picture(10, 12, 4), picture(10, 12, 5), picture(10, 12, 6)};
+  const Image8 sheet = ComposeSheet(rows, 4);
+  EXPECT_EQ(sheet.width, 6 + 3 * 16);
+  EXPECT_EQ(sheet.height, 6 + 2 * 18);
+  EXPECT_EQ(sheet.At(6, 6 + 2, 0), 1);             // centred in a cell of the tallest
+  EXPECT_EQ(sheet.At(6 + 32, 6 + 18, 0), 6);
+  EXPECT_EQ(sheet.At(0, 0, 0), 255);
+}
+
+TEST(Html, InlinePicturesAreBase64) {
+  EXPECT_THAT(HtmlInlineJpeg("M", ""), HasSubstr("base64,TQ==\""));
+  EXPECT_THAT(HtmlInlineJpeg("Ma", ""), HasSubstr("base64,TWE=\""));
+  EXPECT_THAT(HtmlInlineJpeg("Man", ""), HasSubstr("base64,TWFu\""));
+  EXPECT_THAT(HtmlInlineJpeg(std::string("\xff\xfe\xfd", 3), ""), HasSubstr("base64,//79\""));
+}
+
+}  // namespace
+}  // namespace lumi
