@@ -19,6 +19,7 @@ void ApplySettings(const std::filesystem::path& file, CLI::App& app, lumi::Rende
       if (name == "k") options.k = value.is_number() ? std::to_string(value.get<int>()) : value.get<std::string>();
       else if (name == "gamma") options.gamma = value.get<double>();
       else if (name == "fov-feather") options.fov_feather = value.get<double>();
+      else if (name == "visibility") options.visibility = value.get<bool>();
       else if (name == "prefilter") options.prefilter = value.get<bool>();
       else if (name == "backend") options.backend = value.get<std::string>();
       else throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
   app.add_option("--k", o.k, "Photos blended at a pixel: 1 to 16, or all")->capture_default_str();
   app.add_option("--gamma", o.gamma, "Weight of the field-of-view penalty, >= 0")->capture_default_str();
   app.add_option("--fov-feather", o.fov_feather, "Border over which a photo fades, fraction of its smaller side, (0, 0.5]")->capture_default_str();
+  app.add_flag("--visibility,!--no-visibility", o.visibility, "Photos whose view of a point the proxy blocks rank last")->default_str("on");
   app.add_flag("--prefilter,!--no-prefilter", o.prefilter, "Read oversampled photos from their pyramid")->default_str("on");
   app.add_option("--settings", o.settings_file, "JSON object of the options above");
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");

@@ -51,13 +51,14 @@ RadianceSettings ToSettings(const RenderOptions& o) {
   }
   s.gamma = o.gamma;
   s.fov_feather = o.fov_feather;
+  s.visibility = o.visibility;
   s.prefilter = o.prefilter;
   if (const std::string problem = Validate(s); !problem.empty()) throw UsageError(problem);
   return s;
 }
 
 Json SettingsJson(const RenderOptions& o) {
-  return {{"backend", o.backend}, {"k", o.k}, {"gamma", o.gamma}, {"fov-feather", o.fov_feather}, {"prefilter", o.prefilter}};
+  return {{"backend", o.backend}, {"k", o.k}, {"gamma", o.gamma}, {"fov-feather", o.fov_feather}, {"visibility", o.visibility}, {"prefilter", o.prefilter}};
 }
 
 void RequireConsistent(const RenderOptions& o) {

@@ -32,6 +32,7 @@ struct RenderOptions {
   std::string k = "4";                  // 1 .. kMaxBlend, all
   double gamma = 1.0;
   double fov_feather = 0.05;
+  bool visibility = true;
   bool prefilter = true;
   bool rescale_cameras = false;
 };

@@ -34,12 +34,12 @@ float PyramidLevel(float focal_source_px, float depth_source, float focal_desire
   return ratio > 1 ? std::log2(ratio) : 0.0F;
 }
 
-Eigen::Array3f SamplePhoto(const Photo& photo, float u_px, float v_px, float level) {
+Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
   level -= static_cast<float>(photo.level0_shift);
   const int last = static_cast<int>(photo.levels.size()) - 1;
   const auto at = [&](int l) {
-    const float scale = std::ldexp(1.0F, -(l + photo.level0_shift));
-    return Bilinear(photo.levels[static_cast<std::size_t>(l)], u_px * scale, v_px * scale);
+    const Image8& image = photo.levels[static_cast<std::size_t>(l)];
+    return Bilinear(image, u * static_cast<float>(image.width), v * static_cast<float>(image.height));
   };
   if (!(level > kLevelZero)) return at(0);
   if (level >= static_cast<float>(last)) return at(last);
@@ -73,7 +73,7 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
         const float u = (r.m[0][j] * px + r.m[1][j] * py + r.m[2][j] * pz) / w;
         const float v = (r.m[3][j] * px + r.m[4][j] * py + r.m[5][j] * pz) / w;
         const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
-        color += plan.weight[s * k + i] * SamplePhoto(photos[j], u, v, level);
+        color += plan.weight[s * k + i] * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
       }
       color *= alpha / 255.0F;
       out[0] = color[0];

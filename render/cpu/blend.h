@@ -13,9 +13,9 @@ namespace lumi {
 // photo is not oversampled. Depths along the two optical axes, focal lengths in pixels.
 float PyramidLevel(float focal_source_px, float depth_source, float focal_desired_px, float depth_desired);
 
-// Bilinear sample of RGB (code values 0..255) at pixel coordinates of the full photo (centres at i + 0.5), clamped to the
-// photo's own pixels; trilinear between two levels of the pyramid for level > 0.
-Eigen::Array3f SamplePhoto(const Photo& photo, float u_px, float v_px, float level);
+// Bilinear sample of RGB (code values 0..255) at (u, v) in [0,1]: fractions of the photo's width and height, which mean
+// the same place on every level. Clamped to the photo's own pixels; trilinear between two levels for level > 0.
+Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level);
 
 // Writes the plan's window into `image` (RGBA, [0,1], premultiplied, the whole view's size).
 void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, ImageF& image);

@@ -4,6 +4,7 @@
 #include "render/cpu/blend.h"
 #include "render/radiance/frame_plan.h"
 #include "render/renderer.h"
+#include "render/visibility_maps.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 
@@ -19,10 +20,12 @@ class CpuRenderer : public Renderer {
   CpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos)
       : sources_(MakeSources(scene)), proxy_(proxy, scene.normalized_from_world), photos_(photos) {
     for (std::size_t j = 0; j < sources_.views.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
+    occlusion_ = CanOcclude(proxy);
   }
 
   ImageF Render(const RenderRequest& request) override {
     const ViewSetup setup = MakeViewSetup(sources_, request.view, request.settings, request.use);
+    const VisibilityMaps* visibility = request.settings.visibility && occlusion_ ? &Visibility() : nullptr;
     const int width = request.view.size_px.x(), height = request.view.size_px.y();
     ImageF image(width, height, 4);
     const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
@@ -33,7 +36,7 @@ class CpuRenderer : public Renderer {
         if (InterruptRequested()) return;
         const int x = static_cast<int>(tile) % columns * kTileWidth, y = static_cast<int>(tile) / columns * kTileHeight;
         const PixelWindow window{x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)};
-        PlanPixels(setup, proxy_, window, plan, scratch);
+        PlanPixels(setup, proxy_, visibility, window, plan, scratch);
         if (request.show == Show::kFalseColor)
           BlendConstants(plan, colors_, image);
         else
@@ -50,9 +53,16 @@ class CpuRenderer : public Renderer {
   }
 
  private:
+  const VisibilityMaps& Visibility() {
+    if (visibility_.empty()) visibility_ = MakeVisibilityMaps(sources_, proxy_);
+    return visibility_;
+  }
+
   const Sources sources_;
   const ProxyTracer proxy_;
   const std::vector<Photo>& photos_;
+  bool occlusion_ = false;
+  VisibilityMaps visibility_;  // made when first wanted
   std::vector<Eigen::Vector3f> colors_;
 };
 

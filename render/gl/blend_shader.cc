@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "render/radiance/settings.h"
+#include "render/radiance/visibility.h"
 
 namespace lumi {
 
@@ -56,6 +57,8 @@ uniform float gamma;
 uniform float focal_px;        // of the desired camera; 0: no prefilter
 uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
 uniform samplerBuffer source_colors;
+uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
+uniform ivec2 visibility_size;         // of a map; 0: off
 uniform sampler2DArray photos[GROUPS];
 uniform ivec2 group_size[GROUPS];
 
@@ -121,6 +124,29 @@ float Dissimilarity(float theta, Seen s) {
   if (!s.inside) return kInfinity;
   if (theta == 0.0) return 0.0;
   return s.f > 0.0 ? min(theta * (1.0 + gamma * (1.0 / s.f - 1.0)), 1e37) : kInfinity;
+}
+
+// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated.
+float Surface(int map, ivec2 at, float depth) {
+  float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
+  return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
+}
+
+float Visibility(int j, Seen s) {
+  vec2 size = vec2(visibility_size);
+  vec2 x = clamp(s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w) * size - 0.5, vec2(0.0), size - 1.0);
+  ivec2 x0 = ivec2(x), x1 = min(x0 + 1, visibility_size - 1);
+  vec2 a = x - vec2(x0);
+  int map = int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y;
+  float top = mix(Surface(map, x0, s.depth), Surface(map, ivec2(x1.x, x0.y), s.depth), a.x);
+  float bottom = mix(Surface(map, ivec2(x0.x, x1.y), s.depth), Surface(map, x1, s.depth), a.x);
+  return mix(BLOCKED_VISIBILITY, 1.0, mix(top, bottom, a.y));
+}
+
+// h with visibility, from h without: v <= 1, so it only grows.
+float WithVisibility(float h, int j, Seen s) {
+  if (visibility_size.x == 0 || h <= 0.0 || h >= kInfinity || s.f <= 0.0) return h;
+  return min(1e37, h * (1.0 + gamma * (1.0 / (s.f * Visibility(j, s)) - 1.0)) / (1.0 + gamma * (1.0 / s.f - 1.0)));
 }
 
 // w_j = h_1/h_j - edge, with h_1/h_1 = 1 also at 0.
@@ -194,6 +220,8 @@ void main() {
     f_largest = max(f_largest, seen.f);
     float hj = Dissimilarity(Atan(s, c), seen);
     if (hj >= h[K]) continue;
+    hj = WithVisibility(hj, j, seen);
+    if (hj >= h[K]) continue;
     int cj = j;
     for (int i = 0; i <= K; ++i) {
       bool less = hj < h[i];
@@ -247,7 +275,7 @@ void main() {
     vec4 D = CAMERA(j, 0);
     Seen seen = Project(j, offset, D.w);
     f_largest = max(f_largest, seen.f);
-    h1 = min(h1, Dissimilarity(Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)), seen));
+    h1 = min(h1, WithVisibility(Dissimilarity(Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)), seen), j, seen));
   }
   if (h1 >= kInfinity) return;
   float sum = 0.0;
@@ -255,7 +283,7 @@ void main() {
   for (int j = 0; j < camera_count; ++j) {
     vec4 D = CAMERA(j, 0);
     Seen seen = Project(j, offset, D.w);
-    float h = Dissimilarity(Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)), seen);
+    float h = WithVisibility(Dissimilarity(Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)), seen), j, seen);
     if (h >= kInfinity) continue;
     float w = Ratio(h1, h);
     if (w <= 0.0) continue;
@@ -273,6 +301,8 @@ std::string BlendFragmentShader(const BlendVariant& variant) {
   std::string text = "#version 430 core\n";
   text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
                       kAlphaFullAt);
+  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define BLOCKED_VISIBILITY {:.6f}\n", kVisibleUpTo,
+                      kBlockedFrom, kBlockedVisibility);
   if (variant.false_color) text += "#define FALSE_COLOR\n";
   if (variant.cameras_in_uniforms)
     text += fmt::format("#define CAMERAS_IN_UNIFORMS\n#define CAMERA_CAPACITY {}\n", variant.camera_capacity);

@@ -9,12 +9,13 @@
 #include <string>
 
 #include "render/radiance/sources.h"
+#include "render/visibility_maps.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
-enum Unit { kDepthUnit, kPlaceUnit, kColorUnit, kCameraUnit, kFirstPhotoUnit };
+enum Unit { kDepthUnit, kPlaceUnit, kColorUnit, kCameraUnit, kVisibilityUnit, kFirstPhotoUnit };
 static_assert(kFirstPhotoUnit == kReservedTextureUnits);
 
 constexpr int kFloatsPerCamera = 16;
@@ -112,7 +113,25 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
                proxy.faces.data(), GL_STATIC_DRAW);
   glBindVertexArray(0);
   index_count_ = static_cast<int>(3 * proxy.faces.size());
+  UploadVisibility(proxy);
   CheckGl("uploading the proxy");
+}
+
+void GlLumigraph::UploadVisibility(const Mesh& proxy) {
+  visibility_size_.setZero();
+  if (!CanOcclude(proxy)) return;
+  const VisibilityMaps maps = MakeVisibilityMaps(sources_, ProxyTracer(proxy, sources_.normalized_from_world));
+  const auto count = static_cast<int>(sources_.views.size());
+  std::vector<float> texels;
+  for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps.Map(j).begin(), maps.Map(j).end());
+  GLint limit = 65536;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+  if (texels.size() > static_cast<std::size_t>(limit))
+    throw MachineError("this driver's texture buffers hold " + std::to_string(limit) + " values; what the photos see of the proxy takes " +
+                           std::to_string(texels.size()),
+                       "use --backend cpu");
+  FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
+  visibility_size_ = {maps.width(), maps.height()};
 }
 
 void GlLumigraph::Upload(ViewId view, const Photo& photo) {
@@ -138,6 +157,7 @@ const GlProgram& GlLumigraph::BlendProgram(const BlendVariant& variant) {
     glUniform1i(program.Uniform("depth_map"), kDepthUnit);
     glUniform1i(program.Uniform("places"), kPlaceUnit);
     glUniform1i(program.Uniform("source_colors"), kColorUnit);
+    glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
     if (variant.cameras_in_uniforms) {
       const GLuint block = glGetUniformBlockIndex(program.id(), "Cameras");
       if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.id(), block, 0);
@@ -254,6 +274,8 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   glUniformMatrix3fv(program_->Uniform("ray_from_pixel"), 1, GL_FALSE, rays.data());
   glUniform1i(program_->Uniform("camera_count"), count);
   glUniform1f(program_->Uniform("gamma"), static_cast<float>(request.settings.gamma));
+  const bool visibility = request.settings.visibility && request.settings.gamma > 0;
+  glUniform2i(program_->Uniform("visibility_size"), visibility ? visibility_size_.x() : 0, visibility ? visibility_size_.y() : 0);
   glUniform1f(program_->Uniform("focal_px"), request.settings.prefilter ? setup.focal_px : 0.0F);
   CheckGl("drawing the proxy");
 }
@@ -273,6 +295,10 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
   glBindTexture(GL_TEXTURE_BUFFER, place_texture_.id());
   glActiveTexture(GL_TEXTURE0 + kColorUnit);
   glBindTexture(GL_TEXTURE_BUFFER, color_texture_.id());
+  if (visibility_texture_) {
+    glActiveTexture(GL_TEXTURE0 + kVisibilityUnit);
+    glBindTexture(GL_TEXTURE_BUFFER, visibility_texture_.id());
+  }
   if (camera_texture_) {
     glActiveTexture(GL_TEXTURE0 + kCameraUnit);
     glBindTexture(GL_TEXTURE_BUFFER, camera_texture_.id());

@@ -63,6 +63,7 @@ class GlLumigraph {
 
  private:
   const GlProgram& BlendProgram(const BlendVariant& variant);
+  void UploadVisibility(const Mesh& proxy);
 
   Sources sources_;
   PhotoTextures photos_;
@@ -76,6 +77,9 @@ class GlLumigraph {
   GlProgram depth_program_;
   std::map<BlendVariant, GlProgram> blend_programs_;
   int uniform_capacity_ = 0;                          // cameras that a uniform block holds
+  GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
+  GlTexture visibility_texture_;
+  Eigen::Vector2i visibility_size_ = Eigen::Vector2i::Zero();  // of a map; 0: the proxy hides nothing
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_;
   GlTexture camera_texture_, place_texture_, color_texture_;
 

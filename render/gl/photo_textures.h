@@ -50,6 +50,6 @@ class PhotoTextures {
 };
 
 // Texture units that a shader needs beside the photos'.
-constexpr int kReservedTextureUnits = 4;
+constexpr int kReservedTextureUnits = 5;
 
 }  // namespace lumi

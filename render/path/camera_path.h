@@ -1,4 +1,4 @@
-// A path of virtual cameras: JSON (see docs/camera-path.md), or through the photos' own cameras.
+// A path of virtual cameras: JSON (see docs/render.md), or through the photos' own cameras.
 #pragma once
 
 #include <filesystem>

@@ -26,8 +26,8 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
   return setup;
 }
 
-void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const PixelWindow& window, FramePlan& plan,
-                WeighScratch& scratch) {
+void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                const PixelWindow& window, FramePlan& plan, WeighScratch& scratch) {
   const auto n = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
   const bool all = setup.settings.k == 0;
   plan.window = window;
@@ -53,7 +53,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const PixelWin
     const Eigen::Vector3f direction = plan.offset[s];
     plan.offset[s] *= t[s];
     if (all) {
-      plan.alpha[s] = WeighAll(setup.sources, direction, t[s], setup.settings, scratch, everyone);
+      plan.alpha[s] = WeighAll(setup.sources, visibility, direction, t[s], setup.settings, scratch, everyone);
       for (std::size_t j = 0; j < everyone.size(); ++j)
         if (everyone[j] > 0) {
           plan.camera[s * k + j] = static_cast<std::int32_t>(j);
@@ -61,7 +61,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const PixelWin
         }
       continue;
     }
-    const RayWeights r = Weigh(setup.sources, direction, t[s], setup.settings, scratch);
+    const RayWeights r = Weigh(setup.sources, visibility, direction, t[s], setup.settings, scratch);
     plan.alpha[s] = r.alpha;
     for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
       plan.camera[s * k + i] = r.camera[i];

@@ -40,8 +40,8 @@ struct FramePlan {
   std::vector<float> weight;               // samples x k
 };
 
-// Reuses the plan's memory. Pixel centres at (x + 0.5, y + 0.5).
-void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const PixelWindow& window, FramePlan& plan,
-                WeighScratch& scratch);
+// Reuses the plan's memory. `visibility`: nullptr where it is off. Pixel centres at (x + 0.5, y + 0.5).
+void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                const PixelWindow& window, FramePlan& plan, WeighScratch& scratch);
 
 }  // namespace lumi

@@ -9,6 +9,7 @@ struct RadianceSettings {
   int k = 4;                   // cameras a pixel blends; 0: all
   double gamma = 1.0;          // weight of the field-of-view penalty; 0 lets a camera count up to its very border
   double fov_feather = 0.05;   // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
+  bool visibility = true;      // photos whose view of a point the proxy blocks rank last
   bool prefilter = true;       // oversampled photos are read from their pyramid
 };
 

@@ -81,6 +81,30 @@ void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t,
                 scratch.h.data() + n);
 }
 
+// h with visibility: theta (1 + gamma (1/(f v) - 1)), from h without it. v <= 1, so h only grows.
+class WithVisibility {
+ public:
+  WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t, float gamma)
+      : r_(r), maps_(maps && !maps->empty() && gamma > 0 ? maps : nullptr), p_(t * direction), gamma_(gamma) {}
+
+  float operator()(std::int32_t camera, float h, float f) const {
+    if (!maps_ || !(h > 0)) return h;
+    const auto j = static_cast<std::size_t>(camera);
+    const float x = p_.x() - r_.dx[j], y = p_.y() - r_.dy[j], z = p_.z() - r_.dz[j];
+    const float w = r_.m[6][j] * x + r_.m[7][j] * y + r_.m[8][j] * z;
+    const float u = (r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z) / w;
+    const float v = (r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z) / w;
+    const float seen = maps_->Visibility(camera, u, v, r_.width_px[j], r_.height_px[j], w);
+    return h * (1 + gamma_ * (1 / (f * seen) - 1)) / (1 + gamma_ * (1 / f - 1));
+  }
+
+ private:
+  const RelativeSources& r_;
+  const VisibilityMaps* maps_;
+  const Eigen::Vector3f p_;
+  const float gamma_;
+};
+
 // How opaque the pixel is: fades with the best view of the point, full for a photo's own ray (h = 0).
 float Alpha(float f_largest, float h_smallest) {
   return h_smallest == 0 ? 1.0F : std::min(1.0F, f_largest / kAlphaFullAt);
@@ -88,12 +112,13 @@ float Alpha(float f_largest, float h_smallest) {
 
 }  // namespace
 
-RayWeights Weigh(const RelativeSources& sources, const Eigen::Vector3f& direction, float t,
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch) {
   RayWeights out;
   Evaluate(sources, direction, t, settings, scratch);
-  const float* h = scratch.h.data();
-  const float* block_min = h + sources.padded;
+  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
+  const float* h_unblocked = scratch.h.data();
+  const float* block_min = h_unblocked + sources.padded;
 
   // The k + 1 smallest, ascending; ties by index, so that the result does not depend on how the loop was split.
   const int k = settings.k;
@@ -104,13 +129,15 @@ RayWeights Weigh(const RelativeSources& sources, const Eigen::Vector3f& directio
     float limit = found <= k ? kInfinity : best_h[static_cast<std::size_t>(k)];
     if (!(block_min[b] < limit)) continue;
     for (int j = b * kLanes; j < (b + 1) * kLanes; ++j) {
-      if (!(h[j] < limit)) continue;
+      if (!(h_unblocked[j] < limit)) continue;
+      const float h = seen(j, h_unblocked[j], scratch.f[static_cast<std::size_t>(j)]);
+      if (!(h < limit)) continue;
       int i = found <= k ? found++ : k;
-      for (; i > 0 && best_h[static_cast<std::size_t>(i - 1)] > h[j]; --i) {
+      for (; i > 0 && best_h[static_cast<std::size_t>(i - 1)] > h; --i) {
         best_h[static_cast<std::size_t>(i)] = best_h[static_cast<std::size_t>(i - 1)];
         best_j[static_cast<std::size_t>(i)] = best_j[static_cast<std::size_t>(i - 1)];
       }
-      best_h[static_cast<std::size_t>(i)] = h[j];
+      best_h[static_cast<std::size_t>(i)] = h;
       best_j[static_cast<std::size_t>(i)] = j;
       limit = found <= k ? kInfinity : best_h[static_cast<std::size_t>(k)];
     }
@@ -146,13 +173,17 @@ RayWeights Weigh(const RelativeSources& sources, const Eigen::Vector3f& directio
   return out;
 }
 
-float WeighAll(const RelativeSources& sources, const Eigen::Vector3f& direction, float t, const RadianceSettings& settings,
-               WeighScratch& scratch, std::vector<float>& weights_out) {
+float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
+               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out) {
   Evaluate(sources, direction, t, settings, scratch);
-  const float* h = scratch.h.data();
+  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
+  float* h = scratch.h.data();
   float h1 = kInfinity;
-  for (int b = 0; b < sources.padded / kLanes; ++b) h1 = std::min(h1, h[sources.padded + b]);
   const auto n = static_cast<std::size_t>(sources.count);
+  for (std::size_t j = 0; j < n; ++j) {
+    if (h[j] < kInfinity) h[j] = seen(static_cast<std::int32_t>(j), h[j], scratch.f[j]);
+    h1 = std::min(h1, h[j]);
+  }
   weights_out.assign(n, 0.0F);
   if (!(h1 < kInfinity)) return 0;
   float sum = 0;

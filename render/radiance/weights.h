@@ -3,7 +3,8 @@
 //   theta_j  angle at the proxy point p between the desired ray and the ray to camera j,
 //            atan2(|D x d|, t - D.d): D = C_j - C_desired, d the unit desired ray, p = C_desired + t d,
 //   f_j      field-of-view value in [0,1]: 1 inside the photo, raised cosine to 0 over the feather at its border,
-// combined as h = theta (1 + gamma (1/f - 1)): infinite where the camera is blind, continuous between, 0 at an
+//   v_j      visibility in (0,1] from the proxy (visibility.h),
+// combined as h = theta (1 + gamma (1/(f v) - 1)): infinite where the camera is blind, continuous between, 0 at an
 // epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras contribute).
 // Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1.
 #pragma once
@@ -15,6 +16,7 @@
 
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
+#include "render/radiance/visibility.h"
 
 namespace lumi {
 
@@ -32,12 +34,13 @@ struct WeighScratch {
 };
 
 // direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0.
-// settings.k in 1..kMaxBlend.
-RayWeights Weigh(const RelativeSources& sources, const Eigen::Vector3f& direction, float t,
+// settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest; nullptr or
+// empty maps: everything is visible.
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch);
 
 // The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
-float WeighAll(const RelativeSources& sources, const Eigen::Vector3f& direction, float t, const RadianceSettings& settings,
-               WeighScratch& scratch, std::vector<float>& weights_out);
+float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
+               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out);
 
 }  // namespace lumi

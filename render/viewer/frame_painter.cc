@@ -41,7 +41,8 @@ double FramePainter::Timed(const RenderRequest& request, GlTarget& target, int f
   return ms;
 }
 
-void FramePainter::Paint(const RenderRequest& request, const RenderRequest& preview, bool changed) {
+void FramePainter::Paint(const RenderRequest& request, const RenderRequest& preview, bool changed,
+                         bool may_refine) {
   painted_ = false;
   const Eigen::Vector2i full = request.view.size_px;
   if (changed || shown_ == nullptr) {
@@ -55,7 +56,7 @@ void FramePainter::Paint(const RenderRequest& request, const RenderRequest& prev
     refined_rows_ = 0;
     return;
   }
-  if (complete_) return;
+  if (complete_ || !may_refine) return;
   // Rows of the full picture, behind the one that is shown.
   const double rows = options_.refine_ms * pixels_per_ms_ / full.x();
   const int last = std::min(full.y(), refined_rows_ + std::max(4, static_cast<int>(rows)));

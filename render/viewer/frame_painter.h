@@ -19,8 +19,8 @@ class FramePainter {
   FramePainter(GlLumigraph& lumigraph, const PainterOptions& options);
 
   // One frame's work on the picture of `full`; `preview` is the same at PreviewSize. changed: it is another picture than
-  // at the last call.
-  void Paint(const RenderRequest& full, const RenderRequest& preview, bool changed);
+  // at the last call; may_refine: false puts the full resolution off (the picture is about to change anyway).
+  void Paint(const RenderRequest& full, const RenderRequest& preview, bool changed, bool may_refine);
 
   // The size that a moving picture has in a window of this size.
   Eigen::Vector2i PreviewSize(const Eigen::Vector2i& full_px) const;

@@ -72,7 +72,7 @@ double Navigator::Elevation() const { return std::asin(std::clamp(Forward(state_
 double Navigator::Roll() const {
   const Eigen::Vector3d x = state_.cam_from_world.R().row(0).transpose(), down = state_.cam_from_world.R().row(1).transpose();
   const Eigen::Vector3d right = Right();
-  return std::atan2(-right.dot(down), right.dot(x));
+  return std::atan2(right.dot(down), right.dot(x));
 }
 
 void Navigator::SetRoll(double roll) {

@@ -37,8 +37,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMb = 1e6;
 constexpr double kIdleWait_s = 0.2;          // between looks at the world when nothing happens
+constexpr double kLoadingWait_s = 0.02;      // the cores are for the photos then
 constexpr double kLoadedRefresh_s = 0.35;    // photos that arrive are shown in batches
-constexpr double kUploadTime_s = 0.012;      // a frame
+constexpr double kUploadTime_s = 0.025;      // a frame
 constexpr double kFlight_s = 0.9;
 constexpr double kMessage_s = 4.0;
 constexpr double kScriptPatience_s = 900;    // for a 'wait'
@@ -420,10 +421,10 @@ void Viewer::AfterPainting() {
 nlohmann::json Viewer::Run() {
   auto last = Clock::now();
   long frames = 0;
-  bool busy = true;
+  double wait_s = 0;
   while (!window_.ShouldClose()) {
     CheckInterrupted();
-    window_.Poll(busy ? 0.0 : kIdleWait_s);
+    window_.Poll(wait_s);
     size_px_ = window_.FramebufferSize().cwiseMax(1);
     const double dt = std::min(SecondsSince(last), 0.25);
     last = Clock::now();
@@ -437,7 +438,7 @@ nlohmann::json Viewer::Run() {
 
     const RenderRequest request = Request(size_px_);
     const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
-    painter_.Paint(request, Request(painter_.PreviewSize(size_px_)), changed);
+    painter_.Paint(request, Request(painter_.PreviewSize(size_px_)), changed, !Loading());
     drawn_ = request;
     drawn_generation_ = generation_;
 
@@ -471,8 +472,11 @@ nlohmann::json Viewer::Run() {
       AfterPainting();
       if (script_.empty()) break;
     }
-    busy = moving || changed || !painter_.complete() || Loading() || scripted_ || proxy_loading_.valid() || navigator_.flying() ||
-           window_.Dragging();
+    const bool refining = !painter_.complete() && !Loading();
+    if (moving || changed || refining || navigator_.flying() || window_.Dragging())
+      wait_s = 0;
+    else
+      wait_s = Loading() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
   }
 
   nlohmann::json j;

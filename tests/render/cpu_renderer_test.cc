@@ -87,11 +87,11 @@ TEST(SamplePhoto, PixelCentresBordersAndLevels) {
       for (int c = 0; c < 3; ++c) image.At(x, y, c) = static_cast<std::uint8_t>(10 * x + 100 * y);
   Photo photo;
   photo.levels = BuildPyramid(image);
-  EXPECT_NEAR(SamplePhoto(photo, 1.5F, 0.5F, 0)[0], 10, 1e-5);
-  EXPECT_NEAR(SamplePhoto(photo, 2.0F, 0.5F, 0)[0], 15, 1e-5);
-  EXPECT_NEAR(SamplePhoto(photo, -3.0F, 0.5F, 0)[0], 0, 1e-5);     // clamped, never from outside
-  EXPECT_NEAR(SamplePhoto(photo, 9.0F, 9.0F, 0)[0], 130, 1e-5);
-  EXPECT_NEAR(SamplePhoto(photo, 1.0F, 1.0F, 1)[0], 55, 1);        // mean of the first four pixels
+  EXPECT_NEAR(SamplePhoto(photo, 1.5F / 4, 0.5F / 2, 0)[0], 10, 1e-5);
+  EXPECT_NEAR(SamplePhoto(photo, 2.0F / 4, 0.5F / 2, 0)[0], 15, 1e-5);
+  EXPECT_NEAR(SamplePhoto(photo, -3.0F / 4, 0.5F / 2, 0)[0], 0, 1e-5);     // clamped, never from outside
+  EXPECT_NEAR(SamplePhoto(photo, 9.0F / 4, 9.0F / 2, 0)[0], 130, 1e-5);
+  EXPECT_NEAR(SamplePhoto(photo, 1.0F / 4, 1.0F / 2, 1)[0], 55, 1);        // mean of the first four pixels
 }
 
 TEST(PyramidLevel, FollowsTheRatioOfPixels) {

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "render/photos/photo_set.h"
@@ -103,7 +105,7 @@ inline World MakeWorld(int views = 10, int side_px = 160, double arc_rad = 2.4) 
                      Camera::Pinhole(side_px * 3 / 4 - 3, side_px - 5, f, 1.02 * f, 0.37 * side_px, 0.5 * side_px)};
   for (int i = 0; i < views; ++i) {
     View v;
-    v.name = "v" + std::to_string(100000 + i) + ".png";
+    v.name = std::to_string(100000 + i) + ".png";
     v.camera = CameraId{i % 3 == 2 ? 1 : 0};
     const double turn = arc_rad * i / std::max(1, views - 1);
     v.cam_from_world = LookAt(ArcCentre(turn), {0.1 * std::sin(9.0 * i), 0.1 * std::cos(7.0 * i), 0.3}, Eigen::Vector3d::UnitZ());

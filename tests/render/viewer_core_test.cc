@@ -48,7 +48,7 @@ TEST(Navigation, EveryWindowShowsTheWholePhoto) {
   const Camera& camera = w.scene.CameraOf(view);
   for (const auto& [width, height] : {std::pair{300, 100}, {100, 300}, {640, 480}}) {
     const RenderView window = MakeWindowView(StateOfView(w.scene, {1}), width, height);
-    for (const Eigen::Vector2d corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(camera.width_px, camera.height_px)}) {
+    for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(camera.width_px, camera.height_px)}) {
       const auto ray = camera.Normalized(corner);
       const auto x = Project(window.P, Eigen::Vector3d(view.cam_from_world.Inverse() * Eigen::Vector3d(ray->x(), ray->y(), 1.0)));
       ASSERT_TRUE(x);

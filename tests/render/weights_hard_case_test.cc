@@ -44,7 +44,7 @@ RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, int k) {
   settings.k = k;
   WeighScratch scratch;
   const RelativeSources r = MakeRelative(s, DesiredAt(eye), {}, settings.fov_feather);
-  return Weigh(r, (-eye.normalized()).cast<float>(), static_cast<float>(eye.norm()), settings, scratch);
+  return Weigh(r, nullptr, (-eye.normalized()).cast<float>(), static_cast<float>(eye.norm()), settings, scratch);
 }
 
 double WeightOf(const RayWeights& r, int camera) {
@@ -129,7 +129,7 @@ TEST(HardCase, AVeryFarProxyPointMakesAllRaysAgree) {
   RadianceSettings settings;
   WeighScratch scratch;
   const RelativeSources r = MakeRelative(s, DesiredAt({0.1, 0.1, -3}), {}, settings.fov_feather);
-  for (float t = 1; t < 1e30F; t *= 100) ExpectConvex(Weigh(r, Eigen::Vector3f(0, 0, 1), t, settings, scratch));
+  for (float t = 1; t < 1e30F; t *= 100) ExpectConvex(Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch));
 }
 
 TEST(HardCase, TheWorldsScaleAndOffsetDoNotMatterAfterNormalisation) {
@@ -139,7 +139,7 @@ TEST(HardCase, TheWorldsScaleAndOffsetDoNotMatterAfterNormalisation) {
   const auto plan_of = [&](const test::Capture& capture, const RenderView& view) {
     FramePlan plan;
     WeighScratch scratch;
-    PlanPixels(MakeViewSetup(MakeSources(capture.scene), view, settings), ProxyTracer(capture.proxy, capture.scene.normalized_from_world),
+    PlanPixels(MakeViewSetup(MakeSources(capture.scene), view, settings), ProxyTracer(capture.proxy, capture.scene.normalized_from_world), nullptr,
                {0, 0, 24, 18}, plan, scratch);
     return plan;
   };
@@ -185,7 +185,7 @@ TEST(HardCase, WeightsAreContinuousAcrossKPlusOneSwitchesAndPhotoBorders) {
       const double at = -0.5 + (i * step < 1 ? i * step : 1);
       const Eigen::Vector3d p(at, 0.21 * at + 0.1, 0);
       const Eigen::Vector3d ray = p - Eigen::Vector3d(0.31, 0.17, -3);
-      const RayWeights w = Weigh(r, ray.normalized().cast<float>(), static_cast<float>(ray.norm()), settings, scratch);
+      const RayWeights w = Weigh(r, nullptr, ray.normalized().cast<float>(), static_cast<float>(ray.norm()), settings, scratch);
       ExpectConvex(w);
       std::vector<double> now(s.views.size(), 0.0);
       for (int c = 0; c < w.count; ++c) now[static_cast<std::size_t>(w.camera[static_cast<std::size_t>(c)])] = w.weight[static_cast<std::size_t>(c)] * w.alpha;

@@ -96,7 +96,7 @@ TEST(Weights, AgreeWithTheFormulasInDouble) {
     if (!std::isfinite(t)) continue;
     const Eigen::Vector3d point = setup.desired.centre + static_cast<double>(t) * d.cast<double>();
     const Oracle o = Evaluate(sources, setup.desired, point, settings);
-    const RayWeights r = Weigh(setup.sources, d, t, settings, scratch);
+    const RayWeights r = Weigh(setup.sources, nullptr, d, t, settings, scratch);
     const std::vector<double> w = Dense(r, sources.views.size());
     for (std::size_t j = 0; j < w.size(); ++j) worst = std::max(worst, std::abs(w[j] - o.weight[j]));
     ++hits;
@@ -118,7 +118,7 @@ TEST(Weights, SumToOneAndStayWithinZeroAndOne) {
     RadianceSettings settings;
     settings.k = k;
     const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt({1, 0.4, -4}, {0, 0, 0}, {0, -1, 0})), settings);
-    PlanPixels(setup, tracer, {0, 0, 40, 30}, plan, scratch);
+    PlanPixels(setup, tracer, nullptr, {0, 0, 40, 30}, plan, scratch);
     for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
       double sum = 0;
       for (std::size_t i = 0; i < static_cast<std::size_t>(plan.k); ++i) {
@@ -139,7 +139,7 @@ TEST(Weights, ALeftOutCameraCountsForNothing) {
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   FramePlan plan;
   WeighScratch scratch;
-  PlanPixels(setup, tracer, {0, 0, 40, 30}, plan, scratch);
+  PlanPixels(setup, tracer, nullptr, {0, 0, 40, 30}, plan, scratch);
   for (const auto camera : plan.camera) ASSERT_NE(camera, 2);
 }
 
@@ -151,7 +151,7 @@ TEST(Weights, WhereNoCameraSeesThePointThereIsAHole) {
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   FramePlan plan;
   WeighScratch scratch;
-  PlanPixels(setup, tracer, {0, 0, 40, 30}, plan, scratch);
+  PlanPixels(setup, tracer, nullptr, {0, 0, 40, 30}, plan, scratch);
   EXPECT_EQ(*std::max_element(plan.alpha.begin(), plan.alpha.end()), 0.0F);
 }
 

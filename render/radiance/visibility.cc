@@ -1,0 +1,65 @@
+#include "render/radiance/visibility.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lumi {
+namespace {
+
+float Seen(float depth, float surface) {
+  const float s = std::clamp((depth / surface - (1 + kVisibleUpTo)) / (kBlockedFrom - kVisibleUpTo), 0.0F, 1.0F);
+  return 1 - s * s * (3 - 2 * s);
+}
+
+}  // namespace
+
+VisibilityMaps::VisibilityMaps(int count, int width, int height)
+    : count_(count), width_(width), height_(height),
+      depth_(static_cast<std::size_t>(count) * texels(), std::numeric_limits<float>::infinity()) {}
+
+int VisibilityMaps::SuggestedSide(int count) {
+  constexpr double kBudgetTexels = 64e6;
+  return std::clamp(static_cast<int>(std::sqrt(kBudgetTexels / std::max(1, count))), 64, 512);
+}
+
+void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer& proxy) {
+  Eigen::Matrix3d M = view.P.leftCols<3>();
+  M /= M.row(2).norm();
+  const Eigen::Matrix3d ray_from_pixel = M.inverse();
+  const Eigen::Vector3f axis = M.row(2).transpose().cast<float>();
+  const double sx = static_cast<double>(view.size_px.x()) / width_, sy = static_cast<double>(view.size_px.y()) / height_;
+  std::vector<Eigen::Vector3f> directions(texels());
+  std::vector<float> depth(texels());
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x)
+      directions[static_cast<std::size_t>(y * width_ + x)] =
+          (ray_from_pixel * Eigen::Vector3d((x + 0.5) * sx, (y + 0.5) * sy, 1)).normalized().cast<float>();
+  proxy.Trace(view.centre.cast<float>(), directions, depth);
+  for (std::size_t i = 0; i < depth.size(); ++i) depth[i] *= axis.dot(directions[i]);
+  float* out = depth_.data() + static_cast<std::size_t>(camera) * texels();
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      float nearest = std::numeric_limits<float>::infinity();
+      for (int v = std::max(0, y - 1); v <= std::min(height_ - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(width_ - 1, x + 1); ++u)
+          nearest = std::min(nearest, depth[static_cast<std::size_t>(v * width_ + u)]);
+      out[y * width_ + x] = nearest;
+    }
+}
+
+float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const {
+  const float x = std::clamp(u_px * static_cast<float>(width_) / width_px - 0.5F, 0.0F, static_cast<float>(width_ - 1));
+  const float y = std::clamp(v_px * static_cast<float>(height_) / height_px - 0.5F, 0.0F, static_cast<float>(height_ - 1));
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, width_ - 1), y1 = std::min(y0 + 1, height_ - 1);
+  const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
+  const float* map = depth_.data() + static_cast<std::size_t>(camera) * texels();
+  // The comparison is interpolated, not the depth: halfway to an occluder's texel the point is half seen.
+  const float top = (1 - ax) * Seen(depth, map[y0 * width_ + x0]) + ax * Seen(depth, map[y0 * width_ + x1]);
+  const float bottom = (1 - ax) * Seen(depth, map[y1 * width_ + x0]) + ax * Seen(depth, map[y1 * width_ + x1]);
+  return kBlockedVisibility + (1 - kBlockedVisibility) * ((1 - ay) * top + ay * bottom);
+}
+
+}  // namespace lumi

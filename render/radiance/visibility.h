@@ -1,0 +1,52 @@
+// What each photo sees of the proxy: a small depth map a source camera, so that a photo whose view of a point is blocked
+// by another part of the proxy ranks after those that see it. Feathered in space and depth: every gate of the weights is
+// continuous.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "render/radiance/proxy_tracer.h"
+#include "render/radiance/sources.h"
+
+namespace lumi {
+
+// The proxy is rough: its word on occlusion is evidence, no proof. A blocked camera's value falls to this, not to 0, so
+// that it stands behind every camera that sees the point, and before a hole.
+constexpr float kBlockedVisibility = 1.0F / 500;
+// Relative depth behind the map's surface over which visibility fades: above the step that a slanted surface makes
+// between texels, below the distance between an object and its background.
+constexpr float kVisibleUpTo = 0.015F;
+constexpr float kBlockedFrom = 0.04F;
+
+class VisibilityMaps {
+ public:
+  VisibilityMaps() = default;  // empty: everything is visible
+  // All maps have one size; photos of another aspect are stretched over it. Not filled yet.
+  VisibilityMaps(int count, int width, int height);
+
+  // The longer side of maps for `count` cameras: 512, less where that took over 256 MB.
+  static int SuggestedSide(int count);
+
+  // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity where
+  // there is no proxy; the nearest of 3x3 texels, so that a silhouette that is off by a texel still blocks.
+  void Fill(int camera, const RenderView& view, const ProxyTracer& proxy);
+
+  bool empty() const { return count_ == 0; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::span<const float> Map(int camera) const {
+    return {depth_.data() + static_cast<std::size_t>(camera) * texels(), texels()};
+  }
+
+  // In [kBlockedVisibility, 1] for a point at this pixel (of a photo width_px x height_px) and depth.
+  float Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const;
+
+ private:
+  std::size_t texels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+  int count_ = 0, width_ = 0, height_ = 0;
+  std::vector<float> depth_;
+};
+
+}  // namespace lumi

@@ -1,0 +1,14 @@
+// Builds the visibility maps of all source cameras, in parallel.
+#pragma once
+
+#include "render/radiance/visibility.h"
+#include "scene/geometry/mesh.h"
+
+namespace lumi {
+
+// False for a proxy that cannot hide a part of itself from anywhere: all its vertices in one plane.
+bool CanOcclude(const Mesh& proxy);
+
+VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& proxy);
+
+}  // namespace lumi
