@@ -29,7 +29,8 @@ MachineError CannotWrite(const fs::path& path, int error) {
 // ".NAME.lumi-tmp-PID-N.EXT"
 fs::path TemporaryFor(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
-  return path.parent_path() / fmt::format(".{}{}{}-{}{}", path.stem().string(), kTemporaryMark, ::getpid(), counter++,
+  const std::string stem = path.stem().string().substr(0, 180);  // names end at 255 bytes
+  return path.parent_path() / fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++,
                                           path.extension().string());
 }
 
@@ -100,7 +101,7 @@ void WriteTextAtomically(const fs::path& path, const std::string& text) {
 
 void RemoveStaleTemporaries(const fs::path& folder) {
   std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     if (!IsTemporary(it->path())) continue;
     const std::string name = it->path().filename().string();
     const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();

@@ -17,7 +17,7 @@ void WriteTextAtomically(const std::filesystem::path& path, const std::string& t
 // As WriteTextAtomically, for any bytes.
 void WriteBytesAtomically(const std::filesystem::path& path, const void* data, std::size_t size);
 
-// Removes the temporaries that killed processes left in a folder (those whose process is gone).
+// Removes the temporaries that killed processes left in a folder and below it (those whose process is gone).
 void RemoveStaleTemporaries(const std::filesystem::path& folder);
 
 // The whole file; throws InputError when it cannot be read or is larger than max_bytes.

@@ -266,6 +266,11 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
     View& view = scene.views[i];
     const Camera& c = scene.CameraOf(view);
     if (!fits(i)) {
+      // Scaling would not help: the pixels are elsewhere.
+      if (sizes[i].x() == c.height_px && sizes[i].y() == c.width_px)
+        throw InputError(scene.ImagePath(view),
+                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees", sizes[i].x(), sizes[i].y(), c.width_px, c.height_px),
+                         "turn the photo back (what its EXIF data say of its orientation is not applied)");
       if (!rescale)
         throw InputError(scene.ImagePath(view),
                          fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), c.width_px, c.height_px),
@@ -330,7 +335,7 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   if (!skipped.empty())
     progress.Message(fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
   if (!ours) UpdateFrameOfReference(scene);
-  if (options.check_photos) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
+  if (options.check_photos || options.rescale_cameras) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
   const bool distorted = std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
   if (distorted && options.undistort)
     scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images", progress);

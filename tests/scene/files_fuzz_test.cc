@@ -15,7 +15,7 @@
 namespace lumi::test {
 namespace {
 
-constexpr int kMutations = 4000;  // a file
+constexpr int kMutations = 2000;  // a file
 
 std::string Mutated(const std::string& original, std::mt19937& random) {
   std::string bytes = original;
@@ -49,13 +49,13 @@ long PeakKilobytes() {
   return usage.ru_maxrss;
 }
 
-void Fuzz(const fs::path& file, const std::function<void()>& read) {
+void Fuzz(const fs::path& file, const std::function<void()>& read, int mutations = kMutations) {
   const std::string original = Read(file);
   ASSERT_NO_THROW(read()) << "the file is right before it is changed";
   const long before = PeakKilobytes();
   std::mt19937 random(20020701);
   int refused = 0;
-  for (int i = 0; i < kMutations; ++i) {
+  for (int i = 0; i < mutations; ++i) {
     Write(file, Mutated(original, random));
     try {
       read();
@@ -69,9 +69,13 @@ void Fuzz(const fs::path& file, const std::function<void()>& read) {
     }
   }
   Write(file, original);
-  EXPECT_GT(refused, kMutations / 50) << "the changes are too mild to test anything";
-  constexpr long kAllowedKilobytes = 64 << 10;  // the files are a few kilobytes
+  EXPECT_GT(refused, mutations / 50) << "the changes are too mild to test anything";
+#if !defined(__SANITIZE_ADDRESS__)               // keeps what is freed
+  constexpr long kAllowedKilobytes = 64 << 10;  // the files are a few kilobytes; a picture may decode to 16 million pixels
   EXPECT_LT(PeakKilobytes() - before, kAllowedKilobytes);
+#else
+  static_cast<void>(before);
+#endif
 }
 
 TEST(Fuzz, ColmapBinary) {
@@ -141,7 +145,7 @@ TEST(Fuzz, Pictures) {
   const TempFolder folder;
   for (const char* name : {"a.png", "a.jpg"}) {
     WriteImage(folder / name, ColorfulImage(24, 16));
-    Fuzz(folder / name, [&] { ReadImage8(folder / name); });
+    Fuzz(folder / name, [&] { ReadImage8(folder / name); }, kMutations / 4);
   }
 }
 

@@ -107,6 +107,17 @@ TEST(ImageIo, ATruncatedPictureIsRefusedWhereverItIsCut) {
   }
 }
 
+TEST(ImageIo, APictureThatClaimsGigabytesIsRefusedBeforeTheyAreTaken) {
+  const TempFolder folder;
+  WriteImage(folder / "a.jpg", ColorfulImage(64, 48));
+  std::string bytes = Read(folder / "a.jpg");
+  const std::size_t frame = bytes.find("\xFF\xC0");  // length 2, precision 1, height 2, width 2
+  ASSERT_NE(frame, std::string::npos);
+  bytes.replace(frame + 5, 4, "\x7F\xFF\x3F\xFF");
+  Write(folder / "a.jpg", bytes);
+  EXPECT_REFUSED(ExitCode::kCorruptInput, "16383 x 32767", ReadImage8(folder / "a.jpg"));
+}
+
 TEST(ImageIo, BytesAfterTheEndOfAJpegDoNoHarm) {
   const TempFolder folder;
   WriteImage(folder / "a.jpg", ColorfulImage(30, 20));

@@ -7,8 +7,8 @@ namespace {
 
 Provenance Example(const TempFolder& folder) {
   Provenance p;
-  p.stage = "proxy-auto";
-  p.version = "1.2";
+  p.stage = std::string("proxy-auto");
+  p.version = std::string("1.2");
   p.options = {{"k", "4"}, {"name", "auto"}};
   p.inputs = {{"in.txt", Fingerprint(folder / "in.txt")}};
   p.outputs = {{"out.txt", Fingerprint(folder / "out.txt")}};
@@ -79,12 +79,12 @@ TEST(Provenance, WhatIsRecordedIsUpToDateUntilAnythingChanges) {
     EXPECT_FALSE(IsUpToDate(folder.path(), other, &why));
     EXPECT_NE(why.find(reason), std::string::npos) << why;
   };
-  stale([](Provenance& p) { p.version = "1.3"; }, "version 1.2");
-  stale([](Provenance& p) { p.options["k"] = "8"; }, "option k changed from 4 to 8");
-  stale([](Provenance& p) { p.options["new"] = "8"; }, "option new is new");
+  stale([](Provenance& p) { p.version = std::string("1.3"); }, "version 1.2");
+  stale([](Provenance& p) { p.options["k"] = std::string("8"); }, "option k changed from 4 to 8");
+  stale([](Provenance& p) { p.options["new"] = std::string("8"); }, "option new is new");
   stale([](Provenance& p) { p.options.erase("name"); }, "option name is gone");
-  stale([](Provenance& p) { p.inputs["in.txt"] = "other"; }, "input in.txt");
-  stale([](Provenance& p) { p.stage = "proxy-plane"; }, "not been run");
+  stale([](Provenance& p) { p.inputs["in.txt"] = std::string("other"); }, "input in.txt");
+  stale([](Provenance& p) { p.stage = std::string("proxy-plane"); }, "not been run");
   Write(folder / "out.txt", "touched");
   stale([](Provenance&) {}, "output out.txt");
   fs::remove(folder / "out.txt");

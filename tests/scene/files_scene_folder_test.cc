@@ -186,6 +186,16 @@ TEST(SceneFolder, ACameraThatDoesNotFitItsPhotosIsRefusedAndScaledOnRequest) {
     }
 }
 
+TEST(SceneFolder, APhotoTurnedAgainstItsCameraIsRefusedEvenIfCamerasMayBeScaled) {
+  const TempFolder folder;
+  const Scene scene = SceneWithPhotos(folder.path());
+  WriteColmapModel(scene, folder / "sparse");
+  WriteImage(scene.ImagePath(scene.views[1]), ColorfulImage(48, 64));
+  OpenOptions options;
+  options.rescale_cameras = true;
+  EXPECT_REFUSED(ExitCode::kCorruptInput, "turned by 90 degrees", Open(folder.path(), options));
+}
+
 TEST(SceneFolder, TheCubeIsRefusedWithItsSizesAndOpensRescaled) {
   const fs::path cube = SharedData("cube");
   if (!fs::exists(cube)) GTEST_SKIP() << "no " << cube;

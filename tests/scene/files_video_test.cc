@@ -82,10 +82,10 @@ TEST(Video, WithoutFinishNothingIsLeft) {
 
 TEST(Video, AFullDiskIsReportedAndNothingIsLeft) {
   const TempFolder folder;
-  Image8 noise(320, 240, 3);
+  Image8 noise(160, 120, 3);
   std::mt19937 random(3);
   const auto write = [&] {
-    const FileSizeLimit limit(20000);
+    const FileSizeLimit limit(8000);
     VideoWriter writer(folder / "v.mp4", 30);
     for (int i = 0; i < 60; ++i) {
       for (auto& v : noise.data) v = static_cast<std::uint8_t>(random());

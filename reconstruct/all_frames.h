@@ -1,0 +1,20 @@
+// Every frame of a video gets a camera: resectioned against the points of the keyframes, which stay as they are.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "reconstruct/colmap_program.h"
+#include "reconstruct/features.h"
+#include "reconstruct/options.h"
+#include "reconstruct/photos.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+// `scene` holds the keyframes (distorted cameras, observations at COLMAP's keypoints); frames are added to it, with
+// image_folder = the folder of all frames. Frames that get no camera are added to *missing.
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, const ReconstructOptions& options,
+                       const std::filesystem::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink);
+
+}  // namespace lumi

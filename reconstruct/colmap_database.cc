@@ -1,0 +1,185 @@
+#include "reconstruct/colmap_database.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cstring>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+// COLMAP's key of a pair: id1 * kMaxImages + id2, id1 < id2.
+constexpr std::int64_t kMaxImages = 2147483647;
+
+std::int64_t PairId(std::int64_t a, std::int64_t b) { return a < b ? a * kMaxImages + b : b * kMaxImages + a; }
+
+}  // namespace
+
+struct ColmapDatabase::Impl {
+  std::filesystem::path path;
+  sqlite3* db = nullptr;
+  ~Impl() { sqlite3_close(db); }
+
+  [[noreturn]] void Fail() const { throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db))); }
+
+  struct Statement {
+    sqlite3_stmt* s = nullptr;
+    ~Statement() { sqlite3_finalize(s); }
+  };
+  void Prepare(Statement& statement, const char* sql) const {
+    if (sqlite3_prepare_v2(db, sql, -1, &statement.s, nullptr) != SQLITE_OK) Fail();
+  }
+  bool Step(Statement& statement) const {
+    const int rc = sqlite3_step(statement.s);
+    if (rc != SQLITE_ROW && rc != SQLITE_DONE) Fail();
+    return rc == SQLITE_ROW;
+  }
+  void Execute(const char* sql) const {
+    if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
+  }
+  std::vector<DatabasePair> Pairs(const char* sql) const {
+    Statement statement;
+    Prepare(statement, sql);
+    std::vector<DatabasePair> pairs;
+    while (Step(statement)) {
+      const std::int64_t id = sqlite3_column_int64(statement.s, 0);
+      pairs.push_back({id / kMaxImages, id % kMaxImages, sqlite3_column_int(statement.s, 1)});
+    }
+    return pairs;
+  }
+};
+
+ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  int rc = SQLITE_OK;
+  if (access == Access::kOurs) {
+    rc = sqlite3_open_v2(path.c_str(), &impl_->db, SQLITE_OPEN_READWRITE, nullptr);
+  } else {
+    std::string uri = "file:";
+    for (const char c : std::filesystem::absolute(path).string())
+      uri += (c == '?' || c == '#' || c == '%') ? fmt::format("%{:02x}", static_cast<int>(c)) : std::string(1, c);
+    rc = sqlite3_open_v2((uri + "?immutable=1").c_str(), &impl_->db, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+  }
+  if (rc != SQLITE_OK) impl_->Fail();
+  sqlite3_busy_timeout(impl_->db, 5000);
+  for (const char* table : {"cameras", "images", "keypoints", "matches", "two_view_geometries"}) {
+    Impl::Statement statement;
+    impl_->Prepare(statement, "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?");
+    sqlite3_bind_text(statement.s, 1, table, -1, SQLITE_STATIC);
+    if (!impl_->Step(statement) || sqlite3_column_int(statement.s, 0) == 0)
+      throw InputError(path, fmt::format("not a COLMAP database: it has no table '{}'", table));
+  }
+}
+ColmapDatabase::~ColmapDatabase() = default;
+ColmapDatabase::ColmapDatabase(ColmapDatabase&&) noexcept = default;
+
+bool ColmapDatabase::IsDatabase(const std::filesystem::path& path, Access access) {
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(path, ec)) return false;
+  try {
+    const ColmapDatabase probe(path, access);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+std::vector<DatabaseImage> ColmapDatabase::Images() const {
+  Impl::Statement statement;
+  impl_->Prepare(statement,
+                 "SELECT images.image_id, images.camera_id, images.name, COALESCE(keypoints.rows, -1) FROM images "
+                 "LEFT JOIN keypoints ON keypoints.image_id = images.image_id ORDER BY images.name");
+  std::vector<DatabaseImage> images;
+  while (impl_->Step(statement)) {
+    const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(statement.s, 2));
+    images.push_back({sqlite3_column_int64(statement.s, 0), sqlite3_column_int64(statement.s, 1), name ? name : "",
+                      std::max(0, sqlite3_column_int(statement.s, 3))});
+  }
+  return images;
+}
+
+std::vector<DatabasePair> ColmapDatabase::MatchedPairs() const { return impl_->Pairs("SELECT pair_id, rows FROM matches ORDER BY pair_id"); }
+std::vector<DatabasePair> ColmapDatabase::VerifiedPairs() const {
+  return impl_->Pairs("SELECT pair_id, rows FROM two_view_geometries WHERE rows > 0 ORDER BY pair_id");
+}
+
+std::vector<Eigen::Vector2d> ColmapDatabase::Keypoints(std::int64_t image_id) const {
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?");
+  sqlite3_bind_int64(statement.s, 1, image_id);
+  std::vector<Eigen::Vector2d> keypoints;
+  if (!impl_->Step(statement)) return keypoints;
+  const std::int64_t rows = sqlite3_column_int64(statement.s, 0), cols = sqlite3_column_int64(statement.s, 1);
+  const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 2));
+  if (rows < 0 || cols < 2 || cols > 64 || rows > bytes || rows * cols * static_cast<std::int64_t>(sizeof(float)) != bytes)
+    throw InputError(impl_->path, fmt::format("keypoints of image {}: {} x {} numbers announced, {} bytes there", image_id, rows, cols, bytes));
+  const auto* data = static_cast<const char*>(sqlite3_column_blob(statement.s, 2));
+  keypoints.reserve(static_cast<std::size_t>(rows));
+  for (std::int64_t i = 0; i < rows; ++i) {
+    float xy[2];
+    std::memcpy(xy, data + i * cols * static_cast<std::int64_t>(sizeof(float)), sizeof(xy));
+    keypoints.emplace_back(xy[0], xy[1]);
+  }
+  return keypoints;
+}
+
+std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, std::int64_t image2) const {
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT rows, data FROM matches WHERE pair_id = ?");
+  sqlite3_bind_int64(statement.s, 1, PairId(image1, image2));
+  std::vector<std::pair<int, int>> matches;
+  if (!impl_->Step(statement)) return matches;
+  const std::int64_t rows = sqlite3_column_int64(statement.s, 0);
+  const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 1));
+  if (rows < 0 || rows > bytes || rows * 8 != bytes)
+    throw InputError(impl_->path, fmt::format("matches of images {} and {}: {} announced, {} bytes there", image1, image2, rows, bytes));
+  const auto* data = static_cast<const char*>(sqlite3_column_blob(statement.s, 1));
+  for (std::int64_t i = 0; i < rows; ++i) {
+    std::uint32_t ij[2];
+    std::memcpy(ij, data + i * 8, sizeof(ij));
+    if (image1 > image2) std::swap(ij[0], ij[1]);
+    matches.emplace_back(static_cast<int>(ij[0]), static_cast<int>(ij[1]));
+  }
+  return matches;
+}
+
+bool ColmapDatabase::HasRigs() const {
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = 'rigs'");
+  return impl_->Step(statement) && sqlite3_column_int(statement.s, 0) > 0;
+}
+
+void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,
+                                const std::map<std::int64_t, std::size_t>& camera_of_image) {
+  impl_->Execute("BEGIN IMMEDIATE");
+  try {
+    std::vector<std::int64_t> ids;
+    for (const Camera& camera : cameras) {
+      Impl::Statement insert;
+      impl_->Prepare(insert, "INSERT INTO cameras(model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?)");
+      sqlite3_bind_int(insert.s, 1, static_cast<int>(camera.model));
+      sqlite3_bind_int(insert.s, 2, camera.width_px);
+      sqlite3_bind_int(insert.s, 3, camera.height_px);
+      sqlite3_bind_blob(insert.s, 4, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)), SQLITE_TRANSIENT);
+      sqlite3_bind_int(insert.s, 5, focal_is_known ? 1 : 0);
+      impl_->Step(insert);
+      ids.push_back(sqlite3_last_insert_rowid(impl_->db));
+    }
+    for (const auto& [image, index] : camera_of_image) {
+      Impl::Statement update;
+      impl_->Prepare(update, "UPDATE images SET camera_id = ? WHERE image_id = ?");
+      sqlite3_bind_int64(update.s, 1, ids.at(index));
+      sqlite3_bind_int64(update.s, 2, image);
+      impl_->Step(update);
+    }
+    impl_->Execute("DELETE FROM cameras WHERE camera_id NOT IN (SELECT camera_id FROM images)");
+    impl_->Execute("COMMIT");
+  } catch (...) {
+    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
+}  // namespace lumi

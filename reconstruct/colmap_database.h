@@ -1,0 +1,57 @@
+// A COLMAP database (SQLite): which photos have features, and what matched. Read through SQLite, never through COLMAP.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene/model/camera.h"
+
+namespace lumi {
+
+struct DatabaseImage {
+  std::int64_t id = 0;
+  std::int64_t camera_id = 0;
+  std::string name;
+  int keypoints = 0;
+};
+
+struct DatabasePair {
+  std::int64_t image1 = 0, image2 = 0;
+  int matches = 0;
+};
+
+class ColmapDatabase {
+ public:
+  // kOurs: what a killed run left in the journal is recovered, SetCameras works. kTheirs: nothing is written, not even a
+  // journal beside it.
+  enum class Access { kOurs, kTheirs };
+  // Throws InputError when the file is no COLMAP database.
+  explicit ColmapDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
+  ~ColmapDatabase();
+  ColmapDatabase(ColmapDatabase&&) noexcept;
+  static bool IsDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
+
+  std::vector<DatabaseImage> Images() const;          // sorted by name
+  std::vector<DatabasePair> MatchedPairs() const;     // pairs that were tried, raw matches counted
+  std::vector<DatabasePair> VerifiedPairs() const;    // pairs with geometrically verified matches
+  // Pixels of an image's features, COLMAP's convention (the upper-left pixel's centre at (0.5, 0.5)).
+  std::vector<Eigen::Vector2d> Keypoints(std::int64_t image_id) const;
+  // Raw matches of a pair: positions in the keypoints of image1 and image2.
+  std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
+  bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite
+
+  // Replaces all cameras: `camera_of_image` maps image ids to positions in `cameras`. One transaction.
+  void SetCameras(const std::vector<Camera>& cameras, bool focal_is_known, const std::map<std::int64_t, std::size_t>& camera_of_image);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lumi

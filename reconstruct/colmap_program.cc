@@ -1,0 +1,113 @@
+#include "reconstruct/colmap_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <regex>
+
+#include "reconstruct/colmap_log.h"
+#include "scene/program/error.h"
+#include "scene/program/subprocess.h"
+
+namespace lumi {
+
+std::set<std::string> ParseColmapOptionNames(const std::string& help) {
+  std::set<std::string> names;
+  for (std::size_t at = help.find("--"); at != std::string::npos; at = help.find("--", at + 2)) {
+    if (at > 0 && !std::isspace(static_cast<unsigned char>(help[at - 1]))) continue;
+    std::size_t end = at + 2;
+    while (end < help.size() && (std::isalnum(static_cast<unsigned char>(help[end])) || help[end] == '_' || help[end] == '.')) ++end;
+    if (end > at + 2) names.insert(help.substr(at + 2, end - at - 2));
+  }
+  return names;
+}
+
+std::optional<std::string> InstalledOptionName(const std::string& name, const std::set<std::string>& installed) {
+  if (installed.count(name)) return name;
+  // What 3.9 to 3.13 renamed: the parts that hold for every kind of feature left the Sift groups.
+  static const std::vector<std::pair<std::string, std::string>> kRenamed = {
+      {"SiftExtraction.", "FeatureExtraction."}, {"SiftMatching.", "FeatureMatching."}, {"SiftMatching.", "TwoViewGeometry."},
+      {"ExhaustiveMatching.", "ExhaustivePairing."}, {"SequentialMatching.", "SequentialPairing."},
+      {"random_seed", "default_random_seed"}};
+  for (const auto& [old_part, new_part] : kRenamed) {
+    if (!name.starts_with(old_part)) continue;
+    const std::string candidate = new_part + name.substr(old_part.size());
+    if (installed.count(candidate)) return candidate;
+  }
+  return std::nullopt;
+}
+
+ColmapProgram::ColmapProgram(std::filesystem::path log_file, ProgressSink& sink) : log_file_(std::move(log_file)), sink_(sink) {
+  if (!FindProgram("colmap"))
+    throw MachineError("the program colmap is not in PATH", "install it: apt-get install colmap");
+  SubprocessOptions options;
+  std::string text;
+  options.on_line = [&](const std::string& line) { text += line + "\n"; };
+  RunSubprocess({"colmap", "help"}, options);
+  std::smatch match;
+  if (std::regex_search(text, match, std::regex("COLMAP ([0-9]+(\\.[0-9]+)*)"))) version_ = match[1];
+  has_cuda_ = text.find("with CUDA") != std::string::npos;
+}
+
+const std::set<std::string>& ColmapProgram::OptionNames(const std::string& command) {
+  const auto known = names_.find(command);
+  if (known != names_.end()) return known->second;
+  std::string text;
+  SubprocessOptions options;
+  options.on_line = [&](const std::string& line) { text += line + "\n"; };
+  RunSubprocess({"colmap", command, "-h"}, options);
+  auto names = ParseColmapOptionNames(text);
+  if (names.empty())
+    throw MachineError(fmt::format("COLMAP {} tells no options for '{}'", version_, command), "install COLMAP 3.8 or later");
+  return names_[command] = std::move(names);
+}
+
+bool ColmapProgram::HasOption(const std::string& command, const std::string& name) {
+  return InstalledOptionName(name, OptionNames(command)).has_value();
+}
+
+int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& task, long total) {
+  const auto& installed = OptionNames(command);
+  std::vector<std::string> argv{"colmap", command};
+  for (const auto& option : options) {
+    const auto name = InstalledOptionName(option.name, installed);
+    if (!name) {
+      if (!option.required) continue;
+      throw MachineError(fmt::format("COLMAP {} has no option --{} in '{}'", version_, option.name, command), "install COLMAP 3.8 or later");
+    }
+    argv.push_back("--" + *name);
+    argv.push_back(option.value);
+  }
+  Progress progress(sink_, task, total);
+  long last = 0;
+  SubprocessOptions run;
+  run.log_file = log_file_;
+  run.on_line = [&](const std::string& line) {
+    const auto p = ParseColmapProgress(line);
+    if (!p) return;
+    if (p->total > 0 && p->total != total) progress.SetTotal(total = p->total);
+    // A mapper that starts another model counts from the beginning again; progress does not run backwards.
+    last = std::max(last, p->done);
+    if (total > 0) last = std::min(last, total);
+    progress.Set(last);
+  };
+  const SubprocessResult result = RunSubprocess(argv, run);
+  seconds_ += result.seconds;
+  tail_ = result.tail;
+  return result.exit_code;
+}
+
+std::string ColmapProgram::LastComplaint() const {
+  for (auto it = tail_.rbegin(); it != tail_.rend(); ++it) {
+    std::string lower = *it;
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (lower.find("error") != std::string::npos || lower.find("check failed") != std::string::npos) {
+      const auto from = it->find_first_not_of(" \t");
+      return from == std::string::npos ? *it : it->substr(from);
+    }
+  }
+  return {};
+}
+
+}  // namespace lumi

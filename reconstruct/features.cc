@@ -1,0 +1,286 @@
+#include "reconstruct/features.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "reconstruct/colmap_database.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/camera_yaml.h"
+#include "scene/files/provenance.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// From so many photos on a shared camera's second radial term is well determined.
+constexpr std::size_t kPhotosForRadial = 5;
+// Exhaustive matching beyond this takes hours on a CPU.
+constexpr std::size_t kMaxExhaustivePhotos = 200;
+constexpr std::size_t kMaxExhaustiveKeyframes = 60;
+// Neighbours in time that each keyframe is matched with; beyond them at distances 2, 4, 8 ... (quadratic overlap).
+constexpr int kSequentialOverlap = 10;
+
+std::string ParamsText(const Camera& camera) {
+  std::string text;
+  for (std::size_t i = 0; i < camera.params.size(); ++i) text += fmt::format("{}{:.17g}", i ? "," : "", camera.params[i]);
+  return text;
+}
+
+// What the features in a database depend on: settings, and each photo's content.
+nlohmann::json FeatureKey(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits,
+                          const ReconstructOptions& options, const fs::path& user_database) {
+  nlohmann::json key;
+  key["settings"] = {{"max_image_size_px", limits.max_image_size_px},
+                     {"max_features", limits.max_features},
+                     {"masks", options.masks.empty() ? "" : Fingerprint(options.masks)},
+                     {"shared_camera", cameras.shared},
+                     {"camera_model", Name(cameras.known ? cameras.known->model : cameras.model)},
+                     {"camera_params", cameras.known ? ParamsText(*cameras.known) : ""},
+                     {"database", user_database.empty() ? "" : Fingerprint(user_database)}};
+  for (const Photo& photo : capture.photos) key["photos"][photo.name] = Fingerprint(capture.folder / photo.name);
+  return key;
+}
+
+// Whether a database made under `old_key` serves `new_key`: same settings, and no photo changed or gone.
+bool Serves(const nlohmann::json& old_key, const nlohmann::json& new_key) {
+  if (!old_key.is_object() || !old_key.contains("photos") || old_key.value("settings", nlohmann::json()) != new_key["settings"]) return false;
+  for (const auto& [name, fingerprint] : old_key["photos"].items())
+    if (!new_key["photos"].contains(name) || new_key["photos"][name] != fingerprint) return false;
+  return true;
+}
+
+void RemoveDatabase(const fs::path& database) {
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) {
+    std::error_code ec;
+    fs::remove(database.string() + suffix, ec);
+  }
+}
+
+std::size_t CountKnown(const fs::path& database, const std::set<std::string>& names,
+                       ColmapDatabase::Access access = ColmapDatabase::Access::kOurs) {
+  std::size_t known = 0;
+  for (const auto& image : ColmapDatabase(database, access).Images()) known += names.count(image.name);
+  return known;
+}
+
+// The user's own database: the one given, or one beside the photos that knows them.
+fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options, const std::set<std::string>& names) {
+  if (!options.database.empty()) {
+    if (CountKnown(options.database, names, ColmapDatabase::Access::kTheirs) == 0)
+      throw InputError(options.database, "knows none of these photos", "its image names must be paths relative to the folder of photos");
+    return options.database;
+  }
+  if (capture.is_video) return {};
+  const fs::path beside = fs::absolute(options.input).lexically_normal() / ".." / "database.db";
+  const fs::path path = beside.lexically_normal();
+  constexpr auto kTheirs = ColmapDatabase::Access::kTheirs;
+  if (ColmapDatabase::IsDatabase(path, kTheirs) && CountKnown(path, names, kTheirs) > 0) return path;
+  return {};
+}
+
+// Photos of one size and focal length share a camera where COLMAP gave each its own (same numbers from the same EXIF).
+void ShareEqualCameras(const Capture& capture, const fs::path& database) {
+  ColmapDatabase db(database);
+  if (db.HasRigs()) return;
+  std::map<std::string, const Photo*> photo_of;
+  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
+  std::map<std::tuple<int, int, double>, std::vector<std::int64_t>> groups;
+  std::set<std::int64_t> camera_ids;
+  const auto images = db.Images();
+  for (const auto& image : images) {
+    const auto it = photo_of.find(image.name);
+    if (it == photo_of.end()) return;  // not ours
+    camera_ids.insert(image.camera_id);
+    groups[{it->second->width_px, it->second->height_px, it->second->focal_35mm.value_or(0)}].push_back(image.id);
+  }
+  if (camera_ids.size() <= groups.size()) return;
+  // COLMAP's own guess of the focal length where there is no EXIF, and its rule where there is.
+  constexpr double kDefaultFocalFactor = 1.2, kFilmWidthMm = 35;
+  std::vector<Camera> cameras;
+  std::map<std::int64_t, std::size_t> camera_of_image;
+  for (const auto& [key, ids] : groups) {
+    const auto& [width, height, focal_35mm] = key;
+    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilmWidthMm : kDefaultFocalFactor);
+    Camera camera;
+    camera.width_px = width;
+    camera.height_px = height;
+    camera.model = ids.size() >= kPhotosForRadial ? CameraModel::kRadial : CameraModel::kSimpleRadial;
+    camera.params = {f, width / 2.0, height / 2.0};
+    camera.params.resize(static_cast<std::size_t>(ParameterCount(camera.model)), 0.0);
+    for (const auto id : ids) camera_of_image[id] = cameras.size();
+    cameras.push_back(camera);
+  }
+  db.SetCameras(cameras, false, camera_of_image);
+}
+
+void SetKnownCamera(const Camera& camera, const fs::path& database) {
+  ColmapDatabase db(database);
+  std::map<std::int64_t, std::size_t> all;
+  for (const auto& image : db.Images()) all[image.id] = 0;
+  db.SetCameras({camera}, true, all);
+}
+
+void Extract(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options, const FeatureLimits& limits,
+             const fs::path& work_folder, const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
+  const fs::path list = work_folder / kPhotoList;
+  const auto run = [&](bool gpu) {
+    const CameraModel model = cameras.known ? cameras.known->model : cameras.model;
+    std::vector<ColmapOption> arguments = {{"database_path", database.string()},
+                                           {"image_path", capture.folder.string()},
+                                           {"image_list_path", list.string()},
+                                           {"ImageReader.camera_model", std::string(Name(model))},
+                                           {cameras.shared ? "ImageReader.single_camera" : "ImageReader.single_camera_per_image", "1"},
+                                           {"SiftExtraction.use_gpu", gpu ? "1" : "0"},
+                                           {"SiftExtraction.max_image_size", std::to_string(limits.max_image_size_px)},
+                                           {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
+                                           {"SiftExtraction.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"}};
+    if (cameras.known) arguments.push_back({"ImageReader.camera_params", ParamsText(*cameras.known)});
+    if (!options.masks.empty()) arguments.push_back({"ImageReader.mask_path", options.masks.string()});
+    return colmap.Run("feature_extractor", arguments, "finding features (COLMAP)", static_cast<long>(capture.photos.size()));
+  };
+  int rc = run(colmap.has_cuda());
+  if (rc != 0 && colmap.has_cuda()) {
+    sink.Message("COLMAP could not use the GPU; features are found on the CPU");
+    rc = run(false);
+  }
+  if (rc != 0 && !ColmapDatabase::IsDatabase(database))
+    throw MachineError(fmt::format("COLMAP's feature extraction ended with {} ({})", rc, colmap.LastComplaint()),
+                       "see the log", colmap.log_file());
+}
+
+void Match(const Capture& capture, const ReconstructOptions& options, const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
+  const bool sequential = UseSequentialMatching(options, capture);
+  const auto n = capture.photos.size();
+  const auto run = [&](bool gpu) {
+    std::vector<ColmapOption> arguments = {{"database_path", database.string()},
+                                           {"SiftMatching.use_gpu", gpu ? "1" : "0"},
+                                           {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
+                                           {"random_seed", std::to_string(options.seed), false}};
+    if (sequential) {
+      arguments.push_back({"SequentialMatching.overlap", std::to_string(kSequentialOverlap)});
+      arguments.push_back({"SequentialMatching.quadratic_overlap", "1", false});
+      return colmap.Run("sequential_matcher", arguments, "matching neighbours (COLMAP)", static_cast<long>(n));
+    }
+    // COLMAP tells its progress once a block: small blocks for a bar that moves, large enough to keep all cores busy.
+    const auto block = std::clamp<std::size_t>((n + 5) / 6, 4, 50);
+    arguments.push_back({"ExhaustiveMatching.block_size", std::to_string(block)});
+    const auto blocks = static_cast<long>((n + block - 1) / block);
+    return colmap.Run("exhaustive_matcher", arguments, "matching photos (COLMAP)", blocks * blocks);
+  };
+  int rc = run(colmap.has_cuda());
+  if (rc != 0 && colmap.has_cuda()) {
+    sink.Message("COLMAP could not use the GPU; photos are matched on the CPU");
+    rc = run(false);
+  }
+  if (rc != 0)
+    throw MachineError(fmt::format("COLMAP's matching ended with {} ({})", rc, colmap.LastComplaint()), "see the log", colmap.log_file());
+}
+
+}  // namespace
+
+CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options) {
+  CameraPlan plan;
+  std::set<std::pair<int, int>> sizes;
+  std::set<double> focals;
+  for (const Photo& photo : capture.photos) {
+    sizes.insert({photo.width_px, photo.height_px});
+    focals.insert(photo.focal_35mm.value_or(0));
+  }
+  if (!options.camera_yaml.empty()) {
+    Camera camera = ReadCameraYaml(options.camera_yaml);
+    if (sizes.size() != 1)
+      throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
+    const auto [width, height] = *sizes.begin();
+    if (camera.width_px != width || camera.height_px != height) {
+      if (!options.rescale_cameras)
+        throw DataError(fmt::format("the camera is for {}x{} pixels, the photos have {}x{}", camera.width_px, camera.height_px, width, height),
+                        "--rescale-cameras if the photos were scaled down as a whole", options.camera_yaml);
+      camera = camera.Scaled(width, height);
+    }
+    plan.known = camera;
+    plan.model = camera.model;
+    plan.shared = true;
+    return plan;
+  }
+  if (options.single_camera == SingleCamera::kYes && sizes.size() != 1)
+    throw DataError(fmt::format("--single-camera yes, but the photos have {} different sizes", sizes.size()), "use --single-camera auto");
+  plan.shared = options.single_camera == SingleCamera::kYes ||
+                (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && focals.size() == 1);
+  if (plan.shared && capture.photos.size() >= kPhotosForRadial) plan.model = CameraModel::kRadial;
+  return plan;
+}
+
+FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos) {
+  Quality quality = options.quality;
+  constexpr std::size_t kFewPhotos = 24, kManyPhotos = 200;
+  if (quality == Quality::kAuto) quality = photos <= kFewPhotos ? Quality::kHigh : photos <= kManyPhotos ? Quality::kMedium : Quality::kLow;
+  FeatureLimits limits = quality == Quality::kHigh ? FeatureLimits{3200, 8192} : quality == Quality::kMedium ? FeatureLimits{2000, 4096} : FeatureLimits{1200, 2048};
+  if (options.max_image_size_px > 0) limits.max_image_size_px = options.max_image_size_px;
+  if (options.max_features > 0) limits.max_features = options.max_features;
+  return limits;
+}
+
+bool UseSequentialMatching(const ReconstructOptions& options, const Capture& capture) {
+  if (options.matching != Matching::kAuto) return options.matching == Matching::kSequential;
+  return capture.photos.size() > (capture.is_video ? kMaxExhaustiveKeyframes : kMaxExhaustivePhotos);
+}
+
+Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options,
+                              const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+  Features features;
+  features.database = work_folder / "database.db";
+  const fs::path key_file = work_folder / "features.json";
+  const FeatureLimits limits = LimitsFor(options, capture.photos.size());
+  std::set<std::string> names;
+  for (const Photo& photo : capture.photos) names.insert(photo.name);
+  const fs::path user_database = UserDatabase(capture, options, names);
+
+  const nlohmann::json key = FeatureKey(capture, cameras, limits, options, user_database);
+  nlohmann::json old_key;
+  std::error_code ec;
+  if (fs::exists(key_file, ec)) old_key = nlohmann::json::parse(ReadText(key_file), nullptr, false);
+  if (!Serves(old_key, key) || !ColmapDatabase::IsDatabase(features.database)) {
+    RemoveDatabase(features.database);
+    if (!user_database.empty()) {
+      sink.Message("features and matches come from " + user_database.string() + " (copied)");
+      WriteFileAtomically(features.database, [&](const fs::path& temporary) {
+        fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
+      });
+      const fs::path wal = user_database.string() + "-wal";  // what its last writer has not merged yet
+      if (fs::exists(wal, ec)) fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
+    }
+  }
+  WriteTextAtomically(key_file, key.dump(1));
+  std::string list;
+  for (const Photo& photo : capture.photos) list += photo.name + "\n";
+  WriteTextAtomically(work_folder / kPhotoList, list);
+
+  std::size_t known = 0;
+  if (fs::exists(features.database, ec)) known = CountKnown(features.database, names);
+  if (known == names.size()) {
+    features.reused.push_back("features");
+  } else {
+    Extract(capture, cameras, options, limits, work_folder, features.database, colmap, sink);
+    known = CountKnown(features.database, names);
+    if (known == 0)
+      throw DataError(fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()), "see the log", colmap.log_file());
+  }
+  if (cameras.known)
+    SetKnownCamera(*cameras.known, features.database);
+  else if ((cameras.shared || options.single_camera == SingleCamera::kAuto) && user_database.empty())
+    ShareEqualCameras(capture, features.database);
+
+  const auto pairs = ColmapDatabase(features.database).MatchedPairs().size();
+  const bool exhausted = pairs >= known * (known - 1) / 2;
+  if (exhausted || (!user_database.empty() && pairs > 0 && features.reused.size() == 1))
+    features.reused.push_back("matches");
+  else
+    Match(capture, options, features.database, colmap, sink);
+  return features;
+}
+
+}  // namespace lumi

@@ -1,0 +1,48 @@
+// Features and matches, inside COLMAP's database: found once, resumed after a kill, reused when nothing changed.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reconstruct/colmap_program.h"
+#include "reconstruct/options.h"
+#include "reconstruct/photos.h"
+#include "scene/model/camera.h"
+
+namespace lumi {
+
+// How photos share cameras while COLMAP estimates them.
+struct CameraPlan {
+  std::optional<Camera> known;  // held fixed, all photos
+  bool shared = false;          // one camera for all photos
+  CameraModel model = CameraModel::kSimpleRadial;
+};
+
+// One camera for all where the photos have one size and one EXIF focal length (or none has any). Throws UsageError for
+// a camera.yaml or --single-camera yes that does not fit the photos.
+CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options);
+
+struct FeatureLimits {
+  int max_image_size_px = 0;
+  int max_features = 0;
+};
+// --quality, or by the number of photos: matching grows with the square of both.
+FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos);
+
+bool UseSequentialMatching(const ReconstructOptions& options, const Capture& capture);
+
+// In the work folder: the photos' names, for COLMAP's image_list_path.
+constexpr const char* kPhotoList = "photos.txt";
+
+struct Features {
+  std::filesystem::path database;
+  std::vector<std::string> reused;
+};
+
+// Throws DataError when no photo gave features. work_folder: SCENE/colmap.
+Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options,
+                              const std::filesystem::path& work_folder, ColmapProgram& colmap, ProgressSink& sink);
+
+}  // namespace lumi

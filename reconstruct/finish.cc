@@ -1,0 +1,120 @@
+#include "reconstruct/finish.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "reconstruct/reprojection.h"
+#include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// A mask moved along with its photo: nearest pixel, outside the photo = ignore. The photo's own camera is `distorted`,
+// the undistorted copy's is `pinhole`.
+Image8 UndistortMask(const Image8& mask, const Camera& distorted, const Camera& pinhole) {
+  Image8 result(pinhole.width_px, pinhole.height_px, 1);
+  const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx();
+  ParallelFor(static_cast<std::size_t>(result.height), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const int y = static_cast<int>(row);
+      for (int x = 0; x < result.width; ++x) {
+        const Eigen::Vector3d ray((x + 0.5 - c.x()) / f.x(), (y + 0.5 - c.y()) / f.y(), 1);
+        const auto source = distorted.Project(ray);
+        if (!source) continue;
+        const int u = static_cast<int>(std::floor(source->x() * mask.width / distorted.width_px));
+        const int v = static_cast<int>(std::floor(source->y() * mask.height / distorted.height_px));
+        if (u >= 0 && v >= 0 && u < mask.width && v < mask.height) result.At(x, y, 0) = mask.At(u, v, 0) > 127 ? 255 : 0;
+      }
+    }
+  });
+  return result;
+}
+
+void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& masks, const fs::path& target, ProgressSink& sink) {
+  Progress progress(sink, "masks", static_cast<long>(pinhole.views.size()));
+  for (std::size_t i = 0; i < pinhole.views.size(); ++i) {
+    progress.Step();
+    const std::string name = pinhole.views[i].name + ".png";
+    if (!fs::exists(masks / name)) continue;
+    const Image8 rgb = ReadImage8(masks / name);
+    Image8 mask(rgb.width, rgb.height, 1);
+    for (int y = 0; y < rgb.height; ++y)
+      for (int x = 0; x < rgb.width; ++x) mask.At(x, y, 0) = rgb.At(x, y, 0);
+    const Camera& before = distorted.CameraOf(distorted.views[i]);
+    WriteImage(target / name, before.IsPinhole() ? mask : UndistortMask(mask, before, pinhole.CameraOf(pinhole.views[i])));
+  }
+}
+
+// Puts `fresh` in the place of `target`, both folders in one place.
+void Replace(const fs::path& fresh, const fs::path& target) {
+  fs::path old = target;
+  old += ".old";
+  std::error_code ec;
+  fs::remove_all(old, ec);
+  if (fs::exists(target)) fs::rename(target, old);
+  fs::rename(fresh, target);
+  fs::remove_all(old, ec);
+}
+
+}  // namespace
+
+void ColorPoints(Scene& scene, ProgressSink& sink) {
+  std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> seen(scene.views.size());
+  for (std::size_t p = 0; p < scene.points.size(); ++p)
+    for (const Observation& o : scene.points[p].track) seen[static_cast<std::size_t>(o.view.value)].emplace_back(p, o.x_px);
+  std::vector<Eigen::Vector3d> sum(scene.points.size(), Eigen::Vector3d::Zero());
+  std::vector<int> count(scene.points.size(), 0);
+  Progress progress(sink, "colours of the points", static_cast<long>(scene.views.size()));
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    progress.Step();
+    if (seen[v].empty()) continue;
+    const Image8 photo = ReadImage8(scene.ImagePath(scene.views[v]));
+    for (const auto& [p, x] : seen[v]) {
+      const int px = static_cast<int>(std::floor(x.x())), py = static_cast<int>(std::floor(x.y()));
+      if (px < 0 || py < 0 || px >= photo.width || py >= photo.height) continue;
+      for (int c = 0; c < 3; ++c) sum[p][c] += photo.At(px, py, c);
+      ++count[p];
+    }
+  }
+  for (std::size_t p = 0; p < scene.points.size(); ++p)
+    for (int c = 0; c < 3 && count[p] > 0; ++c)
+      scene.points[p].color[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(sum[p][c] / count[p]));
+}
+
+Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink) {
+  std::set<std::string> models;
+  for (const View& view : scene.views) models.insert(std::string(Name(scene.CameraOf(view).model)));
+  for (const auto& model : models) summary.camera_model += (summary.camera_model.empty() ? "" : "+") + model;
+
+  const fs::path fresh_images = options.scene / "images.part", fresh_masks = options.scene / "masks.part";
+  fs::remove_all(fresh_images);
+  fs::remove_all(fresh_masks);
+  Scene pinhole = UndistortPhotos(scene, fresh_images, sink);
+  if (!options.masks.empty()) WriteMasks(scene, pinhole, options.masks, fresh_masks, sink);
+  summary.mean_reprojection_error_px = UpdatePointErrors(pinhole);
+  summary.points = static_cast<int>(pinhole.points.size());
+  summary.cameras = static_cast<int>(pinhole.cameras.size());
+  summary.images_registered = static_cast<int>(pinhole.views.size());
+  if (!pinhole.cameras.empty()) summary.focal_px = pinhole.cameras.front().FocalPx().x();
+
+  UpdateFrameOfReference(pinhole);
+  // From here on old and new must not mix: without a manifest the folder is no scene.
+  CheckInterrupted();
+  fs::remove(options.scene / "lumigraph.json");
+  Replace(fresh_images, options.scene / "images");
+  if (fs::exists(fresh_masks)) Replace(fresh_masks, options.scene / "masks");
+  pinhole.folder = options.scene;
+  pinhole.image_folder = options.scene / "images";
+  WriteScene(pinhole, options.scene);
+  return pinhole;
+}
+
+}  // namespace lumi

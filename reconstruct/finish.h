@@ -1,0 +1,19 @@
+// From cameras with distortion to a scene folder: undistorted photos and masks, sparse model, manifest (written last).
+#pragma once
+
+#include <filesystem>
+
+#include "reconstruct/options.h"
+#include "scene/model/scene.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+// scene.image_folder holds the photos as they were taken. Returns the scene as written; summary's counts and errors
+// are filled in.
+Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink);
+
+// Colours for points that have none: the photos' pixels at their observations, averaged.
+void ColorPoints(Scene& scene, ProgressSink& sink);
+
+}  // namespace lumi

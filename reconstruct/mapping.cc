@@ -1,0 +1,206 @@
+#include "reconstruct/mapping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/reprojection.h"
+#include "scene/files/colmap_model.h"
+#include "scene/geometry/angle.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// Two unrelated photos still give COLMAP a "model" of its 15 to 40 chance inliers; two photos of one thing give hundreds.
+constexpr std::size_t kMinPoints = 50;
+// COLMAP keeps points of 1.5 degrees and more; a scene whose median lies at that bound has no depth to speak of.
+constexpr double kMinMedianAngleDeg = 1.6;
+// From so many photos on, two that COLMAP joined do not stand for the capture.
+constexpr std::size_t kCaptureOfMany = 5;
+constexpr std::size_t kTooFewOfMany = 2;
+// The principal point is determined by many photos from different places only.
+constexpr std::size_t kPhotosForPrincipalPoint = 6;
+// Lenses are centred: a principal point further from the photo's middle (as a fraction of its diagonal) is a fit to
+// something else.
+constexpr double kMaxPrincipalPointShift = 0.05;
+// Points beyond so many times the median error are left out before the cameras are polished.
+constexpr double kOutlierFactor = 3;
+
+// Least squares may raise the mean error a little while it lowers the mean square; not by more than this.
+constexpr double kWorse = 1.02;
+
+// Bounds of the first pair when COLMAP's own find none (it halves them twice itself).
+constexpr const char* kSmallInitialAngleDeg = "6";
+constexpr const char* kFewInitialInliers = "50";
+
+struct Part {
+  fs::path folder;
+  Scene scene;
+};
+
+std::vector<Part> ReadParts(const fs::path& sparse) {
+  std::vector<Part> parts;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator(sparse, ec)) {
+    if (!entry.is_directory()) continue;
+    Part part{entry.path(), ReadColmapModel(entry.path())};
+    if (!part.scene.views.empty()) parts.push_back(std::move(part));
+  }
+  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return std::pair(a.scene.views.size(), a.scene.points.size()) > std::pair(b.scene.views.size(), b.scene.points.size());
+  });
+  return parts;
+}
+
+std::string ShootHint(std::size_t photos) {
+  return photos <= 2 ? "photos of one thing from places a few steps apart are needed; three or more are better"
+                     : "shoot so that each photo shows two thirds of the last one, sharp, from a new place; if the cameras are known already, give them with --poses";
+}
+
+bool PrincipalPointsPlausible(const Scene& scene) {
+  return std::all_of(scene.cameras.begin(), scene.cameras.end(), [](const Camera& camera) {
+    const Eigen::Vector2d middle(camera.width_px / 2.0, camera.height_px / 2.0);
+    return (camera.PrincipalPointPx() - middle).norm() <= kMaxPrincipalPointShift * std::hypot(camera.width_px, camera.height_px);
+  });
+}
+
+// Outliers out, then one more bundle adjustment; where many photos share a camera, with its principal point free: held
+// at the photo's middle it bends every rotation by its own error (half a degree on a real camera).
+Scene Polish(const Scene& scene, const CameraPlan& cameras, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+  Scene clean = WithoutOutliers(scene, kOutlierFactor);
+  const double error_before_px = UpdatePointErrors(clean);
+  std::vector<std::size_t> photos(scene.cameras.size(), 0);
+  for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
+  const bool free_principal_point = !cameras.known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
+
+  const fs::path in = work_folder / "polish-in", out = work_folder / "polish-out";
+  const auto adjust = [&](bool principal_point) -> std::optional<Scene> {
+    std::error_code ec;
+    fs::remove_all(in, ec);
+    fs::remove_all(out, ec);
+    fs::create_directories(out);
+    WriteColmapModel(clean, in);
+    const std::string refine = cameras.known ? "0" : "1";
+    colmap.Run("bundle_adjuster",
+               {{"input_path", in.string()},
+                {"output_path", out.string()},
+                {"BundleAdjustment.refine_focal_length", refine},
+                {"BundleAdjustment.refine_extra_params", refine},
+                {"BundleAdjustment.refine_principal_point", principal_point ? "1" : "0"}},
+               "polishing the cameras (COLMAP)", 0);
+    if (!FindColmapModel(out)) return std::nullopt;
+    Scene adjusted = ReadColmapModel(out);
+    fs::remove_all(in, ec);
+    fs::remove_all(out, ec);
+    // An adjustment may only improve what it started from.
+    if (adjusted.views.size() != clean.views.size() || adjusted.points.size() < clean.points.size() / 2 || !(UpdatePointErrors(adjusted) <= kWorse * error_before_px))
+      return std::nullopt;
+    for (const Camera& camera : adjusted.cameras)
+      if (Validate(camera)) return std::nullopt;
+    if (principal_point && !PrincipalPointsPlausible(adjusted)) return std::nullopt;
+    return adjusted;
+  };
+  if (free_principal_point) {
+    if (auto adjusted = adjust(true)) return *adjusted;
+    sink.Message("the principal point is not determined by these photos; it stays in the middle");
+  }
+  if (auto adjusted = adjust(false)) return *adjusted;
+  return scene;
+}
+
+}  // namespace
+
+Scene WithoutOutliers(const Scene& scene, double factor) {
+  std::vector<double> errors;
+  for (const Point& point : scene.points) errors.push_back(point.error_px);
+  if (errors.size() < 3) return scene;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double limit = factor * *middle;
+  Scene clean = scene;
+  std::erase_if(clean.points, [&](const Point& point) { return point.error_px > limit; });
+  return clean;
+}
+
+std::string Distrust(const Scene& scene) {
+  if (scene.points.size() < kMinPoints)
+    return fmt::format("only {} points are seen by more than one photo: a chance alignment", scene.points.size());
+  std::vector<double> angles;
+  for (const Point& point : scene.points) {
+    double widest = 0;
+    for (std::size_t i = 1; i < point.track.size(); ++i) {
+      const auto ray = [&](const Observation& o) -> Eigen::Vector3d {
+        return scene.views[static_cast<std::size_t>(o.view.value)].CentreInWorld() - point.x_in_world;
+      };
+      widest = std::max(widest, AngleBetween(ray(point.track[0]), ray(point.track[i])));
+    }
+    angles.push_back(widest);
+  }
+  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
+  std::nth_element(angles.begin(), middle, angles.end());
+  if (*middle * kDegPerRad < kMinMedianAngleDeg)
+    return fmt::format("the photos were taken from nearly one place (rays meet at {:.2f} degrees)", *middle * kDegPerRad);
+  return {};
+}
+
+Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ReconstructOptions& options,
+                 const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+  const fs::path sparse = work_folder / "sparse";
+  std::error_code ec;
+  fs::remove_all(sparse, ec);
+  fs::create_directories(sparse);
+  const auto n = capture.photos.size();
+  const std::string refine = cameras.known ? "0" : "1";
+  std::vector<ColmapOption> arguments = {{"database_path", features.database.string()},
+                                         {"image_path", capture.folder.string()},
+                                         {"output_path", sparse.string()},
+                                         {"image_list_path", (work_folder / kPhotoList).string(), false},
+                                         {"Mapper.ba_refine_focal_length", refine},
+                                         {"Mapper.ba_refine_principal_point", "0"},
+                                         {"Mapper.ba_refine_extra_params", refine},
+                                         {"Mapper.min_model_size", "3"},
+                                         {"Mapper.max_num_models", "10"},
+                                         {"Mapper.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
+                                         {"random_seed", std::to_string(options.seed), false}};
+  int rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
+  std::vector<Part> parts = ReadParts(sparse);
+  if (parts.empty()) {
+    // Photos taken close to each other: no pair reaches COLMAP's 16 degrees and 100 points to begin with.
+    arguments.push_back({"Mapper.init_min_tri_angle", kSmallInitialAngleDeg});
+    arguments.push_back({"Mapper.init_min_num_inliers", kFewInitialInliers});
+    rc = colmap.Run("mapper", arguments, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
+    parts = ReadParts(sparse);
+  }
+  if (parts.empty())
+    throw DataError(fmt::format("COLMAP found no two of the {} photos that show one thing from different places{}", n,
+                                rc == 0 ? "" : fmt::format(" (it ended with {}: {})", rc, colmap.LastComplaint())),
+                    ShootHint(n));
+  const auto wanted = static_cast<std::size_t>(options.component);
+  if (wanted >= parts.size())
+    throw DataError(fmt::format("there is no component {}: COLMAP found {}", wanted, parts.size() == 1 ? "one, number 0" : fmt::format("{}, numbers 0 to {}", parts.size(), parts.size() - 1)));
+
+  Mapping mapping;
+  mapping.component = options.component;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    mapping.components.push_back(static_cast<int>(parts[i].scene.views.size()));
+    if (i == wanted) continue;
+    std::set<std::string> names;
+    for (const View& view : parts[i].scene.views) names.insert(view.name);
+    mapping.other_parts.push_back(std::move(names));
+  }
+  Scene chosen = parts[wanted].scene;
+  UpdatePointErrors(chosen);
+  const auto joined = chosen.views.size();
+  if (n >= kCaptureOfMany && joined <= kTooFewOfMany)
+    throw DataError(fmt::format("COLMAP joined only {} of {} photos", joined, n), ShootHint(n));
+  if (const std::string distrust = Distrust(chosen); !distrust.empty())
+    throw DataError(fmt::format("the photos do not fit together: {}", distrust), ShootHint(n));
+  mapping.scene = Polish(chosen, cameras, work_folder, colmap, sink);
+  mapping.scene.image_folder = capture.folder;
+  return mapping;
+}
+
+}  // namespace lumi

@@ -1,0 +1,35 @@
+// COLMAP's incremental mapping, its outcome checked: which part of a split scene is taken, whether it is more than a
+// chance alignment, and the cameras polished.
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "reconstruct/colmap_program.h"
+#include "reconstruct/features.h"
+#include "reconstruct/options.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+struct Mapping {
+  Scene scene;  // distorted cameras; image_folder = the capture's
+  std::vector<int> components;                     // photos of each part, the largest first
+  int component = 0;                               // the one taken
+  std::vector<std::set<std::string>> other_parts;  // names
+};
+
+// Throws DataError when there is no model that can be trusted. work_folder: SCENE/colmap.
+Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ReconstructOptions& options,
+                 const std::filesystem::path& work_folder, ColmapProgram& colmap, ProgressSink& sink);
+
+// What speaks against a model, as one line, or an empty string: too few points, or rays that hardly meet.
+std::string Distrust(const Scene& scene);
+
+// The scene without points whose error is beyond `factor` times the median point's: a wrong match among the millions of
+// right ones pulls the least-squares bundle with the square of its error.
+Scene WithoutOutliers(const Scene& scene, double factor);
+
+}  // namespace lumi

@@ -1,0 +1,109 @@
+#include "reconstruct/options.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/files/provenance.h"
+
+namespace lumi {
+
+std::string Validate(const ReconstructOptions& o) {
+  if (o.input.empty()) return "an input is needed: a folder of photos, or a video";
+  if (o.scene.empty()) return "an output folder is needed: -o SCENE";
+  if (o.component < 0) return "--component counts from 0";
+  if (!(o.min_registered >= 0 && o.min_registered <= 1)) return "--min-registered is a fraction from 0 to 1";
+  if (o.max_image_size_px < 0 || o.max_features < 0) return "--max-image-size and --max-features are positive";
+  if (o.keyframes < 0 || o.keyframes == 1) return "--keyframes needs two or more";
+  if (!o.intrinsics.empty() && o.intrinsics.size() != 4) return "--intrinsics takes four numbers: fx,fy,cx,cy in pixels";
+  for (std::size_t i = 0; i < o.intrinsics.size(); ++i)
+    if (!(o.intrinsics[i] > 0)) return "--intrinsics: all four are positive";
+  if (o.focal_px && !(*o.focal_px > 0)) return "--focal-px is positive";
+  const int sources = (o.focal_px || o.search_focal ? 1 : 0) + (o.intrinsics.empty() ? 0 : 1) + (o.camera_yaml.empty() ? 0 : 1);
+  if (sources > 1) return "give one of --camera, --intrinsics and --focal-px";
+  if (!o.poses.empty() && o.rig != Rig::kNone) return "--poses and --rig exclude each other: known cameras need not be assumed";
+  if (o.poses.empty() && o.poses_format != PosesFormat::kUnset) return "--poses-format goes with --poses FILE";
+  if (o.search_focal && o.rig != Rig::kRing)
+    return o.rig == Rig::kGrid ? "a grid of parallel cameras looks the same under any focal length: give --focal-px F"
+                               : "--focal-px search goes with --rig ring";
+  if (o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
+    return "--focal-px and --intrinsics go with --poses or --rig; known intrinsics are given with --camera camera.yaml";
+  if (o.rig == Rig::kGrid && !o.focal_px && o.intrinsics.empty() && o.camera_yaml.empty()) return "--rig grid needs --focal-px F";
+  if (o.rig == Rig::kGrid && o.grid_size.empty() == o.grid_positions.empty()) return "--rig grid needs one of --grid-size ROWSxCOLUMNS and --grid-positions FILE.csv";
+  if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane != 0)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
+  if (!(o.grid_plane >= 0)) return "--grid-plane is a distance";
+  if (o.all_frames && (!o.poses.empty() || o.rig != Rig::kNone)) return "--all-frames goes with cameras that COLMAP estimates, not with --poses or --rig";
+  return {};
+}
+
+std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
+  std::map<std::string, std::string> text;
+  text["camera"] = o.camera_yaml.empty() ? "" : Fingerprint(o.camera_yaml);
+  text["masks"] = o.masks.empty() ? "" : Fingerprint(o.masks);
+  text["database"] = o.database.empty() ? "" : Fingerprint(o.database);
+  text["component"] = std::to_string(o.component);
+  text["matching"] = std::to_string(static_cast<int>(o.matching));
+  text["quality"] = std::to_string(static_cast<int>(o.quality));
+  text["max_image_size_px"] = std::to_string(o.max_image_size_px);
+  text["max_features"] = std::to_string(o.max_features);
+  text["single_camera"] = std::to_string(static_cast<int>(o.single_camera));
+  text["min_registered"] = fmt::format("{}", o.min_registered);
+  text["seed"] = std::to_string(o.seed);
+  text["keyframes"] = std::to_string(o.keyframes);
+  text["all_frames"] = std::to_string(o.all_frames ? 1 : 0);
+  text["poses"] = o.poses.empty() ? "" : Fingerprint(o.poses);
+  text["poses_format"] = std::to_string(static_cast<int>(o.poses_format));
+  text["pixel_origin"] = std::to_string(static_cast<int>(o.pixel_origin));
+  text["focal_px"] = o.focal_px ? fmt::format("{}", *o.focal_px) : o.search_focal ? "search" : "";
+  for (std::size_t i = 0; i < o.intrinsics.size(); ++i) text["intrinsics"] += fmt::format("{}{}", i ? "," : "", o.intrinsics[i]);
+  text["rescale_cameras"] = std::to_string(o.rescale_cameras ? 1 : 0);
+  text["rig"] = std::to_string(static_cast<int>(o.rig));
+  text["grid_size"] = o.grid_size;
+  text["grid_positions"] = o.grid_positions.empty() ? "" : Fingerprint(o.grid_positions);
+  text["grid_plane"] = fmt::format("{}", o.grid_plane);
+  return text;
+}
+
+std::string ToJson(const ReconstructSummary& s) {
+  nlohmann::ordered_json j;
+  j["images_total"] = s.images_total;
+  j["images_registered"] = s.images_registered;
+  j["missing"] = nlohmann::ordered_json::array();
+  for (const auto& m : s.missing) j["missing"].push_back({{"name", m.name}, {"reason", m.reason}, {"hint", m.hint}});
+  j["mean_reprojection_error_px"] = s.mean_reprojection_error_px;
+  j["backend"] = "colmap";
+  j["upgrade"] = "metric";
+  j["points"] = s.points;
+  j["cameras"] = s.cameras;
+  j["camera_model"] = s.camera_model;
+  j["components"] = s.components;
+  j["component"] = s.component;
+  if (s.keyframes > 0) j["keyframes"] = s.keyframes;
+  if (s.focal_px) j["focal_px"] = *s.focal_px;
+  j["reused"] = s.reused;
+  j["colmap_seconds"] = s.colmap_seconds;
+  j["seconds"] = s.seconds;
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+ReconstructSummary SummaryFromJson(const std::string& text) {
+  const auto j = nlohmann::json::parse(text);
+  ReconstructSummary s;
+  s.images_total = j.at("images_total");
+  s.images_registered = j.at("images_registered");
+  for (const auto& m : j.at("missing")) s.missing.push_back({m.at("name"), m.at("reason"), m.at("hint")});
+  s.mean_reprojection_error_px = j.at("mean_reprojection_error_px");
+  s.points = j.at("points");
+  s.cameras = j.at("cameras");
+  s.camera_model = j.at("camera_model");
+  s.components = j.at("components").get<std::vector<int>>();
+  s.component = j.at("component");
+  s.keyframes = j.value("keyframes", 0);
+  if (j.contains("focal_px")) s.focal_px = j.at("focal_px").get<double>();
+  s.reused = j.at("reused").get<std::vector<std::string>>();
+  s.colmap_seconds = j.at("colmap_seconds");
+  s.seconds = j.at("seconds");
+  return s;
+}
+
+}  // namespace lumi

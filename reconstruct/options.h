@@ -1,0 +1,91 @@
+// What lumi-reconstruct is asked for and what it answers: photos or a video -> cameras and sparse points.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lumi {
+
+enum class Matching { kAuto, kExhaustive, kSequential };
+enum class SingleCamera { kAuto, kYes, kNo };
+enum class Quality { kAuto, kLow, kMedium, kHigh };
+enum class PosesFormat { kUnset, kProjection, kCamFromWorld, kWorldFromCam };
+enum class PixelOrigin { kCorner, kCentre };  // where (0, 0) lies in the upper-left pixel
+enum class Rig { kNone, kRing, kGrid };
+
+struct ReconstructOptions {
+  std::filesystem::path input;  // folder of photos, or a video
+  std::filesystem::path scene;  // output folder
+
+  std::filesystem::path camera_yaml;  // intrinsics, held fixed; empty: estimated
+  std::filesystem::path masks;        // folder of NAME.png, black = ignore; empty: none
+  std::filesystem::path database;     // a COLMAP database to take features and matches from (copied); empty: look beside
+  int component = 0;                  // which part of a split scene, by size; 0 = the largest
+  Matching matching = Matching::kAuto;
+  Quality quality = Quality::kAuto;   // sets the next two where they are 0
+  int max_image_size_px = 0;          // features are searched in photos shrunk to this
+  int max_features = 0;               // a photo
+  SingleCamera single_camera = SingleCamera::kAuto;
+  double min_registered = 0.0;        // fraction of the photos that must get a camera, in [0, 1]
+  std::uint64_t seed = 0;
+  int threads = 0;                    // 0 = all cores
+
+  // Video.
+  int keyframes = 0;        // how many; 0 = by parallax
+  bool all_frames = false;  // every other frame is resectioned against the keyframes
+
+  // Cameras that are already known.
+  std::filesystem::path poses;
+  PosesFormat poses_format = PosesFormat::kUnset;
+  PixelOrigin pixel_origin = PixelOrigin::kCorner;
+  std::optional<double> focal_px;
+  std::vector<double> intrinsics;  // fx, fy, cx, cy in pixels, or empty
+  bool rescale_cameras = false;
+
+  // Cameras that are assumed.
+  Rig rig = Rig::kNone;
+  bool search_focal = false;                // --focal-px search
+  std::string grid_size;                    // "ROWSxCOLUMNS"
+  std::filesystem::path grid_positions;     // CSV: file, row, column, vertical, horizontal coordinate
+  double grid_plane = 0;                    // distance of the plane on which all photos coincide, in units of the
+                                            // positions; 0: parallel cameras with the principal point in the middle
+};
+
+// What is wrong with the options, or an empty string. Looks at no file.
+std::string Validate(const ReconstructOptions& options);
+
+// As name -> value, for provenance (without threads).
+std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& options);
+
+struct MissingPhoto {
+  std::string name;
+  std::string reason;
+  std::string hint;  // what to shoot or try
+};
+
+struct ReconstructSummary {
+  int images_total = 0;
+  int images_registered = 0;
+  std::vector<MissingPhoto> missing;
+  double mean_reprojection_error_px = 0;
+  int points = 0;
+  int cameras = 0;
+  std::string camera_model;                // as estimated, before undistortion; several joined by "+"
+  std::vector<int> components;             // photos of each part that COLMAP found, the largest first
+  int component = 0;                       // which of them the scene is
+  int keyframes = 0;                       // video only
+  std::optional<double> focal_px;          // of the first camera
+  std::vector<std::string> reused;         // what an earlier run or the user's database had done already
+  double colmap_seconds = 0;
+  double seconds = 0;
+};
+
+// A JSON object's text, the keys of the programs' contract.
+std::string ToJson(const ReconstructSummary& summary);
+ReconstructSummary SummaryFromJson(const std::string& text);
+
+}  // namespace lumi

@@ -1,0 +1,168 @@
+#include "reconstruct/photos.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <mutex>
+
+#include "scene/files/image_io.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// Some cameras append previews or maker data after the picture; the end marker is searched this far from the end.
+constexpr std::streamoff kTailBytes = 64;
+
+std::vector<std::uint8_t> ReadRange(const fs::path& path, std::streamoff from_end, std::streamoff from_begin, std::size_t n) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::uint8_t> bytes(n);
+  if (from_end > 0) {
+    file.seekg(0, std::ios::end);
+    const std::streamoff size = file.tellg();
+    file.seekg(std::max<std::streamoff>(0, size - from_end));
+  } else {
+    file.seekg(from_begin);
+  }
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(n));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
+  return bytes;
+}
+
+bool IsJpeg(const std::vector<std::uint8_t>& head) { return head.size() > 2 && head[0] == 0xFF && head[1] == 0xD8; }
+bool IsPng(const std::vector<std::uint8_t>& head) {
+  constexpr std::array<std::uint8_t, 4> kPng{0x89, 'P', 'N', 'G'};
+  return head.size() >= 26 && std::equal(kPng.begin(), kPng.end(), head.begin());
+}
+
+// Whether the file ends as its format says; false means "decode it to know".
+bool EndsAsItShould(const fs::path& path, const std::vector<std::uint8_t>& head) {
+  const auto tail = ReadRange(path, kTailBytes, 0, static_cast<std::size_t>(kTailBytes));
+  if (IsJpeg(head)) {
+    std::size_t end = tail.size();
+    while (end > 0 && tail[end - 1] == 0) --end;  // padding
+    return end >= 2 && tail[end - 2] == 0xFF && tail[end - 1] == 0xD9;
+  }
+  if (IsPng(head)) {
+    constexpr std::array<std::uint8_t, 4> kEnd{'I', 'E', 'N', 'D'};
+    return std::search(tail.begin(), tail.end(), kEnd.begin(), kEnd.end()) != tail.end();
+  }
+  return false;
+}
+
+// COLMAP reads through FreeImage and turns away what is not 8 bits or is grey with alpha.
+bool ColmapReads(const std::vector<std::uint8_t>& head) {
+  if (IsJpeg(head)) return true;
+  if (IsPng(head)) return head[24] <= 8 && head[25] != 4;  // IHDR: bit depth, colour type
+  const std::string text(head.begin(), head.end());
+  return text.rfind("BM", 0) == 0 || (text.rfind("RIFF", 0) == 0 && text.substr(8, 4) == "WEBP");
+}
+
+std::string Listing(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, names.size()); ++i) text += (i ? ", " : "") + names[i];
+  if (names.size() > kShown) text += ", ...";
+  return text;
+}
+
+}  // namespace
+
+Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
+  std::error_code ec;
+  if (!fs::exists(folder, ec)) throw InputError(folder, "no such folder");
+  if (!fs::is_directory(folder, ec)) throw InputError(folder, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
+
+  Capture capture;
+  capture.folder = folder;
+  std::vector<std::string> names;
+  for (auto it = fs::recursive_directory_iterator(folder, fs::directory_options::follow_directory_symlink, ec);
+       !ec && it != fs::recursive_directory_iterator(); it.increment(ec)) {
+    const std::string file = it->path().filename().string();
+    if (file.starts_with(".")) {  // hidden, and what desktops leave behind
+      if (it->is_directory(ec)) it.disable_recursion_pending();
+      continue;
+    }
+    if (!it->is_regular_file(ec)) continue;
+    const std::string name = it->path().lexically_relative(folder).generic_string();
+    (HasImageExtension(it->path()) ? names : capture.ignored).push_back(name);
+  }
+  if (ec) throw InputError(folder, "cannot be read: " + ec.message());
+  std::sort(names.begin(), names.end());
+  std::sort(capture.ignored.begin(), capture.ignored.end());
+  if (names.empty()) {
+    throw InputError(folder, capture.ignored.empty()
+                                 ? "the folder is empty"
+                                 : fmt::format("no photo among its {} files ({})", capture.ignored.size(), Listing(capture.ignored)),
+                     "give a folder of JPEG, PNG, TIFF or HEIC photos");
+  }
+  if (!capture.ignored.empty())
+    sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", capture.ignored.size(), capture.ignored.size() == 1 ? "" : "s",
+                             capture.ignored.size() == 1 ? "is" : "are", capture.ignored.size() == 1 ? "" : "s", Listing(capture.ignored)));
+
+  std::vector<Photo> photos(names.size());
+  std::vector<std::string> reasons(names.size());
+  Progress progress(sink, "checking photos", static_cast<long>(names.size()));
+  ParallelFor(names.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const fs::path path = folder / names[i];
+      try {
+        const ImageInfo info = ReadImageInfo(path);
+        const auto head = ReadRange(path, 0, 0, 32);
+        if (!EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
+        photos[i].name = names[i];
+        photos[i].width_px = info.width;
+        photos[i].height_px = info.height;
+        photos[i].focal_35mm = info.focal_35mm;
+        photos[i].needs_conversion = !ColmapReads(head);
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const Error& e) {
+        reasons[i] = e.what();
+      }
+      progress.Step();
+    }
+  });
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (reasons[i].empty())
+      capture.photos.push_back(photos[i]);
+    else
+      capture.unreadable.push_back({names[i], "unreadable: " + reasons[i], "copy it from the camera again, or leave it out"});
+  }
+  for (const auto& bad : capture.unreadable) sink.Message(fmt::format("left out {}: {}", bad.name, bad.reason));
+  return capture;
+}
+
+Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
+  if (std::none_of(capture.photos.begin(), capture.photos.end(), [](const Photo& p) { return p.needs_conversion; })) return capture;
+  Capture staged = capture;
+  staged.folder = staging;
+  Progress progress(sink, "converting photos that COLMAP cannot read", static_cast<long>(capture.photos.size()));
+  ParallelFor(staged.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Photo& photo = staged.photos[i];
+      const fs::path source = fs::absolute(capture.folder / photo.name);
+      if (photo.needs_conversion) photo.name += ".png";
+      const fs::path target = staging / photo.name;
+      fs::create_directories(target.parent_path());
+      std::error_code ec;
+      if (photo.needs_conversion) {
+        if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec))
+          WriteImage(target, ReadImage8(source));
+      } else if (!fs::is_symlink(target, ec) || fs::read_symlink(target, ec) != source) {
+        fs::remove(target, ec);
+        fs::create_symlink(source, target);
+      }
+      progress.Step();
+    }
+  });
+  std::sort(staged.photos.begin(), staged.photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
+  return staged;
+}
+
+}  // namespace lumi

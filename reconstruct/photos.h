@@ -1,0 +1,43 @@
+// Which files of a folder are photographs that can be used; the others, with reasons. Nothing is written here.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reconstruct/options.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct Photo {
+  std::string name;  // relative to the folder, with '/'
+  int width_px = 0, height_px = 0;
+  std::optional<double> focal_35mm;  // EXIF
+  std::optional<double> time_s;      // frames of a video
+  std::optional<int> frame_index;
+  bool needs_conversion = false;     // COLMAP cannot read it (16 bits, grey with alpha, HEIC, EXR ...): it gets an 8-bit copy
+};
+
+// The photos to reconstruct from, wherever they came from.
+struct Capture {
+  std::filesystem::path folder;         // what names are relative to
+  std::vector<Photo> photos;            // sorted by name
+  std::vector<MissingPhoto> unreadable;
+  std::vector<std::string> ignored;     // files that are no pictures
+  bool is_video = false;
+  int video_frames = 0;                 // that could be read
+
+  int total() const { return static_cast<int>(photos.size() + unreadable.size()); }
+};
+
+// Searches recursively. Reads headers and checks that files are complete (JPEG: end marker; PNG: end chunk; whatever
+// lacks them is decoded). Throws InputError for a folder that is absent or holds no picture.
+Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
+
+// 8-bit copies of what COLMAP cannot read, beside links to the others, in `staging`; returns the capture that COLMAP
+// shall see (the same one where nothing needs a copy). A converted photo is named NAME.png.
+Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
+
+}  // namespace lumi

@@ -1,0 +1,218 @@
+#include "reconstruct/reconstruct.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "reconstruct/all_frames.h"
+#include "reconstruct/colmap_database.h"
+#include "reconstruct/colmap_program.h"
+#include "reconstruct/features.h"
+#include "reconstruct/finish.h"
+#include "reconstruct/held_cameras.h"
+#include "reconstruct/known_cameras.h"
+#include "reconstruct/mapping.h"
+#include "reconstruct/missing.h"
+#include "reconstruct/photos.h"
+#include "reconstruct/rig.h"
+#include "reconstruct/video_frames.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
+#include "scene/files/video.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kStage = "reconstruct";
+constexpr const char* kVersion = "0.1.0";
+constexpr const char* kSummaryFile = "provenance/reconstruct-summary.json";
+
+bool LiesIn(const fs::path& inner, const fs::path& outer) {
+  const fs::path a = fs::weakly_canonical(inner), b = fs::weakly_canonical(outer);
+  const fs::path relative = a.lexically_relative(b);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+// Nothing of the user's is changed: the output is new, empty, or an earlier output of this program.
+void RequireUsableOutput(const ReconstructOptions& options) {
+  RequireOurFolder(options.scene, "provenance");
+  std::error_code ec;
+  if (fs::exists(options.scene, ec) && LiesIn(options.input, options.scene))
+    throw UsageError(fmt::format("the input lies inside the output folder {}", options.scene.string()), "choose another output");
+  if (fs::exists(options.scene / "truth", ec))
+    throw UsageError(fmt::format("{} is a simulated capture with its truth; it would be overwritten", options.scene.string()), "choose another output");
+}
+
+Provenance WantedProvenance(const ReconstructOptions& options) {
+  Provenance wanted;
+  wanted.stage = kStage;
+  wanted.version = kVersion;
+  wanted.options = OptionsAsText(options);
+  wanted.inputs[fs::absolute(options.input).lexically_normal().string()] = Fingerprint(options.input);
+  return wanted;
+}
+
+void CopyTimes(const Capture& capture, Scene& scene) {
+  std::map<std::string, const Photo*> photo_of;
+  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
+  for (View& view : scene.views) {
+    const auto it = photo_of.find(view.name);
+    if (it == photo_of.end()) continue;
+    view.time_s = it->second->time_s;
+    view.frame_index = it->second->frame_index;
+  }
+}
+
+std::set<std::string> ViewNames(const Scene& scene) {
+  std::set<std::string> names;
+  for (const View& view : scene.views) names.insert(view.name);
+  return names;
+}
+
+// Cameras estimated by COLMAP.
+Scene Estimate(const Capture& capture, const ReconstructOptions& options, const fs::path& work_folder, ColmapProgram& colmap,
+               ReconstructSummary& summary, ProgressSink& sink) {
+  const CameraPlan cameras = PlanCameras(capture, options);
+  const Features features = FindAndMatchFeatures(capture, cameras, options, work_folder, colmap, sink);
+  summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
+  Mapping mapping = MapScene(capture, cameras, features, options, work_folder, colmap, sink);
+  summary.components = mapping.components;
+  summary.component = mapping.component;
+  summary.missing = ExplainMissing(capture, ColmapDatabase(features.database), ViewNames(mapping.scene), mapping.other_parts);
+  Scene scene = std::move(mapping.scene);
+  const double fraction = static_cast<double>(scene.views.size()) / std::max(1, capture.total());
+  if (fraction < options.min_registered)
+    throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for{}", scene.views.size(), capture.total(), 100 * options.min_registered,
+                                summary.missing.empty() ? "" : fmt::format("; {}: {}", summary.missing.front().name, summary.missing.front().reason)),
+                    summary.missing.empty() ? "" : summary.missing.front().hint);
+  CopyTimes(capture, scene);
+  if (options.all_frames) {
+    const Capture all = ExtractAllFrames(options, capture, work_folder / "frames", sink);
+    RegisterAllFrames(scene, all, features, options, work_folder, colmap, &summary.missing, sink);
+    CopyTimes(all, scene);
+    summary.images_total = all.total();
+  }
+  return scene;
+}
+
+// Cameras given (--poses) or assumed (--rig): only points are sought.
+Scene Hold(const Capture& photos, const ReconstructOptions& options, const fs::path& work_folder, ColmapProgram& colmap,
+           ReconstructSummary& summary, ProgressSink& sink) {
+  summary.missing = photos.unreadable;
+  Capture capture = photos;
+  // Read before COLMAP works for minutes: most mistakes are here.
+  std::vector<HeldView> views;
+  if (!options.poses.empty()) views = ReadKnownCameras(capture, options, &summary.missing, sink);
+  if (HasSkew(views, capture)) {
+    sink.Message("the given cameras have skew: the photos are resampled without it");
+    capture = RemoveSkew(capture, views, work_folder / "unskewed", sink);
+  }
+  CameraPlan cameras;  // every photo its own: nothing is estimated
+  ReconstructOptions feature_options = options;
+  feature_options.camera_yaml.clear();
+  feature_options.single_camera = SingleCamera::kNo;
+  const Features features = FindAndMatchFeatures(capture, cameras, feature_options, work_folder, colmap, sink);
+  summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
+  if (options.rig != Rig::kNone) views = AssumeRig(capture, options, features.database, sink);
+
+  const HeldTriangulationOptions triangulation;
+  Scene scene = TriangulateHeld(views, features.database, triangulation, sink);
+  if (std::any_of(views.begin(), views.end(), [](const HeldView& v) { return !v.undistorted_alternative.params.empty(); })) {
+    std::vector<HeldView> plain = views;
+    for (HeldView& view : plain)
+      if (!view.undistorted_alternative.params.empty()) view.camera = view.undistorted_alternative;
+    Scene other = TriangulateHeld(plain, features.database, triangulation, sink);
+    const auto observations = [](const Scene& s) {
+      std::size_t n = 0;
+      for (const Point& point : s.points) n += point.track.size();
+      return n;
+    };
+    const bool undistorted = observations(other) > observations(scene);
+    sink.Message(undistorted ? "the rescaled photos agree better without the cameras' distortion: they were undistorted before"
+                             : "the rescaled photos still have the cameras' distortion");
+    if (undistorted) scene = std::move(other);
+  }
+  constexpr std::size_t kMinPoints = 20;
+  if (scene.points.size() < kMinPoints && !options.poses.empty() && (options.poses_format == PosesFormat::kProjection || options.poses_format == PosesFormat::kUnset)) {
+    scene = TriangulateHeld(Mirrored(views), features.database, triangulation, sink);
+    if (scene.points.size() >= kMinPoints) sink.Message("the given matrices describe a mirrored world: its z axis was reversed");
+  }
+  if (scene.points.size() < kMinPoints)
+    throw DataError(fmt::format("only {} points agree with the {} cameras", scene.points.size(), options.rig == Rig::kNone ? "given" : "assumed"),
+                    options.rig == Rig::kNone ? "check --poses-format, --pixel-origin, the focal length, and that the order or names fit the photos"
+                                              : "check the focal length, the order of the photos and the rig");
+  scene.image_folder = capture.folder;
+  CopyTimes(capture, scene);
+  ColorPoints(scene, sink);
+  summary.components = {static_cast<int>(scene.views.size())};
+  return scene;
+}
+
+}  // namespace
+
+ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
+  std::error_code ec;
+  for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions})
+    if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
+  const bool is_video = fs::is_regular_file(options.input, ec);
+  if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
+  if (is_video && !HasVideoExtension(options.input))
+    throw InputError(options.input, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
+  if (!is_video && options.all_frames) throw UsageError("--all-frames goes with a video");
+  RequireUsableOutput(options);
+
+  // Looked at before anything is written.
+  Capture photos;
+  if (!is_video) {
+    photos = FindPhotos(options.input, sink);
+    if (photos.photos.size() < 2)
+      throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
+                                            : "only one photo can be used; a scene needs two or more",
+                      "take photos of the same thing from several places", options.input);
+  }
+
+  const FolderLock lock(options.scene);
+  fs::create_directories(options.scene / "provenance");
+  Provenance wanted = WantedProvenance(options);
+  if (fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)) {
+    ReconstructSummary summary = SummaryFromJson(ReadText(options.scene / kSummaryFile));
+    summary.reused = {"everything"};
+    summary.colmap_seconds = 0;
+    summary.seconds = elapsed();
+    sink.Message("nothing to do: the scene is up to date");
+    return summary;
+  }
+
+  const fs::path work_folder = options.scene / "colmap";
+  fs::create_directories(work_folder);
+  ColmapProgram colmap(work_folder / "colmap.log", sink);
+  ReconstructSummary summary;
+  Capture capture = is_video ? ExtractKeyframes(options, work_folder, &summary.reused, sink) : StageForColmap(photos, work_folder / "photos", sink);
+  if (is_video) summary.keyframes = static_cast<int>(capture.photos.size());
+  summary.images_total = capture.total();
+
+  Scene scene = options.poses.empty() && options.rig == Rig::kNone ? Estimate(capture, options, work_folder, colmap, summary, sink)
+                                                                   : Hold(capture, options, work_folder, colmap, summary, sink);
+  const int photos_total = summary.images_total;
+  FinishScene(std::move(scene), options, summary, sink);
+  if (!summary.missing.empty())
+    sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
+  summary.colmap_seconds = colmap.seconds();
+  summary.seconds = elapsed();
+
+  for (const char* output : {"images", "sparse"}) wanted.outputs[output] = Fingerprint(options.scene / output);
+  wanted.seconds = summary.seconds;
+  WriteTextAtomically(options.scene / kSummaryFile, ToJson(summary) + "\n");
+  WriteProvenance(options.scene, wanted);
+  return summary;
+}
+
+}  // namespace lumi

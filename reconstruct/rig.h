@@ -1,0 +1,34 @@
+// Cameras that are assumed when nothing else is known: a turntable (cameras on a circle, looking at its centre, evenly
+// spaced in the order of the photos' names) or a planar grid of parallel cameras.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "reconstruct/known_cameras.h"
+#include "reconstruct/options.h"
+#include "reconstruct/photos.h"
+
+namespace lumi {
+
+struct RingGeometry {
+  double focal_px = 0;
+  double elevation_rad = 0;   // of the cameras above the object, seen from the centre
+  double step_rad = 0;        // from one photo to the next; negative: clockwise seen from above
+  double tilt_rad = 0;        // the optical axis passes this much below (positive) the centre ...
+  double pan_rad = 0;         // ... and this much to its right
+};
+// Pose of photo `index`: camera at distance 1 from the origin, world z upwards.
+Rigid3 RingPose(const RingGeometry& ring, int index);
+
+// Positions of a grid: (column, row) spacing 1, row 0 at the top, seen along +z; z = 0.
+Rigid3 GridPose(double horizontal, double vertical);
+
+// Rows x columns from "17x17"; throws UsageError.
+std::pair<int, int> ParseGridSize(const std::string& text);
+
+// Throws DataError where the photos do not determine what is searched.
+std::vector<HeldView> AssumeRig(const Capture& capture, const ReconstructOptions& options, const std::filesystem::path& database,
+                                ProgressSink& sink);
+
+}  // namespace lumi

@@ -1,0 +1,140 @@
+#include "reconstruct/video_frames.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
+#include "scene/files/video.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// Frames are decoded compression already; a second one must not add to it.
+constexpr int kJpegQuality = 95;
+// Frames encoded at once: bounds the memory.
+constexpr std::size_t kBatch = 32;
+
+// Writes the frames for which wanted(index) holds; returns their times.
+template <typename Wanted>
+std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder, long total, const std::string& task, Wanted&& wanted, ProgressSink& sink) {
+  fs::create_directories(folder);
+  VideoReader reader(video);
+  std::map<int, double> times;
+  std::vector<VideoFrame> batch;
+  Progress progress(sink, task, total);
+  const auto flush = [&] {
+    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kJpegQuality);
+    });
+    batch.clear();
+  };
+  for (int index = 0;; ++index) {
+    if (!wanted(index)) {
+      if (!reader.Skip()) break;
+      continue;
+    }
+    auto frame = reader.Next();
+    if (!frame) break;
+    times[frame->index] = frame->time_s;
+    batch.push_back(std::move(*frame));
+    if (batch.size() == kBatch) flush();
+    progress.Step();
+  }
+  flush();
+  return times;
+}
+
+Photo FramePhoto(int index, double time_s, int width_px, int height_px) {
+  Photo photo;
+  photo.name = FrameName(index);
+  photo.width_px = width_px;
+  photo.height_px = height_px;
+  photo.time_s = time_s;
+  photo.frame_index = index;
+  return photo;
+}
+
+}  // namespace
+
+std::string FrameName(int index) { return fmt::format("frame_{:06d}.jpg", index); }
+
+Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work_folder, std::vector<std::string>* reused, ProgressSink& sink) {
+  Capture capture;
+  capture.folder = work_folder / "keyframes";
+  capture.is_video = true;
+  const fs::path list = work_folder / "keyframes.json";
+  const std::string key = Fingerprint(options.input) + fmt::format(" keyframes {}", options.keyframes);
+  std::error_code ec;
+  if (fs::exists(list, ec)) {
+    const auto j = nlohmann::json::parse(ReadText(list), nullptr, false);
+    if (j.is_object() && j.value("key", "") == key) {
+      bool complete = true;
+      for (const auto& f : j["frames"]) {
+        capture.photos.push_back(FramePhoto(f["index"], f["time_s"], j["width"], j["height"]));
+        complete = complete && fs::exists(capture.folder / capture.photos.back().name, ec);
+      }
+      capture.video_frames = j["video_frames"];
+      if (complete) {
+        reused->push_back("keyframes");
+        return capture;
+      }
+      capture.photos.clear();
+    }
+  }
+
+  const VideoStatistics video = AnalyseVideo(options.input, sink);
+  capture.video_frames = static_cast<int>(video.frames.size());
+  if (video.truncated)
+    sink.Message(fmt::format("{} is cut off: its first {} frames are used", options.input.filename().string(), video.frames.size()));
+  KeyframeOptions choice;
+  choice.count = options.keyframes;
+  const std::vector<int> chosen = SelectKeyframes(video.frames, choice);
+  if (chosen.size() < 2)
+    throw DataError(fmt::format("the camera hardly moves in the {} frames of the video", video.frames.size()),
+                    "a lumigraph needs photos from different places: walk while filming", options.input);
+  fs::remove_all(capture.folder);
+  const std::set<int> wanted(chosen.begin(), chosen.end());
+  const auto times = WriteFrames(options.input, capture.folder, static_cast<long>(chosen.size()), "writing keyframes", [&](int i) { return wanted.count(i) > 0; }, sink);
+  nlohmann::json j;
+  j["key"] = key;
+  j["width"] = video.width_px;
+  j["height"] = video.height_px;
+  j["video_frames"] = capture.video_frames;
+  j["frames"] = nlohmann::json::array();
+  for (const auto& [index, time_s] : times) {
+    capture.photos.push_back(FramePhoto(index, time_s, video.width_px, video.height_px));
+    j["frames"].push_back({{"index", index}, {"time_s", time_s}});
+  }
+  WriteTextAtomically(list, j.dump(1));
+  sink.Message(fmt::format("{} keyframes of {} frames", capture.photos.size(), capture.video_frames));
+  return capture;
+}
+
+Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes, const fs::path& folder, ProgressSink& sink) {
+  std::set<int> have;
+  fs::create_directories(folder);
+  std::error_code ec;
+  for (const Photo& photo : keyframes.photos) {
+    have.insert(*photo.frame_index);
+    fs::remove(folder / photo.name, ec);
+    fs::create_hard_link(keyframes.folder / photo.name, folder / photo.name, ec);
+    if (ec) fs::copy_file(keyframes.folder / photo.name, folder / photo.name);
+  }
+  const auto times = WriteFrames(options.input, folder, keyframes.video_frames, "writing all frames", [&](int i) { return have.count(i) == 0; }, sink);
+  Capture all = keyframes;
+  all.folder = folder;
+  for (const auto& [index, time_s] : times)
+    all.photos.push_back(FramePhoto(index, time_s, keyframes.photos.front().width_px, keyframes.photos.front().height_px));
+  std::sort(all.photos.begin(), all.photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
+  return all;
+}
+
+}  // namespace lumi

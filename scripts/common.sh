@@ -1,0 +1,53 @@
+# shellcheck shell=bash
+# What demo.sh, test.sh and bench.sh share: sourced, from the project's root.
+
+say() { printf '%s\n' "$*" >&2; }
+die() { say "$0: $1"; exit "${2:-4}"; }
+
+# Installs what packages.txt lists and is missing; asks nothing where nothing is.
+install_packages() {
+  command -v dpkg-query >/dev/null || die "this is no Debian: install what packages.txt lists, by your system's names"
+  local wanted missing
+  mapfile -t wanted < <(grep -v '^[[:space:]]*\(#\|$\)' packages.txt)
+  # One query for all: the names that it does not show as installed are missing.
+  missing=$(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) \
+    <(dpkg-query -W -f '${Package} ${db:Status-Status}\n' "${wanted[@]}" 2>/dev/null | awk '$2 == "installed" { print $1 }' | sort))
+  [ -n "$missing" ] || return 0
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || die "these packages are missing, and installing them needs root or sudo: $(echo $missing)"
+    as_root=(sudo env)
+  else
+    as_root=(env)
+  fi
+  say "installing $(wc -w <<<"$missing") Debian packages ..."
+  "${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get update -qq </dev/null >&2 || die "apt-get update failed: is there a network?"
+  # shellcheck disable=SC2086
+  "${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing </dev/null >&2 ||
+    die "apt-get install failed (see above)"
+}
+
+# How many compilers at once: as many as there are cores, but at least 1.5 GB of memory for each.
+build_jobs() {
+  local cores memory_kb by_memory
+  cores=$(nproc)
+  memory_kb=$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)
+  by_memory=$((memory_kb / 1500000))
+  [ "$by_memory" -ge 1 ] || by_memory=1
+  echo $((cores < by_memory ? cores : by_memory))
+}
+
+# build PRESET [TARGET...]: configures where needed, builds; quiet where there is nothing to do.
+build() {
+  local preset=$1 log
+  shift
+  log=build/$preset.log
+  mkdir -p build
+  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >"$log" 2>&1 || { cat "$log" >&2; die "cannot configure ($log)" 5; }
+  say "building ($preset) ..."
+  if [ -t 2 ]; then
+    cmake --build "build/$preset" -j "$(build_jobs)" --target "$@" >&2 || die "the build failed" 5
+  else
+    cmake --build "build/$preset" -j "$(build_jobs)" --target "$@" >"$log" 2>&1 || { grep -v '^\[[0-9]*/[0-9]*\] \(Building\|Linking\)' "$log" | tail -n 60 >&2; die "the build failed ($log)" 5; }
+  fi
+}

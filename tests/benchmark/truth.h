@@ -1,0 +1,24 @@
+// Published or simulated true cameras, in the forms that captures come with.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "scene/geometry/similarity3.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+// Name of a photo without folders and ending -> its true pose.
+using TruePoses = std::map<std::string, Rigid3>;
+
+// A folder of NAME.camera files (Strecha's: K, a row of zeros, M = R^T, the centre C; a world point X projects as
+// K M^T (X - C)), a transforms.json, or a COLMAP model. Throws InputError.
+TruePoses ReadTruePoses(const std::filesystem::path& path);
+
+// Over the photos that both have; nullopt below three.
+std::optional<PoseErrors> CompareWithTruth(const Scene& scene, const TruePoses& truth);
+
+}  // namespace lumi

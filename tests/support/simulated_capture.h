@@ -1,0 +1,26 @@
+// A capture that lumi-simulate makes once for all tests of a program.
+#pragma once
+
+#include <string>
+
+#include "tests/support/child_program.h"
+
+namespace lumi {
+
+class SimulatedCapture {
+ public:
+  SimulatedCapture(const std::string& example, int views, int width_px) {
+    const ProgramResult made = RunProgram({"lumi-simulate", "--example", example, "--views", std::to_string(views), "--width",
+                                           std::to_string(width_px), "-o", path().string(), "--quiet"});
+    if (made.exit_code != 0) throw std::runtime_error("lumi-simulate failed: " + made.err);
+  }
+  std::filesystem::path path() const { return folder_ / "capture"; }
+  std::filesystem::path photos() const { return path() / "images"; }
+  // For results of the tests.
+  std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace lumi
