@@ -3,7 +3,7 @@
 #
 #   ./bench.sh               on a desk that lumi-simulate photographs
 #   ./bench.sh --data DIR    also on fountain, sceaux and fox below DIR
-#   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (6)
+#   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 # Scenes are kept in build/bench: a second run measures again without finding the cameras again.
 set -euo pipefail
 start_folder=$PWD

@@ -8,6 +8,7 @@
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -72,7 +73,7 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
 
   Provenance wanted;
   wanted.stage = kStage;
-  wanted.version = LUMI_VERSION;
+  wanted.version = kVersion;
   wanted.options["rescale_cameras"] = options.rescale_cameras ? "true" : "false";
   wanted.inputs[scene.image_folder.string()] = Fingerprint(scene.image_folder);
   if (const auto model = FindColmapModel(options.input)) wanted.inputs[model->string()] = Fingerprint(*model);

@@ -13,6 +13,8 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
+#include "scene/program/subprocess.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -133,9 +135,10 @@ class Run {
     arguments.insert(arguments.end(), {"--backend", options_.render_backend});
     Provenance wanted;
     wanted.stage = name;
-    wanted.version = LUMI_VERSION;
+    wanted.version = kVersion;
     for (std::size_t i = 0; i + 1 < arguments.size(); i += 2) wanted.options[arguments[i].substr(2)] = arguments[i + 1];
     for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) wanted.inputs[part] = Fingerprint(summary_.scene / part);
+    wanted.inputs["lumi-render"] = Fingerprint(SiblingProgram("lumi-render"));
     const fs::path record = summary_.scene / "provenance" / (name + ".summary");
 
     const auto start = Clock::now();
@@ -198,7 +201,7 @@ class Run {
 
     Provenance wanted;
     wanted.stage = "report";
-    wanted.version = LUMI_VERSION;
+    wanted.version = kVersion;
     wanted.options["source"] = options_.input.string();
     for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
     wanted.inputs["lumigraph.json"] = Fingerprint(summary_.scene / "lumigraph.json");

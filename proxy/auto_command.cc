@@ -134,8 +134,11 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
   RequireKeepsProxies(scene);
   const FolderLock lock(scene.folder);
 
-  Provenance wanted = ProxyProvenance(scene, "auto", "auto",
-                                      {{"choose_width", std::to_string(options.choose_width_px)}, {"holdout", std::to_string(options.holdout)}});
+  const DelaunayOptions delaunay;
+  std::map<std::string, std::string> values = OptionValues(delaunay);
+  values["choose_width"] = std::to_string(options.choose_width_px);
+  values["holdout"] = std::to_string(options.holdout);
+  Provenance wanted = ProxyProvenance(scene, "auto", "auto", std::move(values));
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
   if (IsUpToDate(scene.folder, wanted)) {
     Json json = Json::parse(ReadText(scene.folder / kSummaryFile));
@@ -145,11 +148,9 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
     return json.dump();
   }
 
-  const DelaunayOptions delaunay;
   std::vector<Candidate> candidates;
   candidates.push_back(Keep(scene, "plane", "plane", {}, [&] { return BuildPlaneProxy(scene, {}); }));
-  candidates.push_back(Keep(scene, "mesh", "delaunay", {{"merge_px", fmt::format("{}", delaunay.merge_px)}},
-                            [&] { return BuildDelaunayProxy(scene, delaunay, progress); }));
+  candidates.push_back(Keep(scene, "mesh", "delaunay", OptionValues(delaunay), [&] { return BuildDelaunayProxy(scene, delaunay, progress); }));
   std::vector<Candidate*> made;
   for (Candidate& c : candidates) {
     if (c.refused.empty()) made.push_back(&c);

@@ -90,7 +90,7 @@ std::string RunPlane(const ProxyTarget& target, ProgressSink& progress) {
 std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
   DelaunayOptions options;
   options.merge_px = merge_px;
-  return MakeProxy(target, "delaunay", {{"merge_px", fmt::format("{}", merge_px)}}, {}, progress,
+  return MakeProxy(target, "delaunay", OptionValues(options), {}, progress,
                    [&](const Scene& scene, Json& json) {
     DelaunaySummary s;
     Mesh mesh = BuildDelaunayProxy(scene, options, progress, &s);

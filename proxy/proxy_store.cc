@@ -9,12 +9,11 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr const char* kVersion = "0.1.0";
 
 std::string StageOf(const std::string& name) { return "proxy-" + name; }
 

@@ -35,53 +35,132 @@ struct Placed {
   std::vector<std::pair<std::int32_t, Eigen::Vector2d>> observations;  // point, pixel
 };
 
-// Pose from points and their pixels under a lens that is known: RANSAC over P3P, then Levenberg-Marquardt over the
-// inliers (OpenCV), on pixels with the lens taken away.
-Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera) {
-  Placed placed;
-  std::vector<cv::Point3d> world;
-  std::vector<cv::Point2d> pixels;
-  std::vector<std::size_t> source;
-  const Eigen::Matrix3d K = camera.K();
-  // Centred at the points: OpenCV's solver works on absolute coordinates.
+// Points and pixels as OpenCV's solvers take them: the lens taken away, coordinates relative to the points' middle.
+struct Correspondences {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const auto& [point, x] : seen) middle += points[static_cast<std::size_t>(point)].x_in_world / static_cast<double>(seen.size());
+  cv::Matx33d K;
+  std::vector<cv::Point3d> world;
+  std::vector<cv::Point2d> pixels;  // K's principal point and these share one origin, so no conversion is due
+  std::vector<std::size_t> source;  // position in what was seen
+};
+
+Correspondences Prepare(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera) {
+  Correspondences c;
+  const Eigen::Matrix3d K = camera.K();
+  c.K = cv::Matx33d(K(0, 0), K(0, 1), K(0, 2), K(1, 0), K(1, 1), K(1, 2), K(2, 0), K(2, 1), K(2, 2));
+  for (const auto& [point, x] : seen) c.middle += points[static_cast<std::size_t>(point)].x_in_world / static_cast<double>(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto n = camera.Normalized(seen[i].second);
     if (!n) continue;
-    const Eigen::Vector3d X = points[static_cast<std::size_t>(seen[i].first)].x_in_world - middle;
+    const Eigen::Vector3d X = points[static_cast<std::size_t>(seen[i].first)].x_in_world - c.middle;
     const Eigen::Vector2d x = (K * n->homogeneous()).head<2>();
-    world.emplace_back(X.x(), X.y(), X.z());
-    pixels.emplace_back(x.x(), x.y());
-    source.push_back(i);
+    c.world.emplace_back(X.x(), X.y(), X.z());
+    c.pixels.emplace_back(x.x(), x.y());
+    c.source.push_back(i);
   }
-  if (static_cast<int>(world.size()) < kMinInliers) {
-    placed.inliers = static_cast<int>(world.size());
-    return placed;
+  return c;
+}
+
+// Which correspondences a pose agrees with.
+std::vector<int> Agreeing(const Correspondences& c, const cv::Vec3d& rotation, const cv::Vec3d& translation) {
+  cv::Matx33d R;
+  cv::Rodrigues(rotation, R);
+  std::vector<int> agreeing;
+  for (std::size_t i = 0; i < c.world.size(); ++i) {
+    const cv::Vec3d X = R * cv::Vec3d(c.world[i].x, c.world[i].y, c.world[i].z) + translation;
+    if (!(X[2] > 0)) continue;
+    const cv::Vec3d x = c.K * X;
+    if (std::hypot(x[0] / x[2] - c.pixels[i].x, x[1] / x[2] - c.pixels[i].y) <= kMaxErrorPx) agreeing.push_back(static_cast<int>(i));
   }
-  // K's principal point and the pixels share one origin, so no conversion is due.
-  const cv::Matx33d cv_K(K(0, 0), K(0, 1), K(0, 2), K(1, 0), K(1, 1), K(1, 2), K(2, 0), K(2, 1), K(2, 2));
-  cv::Vec3d rotation, translation;
-  std::vector<int> inliers;
-  if (!cv::solvePnPRansac(world, pixels, cv_K, cv::noArray(), rotation, translation, false, kRansacRounds, static_cast<float>(kMaxErrorPx), kRansacConfidence, inliers, cv::SOLVEPNP_P3P))
-    return placed;
-  placed.inliers = static_cast<int>(inliers.size());
-  if (placed.inliers < kMinInliers) return placed;
-  std::vector<cv::Point3d> world_in;
-  std::vector<cv::Point2d> pixels_in;
-  for (const int i : inliers) {
-    world_in.push_back(world[static_cast<std::size_t>(i)]);
-    pixels_in.push_back(pixels[static_cast<std::size_t>(i)]);
+  return agreeing;
+}
+
+// Levenberg-Marquardt over the points that agree, twice: the second round takes in those that the first brought near.
+Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const Correspondences& c, cv::Vec3d rotation, cv::Vec3d translation) {
+  constexpr int kRounds = 2;
+  Placed placed;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<int> agreeing = Agreeing(c, rotation, translation);
+    placed.inliers = static_cast<int>(agreeing.size());
+    if (placed.inliers < kMinInliers) return placed;
+    std::vector<cv::Point3d> world;
+    std::vector<cv::Point2d> pixels;
+    for (const int i : agreeing) {
+      world.push_back(c.world[static_cast<std::size_t>(i)]);
+      pixels.push_back(c.pixels[static_cast<std::size_t>(i)]);
+    }
+    cv::solvePnPRefineLM(world, pixels, c.K, cv::noArray(), rotation, translation);
   }
-  cv::solvePnPRefineLM(world_in, pixels_in, cv_K, cv::noArray(), rotation, translation);
   const Eigen::Vector3d r(rotation[0], rotation[1], rotation[2]), t(translation[0], translation[1], translation[2]);
   if (!r.allFinite() || !t.allFinite()) return placed;
+  const std::vector<int> agreeing = Agreeing(c, rotation, translation);
+  placed.inliers = static_cast<int>(agreeing.size());
+  if (placed.inliers < kMinInliers) return placed;
   const double angle = r.norm();
   placed.cam_from_world.rotation = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, r / angle)) : Eigen::Quaterniond::Identity();
-  placed.cam_from_world.translation = t - placed.cam_from_world.rotation * middle;
-  for (const int i : inliers) placed.observations.push_back(seen[source[static_cast<std::size_t>(i)]]);
+  placed.cam_from_world.translation = t - placed.cam_from_world.rotation * c.middle;
+  for (const int i : agreeing) placed.observations.push_back(seen[c.source[static_cast<std::size_t>(i)]]);
   placed.ok = true;
   return placed;
+}
+
+// Pose from points and their pixels under a lens that is known: RANSAC over P3P, then least squares.
+Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera) {
+  const Correspondences c = Prepare(seen, points, camera);
+  Placed placed;
+  placed.inliers = static_cast<int>(c.world.size());
+  if (placed.inliers < kMinInliers) return placed;
+  cv::Vec3d rotation, translation;
+  std::vector<int> inliers;
+  if (!cv::solvePnPRansac(c.world, c.pixels, c.K, cv::noArray(), rotation, translation, false, kRansacRounds, static_cast<float>(kMaxErrorPx), kRansacConfidence, inliers, cv::SOLVEPNP_P3P)) {
+    placed.inliers = 0;
+    return placed;
+  }
+  return Polish(seen, c, rotation, translation);
+}
+
+// Pose near a given one.
+Placed Refine(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera, const Rigid3& start) {
+  const Correspondences c = Prepare(seen, points, camera);
+  const Eigen::AngleAxisd turn(start.rotation);
+  const Eigen::Vector3d r = turn.angle() * turn.axis(), t = start * c.middle;
+  return Polish(seen, c, cv::Vec3d(r.x(), r.y(), r.z()), cv::Vec3d(t.x(), t.y(), t.z()));
+}
+
+// Fixes what RANSAC took for another pose: far things under a long lens look nearly alike from two places. A frame's
+// neighbours in time are near in space, so their poses are tried as starts; the one that more points agree with stays,
+// and among equals (kTie) the one nearer to where the neighbours say.
+void Smooth(std::vector<Placed>& placed, const std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>& seen, const std::vector<Point>& points,
+            const Camera& camera) {
+  constexpr double kTie = 0.9;
+  std::vector<Placed> smoothed = placed;
+  ParallelFor(placed.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      std::vector<const Placed*> neighbours;
+      for (const std::size_t distance : {1, 2, 3}) {
+        if (f >= distance && placed[f - distance].ok) neighbours.push_back(&placed[f - distance]);
+        if (f + distance < placed.size() && placed[f + distance].ok) neighbours.push_back(&placed[f + distance]);
+      }
+      if (neighbours.size() < 2) continue;
+      // The middle of the neighbours, coordinate by coordinate: one of them may be wrong itself.
+      Eigen::Vector3d middle;
+      for (int c = 0; c < 3; ++c) {
+        std::vector<double> values;
+        for (const Placed* n : neighbours) values.push_back(n->cam_from_world.OriginInSource()[c]);
+        std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+        middle[c] = values[values.size() / 2];
+      }
+      const auto distance_of = [&](const Placed& p) { return (p.cam_from_world.OriginInSource() - middle).norm(); };
+      for (const Placed* n : neighbours) {
+        const Placed other = Refine(seen[f], points, camera, n->cam_from_world);
+        if (!other.ok) continue;
+        const Placed& now = smoothed[f];
+        const bool as_good = static_cast<double>(other.inliers) >= kTie * now.inliers;
+        if (!now.ok || static_cast<double>(now.inliers) < kTie * other.inliers || (as_good && distance_of(other) < distance_of(now))) smoothed[f] = other;
+      }
+    }
+  });
+  placed = std::move(smoothed);
 }
 
 // The keyframes nearest in time to a frame.
@@ -187,6 +266,7 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
       progress.Step();
     }
   });
+  Smooth(placed, seen, scene.points, camera);
 
   std::vector<View> views = scene.views;
   std::set<std::string> explained;

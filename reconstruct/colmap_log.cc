@@ -47,6 +47,7 @@ std::optional<ColmapProgressLine> ParseColmapProgress(const std::string& line) {
       const auto n = Numbers(*inside);  // [row/rows, column/columns]
       if (n.size() == 4 && n[0] >= 1 && n[0] <= n[1] && n[2] >= 1 && n[2] <= n[3])
         return ColmapProgressLine{(n[0] - 1) * n[3] + n[2], n[1] * n[3]};
+      if (n.size() == 2 && n[1] > 0 && n[0] <= n[1]) return ColmapProgressLine{n[0], n[1]};  // of a list of pairs
     }
   }
   if (const auto at = line.find("Registering image #"); at != std::string::npos) {

@@ -95,6 +95,13 @@ int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOptio
   const SubprocessResult result = RunSubprocess(argv, run);
   seconds_ += result.seconds;
   tail_ = result.tail;
+  // COLMAP goes on where its database cannot be written, and then finds nothing: what fails for want of space would
+  // read as photos that do not overlap.
+  constexpr std::uintmax_t kLeastFreeBytes = 1 << 20;
+  std::error_code error;
+  const auto space = std::filesystem::space(log_file_.parent_path(), error);
+  if (!error && space.available < kLeastFreeBytes)
+    throw MachineError("the disk is full", "free some space or choose another output", log_file_.parent_path());
   return result.exit_code;
 }
 

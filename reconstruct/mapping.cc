@@ -32,9 +32,11 @@ constexpr double kOutlierFactor = 3;
 // Least squares may raise the mean error a little while it lowers the mean square; not by more than this.
 constexpr double kWorse = 1.02;
 
-// Bounds of the first pair when COLMAP's own find none (it halves them twice itself).
-constexpr const char* kSmallInitialAngleDeg = "6";
-constexpr const char* kFewInitialInliers = "50";
+// A scene with less than this share of the photos is tried once more, with bounds for photos that are close together.
+constexpr double kPoorFraction = 0.5;
+constexpr const char* kMildInitialAngleDeg = "6";
+constexpr const char* kMildInitialInliers = "50";
+constexpr const char* kMildPoseInliers = "20";
 
 struct Part {
   fs::path folder;
@@ -167,12 +169,24 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
                                          {"random_seed", std::to_string(options.seed), false}};
   int rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
   std::vector<Part> parts = ReadParts(sparse);
-  if (parts.empty()) {
-    // Photos taken close to each other: no pair reaches COLMAP's 16 degrees and 100 points to begin with.
-    arguments.push_back({"Mapper.init_min_tri_angle", kSmallInitialAngleDeg});
-    arguments.push_back({"Mapper.init_min_num_inliers", kFewInitialInliers});
-    rc = colmap.Run("mapper", arguments, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
-    parts = ReadParts(sparse);
+  const auto trusted = [](const std::vector<Part>& p) { return !p.empty() && Distrust(p.front().scene).empty(); };
+  if (!trusted(parts) || static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
+    // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it begins
+    // with a bad one. Once more with milder bounds; the larger scene stays.
+    const fs::path second = work_folder / "sparse-mild";
+    fs::remove_all(second, ec);
+    fs::create_directories(second);
+    std::vector<ColmapOption> mild = arguments;
+    mild[2].value = second.string();
+    mild.push_back({"Mapper.init_min_tri_angle", kMildInitialAngleDeg});
+    mild.push_back({"Mapper.init_min_num_inliers", kMildInitialInliers});
+    mild.push_back({"Mapper.abs_pose_min_num_inliers", kMildPoseInliers});
+    const int mild_rc = colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
+    std::vector<Part> others = ReadParts(second);
+    if (trusted(others) && (!trusted(parts) || others.front().scene.views.size() > parts.front().scene.views.size())) {
+      parts = std::move(others);
+      rc = mild_rc;
+    }
   }
   if (parts.empty())
     throw DataError(fmt::format("COLMAP found no two of the {} photos that show one thing from different places{}", n,

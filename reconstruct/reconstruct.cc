@@ -23,13 +23,13 @@
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStage = "reconstruct";
-constexpr const char* kVersion = "0.1.0";
 constexpr const char* kSummaryFile = "provenance/reconstruct-summary.json";
 
 bool LiesIn(const fs::path& inner, const fs::path& outer) {
@@ -171,7 +171,9 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
 
   // Looked at before anything is written.
   Capture photos;
-  if (!is_video) {
+  if (is_video) {
+    const VideoReader readable(options.input);
+  } else {
     photos = FindPhotos(options.input, sink);
     if (photos.photos.size() < 2)
       throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)

@@ -95,7 +95,7 @@ std::vector<HeldView> Ring(const Capture& capture, const ReconstructOptions& opt
       throw DataError("the photos of a turntable have one size; these have several", "scale them to one size, or leave out --rig");
   // Neighbours up to three steps away overlap; the room's points move by less than this.
   constexpr int kReach = 3;
-  constexpr std::size_t kPerPair = 60, kMinMatches = 100;
+  constexpr std::size_t kPerPair = 40, kMinMatches = 100;
   constexpr double kRoomPx = 2;
   const auto matches = NearMatches(capture, database, kReach, kPerPair, kRoomPx, [n](int a, int b) {
     const int d = std::abs(a - b);
@@ -108,8 +108,8 @@ std::vector<HeldView> Ring(const Capture& capture, const ReconstructOptions& opt
   const Eigen::Vector2d middle = given ? given->PrincipalPointPx() : Eigen::Vector2d(first.width_px / 2.0, first.height_px / 2.0);
   // Coarse to fine: a wide tolerance over a grid of focal lengths, elevations and both senses of rotation, then a narrow
   // one from the best of them. Agreement saturates, so wrong matches do not pull.
-  constexpr double kWidePx = 10, kNarrowPx = 1.5, kMinAgreement = 0.25;
-  constexpr int kStarts = 8;
+  constexpr double kWidePx = 10, kNarrowPx = 1.5, kMinAgreement = 0.4;
+  constexpr int kStarts = 6;
   std::vector<RingGeometry> grid;
   for (double factor = 0.6; factor < 9; factor *= 1.25) {
     if (given && factor != 0.6) break;
@@ -140,14 +140,14 @@ std::vector<HeldView> Ring(const Capture& capture, const ReconstructOptions& opt
         RingGeometry ring = from;
         ring.focal_px = std::exp(x[0]);
         ring.elevation_rad = x[1];
-        ring.tilt_rad = x[2];
-        ring.pan_rad = x[3];
+        ring.pan_rad = x[2];
+        ring.roll_rad = x[3];
         return ring;
       };
       std::vector<double> x{std::log(from.focal_px), from.elevation_rad, 0, 0};
       for (const double scale_px : {kWidePx, 4.0, kNarrowPx}) {
         const double angle = 3 * kRadPerDeg * scale_px / kWidePx;
-        x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); }, x, {given ? 0.0 : 0.1, 2 * angle, angle, angle});
+        x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); }, x, {given ? 0.0 : 0.1, 2 * angle, angle, angle}, 300);
       }
       refined[s] = {RingScore(ring_at(x), matches, middle, kNarrowPx), ring_at(x)};
       progress.Step();
@@ -265,8 +265,7 @@ Rigid3 RingPose(const RingGeometry& ring, int index) {
   const double angle = index * ring.step_rad;
   const Eigen::Vector3d eye(std::cos(angle) * std::cos(ring.elevation_rad), std::sin(angle) * std::cos(ring.elevation_rad), std::sin(ring.elevation_rad));
   const Rigid3 look = LookAt(eye, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
-  // The camera turned in its own frame so that the centre leaves the middle of the image.
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(ring.tilt_rad, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(-ring.pan_rad, Eigen::Vector3d::UnitY());
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(-ring.roll_rad, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-ring.pan_rad, Eigen::Vector3d::UnitY());
   return Rigid3{turn, Eigen::Vector3d::Zero()} * look;
 }
 

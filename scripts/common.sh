@@ -15,7 +15,7 @@ install_packages() {
   [ -n "$missing" ] || return 0
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || die "these packages are missing, and installing them needs root or sudo: $(echo $missing)"
+    command -v sudo >/dev/null || die "these packages are missing, and installing them needs root or sudo: ${missing//$'\n'/ }"
     as_root=(sudo env)
   else
     as_root=(env)

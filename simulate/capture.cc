@@ -14,6 +14,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/version.h"
 #include "simulate/examples.h"
 #include "simulate/surface_points.h"
 
@@ -23,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kVersion = "0.1.0";
 constexpr const char* kStaging = ".simulating";  // where a capture grows until it is whole
 
 // Everything of a capture is made here and moved to its place at the end; what an earlier run that was killed left is

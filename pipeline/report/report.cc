@@ -13,6 +13,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -224,7 +225,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
           fmt::format("<span class=\"key\" style=\"background:var(--soft)\"></span>{} points in space</p>\n", scene.points.size());
 
   std::string body = "<h1>" + EscapeHtml(title) + "</h1>\n<p class=\"soft\">A lumigraph of " + EscapeHtml(input.source.string()) +
-                     ", made by lumi-pipeline " LUMI_VERSION "</p>\n";
+                     ", made by lumi-pipeline " + kVersion + "</p>\n";
   body += CardsHtml(input, cameras, holdout);
   body += HtmlSection("What to do next", NextHtml(input, cameras));
   body += HtmlSection("Cameras seen from above", map);
@@ -236,7 +237,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
 
   ordered_json report;
   report["schema"] = "lumi-pipeline-report";
-  report["version"] = LUMI_VERSION;
+  report["version"] = kVersion;
   report["scene"] = input.scene_folder.string();
   report["source"] = input.source.string();
   report["stages"] = json::array();

@@ -1,5 +1,7 @@
 #include "proxy/delaunay/delaunay_proxy.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -191,6 +193,16 @@ std::string Validate(const DelaunayOptions& o) {
   if (!(o.backing >= 0)) return "backing must be >= 0";
   if (!(o.floor_quantile >= 0 && o.floor_quantile < 0.5)) return "floor_quantile must be in [0, 0.5)";
   return {};
+}
+
+std::map<std::string, std::string> OptionValues(const DelaunayOptions& o) {
+  const auto text = [](double value) { return fmt::format("{}", value); };
+  return {{"max_error_px", text(o.points.max_error_px)}, {"min_angle_deg", text(o.points.min_angle_deg)},
+          {"min_track", text(o.points.min_track)}, {"enough_points", text(o.points.enough_points)},
+          {"neighbours", text(o.points.neighbours)}, {"max_neighbour_ratio", text(o.points.max_neighbour_ratio)},
+          {"merge_px", text(o.merge_px)}, {"ray_weight", text(o.ray_weight)}, {"quality_weight", text(o.quality_weight)},
+          {"tolerance_sigma", text(o.tolerance_sigma)}, {"backing", text(o.backing)}, {"dome_factor", text(o.dome_factor)},
+          {"floor_quantile", text(o.floor_quantile)}, {"dome_subdivisions", text(o.dome_subdivisions)}};
 }
 
 Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, ProgressSink& progress, DelaunaySummary* summary) {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 
 #include "proxy/points.h"
@@ -30,6 +31,8 @@ struct DelaunayOptions {
   int dome_subdivisions = 3;       // of an icosahedron: 642 points
 };
 std::string Validate(const DelaunayOptions& options);  // empty, or what is wrong
+// Names and values, for the record of how a mesh was made.
+std::map<std::string, std::string> OptionValues(const DelaunayOptions& options);
 
 struct DelaunaySummary {
   PointSelection selection;          // its points are moved out

@@ -46,21 +46,18 @@ void main() {
 
 namespace {
 
-// Interface and helpers.
-constexpr const char* kHead = R"(
-layout(location = 0) out vec4 color;  // premultiplied
-
+// What the blend and the cull share.
+constexpr const char* kCommon = R"(
 uniform sampler2D depth_map;
 uniform mat3 ray_from_pixel;   // to the plane at depth 1
 uniform int camera_count;
 uniform float gamma;
-uniform float focal_px;        // of the desired camera; 0: no prefilter
 uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
-uniform samplerBuffer source_colors;
 uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
 uniform ivec2 visibility_size;         // of a map; 0: off
-uniform sampler2DArray photos[GROUPS];
-uniform ivec2 group_size[GROUPS];
+
+// Lists of cameras, tile_words a tile: length, then camera | bucket << 24 with buckets ascending.
+uniform int tile_columns, tile_words;  // tile_words 0: no lists
 
 // A camera is four vec4: D, width; M row by row with height, feather, focal length in the fourth places.
 #ifdef CAMERAS_IN_UNIFORMS
@@ -91,11 +88,52 @@ float Atan(float s, float c) {
   return c < 0.0 ? kPi - y : y;
 }
 
+// Angles from which the buckets begin: finer towards 0, where most of the nearest are.
+float BucketEdge(int bucket) {
+  float b = float(bucket) / float(BUCKETS);
+  return kPi * b * b;
+}
+
+// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated.
+int VisibilityMap(int j) { return int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y; }
+float Surface(int map, ivec2 at, float depth) {
+  float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
+  return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
+}
+)";
+
+// Interface and helpers of the blend.
+constexpr const char* kHead = R"(
+layout(location = 0) out vec4 color;  // premultiplied
+
+uniform float focal_px;        // of the desired camera; 0: no prefilter
+uniform samplerBuffer source_colors;
+uniform sampler2DArray photos[GROUPS];
+uniform ivec2 group_size[GROUPS];
+layout(std430, binding = 0) readonly buffer Lists { uint lists[]; };
+
 // sin(pi/2 s) for s in [0,1] by its series: no driver's own, and a third of its cost on a CPU. Its square is the raised
 // cosine, and keeps its digits at the border, where 1 - cos cancels.
 float SineQuarter(float s) {
   float x = 0.5 * kPi * s, z = x * x;
   return min(1.0, x * (1.0 + z * (-1.6666667e-1 + z * (8.3333333e-3 + z * (-1.9841270e-4 + z * (2.7557319e-6 - z * 2.5052108e-8))))));
+}
+
+// The cameras that a pixel looks at, one after the other: its tile's list, else all in order.
+struct Candidates {
+  int first, count;  // in lists; first < 0: no list
+};
+Candidates CandidatesHere() {
+  if (tile_words == 0) return Candidates(-1, camera_count);
+  ivec2 tile = ivec2(gl_FragCoord.xy) / TILE_PX;
+  int base = (tile.y * tile_columns + tile.x) * tile_words;
+  return Candidates(base + 1, int(lists[base]));
+}
+// x: camera, y: bucket.
+ivec2 Candidate(Candidates c, int i) {
+  if (c.first < 0) return ivec2(i, 0);
+  uint entry = lists[c.first + i];
+  return ivec2(int(entry & 0xffffffu), int(entry >> 24));
 }
 
 struct Seen {
@@ -126,18 +164,12 @@ float Dissimilarity(float theta, Seen s) {
   return s.f > 0.0 ? min(theta * (1.0 + gamma * (1.0 / s.f - 1.0)), 1e37) : kInfinity;
 }
 
-// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated.
-float Surface(int map, ivec2 at, float depth) {
-  float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
-  return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
-}
-
 float Visibility(int j, Seen s) {
   vec2 size = vec2(visibility_size);
   vec2 x = clamp(s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w) * size - 0.5, vec2(0.0), size - 1.0);
   ivec2 x0 = ivec2(x), x1 = min(x0 + 1, visibility_size - 1);
   vec2 a = x - vec2(x0);
-  int map = int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y;
+  int map = VisibilityMap(j);
   float top = mix(Surface(map, x0, s.depth), Surface(map, ivec2(x1.x, x0.y), s.depth), a.x);
   float bottom = mix(Surface(map, ivec2(x0.x, x1.y), s.depth), Surface(map, x1, s.depth), a.x);
   return mix(BLOCKED_VISIBILITY, 1.0, mix(top, bottom, a.y));
@@ -202,29 +234,35 @@ void main() {
   float t = length(offset);
   vec3 d = offset / t;
 
+  Candidates candidates = CandidatesHere();
+
   // The k + 1 smallest h, ascending.
   float h[K + 1];
   int camera[K + 1];
   for (int i = 0; i <= K; ++i) {
     h[i] = kInfinity;
-    camera[i] = 0;
+    camera[i] = camera_count;
   }
   float f_largest = 0.0;
   float cut_sin = 0.0, cut_cos = -1.0;  // h >= theta: beyond this angle a camera cannot be among them
-  for (int j = 0; j < camera_count; ++j) {
+  for (int n = 0; n < candidates.count; ++n) {
+    ivec2 candidate = Candidate(candidates, n);
+    int j = candidate.x;
+    // h >= theta: neither this one nor those after it can be among them.
+    if (f_largest >= ALPHA_FULL_AT && BucketEdge(candidate.y) > h[K]) break;
     vec4 D = CAMERA(j, 0);
     float s = length(cross(D.xyz, d));
     float c = t - dot(D.xyz, d);
-    if (s * cut_cos >= c * cut_sin && cut_sin > 0.0 && f_largest >= ALPHA_FULL_AT) continue;
+    if (s * cut_cos > c * cut_sin && cut_sin > 0.0 && f_largest >= ALPHA_FULL_AT) continue;
     Seen seen = Project(j, offset, D.w);
     f_largest = max(f_largest, seen.f);
     float hj = Dissimilarity(Atan(s, c), seen);
-    if (hj >= h[K]) continue;
+    if (hj > h[K]) continue;
     hj = WithVisibility(hj, j, seen);
-    if (hj >= h[K]) continue;
+    if (hj > h[K]) continue;
     int cj = j;
     for (int i = 0; i <= K; ++i) {
-      bool less = hj < h[i];
+      bool less = hj < h[i] || (hj == h[i] && cj < camera[i]);  // ties by index: in any order the same picture
       float hi = h[i];
       int ci = camera[i];
       h[i] = less ? hj : hi;
@@ -270,8 +308,11 @@ void main() {
   vec3 offset = view_depth * (ray_from_pixel * vec3(gl_FragCoord.xy, 1.0));
   float t = length(offset);
   vec3 d = offset / t;
+  Candidates candidates = CandidatesHere();
   float f_largest = 0.0, h1 = kInfinity;
-  for (int j = 0; j < camera_count; ++j) {
+  for (int n = 0; n < candidates.count; ++n) {
+    ivec2 candidate = Candidate(candidates, n);
+    int j = candidate.x;
     vec4 D = CAMERA(j, 0);
     Seen seen = Project(j, offset, D.w);
     f_largest = max(f_largest, seen.f);
@@ -280,7 +321,9 @@ void main() {
   if (h1 >= kInfinity) return;
   float sum = 0.0;
   vec3 mean = vec3(0.0);
-  for (int j = 0; j < camera_count; ++j) {
+  for (int n = 0; n < candidates.count; ++n) {
+    ivec2 candidate = Candidate(candidates, n);
+    int j = candidate.x;
     vec4 D = CAMERA(j, 0);
     Seen seen = Project(j, offset, D.w);
     float h = WithVisibility(Dissimilarity(Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)), seen), j, seen);
@@ -295,25 +338,123 @@ void main() {
 }
 )";
 
-}  // namespace
+constexpr const char* kCull = R"(
+layout(local_size_x = TILES_PER_GROUP) in;
+layout(std430, binding = 0) writeonly buffer Lists { uint lists[]; };
+uniform ivec2 size_px;
+uniform int tile_count;
 
-std::string BlendFragmentShader(const BlendVariant& variant) {
+// Margins over the rounding of the bounds below: of the radius, and of angles (radians).
+const float kRadiusSlack = 1e-3;
+const float kAngleSlack = 1e-4;
+
+// Drivers' own asin can be off by 1e-3.
+float Asin(float s) { return Atan(s, sqrt(max(0.0, 1.0 - s * s))); }
+
+// Whether a sphere lies on the negative side of a plane through the origin.
+bool Outside(vec3 n, vec3 q, float radius) { return dot(n, q) < -radius * length(n); }
+
+void main() {
+  int tile = int(gl_GlobalInvocationID.x);
+  if (tile >= tile_count) return;
+  ivec2 first = ivec2(tile % tile_columns, tile / tile_columns) * TILE_PX;
+  ivec2 last = min(first + TILE_PX, size_px);
+  int base = tile * tile_words;
+  float nearest = kInfinity, farthest = 0.0;
+  for (int y = first.y; y < last.y; ++y)
+    for (int x = first.x; x < last.x; ++x) {
+      float depth = texelFetch(depth_map, ivec2(x, y), 0).r;
+      if (depth > 0.0) nearest = min(nearest, depth);
+      farthest = max(farthest, depth);
+    }
+  lists[base] = 0u;
+  if (farthest == 0.0) return;
+
+  // A sphere around the proxy's points in the tile: a frustum's section is as far out as its corners.
+  vec2 middle_px = 0.5 * vec2(first + last);
+  vec3 c = 0.5 * (nearest + farthest) * (ray_from_pixel * vec3(middle_px, 1.0));
+  float radius = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    vec2 corner = vec2((i & 1) == 0 ? first.x : last.x, (i & 2) == 0 ? first.y : last.y);
+    vec3 p = ((i & 4) == 0 ? nearest : farthest) * (ray_from_pixel * vec3(corner, 1.0));
+    radius = max(radius, length(p - c));
+  }
+  radius *= 1.0 + kRadiusSlack;
+  float t = length(c);
+  vec3 d = c / t;
+  // The direction to the desired camera turns by no more than this over the sphere.
+  float turn = radius < t ? Asin(radius / t) : kPi;
+
+  // Sorted by counting: how many to a bucket, then where each goes.
+  int next[BUCKETS];
+  for (int b = 0; b < BUCKETS; ++b) next[b] = 0;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int j = 0; j < camera_count; ++j) {
+      vec4 D = CAMERA(j, 0), m0 = CAMERA(j, 1), m1 = CAMERA(j, 2), m2 = CAMERA(j, 3);
+      vec3 q = c - D.xyz;
+      if (Outside(m2.xyz, q, radius) || Outside(m0.xyz, q, radius) || Outside(D.w * m2.xyz - m0.xyz, q, radius) ||
+          Outside(m1.xyz, q, radius) || Outside(m0.w * m2.xyz - m1.xyz, q, radius))
+        continue;  // blind everywhere in the tile
+      // The least theta, from its value at the centre. The two directions turn by `turn` and by as much seen from camera
+      // j. They turn together where the cameras are near each other: with a, b the unit vectors to the two and t, s the
+      // distances, d(a - b)/dp = (I - aa')/t - (I - bb')/s, of norm <= 2 |1/t - 1/s| + sin theta / max(t, s);
+      // |t - s| <= |D| and sin theta <= |D| / max(t, s).
+      float s = length(q), apart = length(D.xyz);
+      float theta = Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d));
+      float least = theta - turn - (radius < s ? Asin(radius / s) : kPi);
+      if (radius < min(s, t)) {
+        float far_side = max(s, t) - radius;
+        float reach = radius * apart * (2.0 / ((s - radius) * (t - radius)) + 1.0 / (far_side * far_side));
+        least = max(least, 2.0 * Asin(clamp(sin(0.5 * theta) - 0.5 * reach, 0.0, 1.0)));
+      }
+      least = least * (1.0 - kAngleSlack) - kAngleSlack;
+      int bucket = clamp(int(sqrt(max(0.0, least) / kPi) * float(BUCKETS)), 0, BUCKETS - 1);
+      if (bucket > 0 && BucketEdge(bucket) > least) --bucket;
+      if (K == 0) bucket = 0;  // all take part: in their own order
+      if (pass == 0)
+        ++next[bucket];
+      else
+        lists[base + 1 + next[bucket]++] = uint(j) | uint(bucket) << 24;
+    }
+    if (pass == 1) break;
+    int sum = 0;
+    for (int b = 0; b < BUCKETS; ++b) {
+      int n = next[b];
+      next[b] = sum;
+      sum += n;
+    }
+    lists[base] = uint(sum);
+  }
+}
+)";
+
+constexpr int kBuckets = 48;
+
+std::string Defines(const BlendVariant& variant) {
   std::string text = "#version 430 core\n";
   text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
                       kAlphaFullAt);
+  text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup, kBuckets);
   text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define BLOCKED_VISIBILITY {:.6f}\n", kVisibleUpTo,
                       kBlockedFrom, kBlockedVisibility);
   if (variant.false_color) text += "#define FALSE_COLOR\n";
   if (variant.cameras_in_uniforms)
     text += fmt::format("#define CAMERAS_IN_UNIFORMS\n#define CAMERA_CAPACITY {}\n", variant.camera_capacity);
-  text += "float view_depth;\n";
-  std::string head = kHead;
+  return text;
+}
+
+}  // namespace
+
+std::string CullComputeShader(const BlendVariant& variant) { return Defines(variant) + kCommon + kCull; }
+
+std::string BlendFragmentShader(const BlendVariant& variant) {
+  std::string head = std::string(kCommon) + "float view_depth;\n" + kHead;
   std::string cases;
   // An array of samplers may be indexed by a value that is the same for all pixels only: a case each.
   for (int g = 0; g < variant.groups; ++g)
     cases += fmt::format("    case {0}: return textureLod(photos[{0}], x, level).rgb;\n", g);
   if (const auto at = head.find("SAMPLE_CASES"); at != std::string::npos) head.replace(at, 12, cases);
-  return text + head + (variant.k == 0 ? kAll : kNearest);
+  return Defines(variant) + head + (variant.k == 0 ? kAll : kNearest);
 }
 
 }  // namespace lumi

@@ -23,6 +23,13 @@ struct BlendVariant {
 };
 std::string BlendFragmentShader(const BlendVariant& variant);
 
+// A compute shader, an invocation a tile: lists the cameras that see anything of the proxy in a tile, those first that can
+// be nearest in angle. A pixel goes through its tile's list until what follows is farther than its k + 1st: it looks at
+// every camera that could matter, so that the picture is the same with lists and without.
+std::string CullComputeShader(const BlendVariant& variant);
+constexpr int kTilePx = 16;            // a tile's side
+constexpr int kTilesPerGroup = 32;
+
 // In normalised units: nothing nearer is drawn.
 constexpr float kNearDepth = 1e-5F;
 

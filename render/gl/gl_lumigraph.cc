@@ -20,6 +20,8 @@ static_assert(kFirstPhotoUnit == kReservedTextureUnits);
 
 constexpr int kFloatsPerCamera = 16;
 constexpr int kMaxUniformCameras = 1024;
+// 128 MB of lists: beyond it (a thousand cameras and a picture of 32 megapixels) pixels look at all cameras.
+constexpr std::size_t kMaxListWords = std::size_t(1) << 25;
 
 void MakeTexture(GlTexture& texture, GLenum format, const Eigen::Vector2i& size) {
   texture = GlTexture::Make();
@@ -149,31 +151,38 @@ void GlLumigraph::SetSourceColors(const std::vector<Eigen::Vector3f>& colors) {
   FillTextureBuffer(color_buffer_, color_texture_, GL_RGBA32F, rgba);
 }
 
-const GlProgram& GlLumigraph::BlendProgram(const BlendVariant& variant) {
-  auto found = blend_programs_.find(variant);
-  if (found == blend_programs_.end()) {
-    GlProgram program("blend", FullScreenVertexShader(), BlendFragmentShader(variant));
-    program.Use();
-    glUniform1i(program.Uniform("depth_map"), kDepthUnit);
-    glUniform1i(program.Uniform("places"), kPlaceUnit);
-    glUniform1i(program.Uniform("source_colors"), kColorUnit);
-    glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
-    if (variant.cameras_in_uniforms) {
-      const GLuint block = glGetUniformBlockIndex(program.id(), "Cameras");
-      if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.id(), block, 0);
-    } else {
-      glUniform1i(program.Uniform("cameras"), kCameraUnit);
-    }
-    std::vector<GLint> units, sizes;
-    for (int g = 0; g < variant.groups; ++g) {
-      units.push_back(kFirstPhotoUnit + g);
-      sizes.push_back(photos_.GroupSize(g).x());
-      sizes.push_back(photos_.GroupSize(g).y());
-    }
-    glUniform1iv(program.Uniform("photos"), variant.groups, units.data());
-    glUniform2iv(program.Uniform("group_size"), variant.groups, sizes.data());
-    CheckGl("compiling the blend shader");
-    found = blend_programs_.emplace(variant, std::move(program)).first;
+// What does not change from picture to picture.
+void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant) const {
+  program.Use();
+  glUniform1i(program.Uniform("depth_map"), kDepthUnit);
+  glUniform1i(program.Uniform("places"), kPlaceUnit);
+  glUniform1i(program.Uniform("source_colors"), kColorUnit);
+  glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
+  if (variant.cameras_in_uniforms) {
+    const GLuint block = glGetUniformBlockIndex(program.id(), "Cameras");
+    if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.id(), block, 0);
+  } else {
+    glUniform1i(program.Uniform("cameras"), kCameraUnit);
+  }
+  std::vector<GLint> units, sizes;
+  for (int g = 0; g < photos_.group_count(); ++g) {
+    units.push_back(kFirstPhotoUnit + g);
+    sizes.push_back(photos_.GroupSize(g).x());
+    sizes.push_back(photos_.GroupSize(g).y());
+  }
+  glUniform1iv(program.Uniform("photos"), static_cast<GLsizei>(units.size()), units.data());
+  glUniform2iv(program.Uniform("group_size"), static_cast<GLsizei>(units.size()), sizes.data());
+  CheckGl("compiling the shaders");
+}
+
+const GlLumigraph::Programs& GlLumigraph::ProgramsFor(const BlendVariant& variant) {
+  auto found = programs_.find(variant);
+  if (found == programs_.end()) {
+    Programs programs{GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)),
+                      GlProgram("cull", CullComputeShader(variant))};
+    Prepare(programs.blend, variant);
+    Prepare(programs.cull, variant);
+    found = programs_.emplace(variant, std::move(programs)).first;
   }
   return found->second;
 }
@@ -257,7 +266,7 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   variant.groups = std::max(1, photos_.group_count());
   variant.cameras_in_uniforms = static_cast<int>(sources_.views.size()) <= uniform_capacity_;
   variant.camera_capacity = variant.cameras_in_uniforms ? std::max(1, static_cast<int>(sources_.views.size())) : 1;
-  program_ = &BlendProgram(variant);
+  program_ = &ProgramsFor(variant);
 
   glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
   FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
@@ -269,26 +278,41 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   } else {
     FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
   }
-  program_->Use();
   const Eigen::Matrix3f rays = setup.ray_from_pixel.cast<float>();
-  glUniformMatrix3fv(program_->Uniform("ray_from_pixel"), 1, GL_FALSE, rays.data());
-  glUniform1i(program_->Uniform("camera_count"), count);
-  glUniform1f(program_->Uniform("gamma"), static_cast<float>(request.settings.gamma));
+  const Eigen::Vector2i tiles = (size_px_.array() + (kTilePx - 1)) / kTilePx;
+  const int tile_count = tiles.prod();
+  const std::size_t tile_words = static_cast<std::size_t>(count) + 1, all_words = tile_words * static_cast<std::size_t>(tile_count);
+  const bool culling = culling_ && all_words <= kMaxListWords;
+  if (const std::size_t words = culling ? all_words : 1; words > list_words_) {
+    if (!list_buffer_) list_buffer_ = GlBuffer::Make();
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_DYNAMIC_COPY);
+    list_words_ = words;
+  }
   const bool visibility = request.settings.visibility && request.settings.gamma > 0;
-  glUniform2i(program_->Uniform("visibility_size"), visibility ? visibility_size_.x() : 0, visibility ? visibility_size_.y() : 0);
-  glUniform1f(program_->Uniform("focal_px"), request.settings.prefilter ? setup.focal_px : 0.0F);
+  for (const GlProgram* p : {&program_->blend, &program_->cull}) {
+    p->Use();
+    glUniformMatrix3fv(p->Uniform("ray_from_pixel"), 1, GL_FALSE, rays.data());
+    glUniform1i(p->Uniform("camera_count"), count);
+    glUniform1i(p->Uniform("tile_columns"), tiles.x());
+    glUniform1i(p->Uniform("tile_words"), culling ? static_cast<int>(tile_words) : 0);
+    glUniform1f(p->Uniform("gamma"), static_cast<float>(request.settings.gamma));
+    glUniform2i(p->Uniform("visibility_size"), visibility ? visibility_size_.x() : 0, visibility ? visibility_size_.y() : 0);
+  }
+  program_->blend.Use();
+  glUniform1f(program_->blend.Uniform("focal_px"), request.settings.prefilter ? setup.focal_px : 0.0F);
+  if (culling) {
+    BindInputs(target);
+    program_->cull.Use();
+    glUniform2i(program_->cull.Uniform("size_px"), size_px_.x(), size_px_.y());
+    glUniform1i(program_->cull.Uniform("tile_count"), tile_count);
+    glDispatchCompute(static_cast<GLuint>((tile_count + kTilesPerGroup - 1) / kTilesPerGroup), 1, 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  }
   CheckGl("drawing the proxy");
 }
 
-void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
-  if (program_ == nullptr) throw std::logic_error("GlLumigraph: Blend without Begin");
-  glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
-  glViewport(0, 0, size_px_.x(), size_px_.y());
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_BLEND);
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(0, first_row, size_px_.x(), last_row - first_row);
-  program_->Use();
+void GlLumigraph::BindInputs(const GlTarget& target) const {
   glActiveTexture(GL_TEXTURE0 + kDepthUnit);
   glBindTexture(GL_TEXTURE_2D, target.depth_texture());
   glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
@@ -304,12 +328,25 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
     glBindTexture(GL_TEXTURE_BUFFER, camera_texture_.id());
   }
   if (camera_block_) glBindBufferBase(GL_UNIFORM_BUFFER, 0, camera_block_.id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
   photos_.Bind(kFirstPhotoUnit);
+  glActiveTexture(GL_TEXTURE0);
+}
+
+void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
+  if (program_ == nullptr) throw std::logic_error("GlLumigraph: Blend without Begin");
+  glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
+  glViewport(0, 0, size_px_.x(), size_px_.y());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(0, first_row, size_px_.x(), last_row - first_row);
+  program_->blend.Use();
+  BindInputs(target);
   glBindVertexArray(empty_array_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindVertexArray(0);
   glDisable(GL_SCISSOR_TEST);
-  glActiveTexture(GL_TEXTURE0);
   CheckGl("blending");
 }
 

@@ -53,6 +53,9 @@ class GlLumigraph {
   // Blends rows [first, last) of the picture begun last, in the same target.
   void Blend(GlTarget& target, int first_row, int last_row);
 
+  // Whether pixels look at their tile's cameras only (CullComputeShader), on unless set. The picture is the same.
+  void SetCulling(bool on) { culling_ = on; }
+
   ImageF ReadColor(const GlTarget& target, const Eigen::Vector2i& size_px) const;
   // Depth along the optical axis, normalised units; 0 where the proxy is missed.
   float ReadDepth(const GlTarget& target, int x, int y) const;
@@ -62,7 +65,12 @@ class GlLumigraph {
   int proxy_index_count() const { return index_count_; }
 
  private:
-  const GlProgram& BlendProgram(const BlendVariant& variant);
+  struct Programs {
+    GlProgram blend, cull;
+  };
+  const Programs& ProgramsFor(const BlendVariant& variant);
+  void Prepare(const GlProgram& program, const BlendVariant& variant) const;
+  void BindInputs(const GlTarget& target) const;
   void UploadVisibility(const Mesh& proxy);
 
   Sources sources_;
@@ -75,16 +83,18 @@ class GlLumigraph {
   int index_count_ = 0;
 
   GlProgram depth_program_;
-  std::map<BlendVariant, GlProgram> blend_programs_;
+  std::map<BlendVariant, Programs> programs_;
   int uniform_capacity_ = 0;                          // cameras that a uniform block holds
   GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
   Eigen::Vector2i visibility_size_ = Eigen::Vector2i::Zero();  // of a map; 0: the proxy hides nothing
-  GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_;
+  GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;
+  std::size_t list_words_ = 0;
+  bool culling_ = true;
   GlTexture camera_texture_, place_texture_, color_texture_;
 
   // The picture begun last.
-  const GlProgram* program_ = nullptr;
+  const Programs* program_ = nullptr;
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();
 };
 

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 
+#include <initializer_list>
 #include <stdexcept>
 #include <vector>
 
@@ -22,10 +23,27 @@ GLuint Compile(GLenum kind, const std::string& name, const std::string& text) {
     std::vector<char> log(8192);
     glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
     glDeleteShader(shader);
-    throw std::logic_error(fmt::format("{} shader '{}' does not compile: {}",
-                                       kind == GL_VERTEX_SHADER ? "vertex" : "fragment", name, log.data()));
+    const char* what = kind == GL_VERTEX_SHADER ? "vertex" : kind == GL_COMPUTE_SHADER ? "compute" : "fragment";
+    throw std::logic_error(fmt::format("{} shader '{}' does not compile: {}", what, name, log.data()));
   }
   return shader;
+}
+
+// Takes the shaders: they are gone afterwards.
+GLuint Link(const std::string& name, std::initializer_list<GLuint> shaders) {
+  const GLuint program = glCreateProgram();
+  for (const GLuint s : shaders) glAttachShader(program, s);
+  glLinkProgram(program);
+  for (const GLuint s : shaders) glDeleteShader(s);
+  GLint ok = 0;
+  glGetProgramiv(program, GL_LINK_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(8192);
+    glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
+    glDeleteProgram(program);
+    throw std::logic_error(fmt::format("shader program '{}' does not link: {}", name, log.data()));
+  }
+  return program;
 }
 
 }  // namespace
@@ -64,22 +82,11 @@ GlProgram::GlProgram(const std::string& name, const std::string& vertex, const s
     glDeleteShader(v);
     throw;
   }
-  const GLuint program = glCreateProgram();
-  glAttachShader(program, v);
-  glAttachShader(program, f);
-  glLinkProgram(program);
-  glDeleteShader(v);
-  glDeleteShader(f);
-  GLint ok = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &ok);
-  if (!ok) {
-    std::vector<char> log(8192);
-    glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    glDeleteProgram(program);
-    throw std::logic_error(fmt::format("shader program '{}' does not link: {}", name, log.data()));
-  }
-  id_ = program;
+  id_ = Link(name, {v, f});
 }
+
+GlProgram::GlProgram(const std::string& name, const std::string& compute)
+    : id_(Link(name, {Compile(GL_COMPUTE_SHADER, name, compute)})) {}
 
 GlProgram::~GlProgram() {
   if (id_ != 0) glDeleteProgram(id_);

@@ -36,12 +36,13 @@ using GlTexture = GlObject<GlKind::kTexture>;
 using GlFramebuffer = GlObject<GlKind::kFramebuffer>;
 using GlVertexArray = GlObject<GlKind::kVertexArray>;
 
-// A linked vertex + fragment program.
+// A linked program: vertex + fragment, or compute.
 class GlProgram {
  public:
   GlProgram() = default;
   // `name` is for messages: throws std::logic_error with the driver's log when the text does not compile or link.
   GlProgram(const std::string& name, const std::string& vertex, const std::string& fragment);
+  GlProgram(const std::string& name, const std::string& compute);
   ~GlProgram();
   GlProgram(GlProgram&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
   GlProgram& operator=(GlProgram&& other) noexcept {

@@ -7,148 +7,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <chrono>
-#include <deque>
 #include <future>
-#include <nlohmann/json.hpp>
-#include <vector>
 
-#include "render/gl/gl_lumigraph.h"
 #include "render/viewer/canvas.h"
-#include "render/viewer/frame_painter.h"
-#include "render/viewer/navigation.h"
-#include "render/viewer/opening.h"
-#include "render/viewer/overlay.h"
-#include "render/viewer/panel.h"
-#include "render/viewer/photo_loader.h"
-#include "render/viewer/script.h"
-#include "render/viewer/window.h"
+#include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
-#include "scene/files/scene_folder.h"
-#include "scene/geometry/angle.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr double kMb = 1e6;
 constexpr double kIdleWait_s = 0.2;          // between looks at the world when nothing happens
 constexpr double kLoadingWait_s = 0.02;      // the cores are for the photos then
 constexpr double kLoadedRefresh_s = 0.35;    // photos that arrive are shown in batches
 constexpr double kUploadTime_s = 0.025;      // a frame
 constexpr double kFlight_s = 0.9;
-constexpr double kMessage_s = 4.0;
-constexpr double kScriptPatience_s = 900;    // for a 'wait'
 constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
 constexpr double kFlySpeed = 0.6;            // scene sizes a second
 
-double SecondsSince(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
-
-class Viewer {
- public:
-  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script)
-      : options_(options),
-        window_(window),
-        scene_(opened.scene),
-        progress_(progress),
-        budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
-        lumigraph_(scene_, budget_.sizes_px),
-        painter_(lumigraph_, PainterOptions{}),
-        home_(StateOfView(scene_, StartView())),
-        navigator_(home_, scene_.up, 1.0 / scene_.normalized_from_world.scale),
-        loader_(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
-        script_(script.begin(), script.end()),
-        scripted_(!script.empty()) {
-    settings_.radiance.k = options.k;
-    settings_.panel = options.show_ui;
-    loader_.SetFocus(home_.cam_from_world);
-    SetProxy(opened.proxy, opened.proxy_name);
-    for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
-    facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
-    if (facts_.scene.empty()) facts_.scene = "lumigraph";
-    facts_.device = GlDeviceName();
-    facts_.photos_total = static_cast<int>(scene_.views.size());
-    facts_.budget_mb = options.memory_mb;
-    for (int side = budget_.max_side_px; 2 * side <= LargestSide(); side *= 2) ++facts_.halvings;
-    facts_.proxies = ListProxies(scene_.folder);
-  }
-
-  nlohmann::json Run();
-
- private:
-  ViewId StartView() const {
-    return {options_.view.empty() ? static_cast<int>(scene_.views.size()) / 2 : FindView(scene_, options_.view)};
-  }
-  int LargestSide() const {
-    int side = 1;
-    for (const View& v : scene_.views) side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
-    return side;
-  }
-  void SetProxy(const Mesh& mesh, const std::string& name) {
-    lumigraph_.SetProxy(mesh);
-    facts_.proxy = name;
-    facts_.faces = static_cast<int>(mesh.faces.size());
-    ++generation_;
-  }
-  void Say(const std::string& message) {
-    facts_.message = message;
-    message_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kMessage_s));
-  }
-
-  void TakePhotos();
-  void TakeProxy();
-  void WishProxy(const std::string& name);
-  bool Steer(const WindowInput& input, double dt_s);
-  void Key(int key);
-  void Jump(int view, bool at_once);
-  Eigen::Vector3d Pivot();
-  std::optional<Eigen::Vector3d> PointAt(double x_px, double y_px) const;
-  RenderRequest Request(const Eigen::Vector2i& size_px) const;
-  void Compose();
-  void Screenshot(const std::filesystem::path& file, bool with_ui);
-  std::filesystem::path FreeScreenshotName() const;
-  bool Loading() const { return loader_.outstanding() > 0 || new_photos_; }
-  void RunScript();
-  void AfterPainting();
-
-  const ViewerOptions& options_;
-  Window& window_;
-  const Scene& scene_;
-  ProgressSink& progress_;
-  PhotoBudget budget_;
-  GlLumigraph lumigraph_;
-  FramePainter painter_;
-  Overlay overlay_;
-  ViewState home_;
-  Navigator navigator_;
-  PhotoLoader loader_;
-  std::future<std::pair<std::string, Mesh>> proxy_loading_;
-  ViewerSettings settings_;
-  PanelFacts facts_;
-  Clock::time_point message_until_ = Clock::now();
-
-  std::optional<Eigen::Vector3d> pivot_;        // picked by the user
-  std::optional<Eigen::Vector3d> drag_pivot_;   // of the drag that goes on
-  int current_photo_ = -1;                      // jumped to last
-  bool new_photos_ = false;
-  Clock::time_point last_refresh_ = Clock::now() - std::chrono::hours(1);
-  long generation_ = 0;                         // of photos and proxy
-
-  Eigen::Vector2i size_px_ = {1, 1};
-  std::optional<RenderRequest> drawn_;
-  long drawn_generation_ = -1;
-
-  std::deque<ScriptStep> script_;
-  bool scripted_;
-  Clock::time_point waiting_since_ = Clock::now();
-  bool waiting_ = false;
-  std::vector<std::string> screenshots_;
-  std::vector<double> frame_ms_;
-};
+}  // namespace
 
 RenderRequest Viewer::Request(const Eigen::Vector2i& size_px) const {
   RenderRequest r;
@@ -158,10 +36,10 @@ RenderRequest Viewer::Request(const Eigen::Vector2i& size_px) const {
   return r;
 }
 
-bool Same(const RenderRequest& a, const RenderRequest& b) {
+static bool Same(const RenderRequest& a, const RenderRequest& b) {
   const RadianceSettings &s = a.settings, &t = b.settings;
   return a.view.P == b.view.P && a.view.size_px == b.view.size_px && a.show == b.show && s.k == t.k &&
-         s.gamma == t.gamma && s.fov_feather == t.fov_feather && s.prefilter == t.prefilter;
+         s.gamma == t.gamma && s.fov_feather == t.fov_feather && s.visibility == t.visibility && s.prefilter == t.prefilter;
 }
 
 void Viewer::TakePhotos() {
@@ -346,78 +224,6 @@ std::filesystem::path Viewer::FreeScreenshotName() const {
   }
 }
 
-// Runs statements up to one that has to wait; those that wait for a picture go on in AfterPainting.
-void Viewer::RunScript() {
-  while (!script_.empty()) {
-    const ScriptStep& s = script_.front();
-    const auto rad = [&](std::size_t i) { return s.numbers[i] * kRadPerDeg; };
-    switch (s.verb) {
-      case ScriptVerb::kJump: Jump(FindView(scene_, s.word), true); break;
-      case ScriptVerb::kFlyTo:
-        if (!waiting_) {
-          Jump(FindView(scene_, s.word), false);
-          waiting_ = true;
-        }
-        if (navigator_.flying()) return;
-        waiting_ = false;
-        break;
-      case ScriptVerb::kHome: navigator_.Set(home_); break;
-      case ScriptVerb::kOrbit:
-        // The point in the middle of a picture that is not drawn yet is not known.
-        if (painter_.empty()) return;
-        navigator_.Orbit(Pivot(), rad(0), rad(1));
-        navigator_.LevelAtOnce();
-        break;
-      case ScriptVerb::kLook:
-        navigator_.Look(rad(0), rad(1));
-        navigator_.LevelAtOnce();
-        break;
-      case ScriptVerb::kMove: {
-        const double size = 1.0 / scene_.normalized_from_world.scale;
-        navigator_.Fly(size * s.numbers[0], size * s.numbers[1], size * s.numbers[2]);
-        break;
-      }
-      case ScriptVerb::kDolly:
-        if (painter_.empty()) return;
-        navigator_.Dolly(Pivot(), s.numbers[0]);
-        break;
-      case ScriptVerb::kZoom: navigator_.Zoom(s.numbers[0]); break;
-      case ScriptVerb::kK: settings_.radiance.k = s.word == "all" ? 0 : std::stoi(s.word); break;
-      case ScriptVerb::kShow: settings_.show = s.word == "color" ? Show::kColor : Show::kFalseColor; break;
-      case ScriptVerb::kFrusta: settings_.frusta = s.word == "on"; break;
-      case ScriptVerb::kMesh: settings_.mesh = s.word == "on"; break;
-      case ScriptVerb::kProxy:
-        if (!waiting_) WishProxy(s.word);
-        waiting_ = proxy_loading_.valid();
-        if (waiting_) return;
-        break;
-      case ScriptVerb::kWait:
-      case ScriptVerb::kScreenshot: return;
-    }
-    script_.pop_front();
-  }
-}
-
-void Viewer::AfterPainting() {
-  if (script_.empty()) return;
-  const ScriptStep& s = script_.front();
-  if (s.verb == ScriptVerb::kWait) {
-    if (!waiting_) waiting_since_ = Clock::now();
-    waiting_ = true;
-    const double waited = SecondsSince(waiting_since_);
-    const bool done = s.numbers.empty() ? !Loading() && painter_.complete() && drawn_generation_ == generation_ : waited >= s.numbers[0];
-    if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
-    if (!done) throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
-  } else if (s.verb == ScriptVerb::kScreenshot) {
-    if (!painter_.complete()) return;
-    Screenshot(s.word, settings_.panel);
-  } else {
-    return;
-  }
-  waiting_ = false;
-  script_.pop_front();
-}
-
 nlohmann::json Viewer::Run() {
   auto last = Clock::now();
   long frames = 0;
@@ -493,8 +299,6 @@ nlohmann::json Viewer::Run() {
   j["screenshots"] = screenshots_;
   return j;
 }
-
-}  // namespace
 
 std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   std::vector<ScriptStep> script = ParseScript(options.script);

@@ -19,6 +19,7 @@ lumi_library(lumi_view
     ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc
   PUBLIC lumi_view_core lumi_render_gl
   PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)

@@ -9,11 +9,10 @@
 
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace {
-
-constexpr const char* kVersion = "0.1.0";
 
 nlohmann::ordered_json WithSchema(const std::string& name, const nlohmann::ordered_json& body) {
   nlohmann::ordered_json j;

@@ -30,7 +30,7 @@ struct CaptureFigures {
   int reproduced_views = 0;
   Reproduction cpu;
   std::optional<Reproduction> gl;              // absent: no OpenGL here
-  std::optional<double> cpu_gl_worst_psnr_db;  // of the photos looked at
+  std::optional<double> cpu_gl_worst_psnr_db;  // of the same views without their own photos, CPU against GL
 };
 
 // Runs lumi-pipeline into work/NAME (what is there is reused) and lumi-render at up to `views` of the photos' own

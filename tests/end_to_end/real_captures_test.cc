@@ -21,25 +21,33 @@ class RealCaptures : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(RealCaptures, CubeFromScratchSaysHowFewPhotosJoinAndThatPosesCanBeGiven) {
+// COLMAP with its own defaults joins two of these photos. Few are never taken for a success.
+TEST_F(RealCaptures, CubeFromScratchJoinsMostPhotosOrSaysThatPosesCanBeGiven) {
   const fs::path photos = data_ / "cube/images", scene = folder_ / "scene";
   const std::string before = Contents(photos);
   const ProgramResult result = RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--no-video", "--json"});
   EXPECT_EQ(Contents(photos), before);
-  EXPECT_EQ(result.exit_code, 1) << result.err;
   const json summary = json::parse(result.out, nullptr, false);
-  ASSERT_TRUE(summary.contains("error")) << result.out;
-  const std::string said = summary["error"]["message"].get<std::string>() + summary["error"]["hint"].get<std::string>();
-  EXPECT_THAT(said, testing::HasSubstr("13"));
-  EXPECT_THAT(said, testing::HasSubstr("--poses"));
-  EXPECT_FALSE(fs::exists(scene / "lumigraph.json"));
+  ASSERT_TRUE(summary.is_object()) << result.out;
+  if (result.exit_code == 0) {
+    const json reconstruct = summary["stages"][0]["summary"];
+    EXPECT_EQ(reconstruct["images_total"], 13);
+    EXPECT_GE(reconstruct["images_registered"].get<int>(), 7);
+    EXPECT_EQ(reconstruct["missing"].size(), 13U - reconstruct["images_registered"].get<std::size_t>());
+  } else {
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    const std::string said = summary["error"]["message"].get<std::string>() + summary["error"]["hint"].get<std::string>();
+    EXPECT_THAT(said, testing::HasSubstr("13"));
+    EXPECT_THAT(said, testing::HasSubstr("--poses"));
+    EXPECT_FALSE(fs::exists(scene / "lumigraph.json"));
+  }
 }
 
 TEST_F(RealCaptures, CubeWithItsPosesIsRefusedUntilCamerasMayBeRescaled) {
   const fs::path photos = data_ / "cube/images", poses = data_ / "cube/sparse", scene = folder_ / "scene";
   ASSERT_TRUE(fs::exists(poses));
   const std::vector<std::string> argv{"lumi-pipeline", photos.string(), "-o", scene.string(), "--poses", poses.string(), "--no-video"};
-  Refusal refusal{argv, 3, {"--rescale-cameras"}, {}, {data_ / "cube"}};
+  Refusal refusal{argv, 1, {"1280x960", "1000x748", "--rescale-cameras"}, {}, {data_ / "cube"}};
   ExpectRefusal(refusal);
   EXPECT_FALSE(fs::exists(scene / "lumigraph.json"));
 

@@ -147,7 +147,9 @@ TEST(ProxyCommands, ImportScalesAndJudgesAMesh) {
   RunImport(folder / "turned.ply", 2, {folder / "scene", "turned", {}, false}, listener);
   EXPECT_THAT(listener.said, HasSubstr("inside out"));
   listener.said.clear();
-  RunImport(folder / "wall.ply", 1e-3, {folder / "scene", "tiny", {}, false}, listener);
+  for (Eigen::Vector3d& v : wall.vertices) v.z() = -2;  // behind every camera
+  WriteMesh(folder / "behind.ply", wall);
+  RunImport(folder / "behind.ply", 1, {folder / "scene", "behind", {}, false}, listener);
   EXPECT_THAT(listener.said, HasSubstr("no view sees"));
 
   EXPECT_THROW(RunImport(folder / "wall.ply", -1, {folder / "scene", "x", {}, false}, SilentProgress()), UsageError);
@@ -169,9 +171,11 @@ TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   EXPECT_EQ(mesh["name"], "mesh");
   EXPECT_EQ(mesh["coverage_min"], 1.0);
   EXPECT_LT(mesh["blocked_ray_fraction"], 0.02);
-  // A plane at the median depth blocks, or lies behind, what stands off it.
-  EXPECT_GT(info["proxies"][1]["point_distance_median"].get<double>() + info["proxies"][1]["blocked_ray_fraction"].get<double>(),
-            mesh["point_distance_median"].get<double>() + mesh["blocked_ray_fraction"].get<double>());
+  EXPECT_LT(mesh["point_distance_median"], 1e-9);
+  const json& plane = info["proxies"][1];
+  EXPECT_EQ(plane["active"], true);
+  EXPECT_EQ(plane["front_fraction"], 1.0);
+  EXPECT_EQ(plane["closed"], false);
   EXPECT_THAT(DescribeProxy(info.dump()), HasSubstr("mesh"));
   EXPECT_THROW(RunInfo(folder / "scene", "none", SilentProgress()), UsageError);
 }

@@ -17,6 +17,7 @@ TEST(ColmapLog, ReadsTheProgressLinesOfEveryStage) {
   expect("Processed file [3/11]", 3, 11);
   expect("Matching block [1/3, 2/3] in 0.363s", 2, 9);
   expect("Matching block [3/3, 3/3]", 9, 9);
+  expect("Matching block [5/18] in 0.2s", 5, 18);
   expect("Matching image [5/40] in 0.1s", 5, 40);
   expect("Registering image #5 (3)", 3, 0);
   expect("Undistorting image [2/11]", 2, 11);
@@ -27,7 +28,7 @@ TEST(ColmapLog, ReadsTheProgressLinesOfEveryStage) {
 
 TEST(ColmapLog, OtherLinesAreNoProgress) {
   for (const char* line : {"", "  Name:            0001.jpg", "Elapsed time: 0.995 [minutes]", "Processed file [", "Processed file [x/y]", "Processed file [12/11]",
-                           "Matching block [1/3]", "  => Image sees 3814 / 8854 points", "Registering image #5", "TIFFFieldWithTag: Internal error, unknown tag 0xa217."})
+                           "Matching block [1/3, 2]", "  => Image sees 3814 / 8854 points", "Registering image #5", "TIFFFieldWithTag: Internal error, unknown tag 0xa217."})
     EXPECT_FALSE(ParseColmapProgress(line)) << line;
 }
 

@@ -133,7 +133,7 @@ Scene SceneOf(std::size_t points, double baseline) {
     Point p;
     p.x_in_world = Eigen::Vector3d(0.001 * static_cast<double>(i), 0, 10);
     p.error_px = 0.5;
-    p.track = {{ViewId{0}, {}}, {ViewId{1}, {}}};
+    p.track = {{ViewId{0}, Eigen::Vector2d::Zero()}, {ViewId{1}, Eigen::Vector2d::Zero()}};
     scene.points.push_back(p);
   }
   return scene;

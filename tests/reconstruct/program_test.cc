@@ -33,7 +33,7 @@ struct Outcome {
   std::string messages;
 };
 
-Outcome Run(std::vector<std::string> arguments) {
+Outcome RunReconstruct(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), kProgram.string());
   arguments.push_back("--json");
   SubprocessOptions options;
@@ -92,50 +92,50 @@ Image8 Noise(unsigned seed) {
 
 TEST_F(ReconstructProgram, AnEmptyFolderIsRefused) {
   fs::create_directories(folder_ / "photos");
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene")}), 3, "empty");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene")}), 3, "empty");
   EXPECT_FALSE(fs::exists(folder_ / "scene"));
 }
 
 TEST_F(ReconstructProgram, AFolderOfTextFilesIsRefused) {
   WriteTextAtomically(folder_ / "photos" / "notes.txt", "no photo");
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene")}), 3, "notes.txt");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene")}), 3, "notes.txt");
   EXPECT_FALSE(fs::exists(folder_ / "scene"));
 }
 
 TEST_F(ReconstructProgram, AnAbsentInputAndAStrangeFileAreRefused) {
-  ExpectRefusal(Run({Path("absent"), "-o", Path("scene")}), 3, "no such");
+  ExpectRefusal(RunReconstruct({Path("absent"), "-o", Path("scene")}), 3, "no such");
   WriteTextAtomically(folder_ / "file.bin", "bytes");
-  ExpectRefusal(Run({Path("file.bin"), "-o", Path("scene")}), 3, "neither a folder of photos nor a video");
+  ExpectRefusal(RunReconstruct({Path("file.bin"), "-o", Path("scene")}), 3, "neither a folder of photos nor a video");
   WriteTextAtomically(folder_ / "video.mp4", "not a video at all");
-  ExpectRefusal(Run({Path("video.mp4"), "-o", Path("scene2")}), 3, "video.mp4");
+  ExpectRefusal(RunReconstruct({Path("video.mp4"), "-o", Path("scene2")}), 3, "video.mp4");
 }
 
 TEST_F(ReconstructProgram, WrongUsageIsTold) {
-  EXPECT_EQ(Run({Path("photos")}).code, 2);
-  EXPECT_EQ(Run({Path("photos"), "-o", Path("scene"), "--rig", "square"}).code, 2);
-  EXPECT_EQ(Run({Path("photos"), "-o", Path("scene"), "--focal-px", "long"}).code, 2);
-  EXPECT_EQ(Run({Path("photos"), "-o", Path("scene"), "--backend", "magic"}).code, 2);
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene"), "--focal-px", "500"}), 2, "--camera");
+  EXPECT_EQ(RunReconstruct({Path("photos")}).code, 2);
+  EXPECT_EQ(RunReconstruct({Path("photos"), "-o", Path("scene"), "--rig", "square"}).code, 2);
+  EXPECT_EQ(RunReconstruct({Path("photos"), "-o", Path("scene"), "--focal-px", "long"}).code, 2);
+  EXPECT_EQ(RunReconstruct({Path("photos"), "-o", Path("scene"), "--backend", "magic"}).code, 2);
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene"), "--focal-px", "500"}), 2, "--camera");
 }
 
 TEST_F(ReconstructProgram, OnePhotoIsRefused) {
   WriteImage(folder_ / "photos" / "a.png", Noise(1));
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene")}), 1, "only one photo");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene")}), 1, "only one photo");
   EXPECT_FALSE(fs::exists(folder_ / "scene"));
 }
 
 TEST_F(ReconstructProgram, TwoUnrelatedPhotosAreRefused) {
   WriteImage(folder_ / "photos" / "a.png", Noise(1));
   WriteImage(folder_ / "photos" / "b.png", Noise(2));
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene")}), 1, "photos of one thing");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene")}), 1, "photos of one thing");
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "lumigraph.json"));
 }
 
 TEST_F(ReconstructProgram, AnOutputThatCannotBeWrittenIsAMachineError) {
   WriteImage(folder_ / "photos" / "a.png", Noise(1));
   WriteImage(folder_ / "photos" / "b.png", Noise(2));
-  ExpectRefusal(Run({Path("photos"), "-o", Path("photos/a.png/scene")}), 4, "cannot");
-  ExpectRefusal(Run({Path("photos"), "-o", "/proc/lumi-scene"}), 4, "cannot");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("photos/a.png/scene")}), 4, "cannot");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", "/proc/lumi-scene"}), 4, "cannot");
 }
 
 TEST_F(ReconstructProgram, SomebodyElsesFolderIsLeftAlone) {
@@ -143,16 +143,16 @@ TEST_F(ReconstructProgram, SomebodyElsesFolderIsLeftAlone) {
   WriteImage(folder_ / "photos" / "b.png", Noise(2));
   WriteTextAtomically(folder_ / "mine" / "thesis.doc", "years of work");
   const std::string before = Fingerprint(folder_ / "mine");
-  ExpectRefusal(Run({Path("photos"), "-o", Path("mine")}), 2, "not ours");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("mine")}), 2, "not ours");
   EXPECT_EQ(Fingerprint(folder_ / "mine"), before);
-  ExpectRefusal(Run({Path("photos"), "-o", folder_.string()}), 2, "not ours");  // the photos' own parent
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", folder_.string()}), 2, "not ours");  // the photos' own parent
 }
 
 TEST_F(ReconstructProgram, PhotosBecomeAScene) {
   REQUIRE_PHOTOS(folder_ / "photos");
   WriteTextAtomically(folder_ / "photos" / "notes.txt", "a text file among the photos");
   const std::string before = Fingerprint(folder_ / "photos");
-  const Outcome first = Run({Path("photos"), "-o", Path("scene")});
+  const Outcome first = RunReconstruct({Path("photos"), "-o", Path("scene")});
   ASSERT_EQ(first.code, 0) << first.messages;
   EXPECT_EQ(Fingerprint(folder_ / "photos"), before);  // nothing of the user's is changed
   EXPECT_NE(first.messages.find("notes.txt"), std::string::npos);
@@ -178,29 +178,29 @@ TEST_F(ReconstructProgram, PhotosBecomeAScene) {
 
   // The same again has nothing to do; another option reuses what does not depend on it.
   const auto written = fs::last_write_time(folder_ / "scene" / "lumigraph.json");
-  const Outcome again = Run({Path("photos"), "-o", Path("scene")});
+  const Outcome again = RunReconstruct({Path("photos"), "-o", Path("scene")});
   EXPECT_EQ(again.code, 0);
   EXPECT_EQ(again.json["reused"], nlohmann::json({"everything"}));
   EXPECT_EQ(fs::last_write_time(folder_ / "scene" / "lumigraph.json"), written);
-  const Outcome other = Run({Path("photos"), "-o", Path("scene"), "--seed", "5"});
+  const Outcome other = RunReconstruct({Path("photos"), "-o", Path("scene"), "--seed", "5"});
   EXPECT_EQ(other.code, 0) << other.messages;
   EXPECT_EQ(other.json["reused"], nlohmann::json({"features", "matches"}));
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene"), "--component", "3"}), 1, "no component 3");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene"), "--component", "3"}), 1, "no component 3");
   // The input inside the output would be overwritten.
-  ExpectRefusal(Run({Path("scene/images"), "-o", Path("scene")}), 2, "inside the output");
+  ExpectRefusal(RunReconstruct({Path("scene/images"), "-o", Path("scene")}), 2, "inside the output");
 
   // A photo more: the others' features stay. And a database beside the photos is reused without being touched.
   fs::create_directories(folder_ / "project");
   fs::copy(folder_ / "photos", folder_ / "project" / "images");
   fs::copy_file(folder_ / "scene" / "colmap" / "database.db", folder_ / "project" / "database.db");
   const std::string project = Fingerprint(folder_ / "project");
-  const Outcome reused = Run({Path("project/images"), "-o", Path("scene2")});
+  const Outcome reused = RunReconstruct({Path("project/images"), "-o", Path("scene2")});
   EXPECT_EQ(reused.code, 0) << reused.messages;
   EXPECT_EQ(reused.json["reused"], nlohmann::json({"features", "matches"}));
   EXPECT_EQ(Fingerprint(folder_ / "project"), project);
 
   // The cameras just found, given as known ones: held to the last bit, points triangulated anew.
-  const Outcome held = Run({Path("scene/images"), "-o", Path("scene3"), "--poses", Path("scene/sparse")});
+  const Outcome held = RunReconstruct({Path("scene/images"), "-o", Path("scene3"), "--poses", Path("scene/sparse")});
   ASSERT_EQ(held.code, 0) << held.messages;
   EXPECT_EQ(held.json["images_registered"], 6);
   EXPECT_LT(held.json["mean_reprojection_error_px"].get<double>(), 1.0);
@@ -216,14 +216,14 @@ TEST_F(ReconstructProgram, ATruncatedPhotoIsLeftOutAndNamed) {
   REQUIRE_PHOTOS(folder_ / "photos");
   const fs::path victim = *fs::directory_iterator(folder_ / "photos");
   fs::resize_file(victim, fs::file_size(victim) / 2);
-  const Outcome o = Run({Path("photos"), "-o", Path("scene")});
+  const Outcome o = RunReconstruct({Path("photos"), "-o", Path("scene")});
   ASSERT_EQ(o.code, 0) << o.messages;
   EXPECT_EQ(o.json["images_total"], 6);
   bool named = false;
   for (const auto& m : o.json["missing"]) named = named || (m["name"] == victim.filename().string() && m["reason"].get<std::string>().find("unreadable") == 0);
   EXPECT_TRUE(named) << o.json.dump();
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "images" / victim.filename()));
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene"), "--min-registered", "1"}), 1, "100 %");
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene"), "--min-registered", "1"}), 1, "100 %");
 }
 
 TEST_F(ReconstructProgram, PhotosOfDifferentSizesDepthsAndChannelsAreAllowed) {
@@ -245,7 +245,7 @@ TEST_F(ReconstructProgram, PhotosOfDifferentSizesDepthsAndChannelsAreAllowed) {
   for (std::size_t i = 0; i < deep.data.size(); ++i) deep.data[i] = static_cast<float>(source.data[i]) / 255;
   WriteImage(folder_ / "photos" / "deep.exr", deep);
   for (const int i : {2, 3, 4}) fs::remove(photos[static_cast<std::size_t>(i)]);
-  const Outcome o = Run({Path("photos"), "-o", Path("scene")});
+  const Outcome o = RunReconstruct({Path("photos"), "-o", Path("scene")});
   ASSERT_EQ(o.code, 0) << o.messages;
   EXPECT_EQ(o.json["images_total"], 6);
   EXPECT_GE(o.json["images_registered"].get<int>(), 5) << o.json.dump();
@@ -264,9 +264,11 @@ TEST_F(ReconstructProgram, AKilledRunGoesOnAndLeavesNoHalfScene) {
     kill(pid, SIGKILL);
     int status = 0;
     waitpid(pid, &status, 0);
-    if (fs::exists(folder_ / "scene" / "lumigraph.json")) EXPECT_NO_THROW(OpenScene(folder_ / "scene", OpenOptions{}, SilentProgress()));
+    if (fs::exists(folder_ / "scene" / "lumigraph.json")) {
+      EXPECT_NO_THROW(OpenScene(folder_ / "scene", OpenOptions{}, SilentProgress()));
+    }
   }
-  const Outcome o = Run({Path("photos"), "-o", Path("scene")});
+  const Outcome o = RunReconstruct({Path("photos"), "-o", Path("scene")});
   ASSERT_EQ(o.code, 0) << o.messages;
   EXPECT_EQ(o.json["images_registered"], 6);
   EXPECT_EQ(OpenScene(folder_ / "scene", OpenOptions{}, SilentProgress()).views.size(), 6u);
@@ -288,20 +290,28 @@ TEST_F(ReconstructProgram, CtrlCEndsWith130AndEndsColmap) {
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "lumigraph.json"));
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "LOCK"));
+  // No process is left that was given our folder.
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    std::ifstream command(entry.path() / "cmdline", std::ios::binary);
+    const std::string line((std::istreambuf_iterator<char>(command)), {});
+    if (line.find("colmap") == 0) {
+      EXPECT_EQ(line.find(folder_.string()), std::string::npos) << line;
+    }
+  }
 }
 
 TEST_F(ReconstructProgram, AFolderThatIsBeingWrittenIsRefused) {
   WriteImage(folder_ / "photos" / "a.png", Noise(1));
   WriteImage(folder_ / "photos" / "b.png", Noise(2));
   const FolderLock lock(folder_ / "scene");
-  ExpectRefusal(Run({Path("photos"), "-o", Path("scene")}), 4, std::to_string(::getpid()));
+  ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene")}), 4, std::to_string(::getpid()));
 }
 
 TEST_F(ReconstructProgram, AVideoThatStandsStillIsRefused) {
   VideoWriter writer(folder_ / "still.mp4", 10);
   for (int i = 0; i < 12; ++i) writer.Add(Noise(1));
   writer.Finish();
-  ExpectRefusal(Run({Path("still.mp4"), "-o", Path("scene")}), 1, "hardly moves");
+  ExpectRefusal(RunReconstruct({Path("still.mp4"), "-o", Path("scene")}), 1, "hardly moves");
 }
 
 }  // namespace

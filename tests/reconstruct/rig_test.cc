@@ -1,7 +1,9 @@
 #include "reconstruct/rig.h"
 
-#include <gtest/gtest.h>
+#include <cmath>
+#include <random>
 
+#include "database_fixture.h"
 #include "reconstruct/nelder_mead.h"
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
@@ -26,15 +28,17 @@ TEST(RingPose, CamerasStandOnACircleAndSeeItsCentreInTheMiddle) {
   }
 }
 
-TEST(RingPose, TiltAndPanMoveTheCentreInTheImage) {
+TEST(RingPose, PanAndRollTurnTheCameraWhereItStands) {
   RingGeometry ring;
-  ring.tilt_rad = 2 * kRadPerDeg;
   ring.pan_rad = 3 * kRadPerDeg;
   const Eigen::Vector3d centre = RingPose(ring, 5) * Eigen::Vector3d::Zero();
-  // The axis passes below the centre, which is seen above the middle; and to its right: seen on the left.
-  EXPECT_LT(centre.y(), 0);
-  EXPECT_LT(centre.x(), 0);
+  EXPECT_LT(centre.x(), 0);  // the axis passes to its right: it is seen on the left
   EXPECT_NEAR(centre.norm(), 1, kExact);
+  RingGeometry rolled;
+  rolled.roll_rad = 5 * kRadPerDeg;
+  const Eigen::Vector3d up = RingPose(rolled, 5).R() * Eigen::Vector3d::UnitZ();
+  EXPECT_LT(up.x(), 0);  // the camera turned clockwise: the world leans to the left
+  EXPECT_LT((RingPose(rolled, 5).OriginInSource() - RingPose(RingGeometry{}, 5).OriginInSource()).norm(), kExact);
 }
 
 TEST(RingPose, OppositeStepsTurnTheOtherWay) {
@@ -43,6 +47,126 @@ TEST(RingPose, OppositeStepsTurnTheOtherWay) {
   RingGeometry other = ring;
   other.step_rad = -0.3;
   EXPECT_LT((RingPose(ring, 2).Matrix() - RingPose(other, -2).Matrix()).cwiseAbs().maxCoeff(), kExact);
+}
+
+// Photos of random points on a turntable, with matches between neighbours; every eighth match is wrong.
+Capture MakeRing(const std::filesystem::path& database, const RingGeometry& truth, int n) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> coordinate(-0.12, 0.12);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 150; ++i) points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
+  const Camera camera = Camera::Pinhole(640, 480, truth.focal_px, truth.focal_px, 320, 240);
+  TestDatabase db(database);
+  Capture capture;
+  for (int v = 0; v < n; ++v) {
+    Photo photo;
+    photo.name = (v < 10 ? "p0" : "p") + std::to_string(v) + ".jpg";
+    photo.width_px = 640;
+    photo.height_px = 480;
+    capture.photos.push_back(photo);
+    std::vector<Eigen::Vector2d> keypoints;
+    for (const auto& X : points) keypoints.push_back(*camera.Project(RingPose(truth, v) * X));
+    db.AddImage(v + 1, photo.name, keypoints);
+  }
+  std::uniform_int_distribution<int> any(0, 149);
+  for (int a = 0; a < n; ++a)
+    for (int b = a + 1; b < n; ++b) {
+      std::vector<std::pair<int, int>> matches;
+      for (int i = 0; i < 150; ++i) matches.emplace_back(i, i % 8 == 0 ? any(random) : i);
+      db.AddMatches(a + 1, b + 1, matches);
+    }
+  return capture;
+}
+
+TEST(RingSearch, FindsFocalLengthElevationAndSenseOfATurntable) {
+  for (const int sense : {1, -1}) {
+    const TemporaryFolder folder("ring");
+    RingGeometry truth;
+    truth.focal_px = 1400;
+    truth.elevation_rad = 24 * kRadPerDeg;
+    truth.step_rad = sense * 360 * kRadPerDeg / 24;
+    truth.pan_rad = 1.5 * kRadPerDeg;
+    truth.roll_rad = -2 * kRadPerDeg;
+    const Capture capture = MakeRing(folder.path() / "database.db", truth, 24);
+    ReconstructOptions options;
+    options.rig = Rig::kRing;
+    options.search_focal = true;
+    const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
+    ASSERT_EQ(views.size(), 24u);
+    // Matches are exact to float; the search stops within a fraction of its narrowest tolerance (1.5 px of 640).
+    EXPECT_NEAR(views[0].camera.FocalPx().x() / truth.focal_px, 1, 0.02);
+    for (int v = 0; v < 24; ++v)
+      EXPECT_LT(views[static_cast<std::size_t>(v)].cam_from_world.rotation.angularDistance(RingPose(truth, v).rotation) * kDegPerRad, 0.5) << v;
+  }
+}
+
+TEST(RingSearch, AGivenFocalLengthIsKept) {
+  const TemporaryFolder folder("ringf");
+  RingGeometry truth;
+  truth.focal_px = 900;
+  truth.elevation_rad = 10 * kRadPerDeg;
+  truth.step_rad = 360 * kRadPerDeg / 18;
+  const Capture capture = MakeRing(folder.path() / "database.db", truth, 18);
+  ReconstructOptions options;
+  options.rig = Rig::kRing;
+  options.focal_px = 900;
+  const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
+  EXPECT_EQ(views[5].camera.FocalPx().x(), 900);
+  EXPECT_LT(views[5].cam_from_world.rotation.angularDistance(RingPose(truth, 5).rotation) * kDegPerRad, 0.2);
+}
+
+TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
+  const TemporaryFolder folder("noring");
+  RingGeometry truth;
+  truth.focal_px = 900;
+  truth.step_rad = 360 * kRadPerDeg / 18;
+  truth.elevation_rad = 35 * kRadPerDeg;  // (seen from the side every order looks alike: all points move along rows)
+  Capture capture = MakeRing(folder.path() / "database.db", truth, 18);
+  // Names in another order than the places on the circle.
+  const std::vector<Photo> in_order = capture.photos;
+  for (std::size_t i = 0; i < 18; ++i) capture.photos[i] = in_order[(i * 7) % 18];
+  ReconstructOptions options;
+  options.rig = Rig::kRing;
+  options.search_focal = true;
+  EXPECT_THROW(AssumeRig(capture, options, folder.path() / "database.db", SilentProgress()), DataError);
+}
+
+TEST(GridSearch, FindsWhichWayTheCoordinatesRun) {
+  for (const double sign : {1.0, -1.0}) {
+    const TemporaryFolder folder("grid");
+    std::mt19937 random(12);
+    std::uniform_real_distribution<double> coordinate(-2, 2), depth(8, 16);
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 100; ++i) points.emplace_back(coordinate(random), coordinate(random), depth(random));
+    const Camera camera = Camera::Pinhole(640, 480, 700, 700, 320, 240);
+    Capture capture;
+    {
+      TestDatabase db(folder.path() / "database.db");
+      for (int v = 0; v < 9; ++v) {
+        Photo photo;
+        photo.name = "p" + std::to_string(v) + ".jpg";
+        photo.width_px = 640;
+        photo.height_px = 480;
+        capture.photos.push_back(photo);
+        std::vector<Eigen::Vector2d> keypoints;
+        for (const auto& X : points) keypoints.push_back(*camera.Project(GridPose(sign * (v % 3), v / 3) * X));  // columns run right or left
+        db.AddImage(v + 1, photo.name, keypoints);
+      }
+      std::vector<std::pair<int, int>> matches;
+      for (int i = 0; i < 100; ++i) matches.emplace_back(i, i);
+      for (int a = 1; a <= 9; ++a)
+        for (int b = a + 1; b <= 9; ++b) db.AddMatches(a, b, matches);
+    }
+    ReconstructOptions options;
+    options.rig = Rig::kGrid;
+    options.grid_size = "3x3";
+    options.focal_px = 700;
+    const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
+    EXPECT_NEAR(views[1].cam_from_world.OriginInSource().x(), sign, kExact);
+    EXPECT_NEAR(views[3].cam_from_world.OriginInSource().y(), 1, kExact);
+    options.grid_size = "2x4";
+    EXPECT_THROW(AssumeRig(capture, options, folder.path() / "database.db", SilentProgress()), DataError);
+  }
 }
 
 TEST(GridPose, CamerasAreParallel) {

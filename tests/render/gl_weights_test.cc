@@ -131,6 +131,32 @@ TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
   std::printf("  %d rays, %d blended, %d at borders left out, worst weight error %.1e\n", rays, blended, left_out, static_cast<double>(worst));
 }
 
+// Lists of cameras a tile leave out only what cannot matter: not a bit of the picture changes.
+TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
+  std::mt19937_64 random(31);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (const auto& [views, arc] : {std::pair{40, 5.5}, {300, 3.0}, {5, 1.0}}) {
+    world_ = test::MakeWorld(views, 100, arc);
+    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(world_.scene.views.size(), Eigen::Vector2i(1, 1)));
+    lumigraph_->SetProxy(world_.proxy);
+    for (int frame = 0; frame < 12; ++frame) {
+      RenderRequest request;
+      request.show = Show::kFalseColor;
+      request.view = frame == 0 ? MakeRenderView(world_.scene, world_.scene.views[2])
+                                : test::ArcView(6 * uniform(random), 131, 83, 20 + 200 * uniform(random), 0.3 + 1.2 * uniform(random));
+      request.settings.k = std::array{1, 4, 9, 16, 0}[static_cast<std::size_t>(frame % 5)];
+      request.settings.gamma = std::array{1.0, 0.0, 4.0}[static_cast<std::size_t>(frame % 3)];
+      const auto draw = [&](bool culling) {
+        lumigraph_->SetCulling(culling);
+        lumigraph_->Begin(request, *target_);
+        lumigraph_->Blend(*target_, 0, request.view.size_px.y());
+        return lumigraph_->ReadColor(*target_, request.view.size_px);
+      };
+      ASSERT_EQ(draw(true).data, draw(false).data) << views << " views, frame " << frame;
+    }
+  }
+}
+
 // Two photos from one place share at their common epipole, and nobody else has a part.
 TEST_F(GlWeights, CamerasAtOnePlaceShare) {
   world_.scene.views[4].cam_from_world = world_.scene.views[3].cam_from_world;
