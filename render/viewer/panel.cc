@@ -37,6 +37,8 @@ void Blending(ViewerSettings& settings) {
   if (ImGui::Checkbox("all", &all)) r.k = all ? 0 : 4;
   ImGui::SameLine();
   ImGui::Checkbox("prefilter", &r.prefilter);
+  ImGui::SameLine();
+  ImGui::Checkbox("visibility", &r.visibility);
   auto gamma = static_cast<float>(r.gamma);
   if (ImGui::SliderFloat("field of view", &gamma, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic))
     r.gamma = std::clamp(static_cast<double>(gamma), 0.0, 1000.0);
