@@ -66,7 +66,7 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
                                          : fmt::format("too few matches (best: {} inliers with {})", b->second.first, b->second.second),
                          "shoot photos between it and its neighbours: each should show two thirds of the last"});
     } else {
-      missing.push_back({photo.name, fmt::format("its position did not fit ({} inliers with {}, repeated or moving things?)", b->second.first, b->second.second),
+      missing.push_back({photo.name, fmt::format("its position did not fit ({} inliers with {}: repeated or moving things, or hardly a step between the two?)", b->second.first, b->second.second),
                          "shoot photos between it and its neighbours, or mask what moves (--masks)"});
     }
   }

@@ -209,8 +209,11 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
       run.Signal(blow.signal);
     } else {
       bool struck = false;
-      for (const pid_t pid : ProcessesNaming(scene))
-        if (fs::read_symlink("/proc/" + std::to_string(pid) + "/exe").filename() == blow.program) struck = ::kill(pid, blow.signal) == 0;
+      for (const pid_t pid : ProcessesNaming(scene)) {
+        std::error_code gone;  // a process of the list may have ended since
+        const fs::path program = fs::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone);
+        if (!gone && program.filename() == blow.program) struck = ::kill(pid, blow.signal) == 0;
+      }
       EXPECT_TRUE(struck);
     }
     const ProgramResult result = run.Wait();
