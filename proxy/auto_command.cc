@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
 
@@ -28,25 +28,6 @@ constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a r
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "lumi-proxy-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw MachineError("cannot make a temporary folder", "set TMPDIR to a folder with room", pattern);
-    path_ = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 struct Candidate {
   std::string name;

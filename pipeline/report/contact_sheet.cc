@@ -1,6 +1,5 @@
 #include "pipeline/report/contact_sheet.h"
 
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
@@ -17,26 +17,6 @@ namespace {
 
 constexpr int kGapPx = 6;
 constexpr int kThumbnailQuality = 82;
-
-// A folder for the JPEG encoder, which writes files; gone with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "lumi-report-XXXXXX").string();
-    if (!::mkdtemp(pattern.data())) throw MachineError("cannot make a temporary folder", "set TMPDIR to a writable folder", pattern);
-    path_ = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 }  // namespace
 
