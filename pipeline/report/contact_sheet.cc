@@ -1,6 +1,5 @@
 #include "pipeline/report/contact_sheet.h"
 
-
 #include <algorithm>
 #include <cmath>
 #include <system_error>
