@@ -3,7 +3,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "tests/architecture/tree_rules.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

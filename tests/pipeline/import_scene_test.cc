@@ -9,7 +9,7 @@
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "tests/support/small_scene.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

@@ -6,7 +6,7 @@
 #include "scene/files/colmap_model.h"
 #include "scene/program/error.h"
 #include "tests/support/small_scene.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

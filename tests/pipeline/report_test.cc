@@ -11,7 +11,7 @@
 #include "pipeline/report/html.h"
 #include "scene/files/atomic_file.h"
 #include "tests/support/small_scene.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

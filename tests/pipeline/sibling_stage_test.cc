@@ -6,7 +6,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

@@ -13,7 +13,7 @@
 #include "scene/program/error.h"
 #include "tests/proxy/synthetic_scene.h"
 #include "tests/support/child_program.h"
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi::test {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/temporary_folder.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 
