@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/photos/photo_set.h"
+#include "render/radiance/optimum.h"
 #include "render/radiance/settings.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/image.h"
@@ -15,7 +16,16 @@ namespace lumi {
 
 enum class Show {
   kColor,
-  kFalseColor,  // one distinct colour a source view (SourceColor), blended with the same weights
+  kFalseColor,    // one distinct colour a source view (SourceColor), blended with the same weights
+  kTessellation,  // the colour with the sparse samples' triangles or cells, and the epipole samples, drawn over it
+};
+
+// Of the last picture.
+struct RenderStatistics {
+  double plan_ms = 0, blend_ms = 0;  // 0 where the two are one (a weight a pixel)
+  long samples = 0;                  // rays at which weights were computed; 0: every pixel
+  long triangles = 0;
+  OptimumCounts optimum;
 };
 
 struct RenderRequest {
@@ -31,6 +41,7 @@ class Renderer {
   // RGBA, [0,1], premultiplied: a hole is (0,0,0,0). Not thread-safe: parallel inside.
   virtual ImageF Render(const RenderRequest& request) = 0;
   virtual std::string Device() const = 0;   // "2 cores, AVX-512" or GL_RENDERER
+  virtual RenderStatistics Statistics() const { return {}; }
 };
 
 // The scene, mesh and photos must outlive the renderer.

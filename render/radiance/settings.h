@@ -1,25 +1,78 @@
-// How radiance is reconstructed at a ray: the options of lumi-render that the weights depend on.
+// How radiance is reconstructed at a ray (thesis chapters 4 and 5): the options of lumi-render that the weights depend on.
+// Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
+#include <numbers>
 #include <string>
+#include <string_view>
 
 namespace lumi {
 
+// S w = y with all photos that correlate with the ray (Eq. 4.1), or S taken for the identity (sec. 5.1.1).
+enum class Similarity { kIdentity, kFull };
+// R(h): 1/h windowed at the k+1st (Eq. 5.1), or the falling-leaves model's (Eqs. 4.3 to 4.5, corrected).
+enum class Correlation { kInverse, kFallingLeaves };
+// How field of view and visibility enter the optimum: S_ij = f_i f_j R(h_ij), y_i = f_i R(h_i), or Eq. 4.7's sum.
+enum class Combine { kSmooth, kAdditive };
+// How the optimum's weights come to sum to 1 (sec. 4.1, and docs/optimum.md).
+enum class WeightSum { kRenormalise, kConstrained, kLocalMean };
+// sigma of sec. 4.2.2: the plane-induced homography's largest stretch, or the ratio of distances (sec. 5.1.2).
+enum class Resolution { kOff, kDistance, kJacobian };
+// What the sparse samples (sec. 5.1.3) give a pixel: its photos, which it then weighs itself, or their weights, interpolated.
+enum class Sampling { kCandidates, kInterpolated };
+
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
+
 struct RadianceSettings {
-  int k = 4;                   // cameras a pixel blends; 0: all
-  double gamma = 1.0;          // weight of the field-of-view penalty; 0 lets a camera count up to its very border
-  double fov_feather = 0.05;   // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
-  bool visibility = true;      // photos whose view of a point the proxy blocks rank last
-  bool prefilter = true;       // oversampled photos are read from their pyramid
+  Similarity similarity = Similarity::kIdentity;
+  int k = 4;                                         // photos a ray blends, 1..kMaxBlend; 0: all
+  Correlation correlation = Correlation::kInverse;
+  Combine combine = Combine::kSmooth;
+  WeightSum sum = WeightSum::kLocalMean;
+  double cutoff_rad = 20 * kRadiansPerDegree;        // the optimum leaves out photos farther from the ray, (0, pi]
+  double r_min_rad = 0.001 * kRadiansPerDegree;      // smallest and largest leaf, 0 <= r_min <= r_max
+  double r_max_rad = 5 * kRadiansPerDegree;
+
+  // h = (alpha theta + beta r + epsilon tau) (1 + gamma (1 / (f v) - 1)); all >= 0
+  double alpha = 1, beta = 1, gamma = 1, epsilon = 1;
+
+  bool field_of_view = true;                         // off: f = 1, and a photo that ends leaves a hole
+  double fov_feather = 0.05;                         // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
+  bool visibility = true;                            // photos whose view of a point the proxy blocks rank last
+  Resolution resolution = Resolution::kOff;
+  double resolution_low = 0;                         // stretch at which an oversampled photo's r is largest; 0: it is not penalised
+  double resolution_high = 3;                        // the same for an undersampled photo, > 1
+  bool time = false;                                 // photos away from time_s fade, over half of time_window_s each way
+  double time_s = 0;
+  double time_window_s = 1.0 / 3;                    // > 0 (11 frames of 30 a second, errata of sec. 6.4.3)
+  double period_s = 0;                               // 0: time does not repeat
+  bool exposure = false;                             // photos' gains are divided out, the view's own applied
+  bool prefilter = true;                             // oversampled photos are read from their pyramid
+
+  int grid_columns = 0, grid_rows = 0;               // sparse samples of the view, >= 2; 0: every pixel
+  bool epipoles = true;                              // sparse samples at the photos' centres, too
+  Sampling sampling = Sampling::kCandidates;
+
+  bool Sparse() const { return grid_columns > 0; }
+  bool operator==(const RadianceSettings&) const = default;
 };
 
 // Empty, or what is wrong, naming the option.
 std::string Validate(const RadianceSettings& settings);
 
+// Names as the options spell them ("falling-leaves" ...).
+std::string_view Name(Similarity v);
+std::string_view Name(Correlation v);
+std::string_view Name(Combine v);
+std::string_view Name(WeightSum v);
+std::string_view Name(Resolution v);
+std::string_view Name(Sampling v);
+
 // The most cameras a pixel may blend where k is not "all".
 constexpr int kMaxBlend = 16;
 
-// A photo whose field-of-view value lies below this fades out of the alpha of a pixel that no other photo covers.
+// A photo whose field-of-view value lies below this fades out of the alpha of a pixel that no other photo covers, and
+// out of an interpolated weight.
 constexpr float kAlphaFullAt = 0.05F;
 
 }  // namespace lumi
