@@ -45,15 +45,17 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
       const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0);
       plan.offset[s++] = ray.normalized().cast<float>();
     }
-  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t);
+  std::vector<Eigen::Vector3f> normal(setup.settings.resolution == Resolution::kJacobian ? n : 0);
+  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, normal);
 
   for (s = 0; s < n; ++s) {
     plan.alpha[s] = 0;
     if (!(t[s] > 0) || !std::isfinite(t[s])) continue;
     const Eigen::Vector3f direction = plan.offset[s];
+    const Eigen::Vector3f facing = normal.empty() ? Eigen::Vector3f::Zero() : normal[s];
     plan.offset[s] *= t[s];
     if (all) {
-      plan.alpha[s] = WeighAll(setup.sources, visibility, direction, t[s], setup.settings, scratch, everyone);
+      plan.alpha[s] = WeighAll(setup.sources, visibility, direction, t[s], setup.settings, scratch, everyone, facing);
       for (std::size_t j = 0; j < everyone.size(); ++j)
         if (everyone[j] > 0) {
           plan.camera[s * k + j] = static_cast<std::int32_t>(j);
@@ -61,7 +63,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
         }
       continue;
     }
-    const RayWeights r = Weigh(setup.sources, visibility, direction, t[s], setup.settings, scratch);
+    const RayWeights r = Weigh(setup.sources, visibility, direction, t[s], setup.settings, scratch, facing);
     plan.alpha[s] = r.alpha;
     for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
       plan.camera[s * k + i] = r.camera[i];

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #if defined(LUMI_NO_TARGET_CLONES) || !defined(__x86_64__) || defined(__clang__)
 #define LUMI_KERNEL
@@ -11,11 +13,14 @@
 #define LUMI_KERNEL __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #endif
 
+// What a kernel is made of: must be inlined to be compiled for the kernel's own instruction set.
+#define LUMI_INLINE [[gnu::always_inline]] inline
+
 namespace lumi {
 
 // atan2(y, x) for y >= 0, without branches: result in [0, pi]; error below 1.5e-7 rad, and relative below 1.5e-7 towards
 // 0, where the polynomial is odd. Coefficients: Chebyshev interpolation of atan(sqrt(s))/sqrt(s) on [0,1], 9 nodes (2e-8).
-inline float AtanPositive(float y, float x) {
+LUMI_INLINE float AtanPositive(float y, float x) {
   const float ax = std::abs(x);
   const float lo = std::min(ax, y), hi = std::max(ax, y);
   const float a = lo / (hi > 0 ? hi : 1.0F);
@@ -37,7 +42,7 @@ inline float AtanPositive(float y, float x) {
 // Raised cosine (1 - cos(pi s)) / 2 = sin^2(pi s / 2) for s clamped to [0,1]; error below 3e-7 (rounding), exactly 0 at 0 and
 // accurate relative to its value there, where its inverse counts. Coefficients: Chebyshev interpolation of
 // sin(sqrt(q))/sqrt(q) on [0, (pi/2)^2], 6 nodes (2e-11).
-inline float RaisedCosine(float s) {
+LUMI_INLINE float RaisedCosine(float s) {
   const float x = std::min(std::max(s, 0.0F), 1.0F) * 1.57079632679F;
   const float x2 = x * x;
   float p = -2.38892187e-8F;
@@ -47,6 +52,18 @@ inline float RaisedCosine(float s) {
   p = p * x2 - 0.166666666F;
   const float sine = x + x * x2 * p;
   return std::min(sine * sine, 1.0F);
+}
+
+// log2 of a positive, normal number; error below 4e-7 absolute near 1 and relative elsewhere. The mantissa is taken from
+// [sqrt(1/2), sqrt(2)), and log2(m) = 2/ln 2 atanh((m - 1)/(m + 1)) by its series.
+LUMI_INLINE float Log2(float x) {
+  const auto bits = std::bit_cast<std::int32_t>(x);
+  const std::int32_t shifted = bits - 0x3f3504f3;  // sqrt(1/2)
+  const std::int32_t exponent = shifted >> 23;
+  const float m = std::bit_cast<float>(bits - (exponent << 23));
+  const float z = (m - 1) / (m + 1), z2 = z * z;
+  const float series = 1.0F + z2 * (0.333333333F + z2 * (0.2F + z2 * (0.142857143F + z2 * 0.111111111F)));
+  return static_cast<float>(exponent) + 2.885390082F * z * series;
 }
 
 }  // namespace lumi

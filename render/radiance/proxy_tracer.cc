@@ -46,7 +46,7 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
 }
 
 void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
-                        std::span<float> t_out) const {
+                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out) const {
   constexpr std::size_t kPacket = 16;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   RTCIntersectContext context;
@@ -77,6 +77,11 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
     rtcIntersect16(valid, impl_->scene, &context, &packet);
     for (std::size_t i = 0; i < n; ++i)
       t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
+    if (normal_out.empty()) continue;
+    for (std::size_t i = 0; i < n; ++i)
+      normal_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+                                 ? Eigen::Vector3f::Zero()
+                                 : Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).stableNormalized();
   }
 }
 

@@ -18,8 +18,10 @@ class ProxyTracer {
   ProxyTracer(ProxyTracer&&) noexcept;
   ProxyTracer(const ProxyTracer&) = delete;
 
-  // Distances along unit directions from one origin; +infinity where the proxy is missed. Thread-safe.
-  void Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, std::span<float> t_out) const;
+  // Distances along unit directions from one origin; +infinity where the proxy is missed. Unit normals of the
+  // triangles that are hit where `normal_out` is not empty (zero on a miss). Thread-safe.
+  void Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, std::span<float> t_out,
+             std::span<Eigen::Vector3f> normal_out = {}) const;
 
  private:
   struct Impl;

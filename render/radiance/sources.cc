@@ -37,6 +37,17 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
   for (auto& m : r.m) m.assign(n, 0.0F);
   r.feather_px.assign(n, 1.0F);
   r.focal_px.assign(n, 1.0F);
+  r.dt_s.assign(n, 0.0F);
+  r.timed.assign(n, 0.0F);
+  r.gain.assign(n, 1.0F);
+  const Eigen::Matrix3d view = desired.P.leftCols<3>() / desired.P.row(2).head<3>().norm();
+  for (int i = 0; i < 9; ++i) r.desired_m[i] = static_cast<float>(view(i / 3, i % 3));
+  r.desired_focal_px = static_cast<float>(std::sqrt(std::abs(view.determinant())));
+  for (const RenderView& s : sources.views)
+    if (s.time_s) {
+      r.time_origin_s = *s.time_s;
+      break;
+    }
   for (std::size_t j = 0; j < sources.views.size(); ++j) {
     const RenderView& s = sources.views[j];
     const Eigen::Vector3d D = s.centre - desired.centre;
@@ -51,6 +62,10 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
     r.width_px[j] = static_cast<float>(s.size_px.x());
     r.height_px[j] = static_cast<float>(s.size_px.y());
     r.feather_px[j] = static_cast<float>(fov_feather * s.size_px.minCoeff());
+    // Differences in double: video times run into hours.
+    r.dt_s[j] = s.time_s ? static_cast<float>(*s.time_s - r.time_origin_s) : 0.0F;
+    r.timed[j] = s.time_s ? 1.0F : 0.0F;
+    r.gain[j] = static_cast<float>(desired.gain / s.gain);
     r.enabled[j] = use.empty() || use[j] ? 1.0F : 0.0F;
   }
   return r;

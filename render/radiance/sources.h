@@ -23,6 +23,9 @@ RenderView Normalized(const RenderView& view, const Similarity3& normalized_from
 // differences formed in double. Padded to a multiple of kLanes with cameras that see nothing.
 struct RelativeSources {
   static constexpr int kLanes = 16;
+  double time_origin_s = 0;
+  float desired_m[9] = {};      // M of the desired camera, scaled likewise
+  float desired_focal_px = 1;
   int count = 0;         // real cameras
   int padded = 0;        // arrays' length
   // C_j - C_desired, normalised units.
@@ -31,6 +34,9 @@ struct RelativeSources {
   std::vector<float> m[9];
   std::vector<float> width_px, height_px, feather_px;
   std::vector<float> focal_px;        // sqrt(fx fy): for the pyramid level
+  std::vector<float> dt_s;            // the photo's time less the first photo's that has one; 0 where it has none ...
+  std::vector<float> timed;           // ... and 0 here, else 1
+  std::vector<float> gain;            // the desired view's exposure over the photo's own
   std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
 };
 

@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "render/radiance/kernel.h"
+#include "render/radiance/measures/angle.h"
+#include "render/radiance/measures/field_of_view.h"
 
 namespace lumi {
 namespace {
@@ -11,8 +13,8 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLanes = RelativeSources::kLanes;
 
-// h and f of every camera, and the smallest h of each block of kLanes.
-LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry, float dirz, float t, float gamma,
+// h and f of every camera, and the smallest h of each block of kLanes: the common case, angle and field of view, in one pass.
+LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry, float dirz, float t, float alpha, float gamma,
                                float* __restrict h_out, float* __restrict f_out, float* __restrict block_min) {
   const float* __restrict dx = r.dx.data();
   const float* __restrict dy = r.dy.data();
@@ -31,13 +33,7 @@ LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry,
   const float* __restrict feather = r.feather_px.data();
   const float* __restrict enabled = r.enabled.data();
   for (int j = 0; j < r.padded; ++j) {
-    // Angle at the proxy point between the two rays; D is exact to float's last digit near the desired centre.
-    const float cx = dy[j] * dirz - dz[j] * diry;
-    const float cy = dz[j] * dirx - dx[j] * dirz;
-    const float cz = dx[j] * diry - dy[j] * dirx;
-    const float cross = std::sqrt(cx * cx + cy * cy + cz * cz);
-    const float along = t - (dx[j] * dirx + dy[j] * diry + dz[j] * dirz);
-    const float theta = AtanPositive(cross, along);
+    const float theta = alpha * Angle(dx[j], dy[j], dz[j], dirx, diry, dirz, t);
     // Where the point falls in the photo.
     const float px = t * dirx - dx[j], py = t * diry - dy[j], pz = t * dirz - dz[j];
     const float w = m6[j] * px + m7[j] * py + m8[j] * pz;
@@ -46,7 +42,7 @@ LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry,
     const float v = (m3[j] * px + m4[j] * py + m5[j] * pz) * iw;
     const float edge = std::min(std::min(u, width[j] - u), std::min(v, height[j] - v));
     const bool seen = (w > 0) & (edge >= 0) & (enabled[j] > 0);
-    const float f = seen ? RaisedCosine(edge / feather[j]) : 0.0F;
+    const float f = seen ? FieldOfView(edge, feather[j]) : 0.0F;
     // gamma (1/f - 1), infinite where the camera is blind even for gamma = 0.
     const float penalised = theta * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F));
     float h = f > 0 ? penalised : kInfinity;
@@ -55,6 +51,25 @@ LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry,
     f_out[j] = f;
   }
   for (int b = 0; b < r.padded / kLanes; ++b) {
+    float m = h_out[b * kLanes];
+    for (int i = 1; i < kLanes; ++i) m = std::min(m, h_out[b * kLanes + i]);
+    block_min[b] = m;
+  }
+}
+
+// The same from measures that were evaluated one by one. `r`, `tau`: nullptr where the measure is off.
+LUMI_KERNEL void Combined(const float* __restrict theta, const float* __restrict f, const float* __restrict r, const float* __restrict tau, int padded,
+                          float alpha, float beta, float gamma, float epsilon, float* __restrict h_out, float* __restrict block_min) {
+  for (int j = 0; j < padded; ++j) h_out[j] = alpha * theta[j];
+  if (r)
+    for (int j = 0; j < padded; ++j) h_out[j] += beta * (1.0F - r[j]);
+  if (tau)
+    for (int j = 0; j < padded; ++j) h_out[j] += epsilon * tau[j];
+  for (int j = 0; j < padded; ++j) {
+    const float penalised = h_out[j] * (1.0F + gamma * (1.0F / (f[j] > 0 ? f[j] : 1.0F) - 1.0F));
+    h_out[j] = f[j] > 0 ? penalised : kInfinity;
+  }
+  for (int b = 0; b < padded / kLanes; ++b) {
     float m = h_out[b * kLanes];
     for (int i = 1; i < kLanes; ++i) m = std::min(m, h_out[b * kLanes + i]);
     block_min[b] = m;
@@ -70,18 +85,29 @@ LUMI_KERNEL float Largest(const float* __restrict f, int n) {
   return m;
 }
 
-void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t, const RadianceSettings& settings,
-              WeighScratch& scratch) {
+void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal,
+              const RadianceSettings& settings, WeighScratch& scratch) {
   const auto n = static_cast<std::size_t>(sources.padded);
   if (scratch.f.size() < n) {
     scratch.f.resize(n);
     scratch.h.resize(n + n / kLanes);
   }
-  Dissimilarity(sources, d.x(), d.y(), d.z(), t, static_cast<float>(settings.gamma), scratch.h.data(), scratch.f.data(),
-                scratch.h.data() + n);
+  const auto alpha = static_cast<float>(settings.alpha), gamma = static_cast<float>(settings.gamma);
+  const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0;
+  const bool time = settings.time && settings.epsilon > 0;
+  if (settings.field_of_view && !resolution && !time) {
+    Dissimilarity(sources, d.x(), d.y(), d.z(), t, alpha, gamma, scratch.h.data(), scratch.f.data(), scratch.h.data() + n);
+    return;
+  }
+  EvaluateMeasures(sources, settings, d, t, normal, scratch.measures);
+  const Measures& m = scratch.measures;
+  std::copy_n(m.f.begin(), n, scratch.f.begin());
+  const auto unit = static_cast<float>(2 * settings.r_max_rad);
+  Combined(m.theta.data(), m.f.data(), resolution ? m.r.data() : nullptr, time ? m.tau.data() : nullptr, sources.padded, alpha,
+           static_cast<float>(settings.beta) * unit, gamma, static_cast<float>(settings.epsilon) * unit, scratch.h.data(), scratch.h.data() + n);
 }
 
-// h with visibility: theta (1 + gamma (1/(f v) - 1)), from h without it. v <= 1, so h only grows.
+// h with visibility from h without it: 1/f becomes 1/(f v). v <= 1, so h only grows.
 class WithVisibility {
  public:
   WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t, float gamma)
@@ -113,9 +139,9 @@ float Alpha(float f_largest, float h_smallest) {
 }  // namespace
 
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-                 const RadianceSettings& settings, WeighScratch& scratch) {
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
   RayWeights out;
-  Evaluate(sources, direction, t, settings, scratch);
+  Evaluate(sources, direction, t, normal, settings, scratch);
   const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
   const float* h_unblocked = scratch.h.data();
   const float* block_min = h_unblocked + sources.padded;
@@ -174,8 +200,9 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
 }
 
 float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out) {
-  Evaluate(sources, direction, t, settings, scratch);
+               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
+               const Eigen::Vector3f& normal) {
+  Evaluate(sources, direction, t, normal, settings, scratch);
   const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
   float* h = scratch.h.data();
   float h1 = kInfinity;

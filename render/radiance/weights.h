@@ -1,12 +1,12 @@
 // The real-time blending weights at a ray (thesis sec. 5.1: identity similarity, k nearest, Eq. 5.1 windowed at the
-// k+1st), with the measures
+// k+1st), from the measures of measures.h,
 //   theta_j  angle at the proxy point p between the desired ray and the ray to camera j,
-//            atan2(|D x d|, t - D.d): D = C_j - C_desired, d the unit desired ray, p = C_desired + t d,
-//   f_j      field-of-view value in [0,1]: 1 inside the photo, raised cosine to 0 over the feather at its border,
-//   v_j      visibility in (0,1] from the proxy (visibility.h),
-// combined as h = theta (1 + gamma (1/(f v) - 1)): infinite where the camera is blind, continuous between, 0 at an
-// epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras contribute).
-// Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1.
+//   f_j      field-of-view value, v_j visibility, in [0,1],
+//   r'_j     resolution dissimilarity 2 r_max (1 - r_j), tau'_j time dissimilarity 2 r_max tau_j,
+// combined as h = (alpha theta + beta r' + epsilon tau') (1 + gamma (1/(f v) - 1)): infinite where the camera is blind,
+// continuous between, 0 at an epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets
+// blind cameras contribute). Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1; for
+// Correlation::kFallingLeaves R(h_j) (1 - h_j/h_{k+1}).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/radiance/measures.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
@@ -31,16 +32,18 @@ struct RayWeights {
 // Scratch for Weigh, one a thread.
 struct WeighScratch {
   std::vector<float> h, f;
+  Measures measures;
 };
 
 // direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0.
-// settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest; nullptr or
+// normal: of the proxy there (read by Resolution::kJacobian; zero: it faces the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest; nullptr or
 // empty maps: everything is visible.
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-                 const RadianceSettings& settings, WeighScratch& scratch);
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 
 // The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
 float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out);
+               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
+               const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 
 }  // namespace lumi
