@@ -11,6 +11,7 @@
 #include "render/holdout.h"
 #include "render/output_name.h"
 #include "render/path/camera_path.h"
+#include "render/settings_json.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -36,32 +37,14 @@ double Median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-RadianceSettings ToSettings(const RenderOptions& o) {
-  RadianceSettings s;
-  if (o.k == "all") {
-    s.k = 0;
-  } else {
-    try {
-      std::size_t used = 0;
-      s.k = std::stoi(o.k, &used);
-      if (used != o.k.size() || s.k < 1) throw std::invalid_argument(o.k);
-    } catch (const std::exception&) {
-      throw UsageError("--k takes 1 to " + std::to_string(kMaxBlend) + ", or all; not " + o.k);
-    }
-  }
-  s.gamma = o.gamma;
-  s.fov_feather = o.fov_feather;
-  s.visibility = o.visibility;
-  s.prefilter = o.prefilter;
-  if (const std::string problem = Validate(s); !problem.empty()) throw UsageError(problem);
-  return s;
-}
-
 Json SettingsJson(const RenderOptions& o) {
-  return {{"backend", o.backend}, {"k", o.k}, {"gamma", o.gamma}, {"fov-feather", o.fov_feather}, {"visibility", o.visibility}, {"prefilter", o.prefilter}};
+  Json j = ToJson(o.settings);
+  j["backend"] = o.backend;
+  return j;
 }
 
 void RequireConsistent(const RenderOptions& o) {
+  if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty())) throw UsageError("--path goes with neither --holdout nor --view");
@@ -74,7 +57,7 @@ void RequireConsistent(const RenderOptions& o) {
 
 class Job {
  public:
-  Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(ToSettings(options)) {
+  Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(options.settings) {
     RequireConsistent(o_);
     const bool to_video = o_.output.extension() == ".mp4";
     if (to_video && (o_.holdout != 0 || !o_.view.empty())) throw UsageError("a video needs a path, not --view or --holdout");

@@ -28,12 +28,7 @@ struct RenderOptions {
   std::string show = "color";           // color, false-color, difference (with `view`)
   std::string format = "png";           // png, jpg, exr
   bool video = false;                   // a path's frames also as OUT/path.mp4
-  std::filesystem::path settings_file;  // an object of option names and values; what is given on the line wins
-  std::string k = "4";                  // 1 .. kMaxBlend, all
-  double gamma = 1.0;
-  double fov_feather = 0.05;
-  bool visibility = true;
-  bool prefilter = true;
+  RadianceSettings settings;            // complete: from --settings, --effects and the line
   bool rescale_cameras = false;
 };
 
