@@ -97,11 +97,11 @@ MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderR
   map.unit = measure == Measure::kAngle || measure == Measure::kDissimilarity ? "deg" : measure == Measure::kTime ? "s" : "";
   map.high = 1;
   if (!map.unit.empty()) {
-    // The farthest percent would darken everything else.
+    // The farthest tenth would darken everything else.
     std::vector<float> seen;
     std::copy_if(values.begin(), values.end(), std::back_inserter(seen), [](float v) { return v >= 0 && std::isfinite(v); });
     if (!seen.empty()) {
-      const auto at = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(seen.size() - 1));
+      const auto at = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(seen.size() - 1));
       std::nth_element(seen.begin(), seen.begin() + at, seen.end());
       map.high = std::max(static_cast<double>(seen[static_cast<std::size_t>(at)]), 1e-9);
     }
