@@ -146,6 +146,10 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
   place.loaded = true;
 }
 
+bool PhotoTextures::WholeLayers() const {
+  return std::all_of(places_.begin(), places_.end(), [&](const PhotoPlace& p) { return !p.loaded || p.size_px == GroupSize(p.group); });
+}
+
 void PhotoTextures::Bind(int first_unit) const {
   for (int g = 0; g < group_count(); ++g) {
     glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + first_unit + g));

@@ -34,6 +34,8 @@ class PhotoTextures {
   const std::vector<PhotoPlace>& places() const { return places_; }
   int group_count() const { return static_cast<int>(groups_.size()); }
   Eigen::Vector2i GroupSize(int group) const { return groups_[static_cast<std::size_t>(group)].size_px; }
+  // Whether each photo that is loaded fills its texture.
+  bool WholeLayers() const;
   // Binds group g to texture unit first_unit + g.
   void Bind(int first_unit) const;
   std::size_t bytes_loaded() const { return bytes_loaded_; }  // texels that were uploaded, 4 bytes each
