@@ -23,6 +23,7 @@ enum Unit {
   kCameraUnit,
   kVisibilityUnit,
   kFirstPhotoUnit,
+  kProjectionUnit = kVisibilityUnit,
   kRecordUnit = kDepthUnit,
   kColorUnit = kFirstPhotoUnit
 };
@@ -118,14 +119,22 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   std::vector<float> x;
   x.reserve(3 * proxy.vertices.size());
-  proxy_.vertices.clear();
   for (const Eigen::Vector3d& v : proxy.vertices) {
-    proxy_.vertices.push_back(sources_.normalized_from_world * v);
-    const Eigen::Vector3f n = proxy_.vertices.back().cast<float>();
+    const Eigen::Vector3f n = (sources_.normalized_from_world * v).cast<float>();
     x.insert(x.end(), n.data(), n.data() + 3);
   }
-  proxy_.faces.assign(proxy.faces.begin(), proxy.faces.end());
-  normals_ = GlBuffer();
+  std::vector<float> normals;
+  normals.reserve(4 * proxy.faces.size() + 4);
+  for (const auto& f : proxy.faces) {
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return proxy.vertices[static_cast<std::size_t>(f[i])]; };
+    const Eigen::Vector3d in_world = (at(1) - at(0)).cross(at(2) - at(0));
+    const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
+    normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
+  }
+  normals.resize(std::max<std::size_t>(normals.size(), 4));
+  normals_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
   mesh_array_ = GlVertexArray::Make();
   vertices_ = GlBuffer::Make();
   indices_ = GlBuffer::Make();
@@ -183,7 +192,8 @@ void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant)
   glUniform1i(program.Uniform("source_colors"), kColorUnit);
   glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
   glUniform1i(program.Uniform("face_map"), kFaceUnit);
-  glUniform1i(program.Uniform("layers"), kRecordUnit);
+  glUniform1i(program.Uniform("projections"), kProjectionUnit);
+  glUniform1i(program.Uniform("record_places"), kRecordUnit);
   if (variant.cameras_in_uniforms) {
     const GLuint block = glGetUniformBlockIndex(program.id(), "Cameras");
     if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.id(), block, 0);
@@ -220,7 +230,7 @@ const GlLumigraph::Programs& GlLumigraph::ProgramsFor(const BlendVariant& varian
 const GlProgram& GlLumigraph::SparseProgramFor(const SparseVariant& variant) {
   auto found = sparse_programs_.find(variant);
   if (found == sparse_programs_.end()) {
-    GlProgram program("sparse", SparseVertexShader(), SparseFragmentShader(variant));
+    GlProgram program("sparse", SparseVertexShader(variant), SparseFragmentShader(variant));
     Prepare(program, variant.blend);
     found = sparse_programs_.emplace(variant, std::move(program)).first;
   }
@@ -343,18 +353,6 @@ void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces
     glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
   }
   glDisable(GL_DEPTH_TEST);
-  if (faces && !normals_) {
-    std::vector<float> normals;
-    for (const auto& f : proxy_.faces) {
-      const auto at = [&](int i) { return proxy_.vertices[static_cast<std::size_t>(f[static_cast<std::size_t>(i)])]; };
-      const Eigen::Vector3f n = (at(1) - at(0)).cross(at(2) - at(0)).normalized().cast<float>();
-      normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
-    }
-    normals.resize(std::max<std::size_t>(normals.size(), 4));
-    normals_ = GlBuffer::Make();
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
-  }
 }
 
 void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, const BlendVariant& variant) const {
@@ -471,7 +469,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   variant.ends = request.settings.field_of_view ? PhotoEnds::kFeather : PhotoEnds::kCut;
   variant.whole_layers = photos_.WholeLayers();
   UploadCameras(setup, variant.blend);
-  triangles_.Upload(plan, setup, proxy_, packed_views_, photos_, variant);
+  triangles_.Upload(plan, setup, packed_views_, photos_, variant);
   for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
   if (request.show == Show::kTessellation) lines_.Set(plan, setup);
   statistics_.samples = plan.samples;
@@ -500,7 +498,10 @@ void GlLumigraph::BindInputs(const GlTarget& target) const {
   bind(kColorUnit, GL_TEXTURE_BUFFER, color_texture_.id());
   if (visibility_texture_) bind(kVisibilityUnit, GL_TEXTURE_BUFFER, visibility_texture_.id());
   if (camera_texture_) bind(kCameraUnit, GL_TEXTURE_BUFFER, camera_texture_.id());
-  if (program_ == nullptr) bind(kRecordUnit, GL_TEXTURE_BUFFER, triangles_.record_texture());
+  if (program_ == nullptr) {
+    bind(kProjectionUnit, GL_TEXTURE_BUFFER, triangles_.projection_texture());
+    bind(kRecordUnit, GL_TEXTURE_BUFFER, triangles_.place_texture());
+  }
   if (camera_block_) glBindBufferBase(GL_UNIFORM_BUFFER, 0, camera_block_.id());
   if (list_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
   if (normals_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <map>
 #include <vector>
 
@@ -107,7 +108,6 @@ class GlLumigraph {
   GlBuffer vertices_, indices_, normals_;
   GlVertexArray mesh_array_, empty_array_;
   int index_count_ = 0;
-  NormalizedProxy proxy_;
 
   GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;

@@ -2,36 +2,21 @@
 
 #include <epoxy/gl.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstddef>
 #include <string>
+#include <utility>
 
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
-// A plane that passes the desired centre within this part of its distance is seen edge-on: it covers no pixel's centre,
-// and its inverse depth has no digits.
-constexpr double kEdgeOn = 1e-9;
 // In front of what they are drawn over, relative depth.
 constexpr float kLineLift = 1e-4F;
 const Eigen::Vector3f kEdgeColor(1.0F, 0.85F, 0.1F);
 const Eigen::Vector3f kEpipoleColor(1.0F, 0.1F, 0.9F);
 constexpr float kCrossPx = 4;
-
-std::uint32_t Unorm16(float v) { return static_cast<std::uint32_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 65535.0F)); }
-
-// Inverse depth along the optical axis as a linear function of (x_px, y_px, 1); false for a plane seen edge-on.
-bool InverseDepth(const Eigen::Vector3d& normal, const Eigen::Vector3d& on_plane, const Eigen::Matrix3d& ray_from_pixel, Eigen::Vector3d& out) {
-  const double away = normal.dot(on_plane), size = normal.norm() * on_plane.norm();
-  if (!(std::abs(away) > kEdgeOn * size)) return false;
-  out = ray_from_pixel.transpose() * normal / away;
-  return out.allFinite();
-}
 
 void FillBuffer(GLenum target, GlBuffer& buffer, const void* data, std::size_t bytes) {
   if (!buffer) buffer = GlBuffer::Make();
@@ -47,80 +32,62 @@ Eigen::Vector2f ClipFromPixel(const Eigen::Vector2f& x_px, const Eigen::Vector2i
 
 }  // namespace
 
-void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, const NormalizedProxy& proxy, std::span<const int> views,
-                           const PhotoTextures& photos, const SparseVariant& base) {
+void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos,
+                           const SparseVariant& base) {
   const RelativeSources& s = setup.sources;
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
-  // What a camera has in all triangles: the homography of the plane at infinity, and the epipole.
-  struct Projection {
+  struct Source {
     int packed = -1;
-    Eigen::Matrix3d from_pixel;
-    Eigen::Vector3d epipole;
-    float focal_ratio = 0;
+    Eigen::Matrix3f M;
+    Eigen::Vector3f centre;
+    float pyramid_below = 0;  // depth in the photo over depth in the view
     std::uint32_t place = 0;
   };
-  std::vector<Projection> projections(static_cast<std::size_t>(s.count));
+  std::vector<Source> sources(static_cast<std::size_t>(s.count));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto j = static_cast<std::size_t>(views[i]);
-    Projection& p = projections[j];
+    Source& p = sources[j];
     p.packed = static_cast<int>(i);
-    Eigen::Matrix3d M;
-    for (int r = 0; r < 9; ++r) M(r / 3, r % 3) = static_cast<double>(s.m[r][j]);
-    M.row(0) /= static_cast<double>(s.width_px[j]);
-    M.row(1) /= static_cast<double>(s.height_px[j]);
-    p.from_pixel = M * setup.ray_from_pixel;
-    p.epipole = M * Eigen::Vector3d(static_cast<double>(s.dx[j]), static_cast<double>(s.dy[j]), static_cast<double>(s.dz[j]));
+    for (int r = 0; r < 9; ++r) p.M(r / 3, r % 3) = s.m[r][j];
+    p.M.row(0) /= s.width_px[j];
+    p.M.row(1) /= s.height_px[j];
+    p.centre = {s.dx[j], s.dy[j], s.dz[j]};
     const PhotoPlace& place = photos.places()[j];
-    // The stretch from which the pyramid is read.
-    p.focal_ratio = s.focal_px[j] / setup.focal_px / static_cast<float>(1 << std::clamp(place.shift, 0, 30));
+    p.pyramid_below = s.focal_px[j] / setup.focal_px / static_cast<float>(1 << std::clamp(place.shift, 0, 30));
     p.place = static_cast<std::uint32_t>(place.layer) | static_cast<std::uint32_t>(place.group) << 16;
   }
 
-  // By what they need: a bit for photos that end, a bit for pyramids.
-  constexpr std::size_t kKinds = 4;
-  std::vector<std::uint8_t> kind_of(plan.triangles.size(), kKinds);
-  std::vector<Corner> drawn(plan.triangles.size());
+  // Triangles by the program that draws them: how many layers, whether photos end, whether pyramids are read.
+  projections_.clear();
+  places_.clear();
+  const std::size_t n = plan.triangles.size();
+  std::vector<std::uint32_t> first(n + 1);
+  std::vector<std::uint8_t> kind_of(n);
+  constexpr std::size_t kKinds = 4 * (kMaxLayers + 1);
   std::array<std::size_t, kKinds> count{};
-  records_.clear();
-  for (std::size_t i = 0; i < plan.triangles.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     const SparseTriangle& triangle = plan.triangles[i];
-    std::array<Eigen::Vector3d, 3> x;
-    for (std::size_t v = 0; v < 3; ++v) x[v] = plan.offset[static_cast<std::size_t>(triangle.vertex[v])].cast<double>();
-    Eigen::Vector3d inverse_depth;
-    if (triangle.face >= 0 && static_cast<std::size_t>(triangle.face) < proxy.faces.size()) {
-      // The face's own plane: a sliver's corners do not tell it.
-      const auto& face = proxy.faces[static_cast<std::size_t>(triangle.face)];
-      const Eigen::Vector3d& a = proxy.vertices[static_cast<std::size_t>(face[0])];
-      const Eigen::Vector3d normal = (proxy.vertices[static_cast<std::size_t>(face[1])] - a).cross(proxy.vertices[static_cast<std::size_t>(face[2])] - a);
-      if (!InverseDepth(normal, a - setup.desired.centre, setup.ray_from_pixel, inverse_depth)) continue;
-    } else if (!InverseDepth((x[1] - x[0]).cross(x[2] - x[0]), x[0], setup.ray_from_pixel, inverse_depth)) {
-      continue;
+    std::array<Eigen::Vector3f, 3> x;
+    std::array<float, 3> inverse_depth;
+    for (std::size_t v = 0; v < 3; ++v) {
+      x[v] = plan.offset[static_cast<std::size_t>(triangle.vertex[v])];
+      inverse_depth[v] = 1 / std::max(axis.dot(x[v]), kNearDepth);
     }
-    Corner& c = drawn[i];
-    for (int r = 0; r < 3; ++r) c.plane[r] = static_cast<float>(inverse_depth[r]);
-    c.first = static_cast<std::uint32_t>(records_.size());
-    bool oversampled = false;
-    for (std::int32_t n = triangle.first; n < triangle.first + triangle.count; ++n) {
-      const auto e = static_cast<std::size_t>(n);
-      const Projection& p = projections[static_cast<std::size_t>(plan.camera[e])];
+    bool pyramids = false;
+    for (std::int32_t e = triangle.first; e < triangle.first + triangle.count; ++e) {
+      const Source& p = sources[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(e)])];
       if (p.packed < 0) continue;
-      const std::array<float, 3>& w = plan.weight[e];
-      Record& record = records_.emplace_back();
-      const Eigen::Matrix3d H = p.from_pixel - p.epipole * inverse_depth.transpose();
-      const Eigen::Matrix3f h = H.cast<float>();
-      for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-          record[static_cast<std::size_t>(4 * row + column)] = std::bit_cast<std::uint32_t>(h(row, column));
-      record[3] = Unorm16(w[0]) | Unorm16(w[1]) << 16;
-      record[7] = Unorm16(w[2]) | static_cast<std::uint32_t>(p.packed) << 16;
-      record[11] = p.place;
+      places_.push_back({static_cast<std::uint32_t>(p.packed), p.place});
+      Projections& q = projections_.emplace_back();
       for (std::size_t v = 0; v < 3; ++v) {
-        const Eigen::Vector2f& px = plan.x_px[static_cast<std::size_t>(triangle.vertex[v])];
-        oversampled |= p.focal_ratio > h(2, 0) * px.x() + h(2, 1) * px.y() + h(2, 2);
+        q[v] << p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
+        pyramids |= q[v].z() < p.pyramid_below;
       }
     }
-    c.last = static_cast<std::uint32_t>(records_.size());
-    const std::size_t kind = (triangle.inside ? 0U : 1U) + (base.blend.prefilter && oversampled ? 2U : 0U);
+    first[i + 1] = static_cast<std::uint32_t>(places_.size());
+    const std::size_t needs = (triangle.inside ? 0U : 1U) + (base.blend.prefilter && pyramids ? 2U : 0U);
+    const int layers = needs == 0 ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
+    const std::size_t kind = 4 * static_cast<std::size_t>(layers) + needs;
     kind_of[i] = static_cast<std::uint8_t>(kind);
     ++count[kind];
   }
@@ -132,30 +99,27 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, const
     next[kind] = total;
     if (count[kind] == 0) continue;
     Batch batch{base, static_cast<int>(total), static_cast<int>(3 * count[kind])};
+    batch.variant.layers = static_cast<int>(kind / 4);
     if ((kind & 1) == 0) batch.variant.ends = PhotoEnds::kNever;
     batch.variant.blend.prefilter = (kind & 2) != 0;
     batches_.push_back(batch);
     total += 3 * count[kind];
   }
   corners_.resize(total);
-  for (std::size_t i = 0; i < plan.triangles.size(); ++i) {
-    if (kind_of[i] == kKinds) continue;
-    for (std::size_t v = 0; v < 3; ++v) {
-      const auto vertex = static_cast<std::size_t>(plan.triangles[i].vertex[v]);
-      Corner& c = corners_[next[kind_of[i]]++] = drawn[i];
+  for (std::size_t i = 0; i < n; ++i)
+    for (const std::int32_t v : plan.triangles[i].vertex) {
+      const auto vertex = static_cast<std::size_t>(v);
+      Corner& c = corners_[next[kind_of[i]]++];
       const Eigen::Vector2f clip = ClipFromPixel(plan.x_px[vertex], setup.desired.size_px);
-      c.x = clip.x();
-      c.y = clip.y();
-      c.z = std::min(1.0F, kNearDepth / std::max(axis.dot(plan.offset[vertex]), kNearDepth));
-      c.alpha = plan.alpha[vertex];
+      const float depth = std::max(axis.dot(plan.offset[vertex]), kNearDepth);
+      c = {clip.x(), clip.y(), kNearDepth / depth, plan.alpha[vertex], 1 / depth, first[i], first[i + 1]};
     }
-  }
 
   GLint limit = 65536;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-  if (3 * records_.size() > static_cast<std::size_t>(limit))
+  if (3 * places_.size() > static_cast<std::size_t>(limit))
     throw MachineError("this driver's texture buffers hold " + std::to_string(limit / 3) + " photos of triangles; the plan has " +
-                           std::to_string(records_.size()),
+                           std::to_string(places_.size()),
                        "use a smaller --grid or --k, or --backend cpu");
   if (!vertex_array_) {
     vertex_array_ = GlVertexArray::Make();
@@ -165,17 +129,21 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, const
     const auto at = [](std::size_t offset) { return reinterpret_cast<const void*>(offset); };
     for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
     glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, x)));
-    glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, plane)));
+    glVertexAttribPointer(1, 1, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, inverse_depth)));
     glVertexAttribIPointer(2, 2, GL_UNSIGNED_INT, sizeof(Corner), at(offsetof(Corner, first)));
     glBindVertexArray(0);
   }
   FillBuffer(GL_ARRAY_BUFFER, corner_buffer_, corners_.data(), corners_.size() * sizeof(Corner));
-  FillBuffer(GL_TEXTURE_BUFFER, record_buffer_, records_.data(), records_.size() * sizeof(Record));
-  if (!record_texture_) {
-    record_texture_ = GlTexture::Make();
+  FillBuffer(GL_TEXTURE_BUFFER, projection_buffer_, projections_.data(), projections_.size() * sizeof(Projections));
+  FillBuffer(GL_TEXTURE_BUFFER, place_buffer_, places_.data(), places_.size() * sizeof(Place));
+  if (!projection_texture_) {
+    projection_texture_ = GlTexture::Make();
+    place_texture_ = GlTexture::Make();
     glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_BUFFER, record_texture_.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32UI, record_buffer_.id());
+    glBindTexture(GL_TEXTURE_BUFFER, projection_texture_.id());
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, projection_buffer_.id());
+    glBindTexture(GL_TEXTURE_BUFFER, place_texture_.id());
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_RG32UI, place_buffer_.id());
   }
 }
 

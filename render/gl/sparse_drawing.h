@@ -1,5 +1,5 @@
-// A SparsePlan in graphics memory: its triangles' corners, and for each photo of each triangle the homography from the
-// view's pixels to the photo, formed in double. Needs a current context.
+// A SparsePlan in graphics memory: its triangles' corners, and each photo of each triangle projected at the corners. Needs
+// a current context.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,19 +16,12 @@
 
 namespace lumi {
 
-// The proxy in the normalised frame, for its faces' planes.
-struct NormalizedProxy {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::array<std::int32_t, 3>> faces;
-};
-
 class SparseDrawing {
  public:
   // Replaces what was there. `views`: the cameras as they were packed (PackCameras); photos that are not among them have no
-  // weight. `base`: the variant without what single triangles need. Triangles seen edge-on are left out. Throws
-  // MachineError where the driver's buffers are too small.
-  void Upload(const SparsePlan& plan, const ViewSetup& setup, const NormalizedProxy& proxy, std::span<const int> views,
-              const PhotoTextures& photos, const SparseVariant& base);
+  // weight. `base`: the variant without what single triangles need. Throws MachineError where the driver's buffers are too
+  // small.
+  void Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos, const SparseVariant& base);
 
   // Triangles that one program draws.
   struct Batch {
@@ -37,23 +30,25 @@ class SparseDrawing {
   };
   const std::vector<Batch>& batches() const { return batches_; }
   unsigned vertex_array() const { return vertex_array_.id(); }
-  unsigned record_texture() const { return record_texture_.id(); }
-
-  // As the buffers hold them.
-  struct Corner {
-    float x = 0, y = 0, z = 0, alpha = 0;
-    float plane[3] = {0, 0, 0};
-    std::uint32_t first = 0, last = 0;
-  };
-  using Record = std::array<std::uint32_t, 12>;
+  unsigned projection_texture() const { return projection_texture_.id(); }
+  unsigned place_texture() const { return place_texture_.id(); }
 
  private:
+  // As the buffers hold them (sparse_shader.h).
+  struct Corner {
+    float x = 0, y = 0, z = 0, alpha = 0, inverse_depth = 0;
+    std::uint32_t first = 0, last = 0;
+  };
+  using Projections = std::array<Eigen::Vector4f, 3>;
+  using Place = std::array<std::uint32_t, 2>;
+
   std::vector<Corner> corners_;
-  std::vector<Record> records_;
+  std::vector<Projections> projections_;
+  std::vector<Place> places_;
   std::vector<Batch> batches_;
   GlVertexArray vertex_array_;
-  GlBuffer corner_buffer_, record_buffer_;
-  GlTexture record_texture_;
+  GlBuffer corner_buffer_, projection_buffer_, place_buffer_;
+  GlTexture projection_texture_, place_texture_;
 };
 
 // Lines over a picture (Show::kTessellation): a plan's triangles, those that others hide left out by the depth test, or a

@@ -19,14 +19,24 @@ struct SparseVariant {
   BlendVariant blend;       // false_color, groups, cameras_*, exposure and prefilter count
   PhotoEnds ends = PhotoEnds::kNever;
   bool whole_layers = false;  // every photo fills its texture: its edge is clamped by the sampler
+  int layers = 0;             // photos a triangle, at most; 0: any number, looked up pixel by pixel
   auto operator<=>(const SparseVariant&) const = default;
 };
 
-// A triangle's corners: x and y in clip units, near / depth; alpha; the triangle's plane as inverse depth over pixels; its
-// records. A record is a photo of a triangle, three uvec4: the rows of the homography from pixels to the photo (its sides
-// 1; the third: depth in the photo over depth in the view) as floats, and in the fourth places weights 0 and 1, weight 2
-// and camera << 16, layer and group << 16.
-const std::string& SparseVertexShader();
+// Beyond this many photos the rasteriser has no room for what is interpolated.
+constexpr int kMaxLayers = 12;
+// The shader that draws a triangle of `photos`: few shaders, and few layers in vain.
+constexpr int LayersFor(int photos) {
+  for (const int n : {2, 3, 4, 5, 6, 8, 10, kMaxLayers})
+    if (photos <= n) return n;
+  return 0;
+}
+
+// A triangle's corner: x and y in clip units, near / depth, alpha; 1 / depth; its records. A record is a photo of a
+// triangle: at each of the three corners its projection relative to the depth in the view (the photo's sides 1), and its
+// weight. All of them are linear in the image, so that the rasteriser interpolates them exactly; and beside them its
+// camera, and layer | group << 16.
+std::string SparseVertexShader(const SparseVariant& variant);
 std::string SparseFragmentShader(const SparseVariant& variant);
 
 // Lines over the picture: x and y in clip units, near / depth, colour.
