@@ -1,31 +1,50 @@
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "render/render_command.h"
+#include "render/settings_json.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/main_program.h"
 
 namespace {
 
-// An object of this program's own option names and values; what stands on the command line wins.
-void ApplySettings(const std::filesystem::path& file, CLI::App& app, lumi::RenderOptions& options) {
-  nlohmann::json j;
-  try {
-    j = nlohmann::json::parse(lumi::ReadText(file));
-    if (j.contains("settings")) j = j["settings"];
-    for (const auto& [name, value] : j.items()) {
-      CLI::Option* option = app.get_option_no_throw("--" + name);
-      if (!option) throw lumi::InputError(file, "unknown setting \"" + name + "\"");
-      if (option->count() > 0) continue;
-      if (name == "k") options.k = value.is_number() ? std::to_string(value.get<int>()) : value.get<std::string>();
-      else if (name == "gamma") options.gamma = value.get<double>();
-      else if (name == "fov-feather") options.fov_feather = value.get<double>();
-      else if (name == "visibility") options.visibility = value.get<bool>();
-      else if (name == "prefilter") options.prefilter = value.get<bool>();
-      else if (name == "backend") options.backend = value.get<std::string>();
-      else throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
+// Options of the reconstruction as they stand on the command line.
+using Given = std::map<std::string, std::string>;
+
+// Defaults, then the file's own words, then the command line's.
+void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::RenderOptions& options) {
+  if (!file.empty()) {
+    try {
+      nlohmann::ordered_json j = nlohmann::ordered_json::parse(lumi::ReadText(file));
+      if (j.contains("settings")) j = j["settings"];
+      for (const auto& [name, value] : j.items()) {
+        if (name == "backend")
+          options.backend = value.get<std::string>();
+        else if (lumi::SetOption(options.settings, name, value))
+          options.decided.insert(name);
+        else
+          throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
+      }
+    } catch (const nlohmann::json::exception& e) {
+      throw lumi::InputError(file, std::string("not a settings file: ") + e.what());
+    } catch (const lumi::UsageError& e) {
+      throw lumi::InputError(file, e.what());
     }
-  } catch (const nlohmann::json::exception& e) {
-    throw lumi::InputError(file, std::string("not a settings file: ") + e.what());
+  }
+  for (const auto& [name, value] : given)
+    if (!value.empty()) {
+      lumi::SetOption(options.settings, name, value);
+      options.decided.insert(name);
+    }
+  // Who names a time wants it to count.
+  if ((!given.at("time-s").empty() || options.phase) && given.at("time").empty()) {
+    options.settings.time = true;
+    options.decided.insert("time");
+  }
+  // What the optimum needs and nobody spoke against: 1/h is no covariance, and candidates are weighed one by one.
+  if (options.settings.similarity == lumi::Similarity::kFull) {
+    if (given.at("correlation").empty()) options.settings.correlation = lumi::Correlation::kFallingLeaves;
+    if (given.at("sampling").empty()) options.settings.sampling = lumi::Sampling::kInterpolated;
   }
 }
 
@@ -50,19 +69,23 @@ int main(int argc, char** argv) {
   app.add_flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.add_option("--format", o.format, "Of the pictures")->check(CLI::IsMember({"png", "jpg", "exr"}))->capture_default_str();
   app.add_option("--backend", o.backend, "Where frames are blended")->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
-  app.add_option("--show", o.show, "What is shown")->check(CLI::IsMember({"color", "false-color", "difference"}))->capture_default_str();
-  app.add_option("--k", o.k, "Photos blended at a pixel: 1 to 16, or all")->capture_default_str();
-  app.add_option("--gamma", o.gamma, "Weight of the field-of-view penalty, >= 0")->capture_default_str();
-  app.add_option("--fov-feather", o.fov_feather, "Border over which a photo fades, fraction of its smaller side, (0, 0.5]")->capture_default_str();
-  app.add_flag("--visibility,!--no-visibility", o.visibility, "Photos whose view of a point the proxy blocks rank last")->default_str("on");
-  app.add_flag("--prefilter,!--no-prefilter", o.prefilter, "Read oversampled photos from their pyramid")->default_str("on");
-  app.add_option("--settings", o.settings_file, "JSON object of the options above");
+  app.add_option("--show", o.show, "What is shown")->check(CLI::IsMember(lumi::ShowNames()))->capture_default_str();
+  app.add_option("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
+  app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
+  app.add_option("--phase", o.phase, "The view's time as a fraction of the scene's period");
+  std::filesystem::path settings_file;
+  Given given;
+  for (const lumi::SettingOption& s : lumi::SettingOptions())
+    app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
+  app.add_option("--settings", settings_file, "JSON object of the reconstruction's options; what stands on the command line wins");
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
   return program.Run(
       argc, argv,
       [&] {
         if (o.output.empty() && o.holdout == 0) throw lumi::UsageError("-o says where the pictures go");
-        if (!o.settings_file.empty()) ApplySettings(o.settings_file, app, o);
+        const std::string backend = o.backend;
+        ApplySettings(settings_file, given, o);
+        if (app.get_option("--backend")->count() > 0) o.backend = backend;
         return lumi::RunRender(o, program.progress());
       },
       lumi::DescribeRender);
