@@ -11,6 +11,7 @@ layout(location = 0) out vec4 color;  // premultiplied
 
 uniform sampler2D depth_map;
 uniform mat3 ray_from_pixel;   // to the plane at depth 1
+uniform float focal_px;        // of the desired camera
 layout(std430, binding = 0) readonly buffer Lists { uint lists[]; };
 
 // One after the other: the list of the pixel's tile or cell, else all in order.
@@ -90,7 +91,17 @@ void Add(float w, int j, Seen s) {
   if (!s.inside) return;
   within += w;
 #endif
-  mean += w * Radiance(j, s.x_px, s.depth / view_depth);
+#ifdef FALSE_COLOR
+  mean += w * Radiance(j, 0, 0, vec2(0.0), 0.0);
+#else
+  uvec4 place = texelFetch(places, j);
+  float level = 0.0;
+#ifdef PREFILTER
+  // Photo pixels a desired pixel, along a side.
+  level = max(0.0, log2(max(CAMERA(j, 3).w * view_depth / (s.depth * focal_px), 1.0)) - float(place.y >> 16));
+#endif
+  mean += w * Radiance(j, int(place.y & 0xffu), int(place.z), s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w), level);
+#endif
 }
 
 void Close(float h1, float f_largest) {

@@ -25,6 +25,7 @@ struct BlendVariant {
   int k = 4;                     // 0: all
   bool false_color = false;
   int groups = 1;                // photo textures
+  bool whole_layers = false;     // every photo fills its texture: the sampler clamps to its edge
   bool cameras_in_uniforms = true;   // else in a buffer texture
   int camera_capacity = 1;       // of the uniform block
   CameraLists lists = CameraLists::kTiles;

@@ -284,6 +284,7 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   variant.k = s.k;
   variant.false_color = request.show == Show::kFalseColor;
   variant.groups = std::max(1, photos_.group_count());
+  variant.whole_layers = !variant.false_color && photos_.WholeLayers();
   variant.correlation = s.correlation;
   variant.field_of_view = s.field_of_view;
   variant.visibility = s.visibility && s.gamma > 0 && !visibility_.empty();
@@ -467,7 +468,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   variant.blend.cameras_in_uniforms = all.cameras_in_uniforms;
   variant.blend.camera_capacity = all.camera_capacity;
   variant.ends = request.settings.field_of_view ? PhotoEnds::kFeather : PhotoEnds::kCut;
-  variant.whole_layers = photos_.WholeLayers();
+  variant.blend.whole_layers = all.whole_layers;
   UploadCameras(setup, variant.blend);
   triangles_.Upload(plan, setup, packed_views_, photos_, variant);
   for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);

@@ -16,7 +16,8 @@ extern const char* const kCameras;
 // The measures between a pixel's ray and a photo, and h: the shader's side of render/radiance/measures.h.
 extern const char* const kMeasures;
 
-// vec3 Radiance(int j, vec2 x_px, float depth_ratio): the colour of photo j (or of its view, in false colours).
+// vec3 Radiance(int j, int group, int layer, vec2 x01, float level): the colour of photo j (or of its view, in false
+// colours) at a place in it (its sides 1), from its pyramid at a level, 0 for its own pixels.
 std::string Photos(const BlendVariant& variant);
 
 }  // namespace lumi::shader

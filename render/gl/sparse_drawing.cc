@@ -34,13 +34,14 @@ Eigen::Vector2f ClipFromPixel(const Eigen::Vector2f& x_px, const Eigen::Vector2i
 
 void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos,
                            const SparseVariant& base) {
+  if (views.size() > kMaxRecordCameras)
+    throw MachineError(std::to_string(views.size()) + " photos are more than sparse samples can tell apart here", "use --grid pixel, or --backend cpu");
   const RelativeSources& s = setup.sources;
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
   struct Source {
     int packed = -1;
     Eigen::Matrix3f M;
     Eigen::Vector3f centre;
-    float pyramid_below = 0;  // depth in the photo over depth in the view
     std::uint32_t place = 0;
   };
   std::vector<Source> sources(static_cast<std::size_t>(s.count));
@@ -53,17 +54,17 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     p.M.row(1) /= s.height_px[j];
     p.centre = {s.dx[j], s.dy[j], s.dz[j]};
     const PhotoPlace& place = photos.places()[j];
-    p.pyramid_below = s.focal_px[j] / setup.focal_px / static_cast<float>(1 << std::clamp(place.shift, 0, 30));
-    p.place = static_cast<std::uint32_t>(place.layer) | static_cast<std::uint32_t>(place.group) << 16;
+    p.place = RecordPlace(p.packed, place.group, place.layer);
+    p.M *= setup.focal_px / s.focal_px[j] * static_cast<float>(1 << std::clamp(place.shift, 0, 30));
   }
 
-  // Triangles by the program that draws them: how many layers, whether photos end, whether pyramids are read.
+  // Triangles by the program that draws them: how many layers, whether photos end.
   projections_.clear();
   places_.clear();
   const std::size_t n = plan.triangles.size();
   std::vector<std::uint32_t> first(n + 1);
   std::vector<std::uint8_t> kind_of(n);
-  constexpr std::size_t kKinds = 4 * (kMaxLayers + 1);
+  constexpr std::size_t kKinds = 2 * (kMaxLayers + 1);
   std::array<std::size_t, kKinds> count{};
   for (std::size_t i = 0; i < n; ++i) {
     const SparseTriangle& triangle = plan.triangles[i];
@@ -73,21 +74,17 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
       x[v] = plan.offset[static_cast<std::size_t>(triangle.vertex[v])];
       inverse_depth[v] = 1 / std::max(axis.dot(x[v]), kNearDepth);
     }
-    bool pyramids = false;
     for (std::int32_t e = triangle.first; e < triangle.first + triangle.count; ++e) {
       const Source& p = sources[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(e)])];
       if (p.packed < 0) continue;
-      places_.push_back({static_cast<std::uint32_t>(p.packed), p.place});
+      places_.push_back(p.place);
       Projections& q = projections_.emplace_back();
-      for (std::size_t v = 0; v < 3; ++v) {
-        q[v] << p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
-        pyramids |= q[v].z() < p.pyramid_below;
-      }
+      for (std::size_t v = 0; v < 3; ++v) q[v] << p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
     }
     first[i + 1] = static_cast<std::uint32_t>(places_.size());
-    const std::size_t needs = (triangle.inside ? 0U : 1U) + (base.blend.prefilter && pyramids ? 2U : 0U);
-    const int layers = needs == 0 ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
-    const std::size_t kind = 4 * static_cast<std::size_t>(layers) + needs;
+    // A shader of many long look-ups takes the driver long to compile: those loop.
+    const int layers = base.blend.whole_layers || base.blend.false_color ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
+    const std::size_t kind = 2 * static_cast<std::size_t>(layers) + (triangle.inside ? 0U : 1U);
     kind_of[i] = static_cast<std::uint8_t>(kind);
     ++count[kind];
   }
@@ -99,9 +96,8 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     next[kind] = total;
     if (count[kind] == 0) continue;
     Batch batch{base, static_cast<int>(total), static_cast<int>(3 * count[kind])};
-    batch.variant.layers = static_cast<int>(kind / 4);
-    if ((kind & 1) == 0) batch.variant.ends = PhotoEnds::kNever;
-    batch.variant.blend.prefilter = (kind & 2) != 0;
+    batch.variant.layers = static_cast<int>(kind / 2);
+    if (kind % 2 == 0) batch.variant.ends = PhotoEnds::kNever;
     batches_.push_back(batch);
     total += 3 * count[kind];
   }
@@ -112,7 +108,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
       Corner& c = corners_[next[kind_of[i]]++];
       const Eigen::Vector2f clip = ClipFromPixel(plan.x_px[vertex], setup.desired.size_px);
       const float depth = std::max(axis.dot(plan.offset[vertex]), kNearDepth);
-      c = {clip.x(), clip.y(), kNearDepth / depth, plan.alpha[vertex], 1 / depth, first[i], first[i + 1]};
+      c = {clip.x(), clip.y(), kNearDepth / depth, 1 / depth, first[i], first[i + 1]};
     }
 
   GLint limit = 65536;
@@ -128,14 +124,14 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     glBindBuffer(GL_ARRAY_BUFFER, corner_buffer_.id());
     const auto at = [](std::size_t offset) { return reinterpret_cast<const void*>(offset); };
     for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
-    glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, x)));
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, x)));
     glVertexAttribPointer(1, 1, GL_FLOAT, GL_FALSE, sizeof(Corner), at(offsetof(Corner, inverse_depth)));
     glVertexAttribIPointer(2, 2, GL_UNSIGNED_INT, sizeof(Corner), at(offsetof(Corner, first)));
     glBindVertexArray(0);
   }
   FillBuffer(GL_ARRAY_BUFFER, corner_buffer_, corners_.data(), corners_.size() * sizeof(Corner));
   FillBuffer(GL_TEXTURE_BUFFER, projection_buffer_, projections_.data(), projections_.size() * sizeof(Projections));
-  FillBuffer(GL_TEXTURE_BUFFER, place_buffer_, places_.data(), places_.size() * sizeof(Place));
+  FillBuffer(GL_TEXTURE_BUFFER, place_buffer_, places_.data(), places_.size() * sizeof(places_[0]));
   if (!projection_texture_) {
     projection_texture_ = GlTexture::Make();
     place_texture_ = GlTexture::Make();
@@ -143,7 +139,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     glBindTexture(GL_TEXTURE_BUFFER, projection_texture_.id());
     glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, projection_buffer_.id());
     glBindTexture(GL_TEXTURE_BUFFER, place_texture_.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, GL_RG32UI, place_buffer_.id());
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, place_buffer_.id());
   }
 }
 

@@ -36,15 +36,14 @@ class SparseDrawing {
  private:
   // As the buffers hold them (sparse_shader.h).
   struct Corner {
-    float x = 0, y = 0, z = 0, alpha = 0, inverse_depth = 0;
+    float x = 0, y = 0, z = 0, inverse_depth = 0;
     std::uint32_t first = 0, last = 0;
   };
   using Projections = std::array<Eigen::Vector4f, 3>;
-  using Place = std::array<std::uint32_t, 2>;
 
   std::vector<Corner> corners_;
   std::vector<Projections> projections_;
-  std::vector<Place> places_;
+  std::vector<std::uint32_t> places_;
   std::vector<Batch> batches_;
   GlVertexArray vertex_array_;
   GlBuffer corner_buffer_, projection_buffer_, place_buffer_;

@@ -2,6 +2,7 @@
 // linearly in the image (thesis sec. 5.1.4, where a triangle is drawn once a photo).
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "render/gl/blend_shader.h"
@@ -16,9 +17,8 @@ enum class PhotoEnds {
 };
 
 struct SparseVariant {
-  BlendVariant blend;       // false_color, groups, cameras_*, exposure and prefilter count
+  BlendVariant blend;       // false_color, groups, whole_layers, cameras_*, exposure and prefilter count
   PhotoEnds ends = PhotoEnds::kNever;
-  bool whole_layers = false;  // every photo fills its texture: its edge is clamped by the sampler
   int layers = 0;             // photos a triangle, at most; 0: any number, looked up pixel by pixel
   auto operator<=>(const SparseVariant&) const = default;
 };
@@ -32,10 +32,15 @@ constexpr int LayersFor(int photos) {
   return 0;
 }
 
-// A triangle's corner: x and y in clip units, near / depth, alpha; 1 / depth; its records. A record is a photo of a
-// triangle: at each of the three corners its projection relative to the depth in the view (the photo's sides 1), and its
-// weight. All of them are linear in the image, so that the rasteriser interpolates them exactly; and beside them its
-// camera, and layer | group << 16.
+// A triangle's corner: x and y in clip units, near / depth; 1 / depth; its records. A record is a photo of a triangle: at
+// each of the three corners its projection, and its weight. The projection is homogeneous (the photo's sides 1), relative
+// to the depth in the view, so that it is linear in the image and the rasteriser interpolates it exactly; and scaled so
+// that its third coordinate is 1 where the photo's pixels are as large as the view's: its negative logarithm is the
+// pyramid's level. Beside them where the photo is: RecordPlace.
+constexpr std::uint32_t RecordPlace(int camera, int group, int layer) {
+  return static_cast<std::uint32_t>(layer) | static_cast<std::uint32_t>(group) << 11 | static_cast<std::uint32_t>(camera) << 16;
+}
+constexpr int kMaxRecordCameras = 1 << 16;
 std::string SparseVertexShader(const SparseVariant& variant);
 std::string SparseFragmentShader(const SparseVariant& variant);
 

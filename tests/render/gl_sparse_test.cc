@@ -57,6 +57,7 @@ Projected Project(const RelativeSources& s, std::size_t j, const Eigen::Vector3d
 // What is left of a weight: f over the value at which a photo fades, at most 1.
 double Gate(const RelativeSources& s, std::size_t j, const Projected& p) {
   if (p.edge_px < 0) return 0;
+  if (s.dx[j] == 0 && s.dy[j] == 0 && s.dz[j] == 0) return 1;  // from its own place a photo is seen to its border
   const double f = std::pow(std::sin(std::numbers::pi / 2 * std::min(1.0, p.edge_px / static_cast<double>(s.feather_px[j]))), 2);
   return std::min(1.0, f / static_cast<double>(kAlphaFullAt));
 }
@@ -124,12 +125,11 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
   const RelativeSources& s = setup.sources;
   for (const SparseTriangle& t : plan.triangles) {
     Eigen::Matrix3d of_px;  // barycentric coordinates
-    Eigen::Vector3d inverse_depth, alpha;
+    Eigen::Vector3d inverse_depth;
     for (int i = 0; i < 3; ++i) {
       const auto v = static_cast<std::size_t>(t.vertex[static_cast<std::size_t>(i)]);
       of_px.col(i) << plan.x_px[v].cast<double>(), 1;
       inverse_depth[i] = 1 / axis.dot(plan.offset[v].cast<double>());
-      alpha[i] = static_cast<double>(plan.alpha[v]);
     }
     const Eigen::Array2d lo = of_px.topRows<2>().rowwise().minCoeff(), hi = of_px.topRows<2>().rowwise().maxCoeff();
     if (std::abs(of_px.determinant()) < 1e-6) continue;
@@ -143,14 +143,15 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
         nearest.At(x, y, 0) = static_cast<float>(inverse);
         const Eigen::Vector3d offset = setup.ray_from_pixel * px / inverse;
         Eigen::Array3d mean = Eigen::Array3d::Zero();
-        double sum = 0, kept = 0;
+        double best = 0, kept = 0;
         for (std::int32_t e = t.first; e < t.first + t.count; ++e) {
           const auto j = static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(e)]);
           const auto& w3 = plan.weight[static_cast<std::size_t>(e)];
           double w = b.dot(Eigen::Map<const Eigen::Vector3f>(w3.data()).cast<double>());
           const Projected p = Project(s, j, offset);
-          sum += w;
-          w *= setup.settings.field_of_view ? Gate(s, j, p) : p.edge_px >= 0;
+          const double gate = setup.settings.field_of_view ? Gate(s, j, p) : p.edge_px >= 0;
+          if (w > 0) best = std::max(best, gate);
+          w *= gate;
           kept += w;
           if (w <= 0) continue;
           const float level = setup.settings.prefilter ? PyramidLevel(s.focal_px[j], static_cast<float>(p.depth), setup.focal_px, static_cast<float>(1 / inverse)) : 0;
@@ -158,14 +159,11 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
           mean += w * (false_color ? SourceColor(static_cast<int>(j)).cast<double>().array().eval()
                                    : (gain * SamplePhoto(photos[j], static_cast<float>(p.x01.x()), static_cast<float>(p.x01.y()), level).cast<double>() / 255).eval());
         }
-        const double a = alpha.dot(b);
         Eigen::Array4d out = Eigen::Array4d::Zero();
-        if (setup.settings.field_of_view && kept > 0) {
-          const double opaque = a * std::min(1.0, kept / (static_cast<double>(kAlphaFullAt) * sum));
-          out << mean * opaque / kept, opaque;
-        } else if (sum > 0 && !setup.settings.field_of_view) {
-          out << mean * a / sum, kept * a / sum;
-        }
+        if (setup.settings.field_of_view && kept > 0)
+          out << mean * best / kept, best;
+        else if (!setup.settings.field_of_view)
+          out << mean, kept;
         for (int c = 0; c < 4; ++c) image.At(x, y, c) = static_cast<float>(out[c]);
       }
   }
