@@ -246,7 +246,9 @@ void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& 
     const auto i = static_cast<std::size_t>(j);
     return s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i];
   };
-  std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
+  // Without the angle ties are common, and go to the first.
+  if (setup.settings.alpha > 0)
+    std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
   // Of time, every pixel makes the same: evaluated by the core, at any ray.
   Measures measures;
   if (rows_a_camera > 4 && setup.settings.time)

@@ -227,7 +227,7 @@ float Visibility(int j, Seen s) {
 
 // h with visibility, from h without: v <= 1, so it only grows.
 float WithVisibility(float h, int j, Seen s) {
-  if (h <= 0.0 || h >= kInfinity || s.f <= 0.0) return h;
+  if (h <= 0.0 || h >= kInfinity || s.f <= 0.0 || s.depth <= 0.0) return h;
   return min(1e37, h * (1.0 + gamma * (1.0 / (s.f * Visibility(j, s)) - 1.0)) / (1.0 + gamma * (1.0 / s.f - 1.0)));
 }
 #else
