@@ -3,7 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
+#include "render/radiance/correlation.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures/angle.h"
 #include "render/radiance/measures/field_of_view.h"
@@ -250,6 +252,19 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
   return count;
 }
 
+// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must lead all
+// the same: a trace of 1/h, which shows only there.
+class LeafWeight {
+ public:
+  explicit LeafWeight(const RadianceSettings& s) : leaves_(s.r_min_rad, s.r_max_rad), r_max_(s.r_max_rad) {}
+  double operator()(double h) const { return leaves_.PSame(h) + kTrace * r_max_ / (r_max_ + h); }
+
+ private:
+  static constexpr double kTrace = 1e-6;
+  FallingLeaves leaves_;
+  double r_max_;
+};
+
 // How opaque the pixel is: fades with the best view of the point, full for a photo's own ray (h = 0).
 float Alpha(float f_largest, float h_smallest) {
   return h_smallest == 0 ? 1.0F : std::min(1.0F, f_largest / kAlphaFullAt);
@@ -275,9 +290,11 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
   const int n = std::min(ranked, k);
   double sum = 0;
   std::array<double, kMaxBlend> weight;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double w = (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
+    const double w = leaf ? (*leaf)(best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
     if (!(w > 0)) break;
     out.camera[at] = best[at].camera;
     weight[at] = w;
@@ -313,12 +330,17 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   }
   weights_out.assign(n, 0.0F);
   if (!(h1 < kInfinity)) return 0;
-  float sum = 0;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
+  double sum = 0;
   for (std::size_t j = 0; j < n; ++j) {
-    weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
-    sum += weights_out[j];
+    if (leaf)
+      weights_out[j] = h[j] < kInfinity ? static_cast<float>((*leaf)(static_cast<double>(h[j]))) : 0.0F;
+    else
+      weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
+    sum += static_cast<double>(weights_out[j]);
   }
-  for (float& w : weights_out) w /= sum;
+  for (float& w : weights_out) w = static_cast<float>(static_cast<double>(w) / sum);
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
 }
 
