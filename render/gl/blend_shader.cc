@@ -48,21 +48,43 @@ Candidates CandidatesHere() {
 // h_1/h_j, with h_1/h_1 = 1 also at 0.
 float Ratio(float h1, float h) { return h == h1 ? 1.0 : h1 / h; }
 
-// Windowed at h_end, the k + 1st h (kInfinity: there is none), in units of the nearest photo's R.
+#ifdef FALLING_LEAVES
+// R(h), P_same of render/radiance/correlation.h: its 2/5th power, which falls to 0 linearly, at steps of log h; and the trace
+// of 1/h by which a photo leads where nothing correlates (render/radiance/weights.cc).
+layout(std430, binding = 2) readonly buffer Leaves { float leaves[]; };
+uniform vec2 leaf_place;  // of h in the table: x log2(h) + y
+uniform float r_max;
+float Correlation(float h) {
+  if (h <= 0.0) return 1.0 + LEAF_TRACE;
+  float at = clamp(leaf_place.x * log2(h) + leaf_place.y, 0.0, float(LEAF_STEPS));
+  int i = min(int(at), LEAF_STEPS - 1);
+  float root = mix(leaves[i], leaves[i + 1], at - float(i));
+  return root * root * sqrt(root) + LEAF_TRACE * r_max / (r_max + h);
+}
+#endif
+
+// R(h) windowed at h_end, the k + 1st h (kInfinity: there is none). For R = 1/h in units of the nearest photo's.
 struct Window {
-  float h1, edge, end;
+  float h1, edge, inverse_end;
   bool tied;
 };
 Window WindowAt(float h1, float h_end) {
   Window w;
   w.h1 = h1;
-  w.end = h_end;
+  w.inverse_end = h_end >= kInfinity ? 0.0 : 1.0 / h_end;
   w.edge = h_end >= kInfinity ? 0.0 : Ratio(h1, h_end);
   // At a (k+1)-way tie all windowed weights vanish: the tied share.
   w.tied = w.edge >= 1.0;
   return w;
 }
-float Weight(Window w, float h) { return w.tied ? 1.0 : Ratio(w.h1, h) - w.edge; }
+float Weight(Window w, float h) {
+  if (w.tied) return 1.0;
+#ifdef FALLING_LEAVES
+  return Correlation(h) * (1.0 - h * w.inverse_end);
+#else
+  return Ratio(w.h1, h) - w.edge;
+#endif
+}
 
 // Sets the pixel's ray; false where it misses the proxy.
 bool Open() {

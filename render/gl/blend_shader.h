@@ -49,6 +49,9 @@ std::string CullComputeShader(const BlendVariant& variant);
 constexpr int kTilePx = 16;            // a tile's side
 constexpr int kTilesPerGroup = 32;
 
+// Steps of the table of the falling leaves' correlation.
+constexpr int kLeafSteps = 4096;
+
 // In normalised units: nothing nearer is drawn.
 constexpr float kNearDepth = 1e-5F;
 

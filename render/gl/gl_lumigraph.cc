@@ -3,14 +3,18 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 
+#include "render/radiance/correlation.h"
+#include "render/radiance/measures.h"
 #include "render/radiance/sources.h"
 #include "render/visibility_maps.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
@@ -117,6 +121,8 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
 
 void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  proxy_ = proxy;
+  sparse_proxy_.reset();
   std::vector<float> x;
   x.reserve(3 * proxy.vertices.size());
   for (const Eigen::Vector3d& v : proxy.vertices) {
@@ -301,6 +307,7 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
 }
 
 void GlLumigraph::UploadCameras(const ViewSetup& setup, const BlendVariant& variant) {
+  if (variant.correlation == Correlation::kFallingLeaves) UploadLeaves(setup.settings);
   std::vector<float> rows;
   PackCameras(setup, CameraRows(variant), rows, packed_views_);
   std::vector<std::uint32_t> places;
@@ -367,6 +374,10 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   glUniform1f(program.Uniform("alpha_weight"), static_cast<float>(s.alpha));
   glUniform1f(program.Uniform("gamma"), static_cast<float>(s.gamma));
   glUniform1f(program.Uniform("focal_px"), setup.focal_px);
+  if (variant.correlation == Correlation::kFallingLeaves) {
+    glUniform2f(program.Uniform("leaf_place"), static_cast<float>(leaf_place_.x()), static_cast<float>(leaf_place_.y()));
+    glUniform1f(program.Uniform("r_max"), static_cast<float>(s.r_max_rad));
+  }
   if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_.width(), visibility_.height());
   if (variant.resolution != Resolution::kOff) {
     const auto inverse_log = [](double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; };
@@ -378,6 +389,21 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   }
 }
 
+void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
+  if (leaf_buffer_ && leaf_radii_ == std::pair(s.r_min_rad, s.r_max_rad)) return;
+  leaf_radii_ = {s.r_min_rad, s.r_max_rad};
+  // From so small an angle that P_same is 1, to where it is 0.
+  const FallingLeaves leaves(s.r_min_rad, s.r_max_rad);
+  const double from = std::log2(1e-6 * std::max(s.r_min_rad, 1e-6 * s.r_max_rad)), to = std::log2(2 * s.r_max_rad);
+  leaf_place_ = {kLeafSteps / (to - from), -from * kLeafSteps / (to - from)};
+  std::vector<float> table;
+  for (int i = 0; i <= kLeafSteps; ++i) table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
+  table.back() = 0;
+  if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
+}
+
 void GlLumigraph::FillLists(const std::vector<std::uint32_t>& words) {
   if (!list_buffer_) list_buffer_ = GlBuffer::Make();
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
@@ -387,9 +413,17 @@ void GlLumigraph::FillLists(const std::vector<std::uint32_t>& words) {
 
 void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const ViewSetup setup = Start(request);
-  if (request.settings.similarity == Similarity::kFull)
+  const RadianceSettings& s = request.settings;
+  const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
+  if (s.similarity == Similarity::kFull && !interpolated)
     throw UsageError("--backend gl draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use --backend cpu");
-  BeginPixels(request, setup, target);
+  if (!interpolated) return BeginPixels(request, setup, target);
+  const auto start = std::chrono::steady_clock::now();
+  if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
+  PlanSparse(setup, *sparse_proxy_, s.visibility && !visibility_.empty() ? &visibility_ : nullptr, ParallelFor, sparse_plan_);
+  const auto planned = std::chrono::steady_clock::now();
+  BeginTriangles(request, setup, sparse_plan_, target);
+  statistics_.plan_ms = std::chrono::duration<double, std::milli>(planned - start).count();
 }
 
 void GlLumigraph::Begin(const RenderRequest& request, const SparsePlan& plan, GlTarget& target) {
@@ -507,6 +541,7 @@ void GlLumigraph::BindInputs(const GlTarget& target) const {
   }
   if (camera_block_) glBindBufferBase(GL_UNIFORM_BUFFER, 0, camera_block_.id());
   if (list_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
+  if (leaf_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, leaf_buffer_.id());
   if (normals_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());
   photos_.Bind(kFirstPhotoUnit);
   glActiveTexture(GL_TEXTURE0);

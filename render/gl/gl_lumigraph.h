@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "render/gl/blend_shader.h"
@@ -97,6 +99,7 @@ class GlLumigraph {
   void BeginPixels(const RenderRequest& request, const ViewSetup& setup, GlTarget& target);
   void BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target);
   void BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target);
+  void UploadLeaves(const RadianceSettings& settings);
   void FillLists(const std::vector<std::uint32_t>& words);
   void DrawLines(GlTarget& target);
 
@@ -109,6 +112,10 @@ class GlLumigraph {
   GlVertexArray mesh_array_, empty_array_;
   int index_count_ = 0;
 
+  Mesh proxy_;
+  std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
+  SparsePlan sparse_plan_;
+
   GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;
   std::map<SparseVariant, GlProgram> sparse_programs_;
@@ -117,6 +124,9 @@ class GlLumigraph {
   GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;
+  GlBuffer leaf_buffer_;                              // of the radii, r_min and r_max
+  std::pair<double, double> leaf_radii_;
+  Eigen::Vector2d leaf_place_ = Eigen::Vector2d::Zero();
   std::size_t list_words_ = 0;
   bool culling_ = true;
   GlTexture camera_texture_, place_texture_, color_texture_;

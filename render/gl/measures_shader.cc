@@ -7,6 +7,8 @@ namespace lumi {
 namespace {
 
 constexpr int kBuckets = 48;
+// LeafWeight of render/radiance/weights.cc.
+constexpr float kLeafTrace = 1e-6F;
 
 }  // namespace
 
@@ -21,7 +23,7 @@ std::string Defines(const BlendVariant& variant) {
   text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup, kBuckets);
   text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define BLOCKED_VISIBILITY {:.6f}\n", kVisibleUpTo,
                       kBlockedFrom, kBlockedVisibility);
-  text += fmt::format("#define CAMERA_ROWS {}\n", CameraRows(variant));
+  text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant), kLeafSteps, kLeafTrace);
   const auto define = [&](bool on, const char* name) {
     if (on) text += fmt::format("#define {}\n", name);
   };

@@ -168,6 +168,7 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
     s.period_s = frame % 4 == 1 ? 1 + 3 * uniform(random) : 0.0;
     s.field_of_view = frame % 5 != 2;
     s.visibility = frame % 6 < 2;
+    if (frame % 8 >= 6) s.correlation = Correlation::kFallingLeaves;
     s.r_max_rad = (1 + 20 * uniform(random)) * kRadiansPerDegree;
     const VisibilityMaps* visibility = s.visibility ? &maps : nullptr;
     const ViewSetup setup = MakeViewSetup(sources, request.view, s, request.use);
