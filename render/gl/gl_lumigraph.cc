@@ -520,7 +520,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   const float nothing[4] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing);
   glClearBufferfv(GL_COLOR, 1, nothing);
-  glClearBufferfv(GL_DEPTH, 0, nothing);
+  if (triangles_.overlapping() || !lines_.empty()) glClearBufferfv(GL_DEPTH, 0, nothing);
   CheckGl("uploading the triangles");
 }
 
@@ -591,6 +591,7 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
   } else {
     glBindFramebuffer(GL_FRAMEBUFFER, target.both_framebuffer());
     const ReversedDepth depth;
+    if (!triangles_.overlapping()) glDisable(GL_DEPTH_TEST);
     glBindVertexArray(triangles_.vertex_array());
     for (const SparseDrawing::Batch& batch : triangles_.batches()) {
       const GlProgram& program = SparseProgramFor(batch.variant);

@@ -61,6 +61,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   // Triangles by the program that draws them: how many layers, whether photos end.
   projections_.clear();
   places_.clear();
+  overlapping_ = false;
   const std::size_t n = plan.triangles.size();
   std::vector<std::uint32_t> first(n + 1);
   std::vector<std::uint8_t> kind_of(n);
@@ -68,6 +69,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   std::array<std::size_t, kKinds> count{};
   for (std::size_t i = 0; i < n; ++i) {
     const SparseTriangle& triangle = plan.triangles[i];
+    overlapping_ |= !triangle.alone;
     std::array<Eigen::Vector3f, 3> x;
     std::array<float, 3> inverse_depth;
     for (std::size_t v = 0; v < 3; ++v) {

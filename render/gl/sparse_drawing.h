@@ -29,6 +29,8 @@ class SparseDrawing {
     int first_vertex = 0, vertex_count = 0;
   };
   const std::vector<Batch>& batches() const { return batches_; }
+  // Whether triangles may lie over others.
+  bool overlapping() const { return overlapping_; }
   unsigned vertex_array() const { return vertex_array_.id(); }
   unsigned projection_texture() const { return projection_texture_.id(); }
   unsigned place_texture() const { return place_texture_.id(); }
@@ -45,6 +47,7 @@ class SparseDrawing {
   std::vector<Projections> projections_;
   std::vector<std::uint32_t> places_;
   std::vector<Batch> batches_;
+  bool overlapping_ = false;
   GlVertexArray vertex_array_;
   GlBuffer corner_buffer_, projection_buffer_, place_buffer_;
   GlTexture projection_texture_, place_texture_;
