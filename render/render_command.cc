@@ -37,14 +37,9 @@ double Median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-Json SettingsJson(const RenderOptions& o) {
-  Json j = ToJson(o.settings);
-  j["backend"] = o.backend;
-  return j;
-}
-
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms))) throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty())) throw UsageError("--path goes with neither --holdout nor --view");
@@ -76,12 +71,36 @@ class Job {
     Json j = o_.holdout != 0 ? Holdout() : !o_.view.empty() ? OneView() : Path();
     j["proxy"] = o_.proxy.empty() ? scene_.active_proxy : o_.proxy;
     j["device"] = renderer_->Device();
-    j["settings"] = SettingsJson(o_);
+    j["settings"] = SettingsJson();
+    if (budget_) j["budget"] = Budget();
     if (!o_.output.empty() && o_.output.extension() != ".mp4") WriteTextAtomically(o_.output / kMarker, j.dump(2) + "\n");
     return j.dump();
   }
 
  private:
+  Json SettingsJson() const {
+    Json j = ToJson(settings_);
+    j["backend"] = o_.backend;
+    return j;
+  }
+
+  Json Budget() const {
+    Json j = {{"budget_ms", *o_.budget_ms}};
+    j.update(ToJson(*budget_));
+    return j;
+  }
+
+  // --budget-ms: the settings for frames like this one.
+  void KeepBudget(const RenderView& first, const std::vector<bool>& use = {}) {
+    if (!o_.budget_ms) return;
+    RenderRequest request;
+    request.view = first;
+    request.settings = settings_;
+    request.use = use;
+    budget_ = ChooseForBudget(scene_.folder, o_.backend, o_.proxy.empty() ? scene_.active_proxy : o_.proxy, *renderer_, request, o_.given, *o_.budget_ms);
+    settings_ = budget_->settings;
+  }
+
   void FindView() {
     for (std::size_t i = 0; i < scene_.views.size(); ++i)
       if (scene_.views[i].name == o_.view || OutputName(scene_.views[i].name) == o_.view) view_ = static_cast<int>(i);
@@ -105,6 +124,15 @@ class Job {
     h.n = o_.holdout;
     h.fold = o_.fold == "choose" ? Fold::kChoose : Fold::kReport;
     h.width_px = o_.width_px;
+    if (const std::vector<ViewId> held = FoldViews(scene_, h.n, h.fold); !held.empty()) {
+      const View& first = scene_.views[static_cast<std::size_t>(held.front().value)];
+      std::vector<bool> use(scene_.views.size(), true);
+      for (const ViewId id : held) use[static_cast<std::size_t>(id.value)] = false;
+      Camera camera = scene_.CameraOf(first);
+      if (h.width_px > 0 && h.width_px < camera.width_px)
+        camera = camera.Scaled(h.width_px, std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * h.width_px / camera.width_px))));
+      KeepBudget(MakeRenderView(camera, first.cam_from_world), use);
+    }
     h.settings = settings_;
     h.folder = o_.output;
     const HoldoutSummary s = EvaluateHoldout(scene_, *renderer_, h, sink_);
@@ -138,12 +166,13 @@ class Job {
     }
     RenderRequest request;
     request.view = MakeRenderView(camera, view.cam_from_world);
-    request.settings = settings_;
     request.show = ShowMode();
     if (o_.leave_out) {
       request.use.assign(scene_.views.size(), true);
       request.use[static_cast<std::size_t>(view_)] = false;
     }
+    KeepBudget(request.view, request.use);
+    request.settings = settings_;
     const auto start = Clock::now();
     const ImageF image = renderer_->Render(request);
     const double ms = Milliseconds(start);
@@ -183,6 +212,8 @@ class Job {
     if (width == 0) width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
     if (height == 0) height = static_cast<int>(std::lround(width * aspect));
     const std::vector<RenderView> views = SamplePath(path, width, height);
+
+    if (!views.empty()) KeepBudget(views.front());
 
     const bool only_video = o_.output.extension() == ".mp4";
     const std::filesystem::path frames_folder = only_video ? std::filesystem::path() : o_.output / "frames";
@@ -237,7 +268,7 @@ class Job {
   }
 
   std::string FrameFingerprint(const CameraPath& path, int width, int height) const {
-    Json j = {{"settings", SettingsJson(o_)}, {"show", o_.show}, {"width", width}, {"height", height},
+    Json j = {{"settings", SettingsJson()}, {"show", o_.show}, {"width", width}, {"height", height},
               {"scene", Fingerprint(scene_.folder / "sparse")}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
     j["proxy"] = Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
     j["fps"] = path.fps;
@@ -251,7 +282,8 @@ class Job {
 
   const RenderOptions& o_;
   ProgressSink& sink_;
-  const RadianceSettings settings_;
+  RadianceSettings settings_;
+  std::optional<BudgetChoice> budget_;
   Scene scene_;
   Mesh mesh_;
   int view_ = -1;
@@ -277,6 +309,11 @@ std::string DescribeRender(const std::string& json) {
     const auto& v = j["views"][0];
     text += fmt::format("{}: PSNR {:.2f} dB, SSIM {:.4f}, coverage {:.1f}%\n", v["name"].get<std::string>(), v["psnr_db"].get<double>(), v["ssim"].get<double>(),
                         100 * v["coverage"].get<double>());
+  }
+  if (j.contains("budget")) {
+    const auto& b = j["budget"];
+    text += fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", b["budget_ms"].get<double>(), b["name"].get<std::string>(), b["expected_ms"].get<double>(),
+                        b["fits"].get<bool>() ? "" : " (the fastest there is)", b["why"].get<std::string>());
   }
   text += fmt::format("{} frames, {:.1f} ms each, proxy {}, {}", j["frames"].get<long>(), j["ms_per_frame"].get<double>(),
                       j["proxy"].get<std::string>(), j["device"].get<std::string>());

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "render/radiance/settings.h"
 #include "render/renderer.h"
+#include "render/tradeoff/budget.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/progress.h"
 
@@ -29,6 +31,8 @@ struct RenderOptions {
   std::string format = "png";           // png, jpg, exr
   bool video = false;                   // a path's frames also as OUT/path.mp4
   RadianceSettings settings;            // complete: from --settings, --effects and the line
+  std::optional<double> budget_ms;      // a frame; settings then follow the scene's front or a probe ...
+  FixedOptions given;                   // ... but for these: options of the reconstruction that the user named
   bool rescale_cameras = false;
 };
 
