@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     CLI::App* command = app.add_subcommand(name, what);
     command->add_option("scene", m.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
     command->add_option("-o,--output", m.output, "Folder for tables, plots and pictures");
-    command->add_option("--proxy", m.proxies, "Proxies to measure; default: all the scene has, the active one first");
+    command->add_option("--proxy", m.proxies, "Proxies to measure; default: all the scene has, the active one first")->allow_extra_args(false);
     command->add_option("--width", m.width_px, "Width of the frames, pixels; default: the photos', at most 1024");
     command->add_option("--holdout", m.holdout, "Every N-th photo is held out; settings are chosen on N/2, N/2+N ... and reported on 0, N ...")->capture_default_str();
     command->add_option("--views", m.views, "Held-out photos that are measured")->capture_default_str();
