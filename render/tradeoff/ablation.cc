@@ -136,7 +136,7 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   const std::string& proxy = bench.proxies().front();
   Subject subject = Choose(bench, o);
   Renderer& renderer = bench.Measured(proxy);
-  const std::vector<Row> rows = Rows(o.settings);
+  const std::vector<Row> rows = Rows(bench.settings());
 
   Json j = {{"view", subject.name}, {"proxy", proxy.empty() ? bench.scene().active_proxy : proxy}, {"backend", o.backend}, {"device", renderer.Device()},
             {"width", subject.request.view.size_px.x()}, {"height", subject.request.view.size_px.y()}, {"rows", Json::array()}};

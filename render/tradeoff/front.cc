@@ -70,9 +70,6 @@ RadianceSettings WithTradedSettings(const RadianceSettings& base, const Radiance
   s.sum = point.sum;
   s.cutoff_rad = point.cutoff_rad;
   s.resolution = point.resolution;
-  s.field_of_view = point.field_of_view;
-  s.visibility = point.visibility;
-  s.prefilter = point.prefilter;
   s.grid_columns = point.grid_columns;
   s.grid_rows = point.grid_rows;
   s.epipoles = point.epipoles;

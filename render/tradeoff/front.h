@@ -45,7 +45,7 @@ struct StoredFront {
 };
 
 // Only settings that trade accuracy for time travel with a front; what a scene or a user decides (weights of the measures,
-// radii, time) stays as `base` has it.
+// effects, radii, time) stays as `base` has it.
 RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point);
 
 nlohmann::ordered_json ToJson(const FrontPoint& point);

@@ -68,7 +68,7 @@ class Properties {
         sources_(MakeSources(bench_.scene())),
         tracer_(bench_.mesh(proxy_), bench_.scene().normalized_from_world) {
     if (CanOcclude(bench_.mesh(proxy_))) visibility_ = MakeVisibilityMaps(sources_, tracer_);
-    settings_ = WithMethod(o_.settings, Method::kPixel);
+    settings_ = WithMethod(bench_.settings(), Method::kPixel);
     if (settings_.k == 0) settings_.k = 4;
   }
 
@@ -234,9 +234,9 @@ class Properties {
       }
     };
     time("pixel_ms", settings_);
-    time("interpolated_25_ms", WithMethod(o_.settings, Method::kInterpolated));
-    time("candidates_25_ms", WithMethod(o_.settings, Method::kCandidates));
-    time("optimum_25_ms", WithMethod(o_.settings, Method::kOptimumGrid));
+    time("interpolated_25_ms", WithMethod(bench_.settings(), Method::kInterpolated));
+    time("candidates_25_ms", WithMethod(bench_.settings(), Method::kCandidates));
+    time("optimum_25_ms", WithMethod(bench_.settings(), Method::kOptimumGrid));
     return j;
   }
 

@@ -84,7 +84,7 @@ class Tradeoff {
     DecideReference();
     std::vector<std::pair<std::string, SweepPoint>> table;
     for (std::size_t i = 0; i < bench_.proxies().size(); ++i)
-      for (SweepPoint& p : SweepTable(o_.settings, i > 0 ? SweepSize::kMethods : o_.quick ? SweepSize::kQuick : SweepSize::kFull))
+      for (SweepPoint& p : SweepTable(bench_.settings(), i > 0 ? SweepSize::kMethods : o_.quick ? SweepSize::kQuick : SweepSize::kFull))
         table.emplace_back(bench_.proxies()[i], std::move(p));
     {
       Progress progress(sink_, "measuring settings", static_cast<long>(table.size()));
@@ -127,7 +127,7 @@ class Tradeoff {
   void DecideReference() {
     const std::string& proxy = bench_.proxies().front();
     reference_width_ = std::min(width_, o_.reference_width_px > 0 ? o_.reference_width_px : o_.quick ? kReferenceWidth / 2 : kReferenceWidth);
-    RenderRequest request = Request(views_.front(), ReferenceSettings(o_.settings), false);
+    RenderRequest request = Request(views_.front(), ReferenceSettings(bench_.settings()), false);
     const int small = std::min(kProbeWidth, width_);
     request.view = views_.front().AtWidth(small, ViewOf(views_.front()).cam_from_world);
     try {
@@ -183,7 +183,7 @@ class Tradeoff {
         if (!optimum_ && !sparse_identity) continue;
         const Pair mine = RenderPair(renderer, v, m.settings);
         if (optimum_) {
-          const Pair& best = Reference(proxy, ReferenceSettings(o_.settings), v);
+          const Pair& best = Reference(proxy, ReferenceSettings(bench_.settings()), v);
           optimum.push_back(ErrorBetween(mine.color, best.color));
           m.false_color_optimum += SquaredError(mine.false_color, best.false_color) / n;
         }
@@ -212,7 +212,8 @@ class Tradeoff {
   std::vector<FrontPoint> FrontOf(const std::string& proxy) const {
     std::vector<FrontPoint> points;
     for (const MeasuredPoint& p : points_)
-      if (proxy.empty() || p.proxy == proxy) {
+      // What an effect costs is shown, but evidence switches effects, not a budget.
+      if ((proxy.empty() || p.proxy == proxy) && WithTradedSettings(bench_.settings(), p.settings) == p.settings) {
         FrontPoint f = p.ForFront();
         if (proxy.empty()) f.name = p.proxy + "\n" + p.name;  // finds the point again
         points.push_back(std::move(f));
@@ -241,7 +242,7 @@ class Tradeoff {
   Json NearestPhotoReport() {
     std::vector<FrameError> errors;
     for (const TestView& t : report_views_) {
-      RadianceSettings s = WithMethod(o_.settings, Method::kPixel);
+      RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
       s.k = 1;
       RenderRequest r = Request(t, s, false);
       const ViewId nearest = NearestPhoto(bench_.scene(), t.id, t.use);
@@ -367,8 +368,8 @@ class Tradeoff {
         PlotSeries s{line.name, line.color, line.marker, true, false, !line.epipoles, {}};
         for (const MeasuredPoint& p : points_) {
           if (!p.pixel || p.proxy != bench_.proxies().front() || MethodOf(p.settings) != line.method) continue;
-          RadianceSettings alike = WithMethod(o_.settings, line.method, p.settings.grid_columns);
-          alike.epipoles = line.method == Method::kCandidates ? o_.settings.epipoles : line.epipoles;
+          RadianceSettings alike = WithMethod(bench_.settings(), line.method, p.settings.grid_columns);
+          alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
           if (!(alike == p.settings)) continue;
           const double error = false_color ? p.false_color_pixel : p.pixel->mse;
           // A picture that is equal to the last bit has no place on a logarithmic axis.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "render/effects/effects.h"
+#include "render/effects/exposure.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/atomic_file.h"
@@ -27,8 +29,10 @@ void RequireConsistent(const MeasureOptions& o) {
   if (!o.view.empty() && !o.path.empty()) throw UsageError("--view and --path do not go together");
 }
 
-Workbench::Workbench(const MeasureOptions& o, const std::string& marker, ProgressSink& sink) : o_(o) {
+Workbench::Workbench(const MeasureOptions& o, const std::string& marker, ProgressSink& sink) : o_(o), settings_(o.settings) {
   RequireConsistent(o);
+  std::set<std::string> decided = o.decided;
+  ApplyEffectList(o.effects, settings_, decided);
   if (!o.output.empty()) RequireOurFolder(o.output, marker);
   OpenOptions open;
   open.rescale_cameras = o.rescale_cameras;
@@ -45,6 +49,22 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
       throw UsageError("--proxy " + proxies_[i] + " is given twice");
   for (const std::string& p : proxies_) meshes_[p] = std::make_unique<Mesh>(LoadProxy(scene_, p));
   photos_ = LoadPhotos(scene_, {}, sink);
+
+  double gain_spread = 1;
+  if (!decided.contains("exposure") || settings_.exposure) {
+    const Exposures exposures = EstimateExposures(scene_, photos_);
+    if (exposures.Differ()) gain_spread = exposures.spread;
+    for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = exposures.gain[i];
+  }
+  std::vector<RenderView> desired;
+  std::vector<bool> use(scene_.views.size(), true);
+  for (const ViewId id : FoldViews(scene_, o.holdout, Fold::kReport)) {
+    desired.push_back(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(id.value)]));
+    use[static_cast<std::size_t>(id.value)] = false;
+  }
+  if (std::none_of(use.begin(), use.end(), [](bool u) { return u; })) use.clear();
+  settings_.period_s = scene_.period_s.value_or(0);
+  settings_ = ChooseEffects(scene_, mesh(proxies_.front()), desired, use, settings_, decided, gain_spread).settings;
 }
 
 Renderer& Workbench::Cpu(const std::string& proxy) {

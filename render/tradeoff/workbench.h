@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,9 @@ struct MeasureOptions {
   bool quick = false;                      // fewer points, at most 320 pixels wide
   std::string view;                        // --ablation: this photo's own camera, without the photo
   std::filesystem::path path;              // --ablation: the first frame of this camera path instead
-  RadianceSettings settings;               // where lines start; what a scene or user decided stays
+  RadianceSettings settings;               // where lines start, from --settings and the line
+  std::string effects = "auto";            // auto, none, or a list of EffectNames()
+  std::set<std::string> decided;           // what --settings or the line spoke about
   bool rescale_cameras = false;
 };
 
@@ -40,6 +43,8 @@ class Workbench {
   Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
 
   const Scene& scene() const { return scene_; }
+  // The options' settings, with the effects that the scene calls for at its held-out photos.
+  const RadianceSettings& settings() const { return settings_; }
   const std::vector<std::string>& proxies() const { return proxies_; }
   const Mesh& mesh(const std::string& proxy) const { return *meshes_.at(proxy); }
   std::vector<Photo>& photos() { return photos_; }
@@ -55,6 +60,7 @@ class Workbench {
 
  private:
   const MeasureOptions& o_;
+  RadianceSettings settings_;
   Scene scene_;
   std::vector<std::string> proxies_;
   std::map<std::string, std::unique_ptr<Mesh>> meshes_;
