@@ -20,7 +20,9 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
       for (const auto& [name, value] : j.items()) {
         if (name == "backend")
           options.backend = value.get<std::string>();
-        else if (!lumi::SetOption(options.settings, name, value))
+        else if (lumi::SetOption(options.settings, name, value))
+          options.decided.insert(name);
+        else
           throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
       }
     } catch (const nlohmann::json::exception& e) {
@@ -30,7 +32,15 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
     }
   }
   for (const auto& [name, value] : given)
-    if (!value.empty()) lumi::SetOption(options.settings, name, value);
+    if (!value.empty()) {
+      lumi::SetOption(options.settings, name, value);
+      options.decided.insert(name);
+    }
+  // Who names a time wants it to count.
+  if ((!given.at("time-s").empty() || options.phase) && given.at("time").empty()) {
+    options.settings.time = true;
+    options.decided.insert("time");
+  }
   // What the optimum needs and nobody spoke against: 1/h is no covariance, and candidates are weighed one by one.
   if (options.settings.similarity == lumi::Similarity::kFull) {
     if (given.at("correlation").empty()) options.settings.correlation = lumi::Correlation::kFallingLeaves;
@@ -59,7 +69,10 @@ int main(int argc, char** argv) {
   app.add_flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.add_option("--format", o.format, "Of the pictures")->check(CLI::IsMember({"png", "jpg", "exr"}))->capture_default_str();
   app.add_option("--backend", o.backend, "Where frames are blended")->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
-  app.add_option("--show", o.show, "What is shown")->check(CLI::IsMember({"color", "false-color", "difference"}))->capture_default_str();
+  app.add_option("--show", o.show, "What is shown")->check(CLI::IsMember(lumi::ShowNames()))->capture_default_str();
+  app.add_option("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
+  app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
+  app.add_option("--phase", o.phase, "The view's time as a fraction of the scene's period");
   std::filesystem::path settings_file;
   Given given;
   for (const lumi::SettingOption& s : lumi::SettingOptions())

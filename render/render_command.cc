@@ -6,12 +6,17 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "render/convert.h"
+#include "render/effects/effects.h"
+#include "render/effects/exposure.h"
 #include "render/holdout.h"
 #include "render/output_name.h"
 #include "render/path/camera_path.h"
 #include "render/settings_json.h"
+#include "render/show/camera_configuration.h"
+#include "render/show/measure_map.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -27,6 +32,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kDefaultPathWidth = 1024;
 constexpr int kMaxSide = 32768;
+constexpr int kConfigurationSide = 640;  // of each of the panels of --show cameras
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
 
 double Milliseconds(Clock::time_point since) { return std::chrono::duration<double, std::milli>(Clock::now() - since).count(); }
@@ -37,10 +43,22 @@ double Median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-Json SettingsJson(const RenderOptions& o) {
-  Json j = ToJson(o.settings);
-  j["backend"] = o.backend;
-  return j;
+// --effects LIST: those and no others, except where an option of their own says otherwise.
+void ApplyEffectList(const RenderOptions& o, RadianceSettings& settings, std::set<std::string>& decided) {
+  if (o.effects == "auto") return;
+  std::set<std::string> wanted;
+  std::istringstream list(o.effects == "none" ? "" : o.effects);
+  for (std::string name; std::getline(list, name, ',');) {
+    const auto& names = EffectNames();
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError(fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
+    wanted.insert(name);
+  }
+  for (const std::string& name : EffectNames()) {
+    if (decided.count(name) > 0) continue;
+    decided.insert(name);
+    SwitchEffect(settings, name, wanted.count(name) > 0);
+  }
 }
 
 void RequireConsistent(const RenderOptions& o) {
@@ -48,6 +66,9 @@ void RequireConsistent(const RenderOptions& o) {
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty())) throw UsageError("--path goes with neither --holdout nor --view");
+  if (o.show == "cameras" && o.view.empty()) throw UsageError("--show cameras needs --view: the virtual view that is drawn among them");
+  if (!o.of.empty() && !MeasureFromName(o.show)) throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
+  if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty()) throw UsageError("--show difference needs --view: the photo to compare with");
   if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
   if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxSide || o.height_px > kMaxSide)
@@ -57,8 +78,9 @@ void RequireConsistent(const RenderOptions& o) {
 
 class Job {
  public:
-  Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(options.settings) {
+  Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(options.settings), decided_(options.decided) {
     RequireConsistent(o_);
+    ApplyEffectList(o_, settings_, decided_);
     const bool to_video = o_.output.extension() == ".mp4";
     if (to_video && (o_.holdout != 0 || !o_.view.empty())) throw UsageError("a video needs a path, not --view or --holdout");
     if (!o_.output.empty() && !to_video) RequireOurFolder(o_.output, kMarker);
@@ -67,28 +89,98 @@ class Job {
     scene_ = OpenScene(o_.scene, open, sink_);
     if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", o_.scene);
     mesh_ = LoadProxy(scene_, o_.proxy);
-    if (!o_.view.empty()) FindView();
+    if (!o_.view.empty()) view_ = ViewCalled(o_.view);
+    ApplyTime();
     photos_ = LoadPhotos(scene_, {}, sink_);
+    double gain_spread = 1;
+    if (decided_.count("exposure") == 0 || settings_.exposure) {
+      const Exposures exposures = EstimateExposures(scene_, photos_);
+      if (exposures.Differ()) gain_spread = exposures.spread;
+      for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = exposures.gain[i];
+    }
+    std::vector<bool> use;
+    const std::vector<RenderView> desired = DesiredViews(use);
+    choice_ = ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread);
+    settings_ = choice_.settings;
     renderer_ = o_.backend == "gl" ? MakeGlRenderer(scene_, mesh_, photos_) : MakeCpuRenderer(scene_, mesh_, photos_);
   }
 
   std::string Run() {
+    std::vector<bool> use;
+    MeasureEffects(*renderer_, DesiredViews(use).front(), use, choice_);
     Json j = o_.holdout != 0 ? Holdout() : !o_.view.empty() ? OneView() : Path();
     j["proxy"] = o_.proxy.empty() ? scene_.active_proxy : o_.proxy;
     j["device"] = renderer_->Device();
-    j["settings"] = SettingsJson(o_);
+    j["settings"] = SettingsJson();
+    if (!scale_.is_null()) j["scale"] = scale_;
+    j["effects"] = Json::array();
+    for (const Effect& e : choice_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}, {"cost_ms", e.cost_ms}});
+    const RenderStatistics statistics = renderer_->Statistics();
+    if (statistics.samples > 0) j["samples"] = statistics.samples;
+    if (settings_.similarity == Similarity::kFull)
+      j["optimum"] = {{"samples", statistics.optimum.samples},
+                      {"cameras_mean", statistics.optimum.samples > 0 ? static_cast<double>(statistics.optimum.cameras) / static_cast<double>(statistics.optimum.samples) : 0},
+                      {"nugget_raised", statistics.optimum.nugget_raised},
+                      {"indefinite", statistics.optimum.indefinite},
+                      {"small_sums", statistics.optimum.small_sums}};
     if (!o_.output.empty() && o_.output.extension() != ".mp4") WriteTextAtomically(o_.output / kMarker, j.dump(2) + "\n");
     return j.dump();
   }
 
  private:
-  void FindView() {
-    for (std::size_t i = 0; i < scene_.views.size(); ++i)
-      if (scene_.views[i].name == o_.view || OutputName(scene_.views[i].name) == o_.view) view_ = static_cast<int>(i);
-    if (view_ < 0) throw UsageError("no photo is called " + o_.view, "the first is " + scene_.views.front().name);
+  Json SettingsJson() const {
+    Json j = ToJson(settings_);
+    j["backend"] = o_.backend;
+    return j;
   }
 
-  Show ShowMode() const { return o_.show == "false-color" ? Show::kFalseColor : Show::kColor; }
+  // A time was asked for, or the scene has a period.
+  void ApplyTime() {
+    settings_.period_s = scene_.period_s.value_or(0);
+    if (!o_.phase) return;
+    if (!(settings_.period_s > 0)) throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", o_.scene);
+    settings_.time_s = *o_.phase * settings_.period_s;
+  }
+
+  // What will be rendered, and from which photos.
+  std::vector<RenderView> DesiredViews(std::vector<bool>& use) const {
+    std::vector<RenderView> desired;
+    if (o_.holdout != 0) {
+      use.assign(scene_.views.size(), true);
+      for (const ViewId id : FoldViews(scene_, o_.holdout, o_.fold == "choose" ? Fold::kChoose : Fold::kReport)) {
+        use[static_cast<std::size_t>(id.value)] = false;
+        desired.push_back(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(id.value)]));
+      }
+      if (std::none_of(use.begin(), use.end(), [](bool u) { return u; })) use.clear();
+    } else if (!o_.view.empty()) {
+      desired.push_back(RequestedView());
+      if (o_.leave_out) {
+        use.assign(scene_.views.size(), true);
+        use[static_cast<std::size_t>(view_)] = false;
+      }
+    } else {
+      desired = PathViews(RequestedPath());
+    }
+    return desired;
+  }
+
+  Show ShowMode() const {
+    return o_.show == "false-color" ? Show::kFalseColor : o_.show == "tessellation" ? Show::kTessellation : Show::kColor;
+  }
+
+  int ViewCalled(const std::string& name) const {
+    for (std::size_t i = 0; i < scene_.views.size(); ++i)
+      if (scene_.views[i].name == name || OutputName(scene_.views[i].name) == name) return static_cast<int>(i);
+    throw UsageError("no photo is called " + name, "the first is " + scene_.views.front().name);
+  }
+
+  ImageF Picture(const RenderRequest& request) {
+    const auto measure = MeasureFromName(o_.show);
+    if (!measure) return renderer_->Render(request);
+    MeasureMap map = RenderMeasureMap(scene_, mesh_, request, *measure, o_.of.empty() ? -1 : ViewCalled(o_.of));
+    scale_ = {{"measure", o_.show}, {"low", map.low}, {"high", map.high}, {"unit", map.unit}};
+    return std::move(map.image);
+  }
 
   void Write(const std::filesystem::path& stem, const ImageF& image) const {
     const std::filesystem::path file = stem.string() + "." + o_.format;
@@ -127,7 +219,8 @@ class Job {
             {"views", views}};
   }
 
-  Json OneView() {
+  // The camera of --view, at the size that is wanted.
+  RenderView RequestedView() const {
     const View& view = scene_.views[static_cast<std::size_t>(view_)];
     Camera camera = scene_.CameraOf(view);
     if (o_.width_px > 0 || o_.height_px > 0) {
@@ -136,8 +229,28 @@ class Job {
       const int height = o_.height_px > 0 ? o_.height_px : static_cast<int>(std::lround(width * aspect));
       camera = camera.Scaled(std::max(1, width), std::max(1, height));
     }
+    RenderView desired = MakeRenderView(camera, view.cam_from_world);
+    desired.time_s = view.time_s;
+    desired.gain = view.gain;
+    return desired;
+  }
+
+  CameraPath RequestedPath() const { return o_.path.empty() ? PathThroughPhotos(scene_, o_.seconds, o_.fps) : ReadCameraPath(o_.path); }
+
+  std::vector<RenderView> PathViews(const CameraPath& path) const {
+    const Camera& first = scene_.CameraOf(scene_.views.front());
+    int width = o_.width_px > 0 ? o_.width_px : path.width_px > 0 ? path.width_px : 0;
+    int height = o_.height_px > 0 ? o_.height_px : path.height_px > 0 && o_.width_px == 0 ? path.height_px : 0;
+    const double aspect = static_cast<double>(first.height_px) / first.width_px;
+    if (width == 0) width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
+    if (height == 0) height = static_cast<int>(std::lround(width * aspect));
+    return SamplePath(path, width, height);
+  }
+
+  Json OneView() {
+    const View& view = scene_.views[static_cast<std::size_t>(view_)];
     RenderRequest request;
-    request.view = MakeRenderView(camera, view.cam_from_world);
+    request.view = RequestedView();
     request.settings = settings_;
     request.show = ShowMode();
     if (o_.leave_out) {
@@ -145,14 +258,16 @@ class Job {
       request.use[static_cast<std::size_t>(view_)] = false;
     }
     const auto start = Clock::now();
-    const ImageF image = renderer_->Render(request);
+    const ImageF image = Picture(request);
     const double ms = Milliseconds(start);
     Image8 photo = ReadImage8(scene_.ImagePath(view), 3);
     if (photo.width != image.width || photo.height != image.height) photo = Resize(photo, image.width, image.height);
     const Image8 rendered = ToRgb8(image);
     const ImageDifference d = Compare(rendered, photo);
     const std::filesystem::path stem = o_.output / OutputName(view.name);
-    if (o_.show == "difference")
+    if (o_.show == "cameras")
+      WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide));
+    else if (o_.show == "difference")
       WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DifferenceImage(rendered, photo));
     else
       Write(stem, image);
@@ -175,14 +290,9 @@ class Job {
   }
 
   Json Path() {
-    const CameraPath path = o_.path.empty() ? PathThroughPhotos(scene_, o_.seconds, o_.fps) : ReadCameraPath(o_.path);
-    const Camera& first = scene_.CameraOf(scene_.views.front());
-    int width = o_.width_px > 0 ? o_.width_px : path.width_px > 0 ? path.width_px : 0;
-    int height = o_.height_px > 0 ? o_.height_px : path.height_px > 0 && o_.width_px == 0 ? path.height_px : 0;
-    const double aspect = static_cast<double>(first.height_px) / first.width_px;
-    if (width == 0) width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
-    if (height == 0) height = static_cast<int>(std::lround(width * aspect));
-    const std::vector<RenderView> views = SamplePath(path, width, height);
+    const CameraPath path = RequestedPath();
+    const std::vector<RenderView> views = PathViews(path);
+    const int width = views.front().size_px.x(), height = views.front().size_px.y();
 
     const bool only_video = o_.output.extension() == ".mp4";
     const std::filesystem::path frames_folder = only_video ? std::filesystem::path() : o_.output / "frames";
@@ -221,7 +331,7 @@ class Job {
       request.settings = settings_;
       request.show = ShowMode();
       const auto start = Clock::now();
-      const ImageF image = renderer_->Render(request);
+      const ImageF image = Picture(request);
       times.push_back(Milliseconds(start));
       coverage += Coverage(image);
       ++rendered;
@@ -237,7 +347,7 @@ class Job {
   }
 
   std::string FrameFingerprint(const CameraPath& path, int width, int height) const {
-    Json j = {{"settings", SettingsJson(o_)}, {"show", o_.show}, {"width", width}, {"height", height},
+    Json j = {{"settings", SettingsJson()}, {"show", o_.show}, {"width", width}, {"height", height},
               {"scene", Fingerprint(scene_.folder / "sparse")}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
     j["proxy"] = Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
     j["fps"] = path.fps;
@@ -251,7 +361,10 @@ class Job {
 
   const RenderOptions& o_;
   ProgressSink& sink_;
-  const RadianceSettings settings_;
+  RadianceSettings settings_;
+  std::set<std::string> decided_;
+  EffectChoice choice_;
+  Json scale_;
   Scene scene_;
   Mesh mesh_;
   int view_ = -1;
@@ -260,6 +373,12 @@ class Job {
 };
 
 }  // namespace
+
+const std::vector<std::string>& ShowNames() {
+  static const std::vector<std::string> names = {"color", "false-color", "tessellation", "weights", "angle", "fov", "resolution",
+                                                 "visibility", "time", "dissimilarity", "difference", "cameras"};
+  return names;
+}
 
 std::string RunRender(const RenderOptions& options, ProgressSink& progress) { return Job(options, progress).Run(); }
 
@@ -278,6 +397,9 @@ std::string DescribeRender(const std::string& json) {
     text += fmt::format("{}: PSNR {:.2f} dB, SSIM {:.4f}, coverage {:.1f}%\n", v["name"].get<std::string>(), v["psnr_db"].get<double>(), v["ssim"].get<double>(),
                         100 * v["coverage"].get<double>());
   }
+  for (const auto& e : j["effects"])
+    text += fmt::format("{:<11} {:<4} {}{}\n", e["name"].get<std::string>(), e["on"].get<bool>() ? "on" : "off", e["evidence"].get<std::string>(),
+                        e["on"].get<bool>() ? fmt::format(" ({:.1f} ms)", e["cost_ms"].get<double>()) : "");
   text += fmt::format("{} frames, {:.1f} ms each, proxy {}, {}", j["frames"].get<long>(), j["ms_per_frame"].get<double>(),
                       j["proxy"].get<std::string>(), j["device"].get<std::string>());
   return text;

@@ -3,7 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "render/radiance/settings.h"
 #include "render/renderer.h"
@@ -25,12 +28,19 @@ struct RenderOptions {
   double seconds = 12;                  // of the path through the photos
   double fps = 30;
   std::string backend = "cpu";          // cpu, gl
-  std::string show = "color";           // color, false-color, difference (with `view`)
+  std::string show = "color";           // one of ShowNames(); difference goes with `view`
+  std::string of;                       // the photo that a measure is shown of; empty: the one that weighs most
   std::string format = "png";           // png, jpg, exr
   bool video = false;                   // a path's frames also as OUT/path.mp4
-  RadianceSettings settings;            // complete: from --settings, --effects and the line
+  RadianceSettings settings;            // from --settings and the line
+  std::string effects = "auto";         // auto, none, or a list of EffectNames()
+  std::set<std::string> decided;        // effects that --settings or the line spoke about
+  std::optional<double> phase;          // of the scene's period, instead of a time
   bool rescale_cameras = false;
 };
+
+// color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.
+const std::vector<std::string>& ShowNames();
 
 // Throws UsageError for what does not fit together. Returns the summary as JSON text (keys of DESIGN.md's `render`).
 std::string RunRender(const RenderOptions& options, ProgressSink& progress);

@@ -1,0 +1,40 @@
+// Which measures a scene calls for: each is switched on by evidence in the data, seen at rays of the views that are to be
+// rendered, or by the user, whose word overrides. What is off is compiled out.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+
+namespace lumi {
+
+struct Effect {
+  std::string name;       // fov, resolution, visibility, time, exposure, prefilter
+  bool on = false;
+  std::string evidence;   // a line for people
+  double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off
+};
+
+struct EffectChoice {
+  RadianceSettings settings;
+  std::vector<Effect> effects;
+};
+
+// All names, in the order above.
+const std::vector<std::string>& EffectNames();
+
+// Switches one on or off; resolution comes on as the ratio of distances.
+void SwitchEffect(RadianceSettings& settings, const std::string& name, bool on);
+
+// `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the user
+// spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the photos' exposures
+// (exposure.h), 1 where they agree.
+EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
+                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
+
+// Fills cost_ms: renders `desired` small, with and without each effect that is on.
+void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice);
+
+}  // namespace lumi

@@ -1,0 +1,103 @@
+#include "render/effects/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/cpu/blend.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr float kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
+constexpr int kPointsAView = 400;
+constexpr double kHuber = 0.1;                    // log units: highlights and occlusions lie beyond
+constexpr int kRounds = 12;
+
+struct Sample {
+  std::size_t point, view;
+  double log_value;
+};
+
+double Huber(double residual) { return std::abs(residual) <= kHuber ? 1.0 : kHuber / std::abs(residual); }
+
+}  // namespace
+
+Exposures EstimateExposures(const Scene& scene, const std::vector<Photo>& photos) {
+  Exposures out;
+  const std::size_t n = scene.views.size();
+  out.gain.assign(n, 1.0);
+  // Long tracks first: they tie most photos together.
+  std::vector<std::size_t> order(scene.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scene.points[a].track.size() > scene.points[b].track.size(); });
+  std::vector<int> taken(n, 0);
+  std::vector<Sample> samples;
+  for (const std::size_t p : order) {
+    const auto& track = scene.points[p].track;
+    if (track.size() < 2) break;
+    if (std::none_of(track.begin(), track.end(), [&](const Observation& o) { return taken[static_cast<std::size_t>(o.view.value)] < kPointsAView; })) continue;
+    const std::size_t first = samples.size();
+    for (const Observation& o : track) {
+      const auto v = static_cast<std::size_t>(o.view.value);
+      if (photos[v].levels.empty()) continue;
+      const Camera& camera = scene.CameraOf(scene.views[v]);
+      // A level up: one pixel's noise and a corner's own blur count less.
+      const auto c = SamplePhoto(photos[v], static_cast<float>(o.x_px.x() / camera.width_px), static_cast<float>(o.x_px.y() / camera.height_px), 1.5F);
+      const float value = c.mean();
+      if (c.minCoeff() < kDarkest || c.maxCoeff() > kBrightest) continue;
+      samples.push_back({p, v, std::log(static_cast<double>(value))});
+    }
+    if (samples.size() - first < 2)
+      samples.resize(first);
+    else
+      for (std::size_t i = first; i < samples.size(); ++i) ++taken[samples[i].view];
+  }
+  if (samples.empty()) return out;
+
+  // Alternating, with Huber weights: points given gains, gains given points. Sparse and well conditioned where tracks overlap.
+  std::vector<double> level(scene.points.size(), 0.0), log_gain(n, 0.0), weight_sum(n), square_sum(n);
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> sum(scene.points.size(), 0.0), count(scene.points.size(), 0.0);
+    for (const Sample& s : samples) {
+      const double w = round == 0 ? 1 : Huber(s.log_value - level[s.point] - log_gain[s.view]);
+      sum[s.point] += w * (s.log_value - log_gain[s.view]);
+      count[s.point] += w;
+    }
+    for (std::size_t p = 0; p < level.size(); ++p)
+      if (count[p] > 0) level[p] = sum[p] / count[p];
+    std::vector<double> total(n, 0.0);
+    std::fill(weight_sum.begin(), weight_sum.end(), 0.0);
+    std::fill(square_sum.begin(), square_sum.end(), 0.0);
+    for (const Sample& s : samples) {
+      const double residual = s.log_value - level[s.point] - log_gain[s.view], w = Huber(residual);
+      total[s.view] += w * (s.log_value - level[s.point]);
+      weight_sum[s.view] += w;
+      square_sum[s.view] += w * residual * residual;
+    }
+    double mean = 0, known = 0;
+    for (std::size_t v = 0; v < n; ++v)
+      if (weight_sum[v] > 0) {
+        log_gain[v] = total[v] / weight_sum[v];
+        mean += log_gain[v];
+        ++known;
+      }
+    for (std::size_t v = 0; v < n; ++v)
+      if (weight_sum[v] > 0) log_gain[v] -= mean / std::max(1.0, known);
+  }
+
+  constexpr double kEnough = 20;  // samples: fewer say nothing of a photo
+  double low = 0, high = 0, error = 0;
+  for (std::size_t v = 0; v < n; ++v) {
+    if (weight_sum[v] < kEnough) continue;
+    out.gain[v] = std::exp(log_gain[v]);
+    low = std::min(low, log_gain[v]);
+    high = std::max(high, log_gain[v]);
+    error = std::max(error, std::sqrt(square_sum[v] / weight_sum[v] / weight_sum[v]));
+  }
+  out.spread = std::exp(high - low);
+  out.noise = std::exp(2 * 2.6 * error);  // 99 % of a normal error, at both ends
+  return out;
+}
+
+}  // namespace lumi

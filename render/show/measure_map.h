@@ -1,0 +1,25 @@
+// A measure of the reconstruction as a picture: what each ray of a view makes of one photo, or of the photo that weighs most.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "render/renderer.h"
+
+namespace lumi {
+
+enum class Measure { kWeight, kAngle, kFieldOfView, kResolution, kVisibility, kTime, kDissimilarity };
+std::optional<Measure> MeasureFromName(std::string_view name);  // weights, angle, fov, resolution, visibility, time, dissimilarity
+
+struct MeasureMap {
+  ImageF image;            // RGBA in [0,1], premultiplied; transparent where the proxy is missed
+  double low = 0, high = 0;  // the values of the colour scale's ends
+  std::string unit;        // deg, s, or empty
+};
+
+// `source`: the photo that is shown; -1: at each ray the one with the largest weight. Values beyond `high` are clipped.
+// Identity weights; measures that the settings leave off are shown all the same.
+MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source);
+
+}  // namespace lumi
