@@ -12,6 +12,7 @@
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_shader.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
 
 namespace lumi {
