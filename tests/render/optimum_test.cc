@@ -49,13 +49,16 @@ double WeightOf(const WeightTable& t, std::size_t i, int camera) {
   return 0;
 }
 
-// Largest error over `count` samples of a desk-like scene; times where `times` is set.
-double WorstError(const RadianceSettings& s, int photos, int count, bool times = false) {
+// Largest error over `count` samples of a desk-like scene, random ones or blocks of 4x4 pixels; times where `times` is set.
+double WorstError(const RadianceSettings& s, int photos, int count, bool times = false, bool neighbours = false) {
   test::DeskLike desk = test::MakeDeskLike(photos);
   if (times)
     for (std::size_t j = 0; j < desk.sources.views.size(); ++j) desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
-  const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(count, 3));
+  std::vector<Eigen::Vector2d> pixels = RandomPixels(count, 3);
+  if (neighbours)
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
+  const RaySamples rays = test::RaysThrough(desk, setup, pixels);
   WeightTable table;
   OptimumCounts counts;
   WeighOptimal(setup, nullptr, rays, table, counts);
@@ -86,6 +89,11 @@ TEST(Optimum, SolvesTheFullSystemToTheWantedAccuracy) {
     s.accuracy = 1e-9;  // Cholesky; weights are stored in float
     EXPECT_LT(WorstError(s, 100, 10), 1.2e-7) << Name(sum);
   }
+}
+
+TEST(Optimum, SolvesItForNeighbouringPixels) {
+  EXPECT_LT(WorstError(Full(1e-3), 200, 64, false, true), 1e-3);
+  EXPECT_LT(WorstError(Full(1e-6), 200, 64, false, true), 1e-6);
 }
 
 TEST(Optimum, SolvesItWithEveryMeasure) {
