@@ -263,6 +263,22 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
     }
 }
 
+TEST(HardCase, AnglesThatDoNotCountAndLeavesAsWideAsTheSky) {
+  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {3, -0.3, -3}, {0, 0, 5}});
+  for (const WeightSum sum : kSums)
+    for (const double accuracy : kAccuracies)
+      for (const double alpha : {0.0, 1e-9, 0.1, 1.0, 1e9})
+        for (const double r_max_deg : {1e-6, 5.0, 60.0, 90.0}) {
+          RadianceSettings settings = Full(accuracy, sum);
+          settings.alpha = alpha;
+          settings.r_max_rad = r_max_deg * kRadiansPerDegree;
+          settings.r_min_rad = 1e-4 * settings.r_max_rad;
+          const Solved r = AtOrigin(s, {0.03, 0.02, -3}, settings);
+          EXPECT_NEAR(r.Sum(), 1, 1e-4) << alpha << " " << r_max_deg;
+          for (const double w : r.weight) EXPECT_LT(std::abs(w), 2) << alpha << " " << r_max_deg;
+        }
+}
+
 TEST(HardCase, FarFromAllPhotosNothingExplodes) {
   const Sources s = CamerasAt({{0, 0, -4}, {0.3, 0.1, -4}, {0.1, 0.4, -4}, {-0.5, 0, -4}, {-0.2, -0.4, -4}});
   for (const double accuracy : kAccuracies)

@@ -13,6 +13,7 @@
 #include "render/radiance/optimum/duplicates.h"
 #include "render/radiance/optimum/keep_largest.h"
 #include "render/radiance/reconstruct.h"
+#include "render/visibility_maps.h"
 
 namespace lumi {
 namespace {
@@ -192,6 +193,36 @@ TEST(Optimum, LeftOutPhotosAreLeftOut) {
     EXPECT_GT(table.camera.size(), 0u);
     for (const std::int32_t c : table.camera) EXPECT_TRUE(use[static_cast<std::size_t>(c)]);
   }
+}
+
+TEST(Optimum, BlockedPhotosCountLess) {
+  const test::Capture c = test::MakeCapture(14, 40);
+  const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
+  const Sources sources = MakeSources(c.scene);
+  RadianceSettings s = Full(1e-6);
+  s.r_max_rad = 12 * kRadiansPerDegree;
+  const ViewSetup setup = MakeViewSetup(sources, view, s);
+  const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
+  const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
+  RaySamples rays;
+  for (double y = 0.5; y < 30; y += 3)
+    for (double x = 0.5; x < 40; x += 3) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
+  rays.t.resize(rays.size());
+  tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
+  WeightTable seen, all;
+  OptimumCounts counts;
+  WeighOptimal(setup, &maps, rays, seen, counts);
+  WeighOptimal(setup, nullptr, rays, all, counts);
+  const test::OracleLeaves<long double> leaves(s.r_min_rad, s.r_max_rad);
+  int different = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!std::isfinite(rays.t[i])) continue;
+    EXPECT_LT(test::LargestError(seen, i, test::OracleOptimum<long double>(setup, &maps, rays.direction[i], rays.t[i], leaves)), 1e-6);
+    bool differs = false;
+    for (int j = 0; j < 14; ++j) differs |= std::abs(WeightOf(seen, i, j) - WeightOf(all, i, j)) > 0.01;
+    different += differs;
+  }
+  EXPECT_GT(different, 3);
 }
 
 TEST(Optimum, PixelsArePlannedWithIt) {
