@@ -276,6 +276,19 @@ void PsnrTable(const World& w) {
       }
 }
 
+// For a profiler: candidates only.
+void Repeat(const World& w) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest r = Request(4, 25);
+  r.settings.sampling = Sampling::kCandidates;
+  std::vector<double> ms, plan;
+  for (int i = 0; i < 60; ++i) {
+    ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); }));
+    plan.push_back(renderer->Statistics().plan_ms);
+  }
+  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms\n", Median(ms), Median(plan));
+}
+
 void Pictures(const World& w, const std::string& folder) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
@@ -298,6 +311,7 @@ int main(int argc, char** argv) {
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
   if (wanted("psnr")) lumi::PsnrTable(world);
+  if (wanted("candidates")) lumi::Repeat(world);
   if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
   return 0;
 }
