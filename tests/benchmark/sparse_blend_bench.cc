@@ -281,7 +281,7 @@ void PsnrTable(const World& w) {
   reference.show = Show::kFalseColor;
   exact_false = renderer->Render(reference);
   std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms, w.photos.size(), w.proxy.faces.size());
-  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  frame ms  speed-up\n");
+  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
       for (const int grid : {8, 16, 25, 32, 64}) {
@@ -291,10 +291,11 @@ void PsnrTable(const World& w) {
         std::vector<double> ms;
         ImageF image;
         for (int i = 0; i < 7; ++i) ms.push_back(Milliseconds([&] { image = renderer->Render(r); }));
+        const RenderStatistics statistics = renderer->Statistics();
         r.show = Show::kFalseColor;
         const ImageF false_color = renderer->Render(r);
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
-                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), Median(ms), exact_ms / Median(ms));
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
+                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
       }
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "capture.h"
-#include "render/cpu/raster.h"
+#include "render/radiance/sparse/raster.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/renderer.h"
 
