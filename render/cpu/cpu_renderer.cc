@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "render/cpu/blend.h"
+#include "render/cpu/candidate_blend.h"
 #include "render/cpu/layers.h"
 #include "render/cpu/sparse_blend.h"
 #include "render/cpu/tessellation_overlay.h"
@@ -38,7 +39,8 @@ class CpuRenderer : public Renderer {
     const int width = request.view.size_px.x(), height = request.view.size_px.y();
     ImageF image(width, height, 4);
     statistics_ = {};
-    if (request.settings.Sparse())
+    const RadianceSettings& settings = request.settings;
+    if (settings.Sparse() && (settings.sampling == Sampling::kInterpolated || CanBlendCandidates(settings)))
       RenderSparse(request, setup, visibility, image);
     else
       RenderPixels(request, setup, visibility, image);
@@ -84,11 +86,29 @@ class CpuRenderer : public Renderer {
     else
       sources.photos = &levels.emplace(photos_);
     const Clock::time_point start = Clock::now();
-    PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
-    const Clock::time_point planned = Clock::now();
-    BlendSparse(plan_, setup, sources, image);
-    statistics_ = {Milliseconds(start, planned), Milliseconds(planned, Clock::now()), plan_.samples, static_cast<long>(plan_.triangles.size()), plan_.optimum};
-    if (request.show == Show::kTessellation) DrawTessellation(plan_, image);
+    Clock::time_point planned;
+    const SparseGeometry* geometry = &plan_;
+    if (request.settings.sampling == Sampling::kCandidates) {
+      PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
+      planned = Clock::now();
+      BlendCandidates(candidates_, setup, proxy_, visibility, sources, image);
+      geometry = &candidates_.geometry;
+      statistics_.samples = candidates_.samples;
+    } else {
+      PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
+      planned = Clock::now();
+      BlendSparse(plan_, setup, sources, image);
+      statistics_.samples = plan_.samples;
+      statistics_.optimum = plan_.optimum;
+    }
+    statistics_.plan_ms = Milliseconds(start, planned);
+    statistics_.blend_ms = Milliseconds(planned, Clock::now());
+    statistics_.triangles = static_cast<long>(geometry->triangles.size());
+    if (request.show != Show::kTessellation) return;
+    if (request.settings.sampling == Sampling::kCandidates)
+      DrawGrid(request.settings.grid_columns, request.settings.grid_rows, geometry->epipoles_px, image);
+    else
+      DrawTessellation(*geometry, image);
   }
 
   const VisibilityMaps& Visibility() {
@@ -105,6 +125,7 @@ class CpuRenderer : public Renderer {
   std::vector<Eigen::Vector3f> colors_;
   std::optional<SparseProxy> sparse_proxy_;  // made when first wanted
   SparsePlan plan_;
+  CandidatePlan candidates_;
   RenderStatistics statistics_;
 };
 

@@ -9,6 +9,12 @@ namespace {
 // Below this the upper level's share is under 1/255 of a step: one level serves.
 constexpr double kLevelZero = 1.0 / 512;
 
+bool AnyOf16(const float* w) {
+  float sum = 0;  // none is negative
+  for (int i = 0; i < 16; ++i) sum += w[i];
+  return sum > 0;
+}
+
 }  // namespace
 
 bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x, Eigen::Matrix3d& out) {
@@ -52,8 +58,23 @@ PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth, c
   return layer;
 }
 
-void LayerShader::Add(LayerBatch& b, const PhotoLayer& layer, const float* weight) const {
-  if (!sources_.photos) return AddConstant(b, weight, (*sources_.colors)[layer.photo].data());
+PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const {
+  PhotoLayer layer;
+  layer.photo = photo;
+  layer.map = maps_.AtDepths(photo, x, y);
+  if (!sources_.photos || !setup_.settings.prefilter) return layer;
+  const double ratio = maps_.DepthRatio(photo, LinearD(0, 0, inverse_depth), x_px);
+  const int last = sources_.photos->count(photo) - 1;
+  const double level = std::clamp<double>((ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
+  if (!(level > kLevelZero)) return layer;
+  layer.first_level = static_cast<int>(level);
+  layer.last_level = static_cast<int>(std::ceil(level));
+  layer.level.c = static_cast<float>(level);
+  return layer;
+}
+
+void LayerShader::Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const {
+  if (!sources_.photos) return AddConstant(b, begin, end, weight, (*sources_.colors)[layer.photo].data());
   const float one = sources_.gains.empty() ? kWeightOne : weight_one_ * sources_.gains[layer.photo];
   const float width = setup_.sources.width_px[layer.photo], height = setup_.sources.height_px[layer.photo];
   const auto last = static_cast<float>(sources_.photos->count(layer.photo) - 1);
@@ -67,8 +88,8 @@ void LayerShader::Add(LayerBatch& b, const PhotoLayer& layer, const float* weigh
       ScaleByLevel(b, layer.level, last, static_cast<float>(l), share);
       w = share;
     }
-    MapToLevel(b, map, level, w, one);
-    FetchLayer(b, level);
+    MapToLevel(b, begin, end, map, level, w, one);
+    FetchLayer(b, begin, end, level);
   }
 }
 
@@ -93,7 +114,7 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   if (sums_to_one) {
     for (const PhotoLayer& layer : layers) {
       EvaluateWeights(b, layer.weight, b.weight);
-      Add(b, layer, b.weight);
+      Add(b, 0, b.n, layer, b.weight);
     }
     std::fill_n(b.alpha, n, 1.0F);
     return Store(b, true, rgba);
@@ -130,7 +151,7 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   } else {
     for (int i = 0; i < n; ++i) b.alpha[i] = std::min(1.0F, total[i]);
   }
-  for (std::size_t l = 0; l < layers.size(); ++l) Add(b, layers[l], scratch.data() + l * kBatch);
+  for (std::size_t l = 0; l < layers.size(); ++l) Add(b, 0, b.n, layers[l], scratch.data() + l * kBatch);
   Store(b, renormalise, rgba);
 }
 
@@ -138,10 +159,15 @@ void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& la
   b.Clear();
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const float* w = weights.data() + l * kBatch;
-    if (std::all_of(w, w + b.n, [](float v) { return v == 0; })) continue;
-    Add(b, layers[l], w);
+    // Most candidates count in a part of the batch only: runs of 16 pixels in which this one does.
+    for (int begin = 0; begin < b.n;) {
+      int end = begin;
+      while (end < b.n && AnyOf16(w + end)) end += 16;
+      if (end > begin) Add(b, begin, std::min(end, b.n), layers[l], w);
+      begin = end + 16;
+    }
   }
-  Store(b, true, rgba);
+  Store(b, setup_.settings.field_of_view, rgba);
 }
 
 }  // namespace lumi

@@ -30,11 +30,13 @@ class LayerShader {
 
   // Interpolated weights. `sums_to_one`: no layer is gated and the weights sum to 1.
   void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch, float* rgba) const;
-  // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0.
+  // A layer for a batch of pixels with depths of their own, at the level that `depth` (of the middle of them) calls for.
+  PhotoLayer LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const;
+  // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0 (field of view on) or to alpha.
   void ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const;
 
  private:
-  void Add(LayerBatch& b, const PhotoLayer& layer, const float* weight) const;
+  void Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const;
   void Store(LayerBatch& b, bool normalised, float* rgba) const;
 
   const ViewSetup& setup_;

@@ -42,6 +42,7 @@ void LayerBatch::Pad() {
   for (int i = n; i < padded(); ++i) {
     x[i] = x[n - 1];
     y[i] = y[n - 1];
+    inverse_depth[i] = inverse_depth[n - 1];
   }
 }
 
@@ -89,9 +90,14 @@ LUMI_KERNEL void ScaleByLevel(const LayerBatch& b, const Linear& f, float last, 
   }
 }
 
-LUMI_KERNEL void MapToLevel(LayerBatch& b, const PhotoMap& map, const LevelView& level, const float* __restrict weight, float weight_one) {
+namespace {
+
+template <bool kDepths>
+[[gnu::always_inline]] inline void Map(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level,
+                                       const float* __restrict weight, float weight_one) {
   const float* __restrict x = b.x;
   const float* __restrict y = b.y;
+  const float* __restrict inverse_depth = b.inverse_depth;
   std::int32_t* __restrict offset = b.offset;
   std::int32_t* __restrict top = b.top;
   std::int32_t* __restrict bottom = b.bottom;
@@ -99,13 +105,17 @@ LUMI_KERNEL void MapToLevel(LayerBatch& b, const PhotoMap& map, const LevelView&
   const Linear mu = map.u, mv = map.v, mw = map.w;
   const auto right = static_cast<float>(level.width - 1), low = static_cast<float>(level.height - 1);
   const std::int32_t last_x = level.width - 2, last_y = level.height - 2, stride = 3 * level.width;
-  const int n = b.padded();
-  for (int i = 0; i < n; ++i) {
-    const float w = mw.c + mw.x * x[i] + mw.y * y[i];
+  for (int i = begin; i < end; ++i) {
+    float w = mw.c + mw.x * x[i] + mw.y * y[i], us = mu.c + mu.x * x[i] + mu.y * y[i], vs = mv.c + mv.x * x[i] + mv.y * y[i];
+    if constexpr (kDepths) {
+      w += mw.d * inverse_depth[i];
+      us += mu.d * inverse_depth[i];
+      vs += mv.d * inverse_depth[i];
+    }
     const float iw = 1.0F / std::max(1e-30F, w);
     // Clamped to the centres of the border pixels: no colour from outside a photo.
-    const float u = std::min(std::max(0.0F, (mu.c + mu.x * x[i] + mu.y * y[i]) * iw - 0.5F), right);
-    const float v = std::min(std::max(0.0F, (mv.c + mv.x * x[i] + mv.y * y[i]) * iw - 0.5F), low);
+    const float u = std::min(std::max(0.0F, us * iw - 0.5F), right);
+    const float v = std::min(std::max(0.0F, vs * iw - 0.5F), low);
     const std::int32_t x0 = std::min(static_cast<std::int32_t>(u), last_x), y0 = std::min(static_cast<std::int32_t>(v), last_y);
     const float ax = u - static_cast<float>(x0), ay = v - static_cast<float>(y0);
     const auto all = static_cast<std::int32_t>(std::min(weight[i] * weight_one, kWeightOne) + 0.5F);
@@ -120,13 +130,27 @@ LUMI_KERNEL void MapToLevel(LayerBatch& b, const PhotoMap& map, const LevelView&
   }
 }
 
+LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+  Map<false>(b, begin, end, map, level, weight, weight_one);
+}
+LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+  Map<true>(b, begin, end, map, level, weight, weight_one);
+}
+
+}  // namespace
+
+void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+  const int padded = std::min(b.padded(), (end + 15) / 16 * 16);
+  (b.depths ? MapDepths : MapPlane)(b, begin, padded, map, level, weight, weight_one);
+}
+
 namespace {
 
 // Two texels of a row are read with 8 bytes: those from the upper one, and those that end with the lower one's sixth, so that
 // nothing outside the picture is touched.
-void FetchPortable(LayerBatch& b, const LevelView& level) {
+void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
   const std::ptrdiff_t stride = 3 * static_cast<std::ptrdiff_t>(level.width);
-  for (int i = 0; i < b.n; ++i) {
+  for (int i = begin; i < end; ++i) {
     const std::uint8_t *p = level.base + b.offset[i], *q = p + stride;
     const std::int32_t t0 = b.top[i] & 0xFFFF, t1 = b.top[i] >> 16, b0 = b.bottom[i] & 0xFFFF, b1 = b.bottom[i] >> 16;
     std::int32_t* c = b.color + 4 * i;
@@ -135,15 +159,15 @@ void FetchPortable(LayerBatch& b, const LevelView& level) {
 }
 
 #ifdef LUMI_X86_FETCH
-__attribute__((target("arch=x86-64-v3"))) void FetchV3(LayerBatch& b, const LevelView& level) {
+// noipa: GCC 12 takes a function of another target than its caller's for one without effects, and drops the call.
+__attribute__((target("arch=x86-64-v3"), noipa)) void FetchV3(LayerBatch& b, int begin, int end, const LevelView& level) {
   // r r' g g' b b' as 16-bit numbers, to be multiplied by a pair of weights and added in pairs.
   const __m128i pick_top = _mm_setr_epi8(0, -1, 3, -1, 1, -1, 4, -1, 2, -1, 5, -1, -1, -1, -1, -1);
   const __m128i pick_bottom = _mm_setr_epi8(2, -1, 5, -1, 3, -1, 6, -1, 4, -1, 7, -1, -1, -1, -1, -1);
   const std::uint8_t *base = level.base, *next = level.base + 3 * static_cast<std::ptrdiff_t>(level.width) - 2;
   const std::int32_t *offset = b.offset, *top = b.top, *bottom = b.bottom;
   std::int32_t* color = b.color;
-  const int n = b.n;
-  for (int i = 0; i < n; ++i) {
+  for (int i = begin; i < end; ++i) {
     const std::ptrdiff_t o = offset[i];
     const __m128i p = _mm_shuffle_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(base + o)), pick_top);
     const __m128i q = _mm_shuffle_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(next + o)), pick_bottom);
@@ -156,17 +180,18 @@ __attribute__((target("arch=x86-64-v3"))) void FetchV3(LayerBatch& b, const Leve
 
 }  // namespace
 
-void FetchLayer(LayerBatch& b, const LevelView& level) {
+void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level) {
+  end = std::min(end, b.n);
 #ifdef LUMI_X86_FETCH
   static const bool v3 = __builtin_cpu_supports("avx2");
-  if (v3) return FetchV3(b, level);
+  if (v3) return FetchV3(b, begin, end, level);
 #endif
-  FetchPortable(b, level);
+  FetchPortable(b, begin, end, level);
 }
 
-LUMI_KERNEL void AddConstant(LayerBatch& b, const float* __restrict weight, const float* __restrict rgb) {
+LUMI_KERNEL void AddConstant(LayerBatch& b, int begin, int end, const float* __restrict weight, const float* __restrict rgb) {
   float* __restrict out = b.rgb;
-  for (int i = 0; i < b.n; ++i)
+  for (int i = begin; i < end; ++i)
     for (int c = 0; c < 3; ++c) out[4 * i + c] += weight[i] * rgb[c];
 }
 

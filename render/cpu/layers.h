@@ -16,9 +16,9 @@ constexpr int kBatch = 256;
 // Integer weight of 1. 255 times it fits 32 bits.
 constexpr float kWeightOne = 32767;
 
-// c + x X + y Y over a batch's pixels.
+// c + x X + y Y over a batch's pixels, and, where a batch has depths of its own (PixelDepths), + d / depth.
 struct Linear {
-  float c = 0, x = 0, y = 0;
+  float c = 0, x = 0, y = 0, d = 0;
 };
 
 // Pixels of a photo from pixels of the view.
@@ -50,18 +50,22 @@ class PhotoLevels {
 };
 
 // A batch: arrays of kBatch, used up to `n`; kernels read and write up to the next multiple of 16.
-struct alignas(64) LayerBatch {
+struct LayerBatch {
   int n = 0;
-  float x[kBatch], y[kBatch];            // pixels, relative to a reference of the caller's
-  std::int32_t pixel[kBatch];            // where the result goes
-  float weight[kBatch];
-  float alpha[kBatch];
-  float scale[kBatch];
-  std::int32_t offset[kBatch];
-  std::int32_t top[kBatch], bottom[kBatch];  // two 16-bit weights each
-  std::int32_t sum[kBatch];
-  std::int32_t color[4 * kBatch];
-  float rgb[4 * kBatch];                 // of constant colours
+  bool depths = false;                    // maps read inverse_depth; else the batch lies in one plane
+  alignas(64) float x[kBatch];            // pixels, relative to a reference of the caller's
+  alignas(64) float y[kBatch];
+  alignas(64) std::int32_t pixel[kBatch]; // where the result goes
+  alignas(64) float inverse_depth[kBatch]; // read where `depths` says so
+  alignas(64) float weight[kBatch];
+  alignas(64) float alpha[kBatch];
+  alignas(64) float scale[kBatch];
+  alignas(64) std::int32_t offset[kBatch];
+  alignas(64) std::int32_t top[kBatch];   // two 16-bit weights each
+  alignas(64) std::int32_t bottom[kBatch];
+  alignas(64) std::int32_t sum[kBatch];
+  alignas(64) std::int32_t color[4 * kBatch];
+  alignas(64) float rgb[4 * kBatch];      // of constant colours
 
   int padded() const { return (n + 15) / 16 * 16; }
   void Pad();     // repeats the last pixel
@@ -75,12 +79,13 @@ void EvaluateWeights(const LayerBatch& b, const Linear& f, float* out);
 void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px, float* out);
 // out *= max(0, 1 - |clamp(f, 0, last) - level|): this level's share of a trilinear sample.
 void ScaleByLevel(const LayerBatch& b, const Linear& f, float last, float level, float* out);
-// Where each pixel falls in a level (`map` in the level's own pixels) and with which integer weights; adds to b.sum.
-void MapToLevel(LayerBatch& b, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one);
+// Where each pixel of [begin, end), multiples of 16 or the batch's end, falls in a level (`map` in the level's own pixels) and
+// with which integer weights; adds to b.sum.
+void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one);
 // Adds what MapToLevel found to b.color.
-void FetchLayer(LayerBatch& b, const LevelView& level);
+void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level);
 // b.rgb += weight * rgb
-void AddConstant(LayerBatch& b, const float* weight, const float* rgb);
+void AddConstant(LayerBatch& b, int begin, int end, const float* weight, const float* rgb);
 // RGBA of the batch: b.color (or b.rgb) times b.scale, and b.alpha.
 void StoreColors(const LayerBatch& b, float* rgba);
 void StoreConstants(const LayerBatch& b, float* rgba);

@@ -37,6 +37,15 @@ class PhotoMaps {
     return {About(m.A.row(0) - m.e[0] * inverse_depth, x, y), About(m.A.row(1) - m.e[1] * inverse_depth, x, y),
             About(m.A.row(2) - m.e[2] * inverse_depth, x, y)};
   }
+  // The same for pixels with depths of their own.
+  PhotoMap AtDepths(std::size_t photo, int x, int y) const {
+    const Map& m = maps_[photo];
+    PhotoMap map{About(m.A.row(0), x, y), About(m.A.row(1), x, y), About(m.A.row(2), x, y)};
+    map.u.d = static_cast<float>(-m.e[0]);
+    map.v.d = static_cast<float>(-m.e[1]);
+    map.w.d = static_cast<float>(-m.e[2]);
+    return map;
+  }
   // Depth in the photo over depth in the view.
   double DepthRatio(std::size_t photo, const LinearD& inverse_depth, const Eigen::Vector2d& x_px) const {
     const Map& m = maps_[photo];
@@ -53,7 +62,7 @@ class PhotoMaps {
 
 // The same map in pixels of a level.
 inline PhotoMap Scaled(const PhotoMap& map, float su, float sv) {
-  return {{map.u.c * su, map.u.x * su, map.u.y * su}, {map.v.c * sv, map.v.x * sv, map.v.y * sv}, map.w};
+  return {{map.u.c * su, map.u.x * su, map.u.y * su, map.u.d * su}, {map.v.c * sv, map.v.x * sv, map.v.y * sv, map.v.d * sv}, map.w};
 }
 
 }  // namespace lumi

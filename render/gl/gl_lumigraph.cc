@@ -123,6 +123,7 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   proxy_ = proxy;
   sparse_proxy_.reset();
+  tracer_.reset();
   std::vector<float> x;
   x.reserve(3 * proxy.vertices.size());
   for (const Eigen::Vector3d& v : proxy.vertices) {
@@ -415,14 +416,23 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const ViewSetup setup = Start(request);
   const RadianceSettings& s = request.settings;
   const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
+  const bool cells = s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
   if (s.similarity == Similarity::kFull && !interpolated)
     throw UsageError("--backend gl draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use --backend cpu");
-  if (!interpolated) return BeginPixels(request, setup, target);
+  if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
   if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
-  PlanSparse(setup, *sparse_proxy_, s.visibility && !visibility_.empty() ? &visibility_ : nullptr, ParallelFor, sparse_plan_);
+  if (cells && !tracer_) tracer_.emplace(proxy_, sources_.normalized_from_world);
+  const VisibilityMaps* visibility = s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+  if (cells)
+    PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, candidate_plan_);
+  else
+    PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, sparse_plan_);
   const auto planned = std::chrono::steady_clock::now();
-  BeginTriangles(request, setup, sparse_plan_, target);
+  if (cells)
+    BeginCells(request, setup, candidate_plan_, target);
+  else
+    BeginTriangles(request, setup, sparse_plan_, target);
   statistics_.plan_ms = std::chrono::duration<double, std::milli>(planned - start).count();
 }
 
@@ -488,6 +498,7 @@ void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setu
   glUniform2i(programs.blend.Uniform("cell_count"), plan.cell_columns, plan.cell_rows);
   glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px), static_cast<float>(1 / plan.cell_height_px));
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
+  statistics_.samples = plan.samples;
   program_ = &programs;
   CheckGl("uploading the candidates");
 }

@@ -15,6 +15,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_drawing.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/radiance/visibility.h"
@@ -114,7 +115,9 @@ class GlLumigraph {
 
   Mesh proxy_;
   std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
+  std::optional<ProxyTracer> tracer_;                 // the same
   SparsePlan sparse_plan_;
+  CandidatePlan candidate_plan_;
 
   GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;

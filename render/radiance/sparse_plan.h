@@ -63,14 +63,4 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
 // centres for few facets; the mesh's own triangles, cut to the size of a grid cell, for many.
 void TessellateView(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges, SparseGeometry& out);
 
-// The candidate plan (ours): the view is cut into cells, columns x rows samples at their corners; a cell lists the k + 3
-// best photos of each of its samples, and every pixel weighs its cell's photos exactly.
-struct CandidatePlan {
-  int cell_columns = 0, cell_rows = 0;     // one fewer than the samples a side
-  double cell_width_px = 0, cell_height_px = 0;
-  std::vector<std::int32_t> first;         // cells + 1
-  std::vector<std::int32_t> camera;        // ascending in a cell
-  std::vector<float> f_largest;            // a cell's largest field-of-view value over all photos: feeds alpha
-};
-
 }  // namespace lumi

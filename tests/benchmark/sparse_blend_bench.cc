@@ -65,7 +65,7 @@ World MakeWorld(int views, int width) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-1, 1);
   // A tripod that is raised between shots: short columns of cameras.
-  Eigen::Vector3d foot;
+  Eigen::Vector3d foot = Eigen::Vector3d::Zero();
   for (int i = 0; i < views; ++i) {
     if (i % 6 == 0) {
       const double a = 0.75 * uniform(engine), b = 0.35 * uniform(engine);
@@ -101,7 +101,7 @@ World MakeWorld(int views, int width) {
 
 RenderRequest Request(int k, int grid) {
   RenderRequest r;
-  r.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.7}, {0.1, 0, 0}));
+  r.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
   r.settings.k = k;
   r.settings.grid_columns = r.settings.grid_rows = grid;
   r.settings.sampling = Sampling::kInterpolated;
@@ -147,8 +147,8 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
         std::fill_n(b.scale, b.padded(), 1.0F / (255.0F * kWeightOne));
         for (int l = 0; l < layers; ++l) {
           const auto photo = static_cast<std::size_t>(l * 17) % w.photos.size();
-          MapToLevel(b, maps.On(photo, inverse_depth, x, static_cast<int>(y)), levels.level(photo, 0), b.weight, kWeightOne);
-          FetchLayer(b, levels.level(photo, 0));
+          MapToLevel(b, 0, b.n, maps.On(photo, inverse_depth, x, static_cast<int>(y)), levels.level(photo, 0), b.weight, kWeightOne);
+          FetchLayer(b, 0, b.n, levels.level(photo, 0));
         }
         StoreColors(b, image.data.data());
       }

@@ -370,7 +370,6 @@ TEST_F(GlSparse, CellsWithAllPhotosGiveThePixelsPicture) {
     plan.cell_height_px = 97.0 / 5;
     for (int cell = 0; cell <= 35; ++cell) plan.first.push_back(9 * cell);
     for (int i = 0; i < 9 * 35; ++i) plan.camera.push_back(i % 9);
-    plan.f_largest.assign(35, 1.0F);
     EXPECT_GE(PsnrDb(Draw(request, plan), wanted), 110) << k;  // sums in another order
     // Each cell its own: one photo, and no other pixel sees it.
     plan.first.clear();
