@@ -17,6 +17,7 @@
 #include "render/gl/sparse_drawing.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/radiance/visibility.h"
 #include "render/renderer.h"

@@ -13,6 +13,7 @@
 #include "render/gl/sparse_shader.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
 
 namespace lumi {

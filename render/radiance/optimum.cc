@@ -22,7 +22,7 @@ namespace {
 
 // Conjugate gradients stop where the residual is this part of the wanted accuracy: S's smallest eigenvalue is 0.3 and more
 // wherever they are used for long, and the errors of many weights are less than their norm.
-constexpr double kResidual = 0.05;
+constexpr double kResidual = 0.2;
 // A photo fades over the last part of the cutoff, so that none enters with a weight.
 constexpr double kCutoffFeather = 0.1;
 
@@ -97,7 +97,7 @@ class Optimum {
     std::optional<LeavesFit<double>> precise;
     if (leaves_.r_min_rad() > 0) {
       if (accuracy >= kFloatAccuracy) single.emplace(leaves_, settings_.alpha);
-      if (accuracy >= kLaneAccuracy) precise.emplace(leaves_, settings_.alpha);
+      if (accuracy >= kLaneAccuracy && !(single && single->usable)) precise.emplace(leaves_, settings_.alpha);
     }
     if (single && single->usable)
       RunLanes<float>(*single);

@@ -222,7 +222,7 @@ void LaneSystem<T>::Resize(int photos, int channels_used) {
   const auto n = static_cast<std::size_t>(photos);
   count = photos;
   channels = channels_used;
-  if (f.size() >= n) return;
+  if (f.size() >= n && !first.empty()) return;
   for (auto* v : {&u[0], &u[1], &u[2], &f, &y, &channel[0], &channel[1], &channel[2], &w, &z, &r, &p, &q}) v->resize(n);
   for (auto& m : mean) m.resize(n);
   spread.resize(n);
