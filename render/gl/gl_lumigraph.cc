@@ -519,7 +519,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   UploadCameras(setup, variant.blend);
   triangles_.Upload(plan, setup, packed_views_, photos_, variant);
   for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
-  if (request.show == Show::kTessellation) lines_.Set(plan, setup);
+  if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   statistics_.triangles = static_cast<long>(plan.triangles.size());
   statistics_.optimum = plan.optimum;
@@ -531,7 +531,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   const float nothing[4] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing);
   glClearBufferfv(GL_COLOR, 1, nothing);
-  if (triangles_.overlapping() || !lines_.empty()) glClearBufferfv(GL_DEPTH, 0, nothing);
+  if (triangles_.overlapping()) glClearBufferfv(GL_DEPTH, 0, nothing);
   CheckGl("uploading the triangles");
 }
 
@@ -621,11 +621,7 @@ void GlLumigraph::DrawLines(GlTarget& target) {
   if (!line_program_) line_program_ = GlProgram("lines", LineVertexShader(), LineFragmentShader());
   glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
   line_program_.Use();
-  const ReversedDepth depth;
-  depth.Tell(line_program_);
-  glDepthMask(GL_FALSE);
   lines_.Draw();
-  glDepthMask(GL_TRUE);
 }
 
 ImageF GlLumigraph::ReadColor(const GlTarget& target, const Eigen::Vector2i& size_px) const {
