@@ -208,7 +208,7 @@ struct Ranked {
 };
 
 // The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the weights.
-int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3f& direction, float t,
+int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3d& d, double t,
            const RadianceSettings& settings, const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
   ExactRows e;
   for (int i = 0; i < (found.count + kExactLanes - 1) / kExactLanes * kExactLanes; ++i) {
@@ -216,9 +216,7 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
     const double* exact = sources.exact.data() + RelativeSources::kExact * j;
     for (std::size_t row = 0; row < RelativeSources::kExact; ++row) e.value[row][i] = exact[row];
   }
-  // A unit direction to double's digits: the float's is unit to 1e-7, which would move the point.
-  const Eigen::Vector3d d = direction.cast<double>().normalized();
-  Exactly(e, found.count, d.x(), d.y(), d.z(), static_cast<double>(t));
+  Exactly(e, found.count, d.x(), d.y(), d.z(), t);
 
   const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0, time = settings.time && settings.epsilon > 0;
   const double unit = 2 * settings.r_max_rad;
@@ -274,9 +272,15 @@ float Alpha(float f_largest, float h_smallest) {
 
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch, normal);
+}
+
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
   RayWeights out;
-  Evaluate(sources, direction, t, normal, settings, scratch);
-  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
+  const Eigen::Vector3f d = direction.cast<float>();
+  Evaluate(sources, d, static_cast<float>(t), normal, settings, scratch);
+  const WithVisibility seen(sources, visibility, d, static_cast<float>(t), static_cast<float>(settings.gamma));
   const int k = settings.k;
   const Nearest found = FindNearest(sources, seen, k + 1, scratch);
   if (found.count == 0) return out;

@@ -159,11 +159,11 @@ class Properties {
     const Eigen::Vector3d pixel = KR * (p - eye);
     WeighScratch scratch;
     std::vector<double> weights(sources_.views.size(), 0.0);
-    const Eigen::Vector3f direction = (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized().cast<float>();
-    const float t = static_cast<float>((p - eye).norm());
+    const Eigen::Vector3d direction = (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
+    const double t = (p - eye).norm();
     if (s.k == 0) {
       std::vector<float> all;
-      WeighAll(setup.sources, Visibility(s), direction, t, s, scratch, all);
+      WeighAll(setup.sources, Visibility(s), direction.cast<float>(), static_cast<float>(t), s, scratch, all);
       for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = all[j];
     } else {
       const RayWeights w = Weigh(setup.sources, Visibility(s), direction, t, s, scratch);
