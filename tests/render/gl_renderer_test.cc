@@ -167,7 +167,12 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
     };
     add("as it is", [](RenderRequest&) {});
     add("false colour", [](RenderRequest& r) { r.show = Show::kFalseColor; });
-    if (request.settings.Sparse()) add("no field of view", [](RenderRequest& r) { r.settings.field_of_view = false; });
+    add("no field of view", [](RenderRequest& r) { r.settings.field_of_view = false; });
+    add("exposure", [](RenderRequest& r) { r.settings.exposure = true; });
+    add("only the angle, weakly", [](RenderRequest& r) {
+      r.settings.alpha = 0.3;
+      r.settings.gamma = 0;
+    });
     add("no visibility", [](RenderRequest& r) { r.settings.visibility = false; });
     add("resolution by distance", [](RenderRequest& r) { r.settings.resolution = Resolution::kDistance; });
     add("resolution by Jacobian", [](RenderRequest& r) { r.settings.resolution = Resolution::kJacobian; });
