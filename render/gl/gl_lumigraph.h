@@ -11,6 +11,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/visibility.h"
 #include "render/renderer.h"
 
 namespace lumi {
@@ -38,6 +39,9 @@ class GlLumigraph {
   GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
+  // With the maps of what each photo sees of it, made elsewhere (ProxyVisibility), as they take their time.
+  void SetProxy(const Mesh& proxy, VisibilityMaps maps);
+  void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
   void Upload(ViewId view, const Photo& photo);
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
@@ -71,7 +75,7 @@ class GlLumigraph {
   const Programs& ProgramsFor(const BlendVariant& variant);
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
-  void UploadVisibility(const Mesh& proxy);
+  void UploadVisibility(VisibilityMaps maps);
 
   Sources sources_;
   PhotoTextures photos_;
