@@ -123,6 +123,7 @@ const std::vector<Entry>& Entries() {
     e.push_back(Choice("sum", "How the optimum's weights come to sum to 1", &S::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean}));
     e.push_back(Choice("combine", "How field of view and visibility enter the optimum", &S::combine, {Combine::kSmooth, Combine::kAdditive}));
     e.push_back(Angle("cutoff-deg", "The optimum leaves out photos farther from the ray, degrees, (0, 180]", &S::cutoff_rad));
+    e.push_back(Real("accuracy", "Largest error of the optimum's weights, > 0; below 1e-4 in double precision", &S::accuracy));
     e.push_back(Angle("r-min-deg", "Smallest leaf, degrees, [0, r-max]", &S::r_min_rad));
     e.push_back(Angle("r-max-deg", "Largest leaf, degrees, (0, 90]; the unit of resolution and time penalties is twice this", &S::r_max_rad));
     e.push_back(Real("alpha", "Weight of the angle, >= 0", &S::alpha));

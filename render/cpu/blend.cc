@@ -63,6 +63,7 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
       }
       const Eigen::Vector3f& offset = plan.offset[s];
       Eigen::Array3f color = Eigen::Array3f::Zero();
+      float missing = 0;  // weight of photos that do not contain the point: field of view is off
       const float depth = axis.dot(offset);
       for (std::size_t i = 0; i < k; ++i) {
         const std::int32_t camera = plan.camera[s * k + i];
@@ -72,14 +73,21 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
         const float w = r.m[6][j] * px + r.m[7][j] * py + r.m[8][j] * pz;
         const float u = (r.m[0][j] * px + r.m[1][j] * py + r.m[2][j] * pz) / w;
         const float v = (r.m[3][j] * px + r.m[4][j] * py + r.m[5][j] * pz) / w;
+        if (!setup.settings.field_of_view && !(w > 0 && u >= 0 && u <= r.width_px[j] && v >= 0 && v <= r.height_px[j])) {
+          missing += plan.weight[s * k + i];
+          continue;
+        }
         const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
-        color += plan.weight[s * k + i] * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
+        const float gain = setup.settings.exposure ? r.gain[j] : 1.0F;
+        color += gain * plan.weight[s * k + i] * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
       }
+      // What is missing is a hole, neither black nor made up for by the others. The optimum's weights may be negative.
+      const float seen = std::clamp(1 - missing, 0.0F, 1.0F);
       color *= alpha / 255.0F;
       out[0] = color[0];
       out[1] = color[1];
       out[2] = color[2];
-      out[3] = alpha;
+      out[3] = alpha * seen;
     }
   }
 }

@@ -1,8 +1,11 @@
 #include "render/radiance/frame_plan.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "render/radiance/optimum.h"
 
 namespace lumi {
 
@@ -26,6 +29,30 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
   return setup;
 }
 
+namespace {
+
+// The optimum's rows, padded to the longest; plan.offset still holds unit directions.
+void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const std::vector<float>& t, std::vector<Eigen::Vector3f>&& normal,
+                 FramePlan& plan) {
+  const RaySamples rays{plan.offset, t, std::move(normal)};
+  WeightTable table;
+  WeighOptimal(setup, visibility, rays, table, plan.optimum);
+  std::size_t k = 0;
+  for (std::size_t s = 0; s < table.size(); ++s) k = std::max(k, static_cast<std::size_t>(table.first[s + 1] - table.first[s]));
+  plan.k = static_cast<int>(k);
+  plan.alpha = std::move(table.alpha);
+  plan.camera.assign(plan.alpha.size() * k, -1);
+  plan.weight.assign(plan.alpha.size() * k, 0.0F);
+  for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
+    if (plan.alpha[s] > 0) plan.offset[s] *= t[s];
+    const auto first = static_cast<std::size_t>(table.first[s]), count = static_cast<std::size_t>(table.first[s + 1]) - first;
+    std::copy_n(table.camera.data() + first, count, plan.camera.data() + s * k);
+    std::copy_n(table.weight.data() + first, count, plan.weight.data() + s * k);
+  }
+}
+
+}  // namespace
+
 void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
                 const PixelWindow& window, FramePlan& plan, WeighScratch& scratch) {
   const auto n = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
@@ -35,19 +62,26 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
   const auto k = static_cast<std::size_t>(plan.k);
   plan.offset.resize(n);
   plan.alpha.resize(n);
-  plan.camera.assign(n * k, -1);
-  plan.weight.assign(n * k, 0.0F);
+  plan.optimum = {};
 
   std::vector<float> t(n), everyone;
+  std::vector<Eigen::Vector3d> ray(n);
   std::size_t s = 0;
   for (int y = 0; y < window.height; ++y)
     for (int x = 0; x < window.width; ++x) {
-      const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0);
-      plan.offset[s++] = ray.normalized().cast<float>();
+      ray[s] = (setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized();
+      plan.offset[s] = ray[s].cast<float>();
+      ++s;
     }
   std::vector<Eigen::Vector3f> normal(setup.settings.resolution == Resolution::kJacobian ? n : 0);
   proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, normal);
 
+  if (setup.settings.similarity == Similarity::kFull) {
+    PlanOptimum(setup, visibility, t, std::move(normal), plan);
+    return;
+  }
+  plan.camera.assign(n * k, -1);
+  plan.weight.assign(n * k, 0.0F);
   for (s = 0; s < n; ++s) {
     plan.alpha[s] = 0;
     if (!(t[s] > 0) || !std::isfinite(t[s])) continue;
@@ -63,7 +97,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
         }
       continue;
     }
-    const RayWeights r = Weigh(setup.sources, visibility, direction, t[s], setup.settings, scratch, facing);
+    const RayWeights r = Weigh(setup.sources, visibility, ray[s], static_cast<double>(t[s]), setup.settings, scratch, facing);
     plan.alpha[s] = r.alpha;
     for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
       plan.camera[s * k + i] = r.camera[i];

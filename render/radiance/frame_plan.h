@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/radiance/optimum.h"
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
@@ -33,11 +34,12 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
 // One sample a pixel of the window, row by row.
 struct FramePlan {
   PixelWindow window;
-  int k = 0;                               // entries a sample (all cameras where settings.k == 0)
+  int k = 0;                               // entries a sample (all cameras where settings.k == 0; as many as the optimum's longest row)
   std::vector<Eigen::Vector3f> offset;     // proxy point - desired centre, normalised units; undefined where alpha = 0
   std::vector<float> alpha;                // 0: hole
   std::vector<std::int32_t> camera;        // samples x k, -1 past the last
-  std::vector<float> weight;               // samples x k
+  std::vector<float> weight;               // samples x k; the optimum's may be negative, and sum to 1 all the same
+  OptimumCounts optimum;                   // of this window
 };
 
 // Reuses the plan's memory. `visibility`: nullptr where it is off. Pixel centres at (x + 0.5, y + 0.5).

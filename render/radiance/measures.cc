@@ -11,9 +11,6 @@
 namespace lumi {
 namespace {
 
-// Field-of-view value of a point on a photo's very border: it is still seen, and at an epipole it counts.
-constexpr float kBarelySeen = 1e-30F;
-
 
 LUMI_KERNEL void Angles(const RelativeSources& r, float dirx, float diry, float dirz, float t, float* __restrict theta) {
   const float* __restrict dx = r.dx.data();

@@ -11,6 +11,9 @@
 
 namespace lumi {
 
+// Field-of-view value of a point on a photo's very border: it is still seen, and at an epipole it counts.
+constexpr float kBarelySeen = 1e-30F;
+
 // Values of one ray for every photo, arrays of RelativeSources::padded. Left alone where their measure is off.
 struct Measures {
   std::vector<float> theta;   // angle at the proxy point, rad

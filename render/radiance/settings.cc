@@ -16,6 +16,7 @@ std::string Validate(const RadianceSettings& s) {
   if (!(s.r_min_rad >= 0 && s.r_min_rad <= s.r_max_rad)) return "--r-min-deg must lie in [0, --r-max-deg]";
   if (!(s.r_max_rad > 0 && s.r_max_rad <= std::numbers::pi / 2)) return "--r-max-deg must lie in (0, 90]";
   if (!(s.cutoff_rad > 0 && s.cutoff_rad <= std::numbers::pi)) return "--cutoff-deg must lie in (0, 180]";
+  if (!positive(s.accuracy)) return "--accuracy must be above 0";
   if (!(s.resolution_low >= 0 && s.resolution_low < 1)) return "--resolution-range must begin in [0, 1)";
   if (!(s.resolution_high > 1 && std::isfinite(s.resolution_high))) return "--resolution-range must end above 1";
   if (!std::isfinite(s.time_s)) return "--time-s must be a number";

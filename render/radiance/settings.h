@@ -30,6 +30,7 @@ struct RadianceSettings {
   Combine combine = Combine::kSmooth;
   WeightSum sum = WeightSum::kLocalMean;
   double cutoff_rad = 20 * kRadiansPerDegree;        // the optimum leaves out photos farther from the ray, (0, pi]
+  double accuracy = 1e-3;                            // of the optimum's weights, > 0: 1e-4 and up take single precision
   double r_min_rad = 0.001 * kRadiansPerDegree;      // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadiansPerDegree;
 

@@ -37,6 +37,7 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
   for (auto& m : r.m) m.assign(n, 0.0F);
   r.feather_px.assign(n, 1.0F);
   r.focal_px.assign(n, 1.0F);
+  r.exact.assign(RelativeSources::kExact * n, 0.0);
   r.dt_s.assign(n, 0.0F);
   r.timed.assign(n, 0.0F);
   r.gain.assign(n, 1.0F);
@@ -66,6 +67,12 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
     r.dt_s[j] = s.time_s ? static_cast<float>(*s.time_s - r.time_origin_s) : 0.0F;
     r.timed[j] = s.time_s ? 1.0F : 0.0F;
     r.gain[j] = static_cast<float>(desired.gain / s.gain);
+    double* exact = r.exact.data() + RelativeSources::kExact * j;
+    for (int i = 0; i < 3; ++i) exact[i] = D[i];
+    for (int i = 0; i < 9; ++i) exact[3 + i] = M(i / 3, i % 3);
+    exact[12] = s.size_px.x();
+    exact[13] = s.size_px.y();
+    exact[14] = fov_feather * s.size_px.minCoeff();
     r.enabled[j] = use.empty() || use[j] ? 1.0F : 0.0F;
   }
   return r;

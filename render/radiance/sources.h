@@ -37,6 +37,10 @@ struct RelativeSources {
   std::vector<float> dt_s;            // the photo's time less the first photo's that has one; 0 where it has none ...
   std::vector<float> timed;           // ... and 0 here, else 1
   std::vector<float> gain;            // the desired view's exposure over the photo's own
+  // D, M, width, height, feather of camera j in double, kExact values from kExact j: floats find the nearest cameras,
+  // doubles weigh them.
+  static constexpr std::size_t kExact = 15;
+  std::vector<double> exact;
   std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
 };
 

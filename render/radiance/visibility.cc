@@ -8,8 +8,10 @@
 namespace lumi {
 namespace {
 
-float Seen(float depth, float surface) {
-  const float s = std::clamp((depth / surface - (1 + kVisibleUpTo)) / (kBlockedFrom - kVisibleUpTo), 0.0F, 1.0F);
+template <typename T>
+T Seen(T depth, T surface) {
+  constexpr T kUpTo = 1 + static_cast<T>(kVisibleUpTo), kInverseWidth = 1 / (static_cast<T>(kBlockedFrom) - static_cast<T>(kVisibleUpTo));
+  const T s = std::clamp((depth / surface - kUpTo) * kInverseWidth, T(0), T(1));
   return 1 - s * s * (3 - 2 * s);
 }
 
@@ -49,17 +51,28 @@ void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer&
     }
 }
 
-float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const {
-  const float x = std::clamp(u_px * static_cast<float>(width_) / width_px - 0.5F, 0.0F, static_cast<float>(width_ - 1));
-  const float y = std::clamp(v_px * static_cast<float>(height_) / height_px - 0.5F, 0.0F, static_cast<float>(height_ - 1));
+template <typename T>
+T VisibilityMaps::VisibilityAs(int camera, T u_px, T v_px, T width_px, T height_px, T depth) const {
+  const T x = std::clamp(u_px * static_cast<T>(width_) / width_px - T(0.5), T(0), static_cast<T>(width_ - 1));
+  const T y = std::clamp(v_px * static_cast<T>(height_) / height_px - T(0.5), T(0), static_cast<T>(height_ - 1));
   const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
   const int x1 = std::min(x0 + 1, width_ - 1), y1 = std::min(y0 + 1, height_ - 1);
-  const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
+  const T ax = x - static_cast<T>(x0), ay = y - static_cast<T>(y0);
   const float* map = depth_.data() + static_cast<std::size_t>(camera) * texels();
+  const auto seen = [&](int column, int row) { return Seen(depth, static_cast<T>(map[row * width_ + column])); };
   // The comparison is interpolated, not the depth: halfway to an occluder's texel the point is half seen.
-  const float top = (1 - ax) * Seen(depth, map[y0 * width_ + x0]) + ax * Seen(depth, map[y0 * width_ + x1]);
-  const float bottom = (1 - ax) * Seen(depth, map[y1 * width_ + x0]) + ax * Seen(depth, map[y1 * width_ + x1]);
-  return kBlockedVisibility + (1 - kBlockedVisibility) * ((1 - ay) * top + ay * bottom);
+  const T top = (1 - ax) * seen(x0, y0) + ax * seen(x1, y0);
+  const T bottom = (1 - ax) * seen(x0, y1) + ax * seen(x1, y1);
+  constexpr auto kBlocked = static_cast<T>(kBlockedVisibility);
+  return kBlocked + (1 - kBlocked) * ((1 - ay) * top + ay * bottom);
+}
+
+float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const {
+  return VisibilityAs(camera, u_px, v_px, width_px, height_px, depth);
+}
+
+double VisibilityMaps::Visibility(int camera, double u_px, double v_px, double width_px, double height_px, double depth) const {
+  return VisibilityAs(camera, u_px, v_px, width_px, height_px, depth);
 }
 
 }  // namespace lumi

@@ -41,9 +41,13 @@ class VisibilityMaps {
   }
 
   // In [kBlockedVisibility, 1] for a point at this pixel (of a photo width_px x height_px) and depth.
+  // In double where u_px and v_px are known that well: at an occluder's edge a float's pixel shows in the weights.
   float Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const;
+  double Visibility(int camera, double u_px, double v_px, double width_px, double height_px, double depth) const;
 
  private:
+  template <typename T>
+  T VisibilityAs(int camera, T u_px, T v_px, T width_px, T height_px, T depth) const;
   std::size_t texels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
   int count_ = 0, width_ = 0, height_ = 0;
   std::vector<float> depth_;

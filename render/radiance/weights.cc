@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 
+#include "render/radiance/correlation.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures/angle.h"
 #include "render/radiance/measures/field_of_view.h"
@@ -113,22 +116,151 @@ class WithVisibility {
   WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t, float gamma)
       : r_(r), maps_(maps && !maps->empty() && gamma > 0 ? maps : nullptr), p_(t * direction), gamma_(gamma) {}
 
-  float operator()(std::int32_t camera, float h, float f) const {
+  // `seen`: v.
+  float operator()(std::int32_t camera, float h, float f, float& seen) const {
+    seen = 1;
     if (!maps_ || !(h > 0)) return h;
     const auto j = static_cast<std::size_t>(camera);
     const float x = p_.x() - r_.dx[j], y = p_.y() - r_.dy[j], z = p_.z() - r_.dz[j];
     const float w = r_.m[6][j] * x + r_.m[7][j] * y + r_.m[8][j] * z;
+    if (!(w > 0)) return h;  // field of view is off, and the point behind the camera
     const float u = (r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z) / w;
     const float v = (r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z) / w;
-    const float seen = maps_->Visibility(camera, u, v, r_.width_px[j], r_.height_px[j], w);
+    seen = maps_->Visibility(camera, u, v, r_.width_px[j], r_.height_px[j], w);
     return h * (1 + gamma_ * (1 / (f * seen) - 1)) / (1 + gamma_ * (1 / f - 1));
   }
+
+  const VisibilityMaps* maps() const { return maps_; }
 
  private:
   const RelativeSources& r_;
   const VisibilityMaps* maps_;
   const Eigen::Vector3f p_;
   const float gamma_;
+};
+
+// The k + 1 nearest cameras as floats found them. Where rounding exchanged the last with the next the two are so close
+// that the window's edge is the same.
+constexpr int kMostFound = kMaxBlend + 1;
+struct Nearest {
+  int count = 0;
+  std::array<float, kMostFound> h, seen;
+  std::array<std::int32_t, kMostFound> camera;
+};
+
+Nearest FindNearest(const RelativeSources& sources, const WithVisibility& visible, int wanted, const WeighScratch& scratch) {
+  Nearest best;
+  const float* h_unblocked = scratch.h.data();
+  const float* block_min = h_unblocked + sources.padded;
+  const auto last = static_cast<std::size_t>(wanted - 1);
+  // Ascending; ties by index, so that the result does not depend on how the loop was split.
+  for (int b = 0; b < sources.padded / kLanes; ++b) {
+    float limit = best.count < wanted ? kInfinity : best.h[last];
+    if (!(block_min[b] < limit)) continue;
+    for (int j = b * kLanes; j < (b + 1) * kLanes; ++j) {
+      if (!(h_unblocked[j] < limit)) continue;
+      float seen;
+      const float h = visible(j, h_unblocked[j], scratch.f[static_cast<std::size_t>(j)], seen);
+      if (!(h < limit)) continue;
+      auto i = static_cast<std::size_t>(best.count < wanted ? best.count++ : wanted - 1);
+      for (; i > 0 && best.h[i - 1] > h; --i) {
+        best.h[i] = best.h[i - 1];
+        best.seen[i] = best.seen[i - 1];
+        best.camera[i] = best.camera[i - 1];
+      }
+      best.h[i] = h;
+      best.seen[i] = seen;
+      best.camera[i] = j;
+      limit = best.count < wanted ? kInfinity : best.h[last];
+    }
+  }
+  return best;
+}
+
+constexpr int kExactLanes = 8;
+constexpr int kExactPadded = (kMostFound + kExactLanes - 1) / kExactLanes * kExactLanes;
+struct ExactRows {
+  double value[RelativeSources::kExact][kExactPadded];
+  double theta[kExactPadded], u[kExactPadded], v[kExactPadded], depth[kExactPadded];
+};
+
+// Angle and image of the point for a few cameras, in double.
+LUMI_KERNEL void Exactly(ExactRows& e, int n, double dx, double dy, double dz, double t) {
+  const double x = t * dx, y = t * dy, z = t * dz;
+  const int padded = (n + kExactLanes - 1) / kExactLanes * kExactLanes;
+  for (int i = 0; i < padded; ++i) {
+    const double Dx = e.value[0][i], Dy = e.value[1][i], Dz = e.value[2][i];
+    const double cx = Dy * dz - Dz * dy, cy = Dz * dx - Dx * dz, cz = Dx * dy - Dy * dx;
+    e.theta[i] = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz), t - (Dx * dx + Dy * dy + Dz * dz));
+    const double px = x - Dx, py = y - Dy, pz = z - Dz;
+    const double w = e.value[9][i] * px + e.value[10][i] * py + e.value[11][i] * pz;
+    const double iw = 1.0 / (w > 0 ? w : 1.0);
+    e.u[i] = (e.value[3][i] * px + e.value[4][i] * py + e.value[5][i] * pz) * iw;
+    e.v[i] = (e.value[6][i] * px + e.value[7][i] * py + e.value[8][i] * pz) * iw;
+    e.depth[i] = w;
+  }
+}
+
+// One camera's h, and which it is.
+struct Ranked {
+  double h;
+  std::int32_t camera;
+};
+
+// The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the weights.
+int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3d& d, double t,
+           const RadianceSettings& settings, const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
+  ExactRows e;
+  for (int i = 0; i < (found.count + kExactLanes - 1) / kExactLanes * kExactLanes; ++i) {
+    const auto j = static_cast<std::size_t>(found.camera[static_cast<std::size_t>(std::min(i, found.count - 1))]);
+    const double* exact = sources.exact.data() + RelativeSources::kExact * j;
+    for (std::size_t row = 0; row < RelativeSources::kExact; ++row) e.value[row][i] = exact[row];
+  }
+  Exactly(e, found.count, d.x(), d.y(), d.z(), t);
+
+  const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0, time = settings.time && settings.epsilon > 0;
+  const double unit = 2 * settings.r_max_rad;
+  int count = 0;
+  for (int i = 0; i < found.count; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const std::int32_t camera = found.camera[n];
+    const auto j = static_cast<std::size_t>(camera);
+    double g = settings.alpha * e.theta[i];
+    if (resolution) g += settings.beta * unit * (1 - static_cast<double>(scratch.measures.r[j]));
+    if (time) g += settings.epsilon * unit * static_cast<double>(scratch.measures.tau[j]);
+    double h = g;
+    if (settings.gamma > 0 && h > 0) {
+      double f = 1;
+      if (settings.field_of_view) {
+        const double edge = std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
+        // Where the float found the point inside, a hair outside is its border.
+        const double s = std::clamp(edge / e.value[14][i], 0.0, 1.0), sine = s < 1 ? std::sin(0.5 * std::numbers::pi * s) : 1.0;
+        f = std::max(sine * sine, static_cast<double>(kBarelySeen));
+      }
+      double v = static_cast<double>(found.seen[n]);
+      // Between the two ends v follows the pixel; at them it is what it is.
+      if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1)
+        v = visible.maps()->Visibility(camera, e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
+      h *= 1 + settings.gamma * (1 / (f * v) - 1);
+    }
+    int at = count++;
+    for (; at > 0 && out[static_cast<std::size_t>(at - 1)].h > h; --at) out[static_cast<std::size_t>(at)] = out[static_cast<std::size_t>(at - 1)];
+    out[static_cast<std::size_t>(at)] = {h, camera};
+  }
+  return count;
+}
+
+// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must lead all
+// the same: a trace of 1/h, which shows only there.
+class LeafWeight {
+ public:
+  explicit LeafWeight(const RadianceSettings& s) : leaves_(s.r_min_rad, s.r_max_rad), r_max_(s.r_max_rad) {}
+  double operator()(double h) const { return leaves_.PSame(h) + kTrace * r_max_ / (r_max_ + h); }
+
+ private:
+  static constexpr double kTrace = 1e-6;
+  FallingLeaves leaves_;
+  double r_max_;
 };
 
 // How opaque the pixel is: fades with the best view of the point, full for a photo's own ray (h = 0).
@@ -140,62 +272,50 @@ float Alpha(float f_largest, float h_smallest) {
 
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
-  RayWeights out;
-  Evaluate(sources, direction, t, normal, settings, scratch);
-  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
-  const float* h_unblocked = scratch.h.data();
-  const float* block_min = h_unblocked + sources.padded;
+  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch, normal);
+}
 
-  // The k + 1 smallest, ascending; ties by index, so that the result does not depend on how the loop was split.
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+  RayWeights out;
+  const Eigen::Vector3f d = direction.cast<float>();
+  Evaluate(sources, d, static_cast<float>(t), normal, settings, scratch);
+  const WithVisibility seen(sources, visibility, d, static_cast<float>(t), static_cast<float>(settings.gamma));
   const int k = settings.k;
-  std::array<float, kMaxBlend + 1> best_h;
-  std::array<std::int32_t, kMaxBlend + 1> best_j;
-  int found = 0;
-  for (int b = 0; b < sources.padded / kLanes; ++b) {
-    float limit = found <= k ? kInfinity : best_h[static_cast<std::size_t>(k)];
-    if (!(block_min[b] < limit)) continue;
-    for (int j = b * kLanes; j < (b + 1) * kLanes; ++j) {
-      if (!(h_unblocked[j] < limit)) continue;
-      const float h = seen(j, h_unblocked[j], scratch.f[static_cast<std::size_t>(j)]);
-      if (!(h < limit)) continue;
-      int i = found <= k ? found++ : k;
-      for (; i > 0 && best_h[static_cast<std::size_t>(i - 1)] > h; --i) {
-        best_h[static_cast<std::size_t>(i)] = best_h[static_cast<std::size_t>(i - 1)];
-        best_j[static_cast<std::size_t>(i)] = best_j[static_cast<std::size_t>(i - 1)];
-      }
-      best_h[static_cast<std::size_t>(i)] = h;
-      best_j[static_cast<std::size_t>(i)] = j;
-      limit = found <= k ? kInfinity : best_h[static_cast<std::size_t>(k)];
-    }
-  }
-  if (found == 0) return out;
+  const Nearest found = FindNearest(sources, seen, k + 1, scratch);
+  if (found.count == 0) return out;
+  std::array<Ranked, kMostFound> best;
+  const int ranked = Refine(sources, seen, found, direction, t, settings, scratch, best);
 
   // h_1/h_j - h_1/h_{k+1}, with h_1/h_1 = 1 also at 0; no k+1st camera: the window's edge is at infinity.
-  const float h1 = best_h[0];
-  const bool windowed = found == k + 1;
-  const float edge = !windowed ? 0.0F : best_h[static_cast<std::size_t>(k)] == h1 ? 1.0F : h1 / best_h[static_cast<std::size_t>(k)];
-  const int n = std::min(found, k);
-  float sum = 0;
+  const double h1 = best[0].h;
+  const double last = ranked > k ? best[static_cast<std::size_t>(k)].h : std::numeric_limits<double>::infinity();
+  const double edge = last == h1 ? 1.0 : h1 / last;
+  const int n = std::min(ranked, k);
+  double sum = 0;
+  std::array<double, kMaxBlend> weight;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
   for (int i = 0; i < n; ++i) {
-    const float hi = best_h[static_cast<std::size_t>(i)];
-    const float w = (hi == h1 ? 1.0F : h1 / hi) - edge;
+    const auto at = static_cast<std::size_t>(i);
+    const double w = leaf ? (*leaf)(best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
     if (!(w > 0)) break;
-    out.camera[static_cast<std::size_t>(i)] = best_j[static_cast<std::size_t>(i)];
-    out.weight[static_cast<std::size_t>(i)] = w;
+    out.camera[at] = best[at].camera;
+    weight[at] = w;
     sum += w;
     out.count = i + 1;
   }
   if (out.count == 0) {
     // A (k+1)-way tie: all windowed weights vanish and the limit depends on the direction of approach. The tied share.
     out.count = n;
-    for (int i = 0; i < n; ++i) {
-      out.camera[static_cast<std::size_t>(i)] = best_j[static_cast<std::size_t>(i)];
-      out.weight[static_cast<std::size_t>(i)] = 1.0F;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+      out.camera[i] = best[i].camera;
+      weight[i] = 1;
     }
-    sum = static_cast<float>(n);
+    sum = n;
   }
-  for (int i = 0; i < out.count; ++i) out.weight[static_cast<std::size_t>(i)] /= sum;
-  out.alpha = Alpha(Largest(scratch.f.data(), sources.padded), h1);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(out.count); ++i) out.weight[i] = static_cast<float>(weight[i] / sum);
+  out.alpha = Alpha(Largest(scratch.f.data(), sources.padded), static_cast<float>(h1));
   return out;
 }
 
@@ -208,17 +328,23 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   float h1 = kInfinity;
   const auto n = static_cast<std::size_t>(sources.count);
   for (std::size_t j = 0; j < n; ++j) {
-    if (h[j] < kInfinity) h[j] = seen(static_cast<std::int32_t>(j), h[j], scratch.f[j]);
+    float v;
+    if (h[j] < kInfinity) h[j] = seen(static_cast<std::int32_t>(j), h[j], scratch.f[j], v);
     h1 = std::min(h1, h[j]);
   }
   weights_out.assign(n, 0.0F);
   if (!(h1 < kInfinity)) return 0;
-  float sum = 0;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
+  double sum = 0;
   for (std::size_t j = 0; j < n; ++j) {
-    weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
-    sum += weights_out[j];
+    if (leaf)
+      weights_out[j] = h[j] < kInfinity ? static_cast<float>((*leaf)(static_cast<double>(h[j]))) : 0.0F;
+    else
+      weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
+    sum += static_cast<double>(weights_out[j]);
   }
-  for (float& w : weights_out) w /= sum;
+  for (float& w : weights_out) w = static_cast<float>(static_cast<double>(w) / sum);
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
 }
 

@@ -94,6 +94,72 @@ TEST(GlRenderer, AgreesWithTheCpu) {
   }
 }
 
+// Every effect, at every pixel and from sparse samples.
+TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
+  World w = MakeWorld();
+  for (std::size_t i = 0; i < w.scene.views.size(); ++i) {
+    w.scene.views[i].gain = 1 + 0.2 * std::sin(5.0 * static_cast<double>(i));
+    w.scene.views[i].time_s = 0.1 * static_cast<double>(i);
+  }
+  test::Photograph(w);
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest base;
+  base.view = ArcView(0.93, 200, 150, 210);
+  RenderRequest sparse = base;
+  sparse.settings.grid_columns = 13;
+  sparse.settings.grid_rows = 11;
+  sparse.settings.sampling = Sampling::kInterpolated;
+  RenderRequest cells = sparse;
+  cells.settings.sampling = Sampling::kCandidates;
+  for (const auto& [name, request] : {std::pair{"pixels", base}, {"sparse", sparse}, {"cells", cells}}) {
+    struct Case {
+      std::string name;
+      RenderRequest request;
+    };
+    std::vector<Case> cases;
+    const auto add = [&](const char* what, auto change) {
+      cases.push_back({std::string(name) + ", " + what, request});
+      change(cases.back().request);
+    };
+    add("as it is", [](RenderRequest&) {});
+    add("false colour", [](RenderRequest& r) { r.show = Show::kFalseColor; });
+    add("no field of view", [](RenderRequest& r) { r.settings.field_of_view = false; });
+    add("no visibility", [](RenderRequest& r) { r.settings.visibility = false; });
+    add("resolution by distance", [](RenderRequest& r) { r.settings.resolution = Resolution::kDistance; });
+    add("resolution by Jacobian", [](RenderRequest& r) { r.settings.resolution = Resolution::kJacobian; });
+    add("time", [](RenderRequest& r) {
+      r.settings.time = true;
+      r.settings.time_s = 0.33;
+    });
+    add("exposure", [](RenderRequest& r) { r.settings.exposure = true; });
+    add("falling leaves", [](RenderRequest& r) { r.settings.correlation = Correlation::kFallingLeaves; });
+    add("no prefilter, from afar", [](RenderRequest& r) {
+      r.settings.prefilter = false;
+      r.view = ArcView(0.5, 90, 70, 40, 1.3);
+    });
+    add("from afar", [](RenderRequest& r) { r.view = ArcView(0.5, 90, 70, 40, 1.3); });
+    add("a photo's own view", [&](RenderRequest& r) { r.view = MakeRenderView(w.scene, w.scene.views[3]); });
+    if (request.settings.sampling == Sampling::kInterpolated && request.settings.Sparse())
+      add("the optimum", [](RenderRequest& r) {
+        r.settings.similarity = Similarity::kFull;
+        r.settings.correlation = Correlation::kFallingLeaves;
+      });
+    for (const Case& c : cases) {
+      SCOPED_TRACE(c.name);
+      const ImageF a = gl->Render(c.request), b = cpu->Render(c.request);
+      for (const float v : a.data) ASSERT_TRUE(std::isfinite(v));
+      EXPECT_GT(Coverage(b), 0.2);
+      const double psnr = PsnrDb(a, b);
+      EXPECT_GE(psnr, kAgreementDb);
+      std::printf("  %-36s %.1f dB, coverage %.3f\n", c.name.c_str(), psnr, Coverage(b));
+    }
+  }
+  base.settings.similarity = Similarity::kFull;
+  base.settings.correlation = Correlation::kFallingLeaves;
+  EXPECT_THROW(gl->Render(base), UsageError);
+}
+
 TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
   World w = MakeWorld(6, 120);
   test::Photograph(w);

@@ -1,0 +1,250 @@
+#include "render/radiance/optimum/lane_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/radiance/optimum/leaves_fit_lanes.h"
+
+namespace lumi {
+namespace {
+
+// Steps of conjugate gradients before a lane is handed to Cholesky: a condition of about 150 (float), 2000 (double).
+template <class T>
+constexpr int kMaxSteps = sizeof(T) == 4 ? 64 : 256;
+
+// The directions' means over the lanes and their largest distance from it: by the triangle inequality two photos'
+// directions differ in every lane by at least the means' distance less both spreads.
+template <class T>
+LUMI_INLINE void MeanAndSpread(LaneSystem<T>& s) {
+  using V = Lanes<T>;
+  for (int i = 0; i < s.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    V d2{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const V u = s.u[c][k].v;
+      T sum = 0;
+      for (int l = 0; l < kLaneCount<T>; ++l) sum += u[l];
+      const T m = sum / T(kLaneCount<T>);
+      s.mean[c][k] = static_cast<float>(m);
+      const V d = u - m;
+      d2 += d * d;
+    }
+    // Rounding of the mean to float: 1e-6 covers it.
+    s.spread[k] = static_cast<float>(std::sqrt(-Smallest(-d2))) + 1e-6F;
+  }
+}
+
+LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restrict mx, const float* __restrict my, const float* __restrict mz,
+                           const float* __restrict spread, std::int32_t* __restrict near_flag, std::int32_t* __restrict out) {
+  const float x = mx[i], y = my[i], z = mz[i], own = reach + spread[i];
+  for (int j = i + 1; j < count; ++j) {
+    const float dx = mx[j] - x, dy = my[j] - y, dz = mz[j] - z, bound = own + spread[j];
+    near_flag[j] = dx * dx + dy * dy + dz * dz < bound * bound ? 1 : 0;
+  }
+  int found = 0;
+  for (int j = i + 1; j < count; ++j) {
+    out[found] = j;
+    found += near_flag[j];
+  }
+  return found;
+}
+
+template <class T>
+LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::int32_t* flag, std::int32_t* candidate) {
+  using V = Lanes<T>;
+  const int n = system.count;
+  const LaneBlock<T>*ux = system.u[0].data(), *uy = system.u[1].data(), *uz = system.u[2].data(), *f = system.f.data();
+  const float reach = std::sqrt(static_cast<float>(fit.c2_max)) * (1 + 1e-6F);
+  const T near_chord = fit.y_near / fit.y_from_theta, c2_near = near_chord * near_chord;
+  const V c2_max = Broadcast(fit.c2_max);
+  std::size_t used = 0;
+  for (int i = 0; i < n; ++i) {
+    system.first[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(used);
+    const int found = Candidates(i, n, reach, system.mean[0].data(), system.mean[1].data(), system.mean[2].data(), system.spread.data(), flag, candidate);
+    if (system.s.size() < used + static_cast<std::size_t>(found)) {
+      system.s.resize(2 * used + static_cast<std::size_t>(found));
+      system.column.resize(system.s.size());
+    }
+    LaneBlock<T>* s = system.s.data();
+    const V xi = ux[i].v, yi = uy[i].v, zi = uz[i].v, fi = f[i].v;
+    for (int k = 0; k < found; ++k) {
+      const int j = candidate[k];
+      const V dx = ux[j].v - xi, dy = uy[j].v - yi, dz = uz[j].v - zi;
+      V c2 = dx * dx + dy * dy + dz * dz;
+      const T smallest = Smallest(c2);
+      if (!(smallest < fit.c2_max)) continue;
+      c2 = LaneMin(c2, c2_max);
+      V y = LaneSqrt<T>(FitSquaredAngle(fit, c2)) * fit.y_from_theta;
+      for (int c = 0; c < system.channels; ++c) {
+        const LaneBlock<T>* e = system.channel[c].data();
+        const V d = e[i].v - e[j].v;
+        y += LaneMax(d, -d);
+      }
+      s[used].v = fi * f[j].v * FitPSame<T>(fit, y, smallest <= c2_near);
+      system.column[used] = j;
+      ++used;
+    }
+  }
+  system.first[static_cast<std::size_t>(n)] = static_cast<std::int32_t>(used);
+  system.pairs = used;
+}
+
+// out = S p
+template <class T>
+LUMI_INLINE void Multiply(const LaneSystem<T>& system, const LaneBlock<T>* p, LaneBlock<T>* out) {
+  using V = Lanes<T>;
+  const int n = system.count;
+  const std::int32_t *first = system.first.data(), *column = system.column.data();
+  const LaneBlock<T>* s = system.s.data();
+  for (int i = 0; i < n; ++i) out[i].v = p[i].v;
+  for (int i = 0; i < n; ++i) {
+    const V pi = p[i].v;
+    V sum = out[i].v;
+    for (std::int32_t k = first[i]; k < first[i + 1]; ++k) {
+      const V a = s[k].v;
+      const std::int32_t j = column[k];
+      sum += a * p[j].v;
+      out[j].v += a * pi;
+    }
+    out[i].v = sum;
+  }
+}
+
+template <class T>
+LUMI_INLINE void ConjugateGradients(LaneSystem<T>& system, const LaneBlock<T>* b, LaneBlock<T>* x, T tolerance) {
+  using V = Lanes<T>;
+  const int n = system.count;
+  LaneBlock<T>*r = system.r.data(), *p = system.p.data(), *q = system.q.data();
+  V rr{};
+  for (int i = 0; i < n; ++i) {
+    const V v = b[i].v;
+    x[i].v = V{};
+    r[i].v = v;
+    p[i].v = v;
+    rr += v * v;
+  }
+  const V stop = rr * (tolerance * tolerance), zero{}, one = Broadcast(T(1));
+  V indefinite{};
+  int step = 0;
+  for (;; ++step) {
+    const V open = rr > stop ? one : zero;
+    if (!(Smallest(-open) < 0) || step == kMaxSteps<T>) break;
+    Multiply(system, p, q);
+    V pq{};
+    for (int i = 0; i < n; ++i) pq += p[i].v * q[i].v;
+    const V down = pq > zero ? zero : open;
+    indefinite = LaneMax(indefinite, down);
+    const V go = open * (one - indefinite);
+    const V a = go > zero ? rr / (go > zero ? pq : one) : zero;
+    V next{};
+    for (int i = 0; i < n; ++i) {
+      x[i].v += a * p[i].v;
+      const V v = r[i].v - a * q[i].v;
+      r[i].v = v;
+      next += v * v;
+    }
+    const V c = go > zero ? next / (go > zero ? rr : one) : zero;
+    for (int i = 0; i < n; ++i) p[i].v = r[i].v + c * p[i].v;
+    // A lane that met no descent is closed: its flag says so.
+    rr = indefinite > zero ? zero : next;
+  }
+  system.steps = std::max(system.steps, step);
+  for (int l = 0; l < kLaneCount<T>; ++l)
+    if (!(rr[l] <= stop[l]) || indefinite[l] > 0) system.solved[static_cast<std::size_t>(l)] = false;
+}
+
+template <class T>
+LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T>& system, std::int32_t* flag, std::int32_t* candidate) {
+  MeanAndSpread(system);
+  Assemble(fit, system, flag, candidate);
+  system.solved.fill(true);
+  system.steps = 0;
+  ConjugateGradients(system, system.y.data(), system.w.data(), tolerance);
+  if (also_z) ConjugateGradients(system, system.f.data(), system.z.data(), tolerance);
+}
+
+LUMI_KERNEL void SolveFloat(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system, std::int32_t* flag,
+                            std::int32_t* candidate) {
+  SolveLanes<float>(fit, tolerance, also_z, system, flag, candidate);
+}
+LUMI_KERNEL void SolveDouble(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSystem<double>& system, std::int32_t* flag,
+                             std::int32_t* candidate) {
+  SolveLanes<double>(fit, tolerance, also_z, system, flag, candidate);
+}
+template <class T>
+LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T>& p, const T* desired, LaneSystem<T>& system) {
+  using V = Lanes<T>;
+  V point[3];
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t l = 0; l < static_cast<std::size_t>(kLaneCount<T>); ++l) point[c][l] = p[c][l];
+  const V px = point[0], py = point[1], pz = point[2];
+  // A photo (or the view) at the proxy point has no direction; any will do, but not 0/0.
+  const V tiny = Broadcast(T(1e-30)), one = Broadcast(T(1));
+  const V back = -one / LaneSqrt<T>(LaneMax(px * px + py * py + pz * pz, tiny));
+  const V c2_max = Broadcast(fit.c2_max);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(system.count); ++i) {
+    const V x = T(D[0][i]) - px, y = T(D[1][i]) - py, z = T(D[2][i]) - pz;
+    const V scale = one / LaneSqrt<T>(LaneMax(x * x + y * y + z * z, tiny));
+    const V ux = x * scale, uy = y * scale, uz = z * scale;
+    system.u[0][i].v = ux;
+    system.u[1][i].v = uy;
+    system.u[2][i].v = uz;
+    V h;
+    if constexpr (sizeof(T) == 4) {
+      h = system.y[i].v * fit.y_from_theta;
+    } else {
+      const V dx = ux - px * back, dy = uy - py * back, dz = uz - pz * back;
+      const V c2 = dx * dx + dy * dy + dz * dz;
+      // Beyond reach the polynomial is not defined, and nothing correlates.
+      h = c2 < c2_max ? LaneSqrt<T>(FitSquaredAngle(fit, LaneMin(c2, c2_max))) * fit.y_from_theta : one;
+    }
+    for (int c = 0; c < system.channels; ++c) {
+      const V d = system.channel[c][i].v - desired[c];
+      h += LaneMax(d, -d);
+    }
+    system.y[i].v = system.f[i].v * FitPSame<T>(fit, h, true);
+  }
+}
+
+LUMI_KERNEL void PlaceFloat(const LeavesFit<float>& fit, const float* const* D, const LanePoints<float>& p, const float* desired,
+                            LaneSystem<float>& system) {
+  PlaceLanes<float>(fit, D, p, desired, system);
+}
+LUMI_KERNEL void PlaceDouble(const LeavesFit<double>& fit, const float* const* D, const LanePoints<double>& p, const double* desired,
+                             LaneSystem<double>& system) {
+  PlaceLanes<double>(fit, D, p, desired, system);
+}
+
+}  // namespace
+
+template <class T>
+void LaneSystem<T>::Resize(int photos, int channels_used) {
+  const auto n = static_cast<std::size_t>(photos);
+  count = photos;
+  channels = channels_used;
+  if (f.size() >= n && !first.empty()) return;
+  for (auto* v : {&u[0], &u[1], &u[2], &f, &y, &channel[0], &channel[1], &channel[2], &w, &z, &r, &p, &q}) v->resize(n);
+  for (auto& m : mean) m.resize(n);
+  spread.resize(n);
+  first.resize(3 * n + 1);  // rows; then two lists of candidates
+}
+
+template struct LaneSystem<float>;
+template struct LaneSystem<double>;
+
+void Solve(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system) {
+  std::int32_t* lists = system.first.data() + system.count + 1;
+  SolveFloat(fit, tolerance, also_z, system, lists, lists + system.count);
+}
+void Solve(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSystem<double>& system) {
+  std::int32_t* lists = system.first.data() + system.count + 1;
+  SolveDouble(fit, tolerance, also_z, system, lists, lists + system.count);
+}
+void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3], LaneSystem<float>& system) {
+  PlaceFloat(fit, D, p, desired, system);
+}
+void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3], LaneSystem<double>& system) {
+  PlaceDouble(fit, D, p, desired, system);
+}
+
+}  // namespace lumi

@@ -1,0 +1,215 @@
+// What the optimum costs, and how exact it is (docs/optimum.md quotes it): the thesis's Example #1 in its proportions, 262 photos,
+// a plane for a proxy, 640x480, on two threads. Errors are the largest over a sample's photos, against the full system.
+//   optimum_bench [--quick]
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <boost/multiprecision/cpp_dec_float.hpp>
+#include <chrono>
+#include <random>
+
+#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/coherent_order.h"
+#include "render/radiance/optimum/dense_solver.h"
+#include "render/radiance/optimum/leaves_fit.h"
+#include "render/radiance/reconstruct.h"
+#include "scene/program/parallel.h"
+#include "tests/render/optimum_oracle.h"
+
+namespace lumi::test {
+namespace {
+
+using Decimal = boost::multiprecision::number<boost::multiprecision::cpp_dec_float<50>, boost::multiprecision::et_off>;
+constexpr int kWidth = 640, kHeight = 480, kTileWidth = 64, kTileHeight = 16;
+
+double Milliseconds(const std::function<void()>& body, int repeats) {
+  std::vector<double> ms;
+  for (int i = 0; i < repeats; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    body();
+    ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::sort(ms.begin(), ms.end());
+  return ms[ms.size() / 2];
+}
+
+RadianceSettings Settings(double accuracy, double cutoff_deg) {
+  RadianceSettings s;
+  s.similarity = Similarity::kFull;
+  s.correlation = Correlation::kFallingLeaves;
+  s.accuracy = accuracy;
+  s.cutoff_rad = cutoff_deg * kRadiansPerDegree;
+  return s;
+}
+
+// Tiles as the renderer makes them.
+std::vector<RaySamples> Tiles(const DeskLike& desk, const ViewSetup& setup) {
+  std::vector<RaySamples> tiles;
+  for (int y = 0; y < kHeight; y += kTileHeight)
+    for (int x = 0; x < kWidth; x += kTileWidth) {
+      std::vector<Eigen::Vector2d> pixels;
+      for (int v = 0; v < kTileHeight; ++v)
+        for (int u = 0; u < kTileWidth; ++u) pixels.emplace_back(x + u + 0.5, y + v + 0.5);
+      tiles.push_back(RaysThrough(desk, setup, pixels));
+    }
+  return tiles;
+}
+
+OptimumCounts WeighAllTiles(const ViewSetup& setup, const std::vector<RaySamples>& tiles) {
+  std::vector<OptimumCounts> counts(tiles.size());
+  ParallelFor(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    WeightTable table;
+    for (std::size_t i = begin; i < end; ++i) WeighOptimal(setup, nullptr, tiles[i], table, counts[i]);
+  });
+  OptimumCounts sum;
+  for (const OptimumCounts& c : counts) sum += c;
+  return sum;
+}
+
+struct Errors {
+  double largest = 0, median = 0, over = 0;
+};
+
+// Oracles are made once, for one sum.
+template <class Real>
+struct Truth {
+  std::vector<OracleWeights<Real>> samples;
+  double correlated = 0;
+};
+
+template <class Real>
+Truth<Real> MakeTruth(const ViewSetup& setup, const RaySamples& rays, std::size_t count) {
+  const OracleLeaves<Real> leaves(Real(setup.settings.r_min_rad), Real(setup.settings.r_max_rad));
+  Truth<Real> truth;
+  truth.samples.resize(count);
+  ParallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) truth.samples[i] = OracleOptimum<Real>(setup, nullptr, rays.direction[i], rays.t[i], leaves);
+  });
+  for (const auto& s : truth.samples) truth.correlated += s.correlated / static_cast<double>(count);
+  return truth;
+}
+
+template <class Real>
+Errors Compare(const WeightTable& table, const Truth<Real>& truth) {
+  std::vector<double> e;
+  for (std::size_t i = 0; i < truth.samples.size(); ++i) e.push_back(LargestError(table, i, truth.samples[i]));
+  std::sort(e.begin(), e.end());
+  return {e.back(), e[e.size() / 2], 0};
+}
+
+// What the estimator is without any of this: 262 photos a ray, the matrix filled pair by pair, Cholesky in double.
+double PlainMilliseconds(const ViewSetup& setup, const RaySamples& rays, std::size_t count) {
+  const FallingLeaves leaves(setup.settings.r_min_rad, setup.settings.r_max_rad);
+  double checksum = 0;
+  const double ms = Milliseconds(
+      [&] {
+        std::vector<double> sums(count);
+        ParallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
+          Measures m;
+          for (std::size_t i = begin; i < end; ++i) {
+            EvaluateMeasures(setup.sources, setup.settings, rays.direction[i], rays.t[i], Eigen::Vector3f::Zero(), m);
+            const Eigen::Index n = setup.sources.count;
+            const Eigen::Vector3d p = static_cast<double>(rays.t[i]) * rays.direction[i].cast<double>();
+            Eigen::Matrix3Xd u(3, n);
+            for (Eigen::Index j = 0; j < n; ++j) {
+              const auto k = static_cast<std::size_t>(j);
+              u.col(j) = (Eigen::Vector3f(setup.sources.dx[k], setup.sources.dy[k], setup.sources.dz[k]).cast<double>() - p).normalized();
+            }
+            Eigen::MatrixXd S = Eigen::MatrixXd::Identity(n, n);
+            Eigen::VectorXd y(n);
+            for (Eigen::Index j = 0; j < n; ++j) {
+              const auto fj = static_cast<double>(m.f[static_cast<std::size_t>(j)]);
+              y[j] = fj * leaves.PSame(static_cast<double>(m.theta[static_cast<std::size_t>(j)]));
+              for (Eigen::Index k = j + 1; k < n; ++k)
+                S(k, j) = fj * static_cast<double>(m.f[static_cast<std::size_t>(k)]) * leaves.PSameCubic(std::acos(std::min(1.0, u.col(j).dot(u.col(k)))));
+            }
+            S.diagonal().array() += kNugget;
+            sums[i] = S.llt().solve(y).sum();
+          }
+        });
+        for (const double s : sums) checksum += s;
+      },
+      3);
+  if (!std::isfinite(checksum)) fmt::print("not finite\n");
+  return ms / static_cast<double>(count);
+}
+
+void Main(bool quick) {
+  SetThreadCount(2);
+  const DeskLike desk = MakeDeskLike();
+  const auto setup_for = [&](const RadianceSettings& s) { return MakeViewSetup(desk.sources, desk.view, s); };
+  const ViewSetup base = setup_for(Settings(1e-3, 20));
+
+  std::mt19937 engine(7);
+  std::uniform_real_distribution<double> ux(0, kWidth), uy(0, kHeight);
+  std::vector<Eigen::Vector2d> pixels;
+  const std::size_t samples = quick ? 200 : 1000, decimal_samples = quick ? 6 : 60;
+  while (pixels.size() < samples) pixels.emplace_back(ux(engine), uy(engine));
+  const RaySamples random = RaysThrough(desk, base, pixels);
+
+  SetThreadCount(0);
+  auto truth = MakeTruth<long double>(base, random, samples);
+  const auto decimal = MakeTruth<Decimal>(base, random, decimal_samples);
+  SetThreadCount(2);
+  double worst = 0;
+  for (std::size_t i = 0; i < decimal_samples; ++i)
+    for (std::size_t j = 0; j < decimal.samples[i].w.size(); ++j)
+      if (!decimal.samples[i].weight.empty())
+        worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) - static_cast<double>(truth.samples[i].weight[j])));
+  fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample\n", samples, truth.correlated);
+  fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n\n", worst, decimal_samples);
+
+  const double plain = PlainMilliseconds(base, random, quick ? 40 : 200);
+  fmt::print("plain dense Cholesky in double: {:.3f} ms a sample: {:.0f} s at {}x{}, {:.0f} ms on 25x25\n\n", plain, plain * kWidth * kHeight / 1000, kWidth,
+             kHeight, plain * 625);
+
+  fmt::print("error of the cutoff (double, against the full system)\n  degrees     max   median\n");
+  for (const double cutoff : {10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 40.0, 180.0}) {
+    WeightTable table;
+    OptimumCounts counts;
+    WeighOptimal(setup_for(Settings(1e-7, cutoff)), nullptr, random, table, counts);
+    const Errors e = Compare(table, truth);
+    fmt::print("  {:7g}  {:6.0e}   {:6.0e}\n", cutoff, e.largest, e.median);
+  }
+
+  std::vector<Eigen::Vector2d> grid;
+  for (int y = 0; y < 25; ++y)
+    for (int x = 0; x < 25; ++x) grid.emplace_back((x + 0.0) * kWidth / 24, (y + 0.0) * kHeight / 24);
+  fmt::print("\n  accuracy cutoff sum            error max   median   640x480 ms   25x25 ms   us/sample 1 thread  dense\n");
+  for (const WeightSum sum : {WeightSum::kLocalMean, WeightSum::kRenormalise, WeightSum::kConstrained}) {
+    RadianceSettings full = Settings(1e-3, 180);
+    full.sum = sum;
+    SetThreadCount(0);
+    if (sum != WeightSum::kLocalMean) truth = MakeTruth<long double>(setup_for(full), random, samples);
+    SetThreadCount(2);
+    for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-4, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}}) {
+      RadianceSettings s = Settings(accuracy, cutoff);
+      s.sum = sum;
+      const ViewSetup setup = setup_for(s);
+      WeightTable table;
+      OptimumCounts counts;
+      WeighOptimal(setup, nullptr, random, table, counts);
+      const Errors e = Compare(table, truth);
+      const std::vector<RaySamples> tiles = Tiles(desk, setup);
+      const double frame = Milliseconds([&] { WeighAllTiles(setup, tiles); }, quick ? 1 : 3);
+      const RaySamples on_grid = RaysThrough(desk, setup, grid);
+      // Cells of the k-d tree for the threads, as a planner of sparse samples would cut them.
+      const std::vector<std::uint32_t> order = CoherentOrder(on_grid, 16);
+      std::vector<RaySamples> parts;
+      for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i % 80 == 0) parts.emplace_back();
+        parts.back().direction.push_back(on_grid.direction[order[i]]);
+        parts.back().t.push_back(on_grid.t[order[i]]);
+      }
+      const double sparse = Milliseconds([&] { WeighAllTiles(setup, parts); }, quick ? 5 : 21);
+      const double one = Milliseconds([&] { WeighOptimal(setup, nullptr, tiles[tiles.size() / 2], table, counts); }, quick ? 5 : 21) * 1000 / (kTileWidth * kTileHeight);
+      fmt::print("  {:8g} {:6g} {:14}  {:8.1e} {:8.1e}   {:10.0f}   {:8.2f}   {:8.2f}   {}\n", accuracy, cutoff, Name(sum), e.largest, e.median, frame, sparse, one,
+                 counts.dense);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lumi::test
+
+int main(int argc, char** argv) { lumi::test::Main(argc > 1 && std::string(argv[1]) == "--quick"); }

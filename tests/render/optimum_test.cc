@@ -1,0 +1,302 @@
+// The optimal weights: that they are the ones of the full system, in the rays' order, and sum to 1.
+#include "render/radiance/optimum.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+#include <set>
+
+#include "capture.h"
+#include "optimum_oracle.h"
+#include "render/radiance/optimum/coherent_order.h"
+#include "render/radiance/optimum/duplicates.h"
+#include "render/radiance/optimum/keep_largest.h"
+#include "render/radiance/reconstruct.h"
+
+namespace lumi {
+namespace {
+
+RadianceSettings Full(double accuracy = 1e-3, double cutoff_deg = 180) {
+  RadianceSettings s;
+  s.similarity = Similarity::kFull;
+  s.correlation = Correlation::kFallingLeaves;
+  s.accuracy = accuracy;
+  s.cutoff_rad = cutoff_deg * kRadiansPerDegree;
+  return s;
+}
+
+std::vector<Eigen::Vector2d> RandomPixels(int count, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> x(0, 640), y(0, 480);
+  std::vector<Eigen::Vector2d> pixels;
+  for (int i = 0; i < count; ++i) {
+    const double u = x(engine);
+    pixels.emplace_back(u, y(engine));
+  }
+  return pixels;
+}
+
+double RowSum(const WeightTable& t, std::size_t i) {
+  double sum = 0;
+  for (std::int32_t k = t.first[i]; k < t.first[i + 1]; ++k) sum += static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
+  return sum;
+}
+
+double WeightOf(const WeightTable& t, std::size_t i, int camera) {
+  for (std::int32_t k = t.first[i]; k < t.first[i + 1]; ++k)
+    if (t.camera[static_cast<std::size_t>(k)] == camera) return static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
+  return 0;
+}
+
+// Largest error over `count` samples of a desk-like scene; times where `times` is set.
+double WorstError(const RadianceSettings& s, int photos, int count, bool times = false) {
+  test::DeskLike desk = test::MakeDeskLike(photos);
+  if (times)
+    for (std::size_t j = 0; j < desk.sources.views.size(); ++j) desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
+  const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
+  const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(count, 3));
+  WeightTable table;
+  OptimumCounts counts;
+  WeighOptimal(setup, nullptr, rays, table, counts);
+  EXPECT_EQ(counts.dense, 0);
+  const test::OracleLeaves<long double> leaves(s.r_min_rad, s.r_max_rad);
+  double worst = 0;
+  long correlated = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const auto truth = test::OracleOptimum<long double>(setup, nullptr, rays.direction[i], rays.t[i], leaves);
+    worst = std::max(worst, test::LargestError(table, i, truth));
+    correlated += truth.correlated;
+    if (table.alpha[i] > 0) {
+      EXPECT_NEAR(RowSum(table, i), 1, 1e-5);
+    }
+  }
+  // A photo at the very edge of reach may fall on either side in float.
+  EXPECT_NEAR(static_cast<double>(counts.cameras), static_cast<double>(correlated), 0.002 * static_cast<double>(correlated) + 1);
+  return worst;
+}
+
+TEST(Optimum, SolvesTheFullSystemToTheWantedAccuracy) {
+  for (const WeightSum sum : {WeightSum::kLocalMean, WeightSum::kRenormalise, WeightSum::kConstrained}) {
+    RadianceSettings s = Full();
+    s.sum = sum;
+    EXPECT_LT(WorstError(s, 150, 40), 1e-3) << Name(sum);
+    s.accuracy = 1e-6;
+    EXPECT_LT(WorstError(s, 150, 40), 1e-6) << Name(sum);
+    s.accuracy = 1e-9;  // Cholesky; weights are stored in float
+    EXPECT_LT(WorstError(s, 100, 10), 1.2e-7) << Name(sum);
+  }
+}
+
+TEST(Optimum, SolvesItWithEveryMeasure) {
+  RadianceSettings s = Full(1e-6);
+  s.resolution = Resolution::kDistance;
+  s.beta = 0.7;
+  EXPECT_LT(WorstError(s, 100, 24), 1e-6);
+  s.time = true;
+  s.time_s = 0.1;
+  s.epsilon = 0.4;
+  EXPECT_LT(WorstError(s, 100, 24, true), 1e-6);
+  s.combine = Combine::kAdditive;
+  s.gamma = 0.8;
+  EXPECT_LT(WorstError(s, 100, 24, true), 1e-6);
+  s.accuracy = 1e-3;
+  EXPECT_LT(WorstError(s, 100, 24, true), 1e-3);
+  s = Full(1e-3);
+  s.field_of_view = false;
+  s.k = 0;
+  EXPECT_LT(WorstError(s, 100, 24), 1e-3);
+  s.alpha = 0.5;
+  EXPECT_LT(WorstError(s, 100, 24), 1e-3);
+}
+
+TEST(Optimum, TheCutoffsErrorFallsWithIt) {
+  double before = 1;
+  for (const double cutoff : {10.0, 14.0, 18.0, 24.0}) {
+    const double error = WorstError(Full(1e-7, cutoff), 150, 40);
+    EXPECT_LT(error, before);
+    before = error;
+  }
+  EXPECT_LT(before, 1e-6);
+  EXPECT_LT(WorstError(Full(1e-7, RadianceSettings{}.cutoff_rad / kRadiansPerDegree), 150, 40), 1e-4);
+}
+
+TEST(Optimum, RowsFollowTheRaysWhateverTheirOrder) {
+  const test::DeskLike desk = test::MakeDeskLike(80);
+  const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, Full());
+  const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(70, 9));
+  RaySamples backwards{{rays.direction.rbegin(), rays.direction.rend()}, {rays.t.rbegin(), rays.t.rend()}, {}};
+  backwards.t[5] = -1;
+  backwards.t[6] = std::numeric_limits<float>::infinity();
+  WeightTable a, b;
+  OptimumCounts counts;
+  WeighOptimal(setup, nullptr, rays, a, counts);
+  WeighOptimal(setup, nullptr, backwards, b, counts);
+  for (std::size_t i = 0; i < 70; ++i) {
+    const std::size_t j = 69 - i;
+    if (j == 5 || j == 6) {
+      EXPECT_EQ(b.alpha[j], 0);
+      EXPECT_EQ(b.first[j], b.first[j + 1]);
+      continue;
+    }
+    EXPECT_EQ(a.alpha[i], b.alpha[j]);
+    for (int c = 0; c < 80; ++c) EXPECT_NEAR(WeightOf(a, i, c), WeightOf(b, j, c), 1e-3);
+  }
+}
+
+TEST(Optimum, ABlindPhotoWeighsExactlyNothing) {
+  const test::DeskLike desk = test::MakeDeskLike(262);
+  for (const double accuracy : {1e-3, 1e-6, 1e-9})
+    for (const WeightSum sum : {WeightSum::kLocalMean, WeightSum::kRenormalise, WeightSum::kConstrained}) {
+      RadianceSettings s = Full(accuracy);
+      s.sum = sum;
+      const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
+      const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(accuracy < 1e-7 ? 6 : 64, 4));
+      WeightTable table;
+      OptimumCounts counts;
+      WeighOptimal(setup, nullptr, rays, table, counts);
+      Measures m;
+      int blind = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        EvaluateMeasures(setup.sources, s, rays.direction[i], rays.t[i], Eigen::Vector3f::Zero(), m);
+        for (int c = 0; c < 262; ++c)
+          if (m.f[static_cast<std::size_t>(c)] == 0) {
+            ASSERT_EQ(WeightOf(table, i, c), 0);
+            ++blind;
+          }
+      }
+      EXPECT_GT(blind, 20);
+    }
+}
+
+TEST(Optimum, LeftOutPhotosAreLeftOut) {
+  const test::DeskLike desk = test::MakeDeskLike(60);
+  std::vector<bool> use(60, true);
+  for (std::size_t j = 0; j < 60; j += 3) use[j] = false;
+  for (const Combine combine : {Combine::kSmooth, Combine::kAdditive}) {
+    RadianceSettings s = Full();
+    s.combine = combine;
+    const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s, use);
+    const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(32, 4));
+    WeightTable table;
+    OptimumCounts counts;
+    WeighOptimal(setup, nullptr, rays, table, counts);
+    EXPECT_GT(table.camera.size(), 0u);
+    for (const std::int32_t c : table.camera) EXPECT_TRUE(use[static_cast<std::size_t>(c)]);
+  }
+}
+
+TEST(Optimum, PixelsArePlannedWithIt) {
+  const test::Capture c = test::MakeCapture(12, 40);
+  const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
+  const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), view, Full());
+  const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
+  FramePlan plan;
+  WeighScratch scratch;
+  PlanPixels(setup, tracer, nullptr, {3, 5, 20, 12}, plan, scratch);
+  ASSERT_EQ(plan.alpha.size(), 240u);
+  const auto k = static_cast<std::size_t>(plan.k);
+  for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
+    if (!(plan.alpha[s] > 0)) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < k; ++i)
+      if (plan.camera[s * k + i] >= 0) sum += static_cast<double>(plan.weight[s * k + i]);
+    EXPECT_NEAR(sum, 1, 1e-5);
+    EXPECT_GT(plan.offset[s].norm(), 1e-3F);
+  }
+  EXPECT_GT(plan.optimum.samples, 200);
+}
+
+TEST(Reconstruct, IdentityIsTheRealTimeWeight) {
+  const test::DeskLike desk = test::MakeDeskLike(50);
+  for (const int k : {0, 4}) {
+    RadianceSettings s;
+    s.k = k;
+    const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
+    const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(20, 4));
+    WeightTable table;
+    OptimumCounts counts;
+    WeighScratch scratch;
+    Reconstruct(setup, nullptr, rays, table, counts, scratch);
+    EXPECT_EQ(counts.samples, 0);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (k == 0) {
+        std::vector<float> all;
+        EXPECT_EQ(table.alpha[i], WeighAll(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch, all));
+        for (int c = 0; c < 50; ++c) EXPECT_EQ(WeightOf(table, i, c), static_cast<double>(all[static_cast<std::size_t>(c)]));
+      } else {
+        const RayWeights r = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch);
+        EXPECT_EQ(table.first[i + 1] - table.first[i], r.count);
+        for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c) EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));
+      }
+    }
+  }
+}
+
+TEST(CoherentOrder, IsAPermutationOfTheRaysThatHitAndKeepsNeighboursTogether) {
+  const test::DeskLike desk = test::MakeDeskLike(5);
+  const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, Full());
+  RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(1000, 6));
+  rays.t[17] = -1;
+  const auto order = CoherentOrder(rays, 16);
+  EXPECT_EQ(order.size(), 999u);
+  EXPECT_EQ(std::set<std::uint32_t>(order.begin(), order.end()).size(), 999u);
+  // 62 cells tile the view: each about an eighth of it across, whatever the numbering.
+  double mean = 0;
+  for (std::size_t at = 0; at + 16 <= order.size(); at += 16) {
+    double across = 0;
+    for (std::size_t i = at; i < at + 16; ++i)
+      across = std::max(across, static_cast<double>((rays.direction[order[i]] - rays.direction[order[at]]).norm()));
+    mean += across / 62;
+  }
+  EXPECT_LT(mean, 0.25);
+  EXPECT_TRUE(CoherentOrder({}, 16).empty());
+}
+
+TEST(KeepLargest, FallsToTheNextWeightAndSumsToOne) {
+  WeightTable t;
+  t.first = {0, 4, 6, 9};
+  t.camera = {1, 4, 6, 9, 0, 2, 3, 5, 7};
+  t.weight = {0.5F, -0.2F, 0.6F, 0.1F, 0.3F, 0.7F, 1.0F / 3, 1.0F / 3, 1.0F / 3};
+  t.alpha = {1, 1, 1};
+  KeepLargest(t, 2);
+  EXPECT_EQ(t.first, (std::vector<std::int32_t>{0, 2, 4, 6}));
+  EXPECT_EQ(t.camera, (std::vector<std::int32_t>{1, 6, 0, 2, 3, 5}));
+  // 0.5 - 0.2 and 0.6 - 0.2 make 0.7; what is missing goes in proportion.
+  EXPECT_NEAR(t.weight[0], 0.3 / 0.7, 1e-6);
+  EXPECT_NEAR(t.weight[1], 0.4 / 0.7, 1e-6);
+  EXPECT_EQ(t.weight[2], 0.3F);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(RowSum(t, i), 1, 1e-6);
+  EXPECT_THROW(KeepLargest(t, 0), std::invalid_argument);
+}
+
+TEST(KeepLargest, DoesNotJumpWhereTheKthChanges) {
+  double before = 0;
+  for (int i = 0; i <= 200; ++i) {
+    const float a = 0.2F + 0.001F * static_cast<float>(i - 100);
+    WeightTable t{{0, 3}, {0, 1, 2}, {0.6F, a, 0.2F}, {1}};
+    KeepLargest(t, 2);
+    const double now = WeightOf(t, 0, 1);
+    if (i > 0) {
+      EXPECT_LT(std::abs(now - before), 0.004);
+    }
+    before = now;
+  }
+}
+
+TEST(Duplicates, ActAsOnePhotoOfTheirCombinedFactor) {
+  const float f[3] = {0.6F, 0.9F, 0.0F};
+  double share[3];
+  MemberShares(f, 3, share);
+  EXPECT_EQ(share[2], 0);
+  // Against the system itself: y = 1 along the photos' own direction.
+  Eigen::Matrix2d S;
+  S << 1, 0.54, 0.54, 1;
+  const Eigen::Vector2d w = S.inverse() * Eigen::Vector2d(0.6, 0.9);
+  const double g = GroupFactor(f, 3);
+  EXPECT_NEAR(share[0] * g, w[0], 1e-6);
+  EXPECT_NEAR(share[1] * g, w[1], 1e-6);
+}
+
+}  // namespace
+}  // namespace lumi
