@@ -121,6 +121,16 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
 
 void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  SetProxy(proxy, ProxyVisibility(sources_, proxy));
+}
+
+void GlLumigraph::SetGains(const std::vector<double>& gains) {
+  if (gains.size() != sources_.views.size()) throw std::invalid_argument("SetGains: one gain a view is wanted");
+  for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
+}
+
+void GlLumigraph::SetProxy(const Mesh& proxy, VisibilityMaps maps) {
+  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   proxy_ = proxy;
   sparse_proxy_.reset();
   tracer_.reset();
@@ -155,14 +165,13 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
                proxy.faces.data(), GL_STATIC_DRAW);
   glBindVertexArray(0);
   index_count_ = static_cast<int>(3 * proxy.faces.size());
-  UploadVisibility(proxy);
+  UploadVisibility(std::move(maps));
   CheckGl("uploading the proxy");
 }
 
-void GlLumigraph::UploadVisibility(const Mesh& proxy) {
+void GlLumigraph::UploadVisibility(VisibilityMaps maps) {
   visibility_ = VisibilityMaps();
-  if (!CanOcclude(proxy)) return;
-  VisibilityMaps maps = MakeVisibilityMaps(sources_, ProxyTracer(proxy, sources_.normalized_from_world));
+  if (maps.empty()) return;
   const auto count = static_cast<int>(sources_.views.size());
   std::vector<float> texels;
   for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps.Map(j).begin(), maps.Map(j).end());

@@ -50,6 +50,9 @@ class GlLumigraph {
   GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
+  // With the maps of what each photo sees of it, made elsewhere (ProxyVisibility), as they take their time.
+  void SetProxy(const Mesh& proxy, VisibilityMaps maps);
+  void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
   void Upload(ViewId view, const Photo& photo);
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
@@ -91,7 +94,7 @@ class GlLumigraph {
   const GlProgram& SparseProgramFor(const SparseVariant& variant);
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
-  void UploadVisibility(const Mesh& proxy);
+  void UploadVisibility(VisibilityMaps maps);
 
   ViewSetup Start(const RenderRequest& request);
   BlendVariant VariantFor(const RenderRequest& request) const;
