@@ -101,7 +101,7 @@ World MakeWorld(int views, int width) {
     w.scene.points.push_back(p);
   }
   UpdateFrameOfReference(w.scene);
-  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
+  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.9 * kWidth, 1.9 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({1.0, -0.4, -7}, {0.1, 0, 0}));
   w.photos.resize(w.scene.views.size());
   ParallelFor(w.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -182,7 +182,7 @@ struct Timing {
 };
 
 // Frame and bare loop by turns, so that what else the machine does meets both; the ratio is the median of the pairs'.
-Timing Time(const World& w, const RenderRequest& request, int layers) {
+Timing Time(const World& w, const RenderRequest& request, double layers) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   const PhotoLevels levels(w.photos);
@@ -190,10 +190,15 @@ Timing Time(const World& w, const RenderRequest& request, int layers) {
   Timing t{};
   for (int i = -2; i < kRepeats; ++i) {
     const double f = Milliseconds([&] { const ImageF image = renderer->Render(request); });
-    const double b = Milliseconds([&] {
-      ImageF image(kWidth, kHeight, 4);
-      BareLoop(w, setup, levels, layers, image);
-    });
+    // Between whole numbers of layers: linear.
+    const auto bare_with = [&](int n) {
+      return Milliseconds([&] {
+        ImageF image(kWidth, kHeight, 4);
+        BareLoop(w, setup, levels, n, image);
+      });
+    };
+    const int whole = static_cast<int>(layers);
+    const double part = layers - whole, low = bare_with(whole), b = part > 0 ? (1 - part) * low + part * bare_with(whole + 1) : low;
     if (i < 0) continue;
     t.statistics = renderer->Statistics();
     frame.push_back(f);
@@ -238,8 +243,9 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 }
 
 void TimeTable(const World& w) {
-  std::printf("Whole frame against a bare blending loop, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n", kWidth, kHeight, kThreads, kRepeats);
-  std::printf("  field of view  epipoles  layers a pixel  frame ms  plan ms  blend ms  bare ms (layers)  ratio\n");
+  std::printf("Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n",
+              kWidth, kHeight, kThreads, kRepeats);
+  std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
       RenderRequest r = Request(w, 4, 25);
@@ -247,27 +253,43 @@ void TimeTable(const World& w) {
       r.settings.epipoles = epipoles;
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
-      const int rounded = static_cast<int>(std::lround(layers));
-      const Timing t = Time(w, r, rounded);
-      std::printf("  %-13s  %-8s  %14.2f  %8.2f  %7.2f  %8.2f  %12.2f (%d)  %5.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", layers, t.frame, t.plan, t.blend, t.bare, rounded, t.ratio);
+      const Timing t = Time(w, r, layers);
+      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", t.statistics.samples, layers, t.frame,
+                  t.plan, t.blend, t.bare, t.ratio);
     }
 }
 
-void ViewsTable(const World& w) {
-  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, epipoles on and off\n");
-  std::printf("  photos  epipoles  samples  triangles  plan ms  blend ms  frame ms\n");
-  World few = MakeWorld(50, 640);
+// By turns, as above.
+void ViewsTable(const World& many) {
+  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, median of %d pairs\n", kRepeats);
+  std::printf("  epipoles  photos  samples  triangles  layers a pixel  plan ms  blend ms  frame ms  ratio\n");
+  const World few = MakeWorld(50, 640);
   for (const bool epipoles : {false, true}) {
-    double frame[2];
-    int i = 0;
-    for (const World* world : {static_cast<const World*>(&few), &w}) {
-      RenderRequest r = Request(*world, 5, 25);
-      r.settings.epipoles = epipoles;
-      const Timing t = Time(*world, r, 5);
-      frame[i++] = t.frame;
-      std::printf("  %6zu  %-8s  %7ld  %9ld  %7.2f  %8.2f  %8.2f\n", world->photos.size(), epipoles ? "on" : "off", t.statistics.samples, t.statistics.triangles, t.plan, t.blend, t.frame);
+    const World* worlds[2] = {&few, &many};
+    std::unique_ptr<Renderer> renderers[2];
+    RenderRequest requests[2];
+    std::vector<double> frame[2], plan[2], blend[2], ratio;
+    for (int i = 0; i < 2; ++i) {
+      renderers[i] = MakeCpuRenderer(worlds[i]->scene, worlds[i]->proxy, worlds[i]->photos);
+      requests[i] = Request(*worlds[i], 5, 25);
+      requests[i].settings.epipoles = epipoles;
     }
-    std::printf("  ratio 262 / 50, epipoles %s: %.2f\n", epipoles ? "on" : "off", frame[1] / frame[0]);
+    for (int repeat = -2; repeat < kRepeats; ++repeat) {
+      double ms[2];
+      for (int i = 0; i < 2; ++i) {
+        ms[i] = Milliseconds([&] { const ImageF image = renderers[i]->Render(requests[i]); });
+        if (repeat < 0) continue;
+        frame[i].push_back(ms[i]);
+        plan[i].push_back(renderers[i]->Statistics().plan_ms);
+        blend[i].push_back(renderers[i]->Statistics().blend_ms);
+      }
+      if (repeat >= 0) ratio.push_back(ms[1] / ms[0]);
+    }
+    for (int i = 0; i < 2; ++i) {
+      const RenderStatistics s = renderers[i]->Statistics();
+      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off", worlds[i]->photos.size(), s.samples, s.triangles,
+                  LayersAPixel(*worlds[i], requests[i]), Median(plan[i]), Median(blend[i]), Median(frame[i]), i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
+    }
   }
 }
 
