@@ -122,6 +122,7 @@ class CandidateBlender {
         continue;
       }
       Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.Layer(photo, best, corners, best_linear, rect.x0, rect.y0); });
+      for (std::size_t i = 0; i < work.rays.size(); ++i) work.rays[i].inner = Inner(work.layers[i], rect);
       LayerBatch& b = work.batch;
       b.n = 0;
       b.depths = false;
@@ -149,6 +150,22 @@ class CandidateBlender {
       }
       Flush(work);
     }
+  }
+
+  // Whether a photo contains a cell's pixels, feather excluded. Its inner region is convex, and the map to it a homography
+  // wherever w > 0: the cell's corners speak for the cell.
+  bool Inner(const PhotoLayer& layer, const PixelRect& rect) const {
+    const RelativeSources& r = setup_.sources;
+    const std::size_t j = layer.photo;
+    constexpr float kRoundingPx = 0.01F;
+    const float margin = r.feather_px[j] + kRoundingPx;
+    for (const int x : {0, rect.x1 - 1 - rect.x0})
+      for (const int y : {0, rect.y1 - 1 - rect.y0}) {
+        const auto at = [&](const Linear& f) { return f.c + f.x * static_cast<float>(x) + f.y * static_cast<float>(y); };
+        const float u = at(layer.map.u), v = at(layer.map.v), w = at(layer.map.w);
+        if (!(w > 0 && u >= margin * w && v >= margin * w && r.width_px[j] * w - u >= margin * w && r.height_px[j] * w - v >= margin * w)) return false;
+      }
+    return true;
   }
 
   void TestDepths(std::size_t from, std::size_t to, const PixelRect& rect, Workspace& work) const {

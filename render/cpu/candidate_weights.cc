@@ -114,6 +114,23 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   }
 }
 
+// The same for a photo that contains all pixels, feather excluded: the angle alone.
+LUMI_KERNEL void MeasureInner(int n, const CandidateRay& c, const float* __restrict depth, RayBatch& rays, float* __restrict h_out, float* __restrict f_out) {
+  const float dx = c.dx, dy = c.dy, dz = c.dz;
+  const float* __restrict rx = rays.x;
+  const float* __restrict ry = rays.y;
+  const float* __restrict rz = rays.z;
+  const float* __restrict squared = rays.squared;
+  float* __restrict f_largest = rays.f;
+  for (int i = 0; i < n; ++i) {
+    const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
+    const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
+    h_out[i] = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
+    f_out[i] = 1;
+    f_largest[i] = 1;
+  }
+}
+
 // The smaller of each lane to a, the larger to b.
 #if defined(__GNUC__) && !defined(__clang__)
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), may_alias));
@@ -190,6 +207,10 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
   Rays(b, rule, rays);
   for (std::size_t c = 0; c < rows; ++c) {
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
+    if (candidates[c].inner && !candidates[c].depth_map) {
+      MeasureInner(n, candidates[c], b.inverse_depth, rays, h, f);
+      continue;
+    }
     (rule.field_of_view ? MeasureSoft : MeasureHard)(b, candidates[c], rule, rays, h, f, u, v, w);
     if (candidates[c].depth_map && rule.gamma > 0) Visibility(n, candidates[c], rule, f, u, v, w, h);
   }

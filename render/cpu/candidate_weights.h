@@ -13,6 +13,7 @@ struct CandidateRay {
   PhotoMap map;                     // as PhotoMaps::AtDepths: scaled by the inverse depth
   float dx = 0, dy = 0, dz = 0;     // its centre - the desired one
   float width_px = 0, height_px = 0, feather_px = 0;
+  bool inner = false;               // f = 1 at every pixel: field of view need not be evaluated
   const float* depth_map = nullptr; // of VisibilityMaps, or nullptr: everything is visible
 };
 

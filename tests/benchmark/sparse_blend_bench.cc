@@ -6,8 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <ctime>
 #include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -136,6 +137,13 @@ double Milliseconds(const std::function<void()>& body) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Of all threads together: what other programs take does not count.
+double CpuMilliseconds(const std::function<void()>& body) {
+  const std::clock_t start = std::clock();
+  body();
+  return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
 double Median(std::vector<double> v) {
   std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
   return v[v.size() / 2];
@@ -177,7 +185,7 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
 }
 
 struct Timing {
-  double frame, plan, blend, bare, ratio;
+  double frame, plan, blend, bare, ratio, cpu_ratio;
   RenderStatistics statistics;
 };
 
@@ -186,24 +194,29 @@ Timing Time(const World& w, const RenderRequest& request, double layers) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   const PhotoLevels levels(w.photos);
-  std::vector<double> frame, plan, blend, bare, ratio;
+  std::vector<double> frame, plan, blend, bare, ratio, cpu_ratio;
   Timing t{};
   for (int i = -2; i < kRepeats; ++i) {
-    const double f = Milliseconds([&] { const ImageF image = renderer->Render(request); });
+    double f = 0, low = 0, high = 0;
+    const double f_cpu = CpuMilliseconds([&] { f = Milliseconds([&] { const ImageF image = renderer->Render(request); }); });
     // Between whole numbers of layers: linear.
-    const auto bare_with = [&](int n) {
-      return Milliseconds([&] {
-        ImageF image(kWidth, kHeight, 4);
-        BareLoop(w, setup, levels, n, image);
+    const auto bare_with = [&](int n, double& ms) {
+      return CpuMilliseconds([&] {
+        ms = Milliseconds([&] {
+          ImageF image(kWidth, kHeight, 4);
+          BareLoop(w, setup, levels, n, image);
+        });
       });
     };
     const int whole = static_cast<int>(layers);
-    const double part = layers - whole, low = bare_with(whole), b = part > 0 ? (1 - part) * low + part * bare_with(whole + 1) : low;
+    const double part = layers - whole, low_cpu = bare_with(whole, low), high_cpu = bare_with(whole + 1, high);
+    const double b = (1 - part) * low + part * high;
     if (i < 0) continue;
     t.statistics = renderer->Statistics();
     frame.push_back(f);
     bare.push_back(b);
     ratio.push_back(f / b);
+    cpu_ratio.push_back(f_cpu / ((1 - part) * low_cpu + part * high_cpu));
     plan.push_back(t.statistics.plan_ms);
     blend.push_back(t.statistics.blend_ms);
   }
@@ -212,6 +225,7 @@ Timing Time(const World& w, const RenderRequest& request, double layers) {
   t.blend = Median(blend);
   t.bare = Median(bare);
   t.ratio = Median(ratio);
+  t.cpu_ratio = Median(cpu_ratio);
   return t;
 }
 
@@ -245,7 +259,7 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 void TimeTable(const World& w) {
   std::printf("Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n",
               kWidth, kHeight, kThreads, kRepeats);
-  std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio\n");
+  std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
       RenderRequest r = Request(w, 4, 25);
@@ -254,8 +268,8 @@ void TimeTable(const World& w) {
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
       const Timing t = Time(w, r, layers);
-      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", t.statistics.samples, layers, t.frame,
-                  t.plan, t.blend, t.bare, t.ratio);
+      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", t.statistics.samples, layers, t.frame,
+                  t.plan, t.blend, t.bare, t.ratio, t.cpu_ratio);
     }
 }
 
@@ -326,12 +340,12 @@ void Repeat(const World& w) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest r = Request(w, 4, 25);
   r.settings.sampling = Sampling::kCandidates;
-  std::vector<double> ms, plan;
+  std::vector<double> ms, plan, cpu;
   for (int i = 0; i < 60; ++i) {
-    ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); }));
+    cpu.push_back(CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
     plan.push_back(renderer->Statistics().plan_ms);
   }
-  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms\n", Median(ms), Median(plan));
+  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", Median(ms), Median(plan), Median(cpu));
 }
 
 void Pictures(const World& w, const std::string& folder) {
