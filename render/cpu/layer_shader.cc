@@ -100,7 +100,7 @@ void LayerShader::Store(LayerBatch& b, bool normalised, float* rgba) const {
     return StoreConstants(b, rgba);
   }
   if (normalised && sources_.gains.empty())
-    for (int i = 0; i < b.n; ++i) b.scale[i] = b.sum[i] > 0 ? b.alpha[i] / (255.0F * static_cast<float>(b.sum[i])) : 0.0F;
+    ScaleBySum(b);
   else
     for (int i = 0; i < b.n; ++i) b.scale[i] = (normalised ? b.alpha[i] : 1.0F) / (255.0F * weight_one_);
   StoreColors(b, rgba);
@@ -109,7 +109,7 @@ void LayerShader::Store(LayerBatch& b, bool normalised, float* rgba) const {
 void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch,
                         float* rgba) const {
   b.Pad();
-  b.Clear();
+  b.Clear(!sources_.photos);
   const int n = b.padded();
   if (sums_to_one) {
     for (const PhotoLayer& layer : layers) {
@@ -156,7 +156,7 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
 }
 
 void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const {
-  b.Clear();
+  b.Clear(!sources_.photos);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const float* w = weights.data() + l * kBatch;
     // Most candidates count in a part of the batch only: runs of 16 pixels in which this one does.

@@ -171,7 +171,7 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
           b.alpha[i] = 1;
         }
         b.Pad();
-        b.Clear();
+        b.Clear(false);
         std::fill_n(b.weight, b.padded(), 1.0F / static_cast<float>(layers));
         std::fill_n(b.scale, b.padded(), 1.0F / (255.0F * kWeightOne));
         for (int l = 0; l < layers; ++l) {
@@ -335,17 +335,17 @@ void PsnrTable(const World& w) {
       }
 }
 
-// For a profiler: candidates only.
-void Repeat(const World& w) {
+// For a profiler: one way only.
+void Repeat(const World& w, Sampling sampling) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest r = Request(w, 4, 25);
-  r.settings.sampling = Sampling::kCandidates;
+  r.settings.sampling = sampling;
   std::vector<double> ms, plan, cpu;
   for (int i = 0; i < 60; ++i) {
     cpu.push_back(CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
     plan.push_back(renderer->Statistics().plan_ms);
   }
-  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", Median(ms), Median(plan), Median(cpu));
+  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(), Median(ms), Median(plan), Median(cpu));
 }
 
 void Pictures(const World& w, const std::string& folder) {
@@ -371,7 +371,8 @@ int main(int argc, char** argv) {
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
   if (wanted("psnr")) lumi::PsnrTable(world);
-  if (wanted("candidates")) lumi::Repeat(world);
+  for (const lumi::Sampling sampling : {lumi::Sampling::kInterpolated, lumi::Sampling::kCandidates})
+    if (!what.empty() && wanted(std::string(Name(sampling)).c_str())) lumi::Repeat(world, sampling);
   if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
   return 0;
 }
