@@ -65,7 +65,8 @@ PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, const Eigen::Vector2d& 
   if (!sources_.photos || !setup_.settings.prefilter) return layer;
   const double ratio = maps_.DepthRatio(photo, LinearD(0, 0, inverse_depth), x_px);
   const int last = sources_.photos->count(photo) - 1;
-  const double level = std::clamp<double>((ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
+  const double level = std::clamp<double>(
+      (ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
   if (!(level > kLevelZero)) return layer;
   layer.first_level = static_cast<int>(level);
   layer.last_level = static_cast<int>(std::ceil(level));
@@ -155,7 +156,8 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   Store(b, renormalise, rgba);
 }
 
-void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const {
+void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights,
+                                float* rgba) const {
   b.Clear(!sources_.photos);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const float* w = weights.data() + l * kBatch;

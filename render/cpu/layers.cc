@@ -64,7 +64,8 @@ LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float* __
   for (int i = 0; i < n; ++i) out[i] = std::max(0.0F, c + fx * x[i] + fy * y[i]);
 }
 
-LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px, float* __restrict out) {
+LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px,
+                              float* __restrict out) {
   const float* __restrict x = b.x;
   const float* __restrict y = b.y;
   const Linear mu = map.u, mv = map.v, mw = map.w;
@@ -133,10 +134,12 @@ template <bool kDepths>
   }
 }
 
-LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                          float weight_one) {
   Map<false>(b, begin, end, map, level, weight, weight_one);
 }
-LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                           float weight_one) {
   Map<true>(b, begin, end, map, level, weight, weight_one);
 }
 

@@ -34,7 +34,7 @@ struct World {
   Mesh proxy;
   std::vector<Photo> photos;
   RenderView view;
-  std::vector<bool> use;   // empty: all
+  std::vector<bool> use;  // empty: all
 };
 
 Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return LookAt(from, at, {0, -1, 0}); }
@@ -42,8 +42,10 @@ Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return 
 // Things that stand before the proxy's plane and a background behind it, so that photos disagree by their parallax.
 std::array<std::uint8_t, 3> Shade(const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
   const auto texture = [](double x, double y, double s) -> std::array<std::uint8_t, 3> {
-    const double a = std::sin(s * x + std::sin(0.7 * s * y)), b = std::sin(1.3 * s * y - 0.4 * s * x), c = std::sin(9 * s * x) * std::sin(8 * s * y);
-    return {static_cast<std::uint8_t>(128 + 60 * a + 40 * c), static_cast<std::uint8_t>(128 + 60 * b + 40 * c), static_cast<std::uint8_t>(128 - 50 * a * b + 40 * c)};
+    const double a = std::sin(s * x + std::sin(0.7 * s * y)), b = std::sin(1.3 * s * y - 0.4 * s * x),
+                 c = std::sin(9 * s * x) * std::sin(8 * s * y);
+    return {static_cast<std::uint8_t>(128 + 60 * a + 40 * c), static_cast<std::uint8_t>(128 + 60 * b + 40 * c),
+            static_cast<std::uint8_t>(128 - 50 * a * b + 40 * c)};
   };
   double nearest = (0.25 - o.z()) / d.z();
   Eigen::Vector3d x = o + nearest * d;
@@ -102,7 +104,8 @@ World MakeWorld(int views, int width) {
     w.scene.points.push_back(p);
   }
   UpdateFrameOfReference(w.scene);
-  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.9 * kWidth, 1.9 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({1.0, -0.4, -7}, {0.1, 0, 0}));
+  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.9 * kWidth, 1.9 * kWidth, 0.5 * kWidth, 0.5 * kHeight),
+                          Looking({1.0, -0.4, -7}, {0.1, 0, 0}));
   w.photos.resize(w.scene.views.size());
   ParallelFor(w.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -257,8 +260,10 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 }
 
 void TimeTable(const World& w) {
-  std::printf("Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n",
-              kWidth, kHeight, kThreads, kRepeats);
+  std::printf(
+      "Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, "
+      "median of %d\n",
+      kWidth, kHeight, kThreads, kRepeats);
   std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
@@ -268,8 +273,8 @@ void TimeTable(const World& w) {
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
       const Timing t = Time(w, r, layers);
-      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", t.statistics.samples, layers, t.frame,
-                  t.plan, t.blend, t.bare, t.ratio, t.cpu_ratio);
+      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off", epipoles ? "on" : "off",
+                  t.statistics.samples, layers, t.frame, t.plan, t.blend, t.bare, t.ratio, t.cpu_ratio);
     }
 }
 
@@ -301,8 +306,9 @@ void ViewsTable(const World& many) {
     }
     for (int i = 0; i < 2; ++i) {
       const RenderStatistics s = renderers[i]->Statistics();
-      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off", worlds[i]->photos.size(), s.samples, s.triangles,
-                  LayersAPixel(*worlds[i], requests[i]), Median(plan[i]), Median(blend[i]), Median(frame[i]), i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
+      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off", worlds[i]->photos.size(),
+                  s.samples, s.triangles, LayersAPixel(*worlds[i], requests[i]), Median(plan[i]), Median(blend[i]), Median(frame[i]),
+                  i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
     }
   }
 }
@@ -316,7 +322,8 @@ void PsnrTable(const World& w) {
   const double exact_ms = Milliseconds([&] { exact = renderer->Render(reference); });
   reference.show = Show::kFalseColor;
   exact_false = renderer->Render(reference);
-  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms, w.photos.size(), w.proxy.faces.size());
+  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms,
+              w.photos.size(), w.proxy.faces.size());
   std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
@@ -330,8 +337,10 @@ void PsnrTable(const World& w) {
         const RenderStatistics statistics = renderer->Statistics();
         r.show = Show::kFalseColor;
         const ImageF false_color = renderer->Render(r);
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
-                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(),
+                    (std::to_string(grid) + "x" + std::to_string(grid)).c_str(), epipoles ? "on" : "off", Psnr(image, exact),
+                    Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms),
+                    exact_ms / Median(ms));
       }
 }
 
@@ -345,17 +354,24 @@ void Repeat(const World& w, Sampling sampling) {
     cpu.push_back(CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
     plan.push_back(renderer->Statistics().plan_ms);
   }
-  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(), Median(ms), Median(plan), Median(cpu));
+  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(), Median(ms), Median(plan),
+              Median(cpu));
 }
 
 void Pictures(const World& w, const std::string& folder) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
-  for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
+  for (const auto& [name, show] :
+       {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
     for (const int sampling : {0, 1, 2}) {
       RenderRequest r = Request(w, 4, sampling == 0 ? 0 : 25);
       r.settings.sampling = sampling == 2 ? Sampling::kCandidates : Sampling::kInterpolated;
       r.show = show;
-      WriteImage(folder + "/" + name + "-" + (sampling == 0 ? "pixel" : sampling == 1 ? "interpolated" : "candidates") + ".png", ToRgba8(renderer->Render(r)));
+      WriteImage(folder + "/" + name + "-" +
+                     (sampling == 0   ? "pixel"
+                      : sampling == 1 ? "interpolated"
+                                      : "candidates") +
+                     ".png",
+                 ToRgba8(renderer->Render(r)));
     }
 }
 
@@ -373,6 +389,7 @@ int main(int argc, char** argv) {
   if (wanted("psnr")) lumi::PsnrTable(world);
   for (const lumi::Sampling sampling : {lumi::Sampling::kInterpolated, lumi::Sampling::kCandidates})
     if (!what.empty() && wanted(std::string(Name(sampling)).c_str())) lumi::Repeat(world, sampling);
-  if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
+  if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end())
+    lumi::Pictures(world, at[1]);
   return 0;
 }
