@@ -63,8 +63,10 @@ class Planner {
           for (int j = 0; i + j <= 4; ++j)
             if (i < 4 && j < 4 && i + j > 0)
               between.Add(static_cast<std::int32_t>(c),
-                          (static_cast<float>(i) * g.offset[static_cast<std::size_t>(v[0])] + static_cast<float>(j) * g.offset[static_cast<std::size_t>(v[1])] +
-                           static_cast<float>(4 - i - j) * g.offset[static_cast<std::size_t>(v[2])]) / 4,
+                          (static_cast<float>(i) * g.offset[static_cast<std::size_t>(v[0])] +
+                           static_cast<float>(j) * g.offset[static_cast<std::size_t>(v[1])] +
+                           static_cast<float>(4 - i - j) * g.offset[static_cast<std::size_t>(v[2])]) /
+                              4,
                           g.normal[static_cast<std::size_t>(v[0])]);
       }
     Weigh(between);
@@ -80,7 +82,10 @@ class Planner {
       for (std::size_t y = begin; y < end; ++y)
         for (int x = 0; x < columns; ++x)
           direction[y * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
-              (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()), inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1)).normalized().cast<float>();
+              (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()),
+                                                       inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1))
+                  .normalized()
+                  .cast<float>();
       const std::size_t from = begin * static_cast<std::size_t>(columns), n = (end - begin) * static_cast<std::size_t>(columns);
       tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n), std::span(t).subspan(from, n));
     });
@@ -90,7 +95,9 @@ class Planner {
       for (int r = 0; r < plan_.cell_rows; ++r)
         for (int c = 0; c < plan_.cell_columns; ++c) body(static_cast<std::size_t>(r * plan_.cell_columns + c), r * kProbes, c * kProbes);
     };
-    const auto at = [&](int y, int x) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x); };
+    const auto at = [&](int y, int x) {
+      return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
+    };
     cells([&](std::size_t, int y0, int x0) {
       float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
       std::size_t near = at(y0, x0), far = near;
@@ -188,7 +195,8 @@ class Planner {
 void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer, const VisibilityMaps* visibility,
                     const ForRanges& for_ranges, CandidatePlan& plan) {
   const RadianceSettings& s = setup.settings;
-  if (!s.Sparse() || s.k == 0 || s.similarity != Similarity::kIdentity) throw std::invalid_argument("PlanCandidates: settings without candidates");
+  if (!s.Sparse() || s.k == 0 || s.similarity != Similarity::kIdentity)
+    throw std::invalid_argument("PlanCandidates: settings without candidates");
   plan.cell_columns = s.grid_columns - 1;
   plan.cell_rows = s.grid_rows - 1;
   plan.cell_width_px = static_cast<double>(setup.desired.size_px.x()) / plan.cell_columns;
