@@ -226,6 +226,7 @@ TEST(Optimum, BlockedPhotosCountLess) {
 }
 
 TEST(Optimum, PixelsArePlannedWithIt) {
+  // As WeighOptimal gives them, but for weights that do not show.
   const test::Capture c = test::MakeCapture(12, 40);
   const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
   const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), view, Full());
@@ -235,11 +236,24 @@ TEST(Optimum, PixelsArePlannedWithIt) {
   PlanPixels(setup, tracer, nullptr, {3, 5, 20, 12}, plan, scratch);
   ASSERT_EQ(plan.alpha.size(), 240u);
   const auto k = static_cast<std::size_t>(plan.k);
+  RaySamples rays;
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 20; ++x) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
+  rays.t.resize(240);
+  tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
+  WeightTable table;
+  OptimumCounts counts;
+  WeighOptimal(setup, nullptr, rays, table, counts);
   for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
     if (!(plan.alpha[s] > 0)) continue;
     double sum = 0;
     for (std::size_t i = 0; i < k; ++i)
-      if (plan.camera[s * k + i] >= 0) sum += static_cast<double>(plan.weight[s * k + i]);
+      if (plan.camera[s * k + i] >= 0) {
+        sum += static_cast<double>(plan.weight[s * k + i]);
+        EXPECT_NEAR(static_cast<double>(plan.weight[s * k + i]), WeightOf(table, s, plan.camera[s * k + i]), 1e-4);
+      }
+    EXPECT_EQ(plan.alpha[s], table.alpha[s]);
+    EXPECT_NEAR((plan.offset[s] - rays.t[s] * rays.direction[s]).norm(), 0, 1e-6);
     EXPECT_NEAR(sum, 1, 1e-5);
     EXPECT_GT(plan.offset[s].norm(), 1e-3F);
   }
@@ -321,6 +335,19 @@ TEST(KeepLargest, DoesNotJumpWhereTheKthChanges) {
     }
     before = now;
   }
+}
+
+TEST(DropSmall, ChangesNoWeightByMuchAndKeepsTheSum) {
+  WeightTable t{{0, 4, 4, 6}, {0, 1, 2, 3, 4, 5}, {0.7F, -0.2F, 0.5F - 0.001F, 0.001F, 0.002F, 0.998F}, {1, 0, 1}};
+  const WeightTable before = t;
+  DropSmall(t, 0.0015F);
+  EXPECT_EQ(t.first, (std::vector<std::int32_t>{0, 3, 3, 5}));
+  EXPECT_NEAR(RowSum(t, 0), 1, 1e-6);
+  EXPECT_NEAR(RowSum(t, 2), 1, 1e-6);
+  for (int c = 0; c < 6; ++c)
+    for (const std::size_t i : {0u, 2u}) EXPECT_NEAR(WeightOf(t, i, c), WeightOf(before, i, c), 0.004);
+  // Just above the threshold is hardly there.
+  EXPECT_NEAR(WeightOf(t, 2, 4), 0.0005, 1e-5);
 }
 
 TEST(Duplicates, ActAsOnePhotoOfTheirCombinedFactor) {
