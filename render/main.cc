@@ -3,6 +3,7 @@
 
 #include "render/render_command.h"
 #include "render/settings_json.h"
+#include "render/tradeoff/tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/main_program.h"
 
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
   lumi::Program program("lumi-render", "Renders an unstructured lumigraph: a camera path, a photo's own view, or held-out photos");
   lumi::RenderOptions o;
   CLI::App& app = program.app();
-  app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
+  app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json");
   app.add_option("-o,--output", o.output, "Folder for pictures, or FILE.mp4 for a path");
   app.add_option("--proxy", o.proxy, "Proxy by name; default: the scene's active one");
   app.add_option("--path", o.path, "Camera path JSON; default: through the photos' own cameras");
@@ -69,6 +70,8 @@ int main(int argc, char** argv) {
   app.add_flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.add_option("--format", o.format, "Of the pictures")->check(CLI::IsMember({"png", "jpg", "exr"}))->capture_default_str();
   app.add_option("--backend", o.backend, "Where frames are blended")->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
+  double budget_ms = 0;
+  CLI::Option* budget = app.add_option("--budget-ms", budget_ms, "Choose settings for this time a frame, > 0: from the scene's measured front, else by a probe; options given stay");
   app.add_option("--show", o.show, "What is shown")->check(CLI::IsMember(lumi::ShowNames()))->capture_default_str();
   app.add_option("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
   app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
@@ -79,14 +82,55 @@ int main(int argc, char** argv) {
     app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   app.add_option("--settings", settings_file, "JSON object of the reconstruction's options; what stands on the command line wins");
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
+
+  // Measuring commands. The options of the reconstruction go to either side of their names.
+  lumi::MeasureOptions m;
+  bool ablation = false, properties = false;
+  const auto measuring = [&](const char* name, const char* what) {
+    CLI::App* command = app.add_subcommand(name, what);
+    command->add_option("scene", m.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
+    command->add_option("-o,--output", m.output, "Folder for tables, plots and pictures");
+    command->add_option("--proxy", m.proxies, "Proxies to measure; default: all the scene has, the active one first")->allow_extra_args(false);
+    command->add_option("--width", m.width_px, "Width of the frames, pixels; default: the photos', at most 1024");
+    command->add_option("--holdout", m.holdout, "Every N-th photo is held out; settings are chosen on N/2, N/2+N ... and reported on 0, N ...")->capture_default_str();
+    command->add_option("--views", m.views, "Held-out photos that are measured")->capture_default_str();
+    command->add_option("--repeats", m.repeats, "Timed frames a view and setting, after a warm-up")->capture_default_str();
+    command->add_flag("--quick", m.quick, "Fewer settings, at most 320 pixels wide");
+    command->footer("Options of the reconstruction (see lumi-render --help) say where the lines start.");
+    return command;
+  };
+  CLI::App* tradeoff = measuring("tradeoff", "Accuracy against time: measures settings, recommends some for 8, 16, 33, 100 ms and no limit, keeps the front in the scene");
+  tradeoff->add_option("--reference-width", m.reference_width_px, "Width of the pictures compared with the optimum; default: as half a minute allows, at most 480");
+  tradeoff->add_flag("--ablation", ablation, "Instead: the thesis's Fig. 5-3, one optimisation after the other, at one view");
+  tradeoff->add_flag("--properties", properties, "Instead: as lumi-render properties");
+  tradeoff->add_option("--view", m.view, "With --ablation: this photo's camera, without the photo; default: the first held-out one");
+  tradeoff->add_option("--path", m.path, "With --ablation: the first frame of this camera path");
+  CLI::App* properties_command = measuring("properties", "A figure for each of the nine properties of Table 3.2");
   return program.Run(
       argc, argv,
       [&] {
-        if (o.output.empty() && o.holdout == 0) throw lumi::UsageError("-o says where the pictures go");
         const std::string backend = o.backend;
         ApplySettings(settings_file, given, o);
         if (app.get_option("--backend")->count() > 0) o.backend = backend;
+        properties = properties || properties_command->parsed();
+        if (tradeoff->parsed() || properties) {
+          if (*budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
+          if (tradeoff->parsed() && m.output.empty() && !properties) throw lumi::UsageError("-o says where the tables go");
+          if (!ablation && (!m.view.empty() || !m.path.empty())) throw lumi::UsageError("--view and --path go with --ablation");
+          if (ablation && properties) throw lumi::UsageError("--ablation and --properties do not go together");
+          m.backend = o.backend;
+          m.settings = o.settings;
+          m.effects = o.effects;
+          m.decided = o.decided;
+          m.rescale_cameras = o.rescale_cameras;
+          return properties ? lumi::RunProperties(m, program.progress()) : ablation ? lumi::RunAblation(m, program.progress()) : lumi::RunTradeoff(m, program.progress());
+        }
+        if (o.scene.empty()) throw lumi::UsageError("a scene is wanted", "see lumi-render --help");
+        if (o.output.empty() && o.holdout == 0) throw lumi::UsageError("-o says where the pictures go");
+        if (*budget) o.budget_ms = budget_ms;
         return lumi::RunRender(o, program.progress());
       },
-      lumi::DescribeRender);
+      [&](const std::string& json) {
+        return properties ? lumi::DescribeProperties(json) : ablation ? lumi::DescribeAblation(json) : tradeoff->parsed() ? lumi::DescribeTradeoff(json) : lumi::DescribeRender(json);
+      });
 }

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "render/convert.h"
 #include "render/effects/effects.h"
@@ -17,6 +16,7 @@
 #include "render/settings_json.h"
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
+#include "render/tradeoff/budget.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -43,30 +43,13 @@ double Median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-// --effects LIST: those and no others, except where an option of their own says otherwise.
-void ApplyEffectList(const RenderOptions& o, RadianceSettings& settings, std::set<std::string>& decided) {
-  if (o.effects == "auto") return;
-  std::set<std::string> wanted;
-  std::istringstream list(o.effects == "none" ? "" : o.effects);
-  for (std::string name; std::getline(list, name, ',');) {
-    const auto& names = EffectNames();
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw UsageError(fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
-    wanted.insert(name);
-  }
-  for (const std::string& name : EffectNames()) {
-    if (decided.count(name) > 0) continue;
-    decided.insert(name);
-    SwitchEffect(settings, name, wanted.count(name) > 0);
-  }
-}
-
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms))) throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty())) throw UsageError("--path goes with neither --holdout nor --view");
-  if (o.show == "cameras" && o.view.empty()) throw UsageError("--show cameras needs --view: the virtual view that is drawn among them");
+  if (o.show == "cameras" && o.view.empty() && o.path.empty()) throw UsageError("--show cameras needs --view or --path: the virtual view that is drawn among them");
   if (!o.of.empty() && !MeasureFromName(o.show)) throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty()) throw UsageError("--show difference needs --view: the photo to compare with");
@@ -80,7 +63,7 @@ class Job {
  public:
   Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(options.settings), decided_(options.decided) {
     RequireConsistent(o_);
-    ApplyEffectList(o_, settings_, decided_);
+    ApplyEffectList(o_.effects, settings_, decided_);
     const bool to_video = o_.output.extension() == ".mp4";
     if (to_video && (o_.holdout != 0 || !o_.view.empty())) throw UsageError("a video needs a path, not --view or --holdout");
     if (!o_.output.empty() && !to_video) RequireOurFolder(o_.output, kMarker);
@@ -107,11 +90,14 @@ class Job {
 
   std::string Run() {
     std::vector<bool> use;
-    MeasureEffects(*renderer_, DesiredViews(use).front(), use, choice_);
+    const RenderView first = DesiredViews(use).front();
+    MeasureEffects(*renderer_, first, use, choice_);
+    KeepBudget(first, use);
     Json j = o_.holdout != 0 ? Holdout() : !o_.view.empty() ? OneView() : Path();
     j["proxy"] = o_.proxy.empty() ? scene_.active_proxy : o_.proxy;
     j["device"] = renderer_->Device();
     j["settings"] = SettingsJson();
+    if (budget_) j["budget"] = Budget();
     if (!scale_.is_null()) j["scale"] = scale_;
     j["effects"] = Json::array();
     for (const Effect& e : choice_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}, {"cost_ms", e.cost_ms}});
@@ -132,6 +118,37 @@ class Job {
     Json j = ToJson(settings_);
     j["backend"] = o_.backend;
     return j;
+  }
+
+  Json Budget() const {
+    Json j = {{"budget_ms", *o_.budget_ms}};
+    j.update(ToJson(*budget_));
+    return j;
+  }
+
+  // --budget-ms: the settings for frames like this one. What the user decided stays.
+  void KeepBudget(RenderView first, const std::vector<bool>& use) {
+    if (!o_.budget_ms) return;
+    if (o_.holdout != 0 && o_.width_px > 0 && o_.width_px < first.size_px.x()) {
+      const double share = static_cast<double>(o_.width_px) / first.size_px.x();
+      first.P.topRows<2>() *= share;
+      first.size_px = {o_.width_px, std::max(1, static_cast<int>(std::lround(share * first.size_px.y())))};
+    }
+    RenderRequest request;
+    request.view = first;
+    request.settings = settings_;
+    request.use = use;
+    FixedOptions fixed;
+    const Json now = ToJson(settings_);
+    for (const std::string& name : decided_)
+      if (now.contains(name)) fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
+    budget_ = ChooseForBudget(scene_.folder, o_.backend, o_.proxy.empty() ? scene_.active_proxy : o_.proxy, *renderer_, request, fixed, *o_.budget_ms);
+    settings_ = budget_->settings;
+    for (Effect& e : choice_.effects)
+      if (const bool on = settings_.resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
+        e.on = on;
+        e.evidence = "chosen with the budget";
+      }
   }
 
   // A time was asked for, or the scene has a period.
@@ -276,6 +293,14 @@ class Job {
                                     {"mean_absolute_difference_seen", SeenDifference(image, photo)}, {"coverage", Coverage(image)}}})}};
   }
 
+  static ImageF Opaque(const Image8& rgb) {
+    ImageF image(rgb.width, rgb.height, 4, 1.0F);
+    for (int y = 0; y < rgb.height; ++y)
+      for (int x = 0; x < rgb.width; ++x)
+        for (int c = 0; c < 3; ++c) image.At(x, y, c) = static_cast<float>(rgb.At(x, y, c)) / 255.0F;
+    return image;
+  }
+
   // Mean absolute difference (code values) over the pixels where anything is seen: is a photo given back at its camera?
   static double SeenDifference(const ImageF& image, const Image8& photo) {
     double sum = 0, n = 0;
@@ -331,7 +356,7 @@ class Job {
       request.settings = settings_;
       request.show = ShowMode();
       const auto start = Clock::now();
-      const ImageF image = Picture(request);
+      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide)) : Picture(request);
       times.push_back(Milliseconds(start));
       coverage += Coverage(image);
       ++rendered;
@@ -362,6 +387,7 @@ class Job {
   const RenderOptions& o_;
   ProgressSink& sink_;
   RadianceSettings settings_;
+  std::optional<BudgetChoice> budget_;
   std::set<std::string> decided_;
   EffectChoice choice_;
   Json scale_;
@@ -396,6 +422,11 @@ std::string DescribeRender(const std::string& json) {
     const auto& v = j["views"][0];
     text += fmt::format("{}: PSNR {:.2f} dB, SSIM {:.4f}, coverage {:.1f}%\n", v["name"].get<std::string>(), v["psnr_db"].get<double>(), v["ssim"].get<double>(),
                         100 * v["coverage"].get<double>());
+  }
+  if (j.contains("budget")) {
+    const auto& b = j["budget"];
+    text += fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", b["budget_ms"].get<double>(), b["name"].get<std::string>(), b["expected_ms"].get<double>(),
+                        b["fits"].get<bool>() ? "" : " (the fastest there is)", b["why"].get<std::string>());
   }
   for (const auto& e : j["effects"])
     text += fmt::format("{:<11} {:<4} {}{}\n", e["name"].get<std::string>(), e["on"].get<bool>() ? "on" : "off", e["evidence"].get<std::string>(),

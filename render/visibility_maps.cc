@@ -34,4 +34,9 @@ VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& pro
   return maps;
 }
 
+VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy) {
+  if (!CanOcclude(proxy)) return {};
+  return MakeVisibilityMaps(sources, ProxyTracer(proxy, sources.normalized_from_world));
+}
+
 }  // namespace lumi

@@ -11,4 +11,7 @@ bool CanOcclude(const Mesh& proxy);
 
 VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& proxy);
 
+// The maps of a proxy; none (width 0) where it hides nothing.
+VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy);
+
 }  // namespace lumi

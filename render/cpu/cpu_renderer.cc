@@ -1,8 +1,15 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "render/cpu/blend.h"
+#include "render/cpu/candidate_blend.h"
+#include "render/cpu/layers.h"
+#include "render/cpu/sparse_blend.h"
+#include "render/cpu/tessellation_overlay.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/sparse_plan.h"
 #include "render/renderer.h"
 #include "render/visibility_maps.h"
 #include "scene/program/interrupt.h"
@@ -15,10 +22,13 @@ namespace {
 constexpr int kTileWidth = 64;
 constexpr int kTileHeight = 16;
 
+using Clock = std::chrono::steady_clock;
+double Milliseconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double, std::milli>(to - from).count(); }
+
 class CpuRenderer : public Renderer {
  public:
   CpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos)
-      : sources_(MakeSources(scene)), proxy_(proxy, scene.normalized_from_world), photos_(photos) {
+      : sources_(MakeSources(scene)), mesh_(proxy), proxy_(proxy, scene.normalized_from_world), photos_(photos) {
     for (std::size_t j = 0; j < sources_.views.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
     occlusion_ = CanOcclude(proxy);
   }
@@ -28,6 +38,28 @@ class CpuRenderer : public Renderer {
     const VisibilityMaps* visibility = request.settings.visibility && occlusion_ ? &Visibility() : nullptr;
     const int width = request.view.size_px.x(), height = request.view.size_px.y();
     ImageF image(width, height, 4);
+    statistics_ = {};
+    const RadianceSettings& settings = request.settings;
+    if (settings.Sparse() && (settings.sampling == Sampling::kInterpolated || CanBlendCandidates(settings)))
+      RenderSparse(request, setup, visibility, image);
+    else
+      RenderPixels(request, setup, visibility, image);
+    CheckInterrupted();
+    return image;
+  }
+
+  std::string Device() const override {
+    const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
+    return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
+  }
+
+  RenderStatistics Statistics() const override { return statistics_; }
+
+ private:
+  void RenderPixels(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+    const Clock::time_point start = Clock::now();
+    const int width = image.width, height = image.height;
+    const std::vector<float> gains = Gains(setup);
     const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
     ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
       FramePlan plan;
@@ -40,30 +72,75 @@ class CpuRenderer : public Renderer {
         if (request.show == Show::kFalseColor)
           BlendConstants(plan, colors_, image);
         else
-          BlendColor(plan, setup, photos_, image);
+          BlendColor(plan, setup, photos_, gains, image);
       }
     });
-    CheckInterrupted();
-    return image;
+    statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
 
-  std::string Device() const override {
-    const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
-    return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
+  void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+    if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
+    std::optional<PhotoLevels> levels;
+    BlendSources sources;
+    sources.gains = Gains(setup);
+    if (request.show == Show::kFalseColor)
+      sources.colors = &colors_;
+    else
+      sources.photos = &levels.emplace(photos_);
+    const Clock::time_point start = Clock::now();
+    Clock::time_point planned;
+    const SparseGeometry* geometry = &plan_;
+    if (request.settings.sampling == Sampling::kCandidates) {
+      PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
+      planned = Clock::now();
+      BlendCandidates(candidates_, setup, proxy_, visibility, sources, image);
+      geometry = &candidates_.geometry;
+      statistics_.samples = candidates_.samples;
+    } else {
+      PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
+      planned = Clock::now();
+      BlendSparse(plan_, setup, sources, image);
+      statistics_.samples = plan_.samples;
+      statistics_.optimum = plan_.optimum;
+    }
+    statistics_.plan_ms = Milliseconds(start, planned);
+    statistics_.blend_ms = Milliseconds(planned, Clock::now());
+    statistics_.triangles = static_cast<long>(geometry->triangles.size());
+    if (request.show != Show::kTessellation) return;
+    if (request.settings.sampling == Sampling::kCandidates)
+      DrawGrid(request.settings.grid_columns, request.settings.grid_rows, geometry->epipoles_px, image);
+    else
+      DrawTessellation(*geometry, image);
   }
 
- private:
+  // Photos' exposures divided out, the view's own applied; empty where exposure is off or all are alike.
+  std::vector<float> Gains(const ViewSetup& setup) const {
+    std::vector<float> gains;
+    bool alike = true;
+    for (const RenderView& v : sources_.views) {
+      gains.push_back(static_cast<float>(setup.desired.gain / v.gain));
+      alike = alike && gains.back() == 1;
+    }
+    if (!setup.settings.exposure || alike) gains.clear();
+    return gains;
+  }
+
   const VisibilityMaps& Visibility() {
     if (visibility_.empty()) visibility_ = MakeVisibilityMaps(sources_, proxy_);
     return visibility_;
   }
 
   const Sources sources_;
+  const Mesh& mesh_;
   const ProxyTracer proxy_;
   const std::vector<Photo>& photos_;
   bool occlusion_ = false;
   VisibilityMaps visibility_;  // made when first wanted
   std::vector<Eigen::Vector3f> colors_;
+  std::optional<SparseProxy> sparse_proxy_;  // made when first wanted
+  SparsePlan plan_;
+  CandidatePlan candidates_;
+  RenderStatistics statistics_;
 };
 
 }  // namespace

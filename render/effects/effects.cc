@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "render/radiance/frame_plan.h"
 #include "render/visibility_maps.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 namespace {
@@ -161,6 +163,23 @@ void SwitchEffect(RadianceSettings& s, const std::string& name, bool on) {
   if (name == "prefilter") s.prefilter = on;
   if (name == "resolution" && !on) s.resolution = Resolution::kOff;
   if (name == "resolution" && on && s.resolution == Resolution::kOff) s.resolution = Resolution::kDistance;
+}
+
+void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std::set<std::string>& decided) {
+  if (effects == "auto") return;
+  std::set<std::string> wanted;
+  std::istringstream list(effects == "none" ? "" : effects);
+  for (std::string name; std::getline(list, name, ',');) {
+    const auto& names = EffectNames();
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError(fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
+    wanted.insert(name);
+  }
+  for (const std::string& name : EffectNames()) {
+    if (decided.count(name) > 0) continue;
+    decided.insert(name);
+    SwitchEffect(settings, name, wanted.count(name) > 0);
+  }
 }
 
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,

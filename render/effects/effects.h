@@ -28,6 +28,10 @@ const std::vector<std::string>& EffectNames();
 // Switches one on or off; resolution comes on as the ratio of distances.
 void SwitchEffect(RadianceSettings& settings, const std::string& name, bool on);
 
+// --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise. What is
+// listed is decided from here on. Throws UsageError.
+void ApplyEffectList(const std::string& list, RadianceSettings& settings, std::set<std::string>& decided);
+
 // `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the user
 // spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the photos' exposures
 // (exposure.h), 1 where they agree.

@@ -1,27 +1,46 @@
 // The text of the shaders that draw a lumigraph. The blend shader evaluates the weights of render/radiance/weights.h at
-// every pixel; tests/render hold it to them.
+// every pixel; tests/render hold it to them. What a variant has switched off is not compiled.
 #pragma once
 
 #include <string>
+
+#include "render/radiance/settings.h"
 
 namespace lumi {
 
 // Mesh positions to clip space: a near plane at kNearDepth and none behind.
 const std::string& DepthVertexShader();
-// Writes the depth along the optical axis, normalised units.
-const std::string& DepthFragmentShader();
+// Writes the depth along the optical axis, normalised units; with `faces`, the proxy's face as well, counted from 1.
+std::string DepthFragmentShader(bool faces);
 // A triangle over the whole viewport.
 const std::string& FullScreenVertexShader();
+
+// Which cameras a pixel looks at.
+enum class CameraLists {
+  kTiles,  // CullComputeShader's, or all where there are none
+  kCells,  // a CandidatePlan's
+};
 
 struct BlendVariant {
   int k = 4;                     // 0: all
   bool false_color = false;
   int groups = 1;                // photo textures
+  bool whole_layers = false;     // every photo fills its texture: the sampler clamps to its edge
   bool cameras_in_uniforms = true;   // else in a buffer texture
   int camera_capacity = 1;       // of the uniform block
+  CameraLists lists = CameraLists::kTiles;
+  Correlation correlation = Correlation::kInverse;
+  bool field_of_view = true;
+  bool visibility = false;
+  Resolution resolution = Resolution::kOff;
+  bool time = false;
+  bool exposure = false;
+  bool prefilter = true;
   auto operator<=>(const BlendVariant&) const = default;
 };
 std::string BlendFragmentShader(const BlendVariant& variant);
+// Rows of four floats that a camera takes.
+int CameraRows(const BlendVariant& variant);
 
 // A compute shader, an invocation a tile: lists the cameras that see anything of the proxy in a tile, those first that can
 // be nearest in angle. A pixel goes through its tile's list until what follows is farther than its k + 1st: it looks at
@@ -29,6 +48,9 @@ std::string BlendFragmentShader(const BlendVariant& variant);
 std::string CullComputeShader(const BlendVariant& variant);
 constexpr int kTilePx = 16;            // a tile's side
 constexpr int kTilesPerGroup = 32;
+
+// Steps of the table of the falling leaves' correlation.
+constexpr int kLeafSteps = 4096;
 
 // In normalised units: nothing nearer is drawn.
 constexpr float kNearDepth = 1e-5F;

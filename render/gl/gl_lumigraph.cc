@@ -3,23 +3,38 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 
+#include "render/radiance/correlation.h"
+#include "render/radiance/measures.h"
 #include "render/radiance/sources.h"
 #include "render/visibility_maps.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
 
-enum Unit { kDepthUnit, kPlaceUnit, kColorUnit, kCameraUnit, kVisibilityUnit, kFirstPhotoUnit };
+// What no shader reads at once, and is of another kind, shares a unit.
+enum Unit {
+  kDepthUnit,
+  kPlaceUnit,
+  kFaceUnit,
+  kCameraUnit,
+  kVisibilityUnit,
+  kFirstPhotoUnit,
+  kProjectionUnit = kVisibilityUnit,
+  kRecordUnit = kDepthUnit,
+  kColorUnit = kFirstPhotoUnit
+};
 static_assert(kFirstPhotoUnit == kReservedTextureUnits);
 
-constexpr int kFloatsPerCamera = 16;
-constexpr int kMaxUniformCameras = 1024;
+constexpr int kFloatsPerRow = 4;
+constexpr int kMaxUniformRows = 4 * 1024;
 // 128 MB of lists: beyond it (a thousand cameras and a picture of 32 megapixels) pixels look at all cameras.
 constexpr std::size_t kMaxListWords = std::size_t(1) << 25;
 
@@ -54,8 +69,8 @@ void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, GLenum format, cons
 
 }  // namespace
 
-void GlTarget::Reserve(const Eigen::Vector2i& size_px) {
-  if ((size_px.array() <= capacity_px_.array()).all()) return;
+void GlTarget::Reserve(const Eigen::Vector2i& size_px, bool faces) {
+  if ((size_px.array() <= capacity_px_.array()).all() && (!faces || face_)) return;
   GLint max_size = 16384;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
   if (size_px.maxCoeff() > max_size)
@@ -67,15 +82,25 @@ void GlTarget::Reserve(const Eigen::Vector2i& size_px) {
   MakeTexture(depth_, GL_R32F, capacity_px_);
   MakeTexture(depth_test_, GL_DEPTH_COMPONENT32F, capacity_px_);
   MakeTexture(color_, GL_RGBA32F, capacity_px_);
-  depth_framebuffer_ = GlFramebuffer::Make();
-  glBindFramebuffer(GL_FRAMEBUFFER, depth_framebuffer_.id());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, depth_.id(), 0);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_test_.id(), 0);
-  RequireComplete();
-  color_framebuffer_ = GlFramebuffer::Make();
-  glBindFramebuffer(GL_FRAMEBUFFER, color_framebuffer_.id());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color_.id(), 0);
-  RequireComplete();
+  if (faces || face_) {
+    MakeTexture(face_, GL_R32UI, capacity_px_);
+    // Whole numbers are not interpolated: with any other filter the texture is incomplete.
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  }
+  const auto make = [&](GlFramebuffer& framebuffer, const GlTexture& first, const GlTexture* second) {
+    framebuffer = GlFramebuffer::Make();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.id());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, first.id(), 0);
+    if (second != nullptr) glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, second->id(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_test_.id(), 0);
+    const GLenum buffers[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glDrawBuffers(second != nullptr ? 2 : 1, buffers);
+    RequireComplete();
+  };
+  make(depth_framebuffer_, depth_, face_ ? &face_ : nullptr);
+  make(color_framebuffer_, color_, nullptr);
+  make(both_framebuffer_, color_, &depth_);
   CheckGl("making room for a picture");
 }
 
@@ -85,8 +110,8 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
     throw std::invalid_argument("GlLumigraph: one photo size a view is wanted");
   GLint block_bytes = 16384;
   glGetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &block_bytes);
-  uniform_capacity_ = std::min<int>(kMaxUniformCameras, block_bytes / (kFloatsPerCamera * static_cast<int>(sizeof(float))));
-  depth_program_ = GlProgram("depth", DepthVertexShader(), DepthFragmentShader());
+  uniform_capacity_ = std::min<int>(kMaxUniformRows, block_bytes / (kFloatsPerRow * static_cast<int>(sizeof(float))));
+  depth_program_ = GlProgram("depth", DepthVertexShader(), DepthFragmentShader(false));
   empty_array_ = GlVertexArray::Make();
   std::vector<Eigen::Vector3f> colors;
   for (std::size_t i = 0; i < scene.views.size(); ++i) colors.push_back(SourceColor(static_cast<int>(i)));
@@ -96,12 +121,37 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
 
 void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  SetProxy(proxy, ProxyVisibility(sources_, proxy));
+}
+
+void GlLumigraph::SetGains(const std::vector<double>& gains) {
+  if (gains.size() != sources_.views.size()) throw std::invalid_argument("SetGains: one gain a view is wanted");
+  for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
+}
+
+void GlLumigraph::SetProxy(const Mesh& proxy, VisibilityMaps maps) {
+  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  proxy_ = proxy;
+  sparse_proxy_.reset();
+  tracer_.reset();
   std::vector<float> x;
   x.reserve(3 * proxy.vertices.size());
   for (const Eigen::Vector3d& v : proxy.vertices) {
     const Eigen::Vector3f n = (sources_.normalized_from_world * v).cast<float>();
     x.insert(x.end(), n.data(), n.data() + 3);
   }
+  std::vector<float> normals;
+  normals.reserve(4 * proxy.faces.size() + 4);
+  for (const auto& f : proxy.faces) {
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return proxy.vertices[static_cast<std::size_t>(f[i])]; };
+    const Eigen::Vector3d in_world = (at(1) - at(0)).cross(at(2) - at(0));
+    const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
+    normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
+  }
+  normals.resize(std::max<std::size_t>(normals.size(), 4));
+  normals_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
   mesh_array_ = GlVertexArray::Make();
   vertices_ = GlBuffer::Make();
   indices_ = GlBuffer::Make();
@@ -115,14 +165,13 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
                proxy.faces.data(), GL_STATIC_DRAW);
   glBindVertexArray(0);
   index_count_ = static_cast<int>(3 * proxy.faces.size());
-  UploadVisibility(proxy);
+  UploadVisibility(std::move(maps));
   CheckGl("uploading the proxy");
 }
 
-void GlLumigraph::UploadVisibility(const Mesh& proxy) {
-  visibility_size_.setZero();
-  if (!CanOcclude(proxy)) return;
-  const VisibilityMaps maps = MakeVisibilityMaps(sources_, ProxyTracer(proxy, sources_.normalized_from_world));
+void GlLumigraph::UploadVisibility(VisibilityMaps maps) {
+  visibility_ = VisibilityMaps();
+  if (maps.empty()) return;
   const auto count = static_cast<int>(sources_.views.size());
   std::vector<float> texels;
   for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps.Map(j).begin(), maps.Map(j).end());
@@ -133,7 +182,7 @@ void GlLumigraph::UploadVisibility(const Mesh& proxy) {
                            std::to_string(texels.size()),
                        "use --backend cpu");
   FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
-  visibility_size_ = {maps.width(), maps.height()};
+  visibility_ = std::move(maps);
 }
 
 void GlLumigraph::Upload(ViewId view, const Photo& photo) {
@@ -158,36 +207,54 @@ void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant)
   glUniform1i(program.Uniform("places"), kPlaceUnit);
   glUniform1i(program.Uniform("source_colors"), kColorUnit);
   glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
+  glUniform1i(program.Uniform("face_map"), kFaceUnit);
+  glUniform1i(program.Uniform("projections"), kProjectionUnit);
+  glUniform1i(program.Uniform("record_places"), kRecordUnit);
   if (variant.cameras_in_uniforms) {
     const GLuint block = glGetUniformBlockIndex(program.id(), "Cameras");
     if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.id(), block, 0);
   } else {
     glUniform1i(program.Uniform("cameras"), kCameraUnit);
   }
-  std::vector<GLint> units, sizes;
-  for (int g = 0; g < photos_.group_count(); ++g) {
-    units.push_back(kFirstPhotoUnit + g);
-    sizes.push_back(photos_.GroupSize(g).x());
-    sizes.push_back(photos_.GroupSize(g).y());
+  if (!variant.false_color) {
+    std::vector<GLint> units, sizes;
+    for (int g = 0; g < photos_.group_count(); ++g) {
+      units.push_back(kFirstPhotoUnit + g);
+      sizes.push_back(photos_.GroupSize(g).x());
+      sizes.push_back(photos_.GroupSize(g).y());
+    }
+    glUniform1iv(program.Uniform("photos"), static_cast<GLsizei>(units.size()), units.data());
+    glUniform2iv(program.Uniform("group_size"), static_cast<GLsizei>(units.size()), sizes.data());
   }
-  glUniform1iv(program.Uniform("photos"), static_cast<GLsizei>(units.size()), units.data());
-  glUniform2iv(program.Uniform("group_size"), static_cast<GLsizei>(units.size()), sizes.data());
   CheckGl("compiling the shaders");
 }
 
 const GlLumigraph::Programs& GlLumigraph::ProgramsFor(const BlendVariant& variant) {
   auto found = programs_.find(variant);
   if (found == programs_.end()) {
-    Programs programs{GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)),
-                      GlProgram("cull", CullComputeShader(variant))};
+    Programs programs{GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)), GlProgram()};
     Prepare(programs.blend, variant);
-    Prepare(programs.cull, variant);
+    if (variant.lists == CameraLists::kTiles) {
+      programs.cull = GlProgram("cull", CullComputeShader(variant));
+      Prepare(programs.cull, variant);
+    }
     found = programs_.emplace(variant, std::move(programs)).first;
   }
   return found->second;
 }
 
-void PackCameras(const RelativeSources& s, std::vector<float>& rows, std::vector<int>& views) {
+const GlProgram& GlLumigraph::SparseProgramFor(const SparseVariant& variant) {
+  auto found = sparse_programs_.find(variant);
+  if (found == sparse_programs_.end()) {
+    GlProgram program("sparse", SparseVertexShader(variant), SparseFragmentShader(variant));
+    Prepare(program, variant.blend);
+    found = sparse_programs_.emplace(variant, std::move(program)).first;
+  }
+  return found->second;
+}
+
+void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views) {
+  const RelativeSources& s = setup.sources;
   views.clear();
   for (int j = 0; j < s.count; ++j)
     if (s.enabled[static_cast<std::size_t>(j)] > 0) views.push_back(j);
@@ -195,7 +262,14 @@ void PackCameras(const RelativeSources& s, std::vector<float>& rows, std::vector
     const auto i = static_cast<std::size_t>(j);
     return s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i];
   };
-  std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
+  // Without the angle ties are common, and go to the first.
+  if (setup.settings.alpha > 0)
+    std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
+  // Of time, every pixel makes the same: evaluated by the core, at any ray.
+  Measures measures;
+  if (rows_a_camera > 4 && setup.settings.time)
+    EvaluateMeasures(s, setup.settings, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::UnitZ(), measures);
+  const auto time_weight = static_cast<float>(setup.settings.epsilon * 2 * setup.settings.r_max_rad);
   rows.clear();
   for (const int j : views) {
     const auto i = static_cast<std::size_t>(j);
@@ -203,22 +277,71 @@ void PackCameras(const RelativeSources& s, std::vector<float>& rows, std::vector
     rows.insert(rows.end(), {s.m[0][i], s.m[1][i], s.m[2][i], s.height_px[i]});
     rows.insert(rows.end(), {s.m[3][i], s.m[4][i], s.m[5][i], s.feather_px[i]});
     rows.insert(rows.end(), {s.m[6][i], s.m[7][i], s.m[8][i], s.focal_px[i]});
+    if (rows_a_camera > 4) rows.insert(rows.end(), {measures.tau.empty() ? 0.0F : time_weight * measures.tau[i], s.gain[i], 0.0F, 0.0F});
   }
 }
 
-void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
+ViewSetup GlLumigraph::Start(const RenderRequest& request) {
   size_px_ = request.view.size_px;
   if (size_px_.minCoeff() <= 0) throw std::invalid_argument("GlLumigraph: the view has no size");
   std::vector<bool> use = request.use;
-  if (request.show == Show::kColor) {
+  if (request.show != Show::kFalseColor) {
     if (use.empty()) use.assign(sources_.views.size(), true);
     for (std::size_t j = 0; j < use.size() && j < photos_.places().size(); ++j)
       use[j] = use[j] && photos_.places()[j].loaded;
   }
-  const ViewSetup setup = MakeViewSetup(sources_, request.view, request.settings, use);
-  target.Reserve(size_px_);
+  statistics_ = {};
+  lines_.Clear();
+  program_ = nullptr;
+  return MakeViewSetup(sources_, request.view, request.settings, use);
+}
 
-  // Depth.
+BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
+  const RadianceSettings& s = request.settings;
+  BlendVariant variant;
+  variant.k = s.k;
+  variant.false_color = request.show == Show::kFalseColor;
+  variant.groups = std::max(1, photos_.group_count());
+  variant.whole_layers = !variant.false_color && photos_.WholeLayers();
+  variant.correlation = s.correlation;
+  variant.field_of_view = s.field_of_view;
+  variant.visibility = s.visibility && s.gamma > 0 && !visibility_.empty();
+  variant.resolution = s.beta > 0 ? s.resolution : Resolution::kOff;
+  variant.time = s.time && s.epsilon > 0;
+  variant.exposure = s.exposure && !variant.false_color;
+  variant.prefilter = s.prefilter && !variant.false_color;
+  const int rows = CameraRows(variant) * static_cast<int>(sources_.views.size());
+  variant.cameras_in_uniforms = rows <= uniform_capacity_;
+  variant.camera_capacity = variant.cameras_in_uniforms ? std::max(1, static_cast<int>(sources_.views.size())) : 1;
+  return variant;
+}
+
+void GlLumigraph::UploadCameras(const ViewSetup& setup, const BlendVariant& variant) {
+  if (variant.correlation == Correlation::kFallingLeaves) UploadLeaves(setup.settings);
+  std::vector<float> rows;
+  PackCameras(setup, CameraRows(variant), rows, packed_views_);
+  std::vector<std::uint32_t> places;
+  places.reserve(4 * packed_views_.size());
+  for (const int j : packed_views_) {
+    const PhotoPlace& p = photos_.places()[static_cast<std::size_t>(j)];
+    const auto u = [](int value) { return static_cast<std::uint32_t>(value); };
+    places.insert(places.end(), {u(p.size_px.x()) | u(p.size_px.y()) << 16,
+                                 u(p.group) | u(p.top_level) << 8 | u(p.shift) << 16, u(p.layer), u(j)});
+  }
+  glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
+  FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
+  if (variant.cameras_in_uniforms) {
+    if (!camera_block_) camera_block_ = GlBuffer::Make();
+    rows.resize(static_cast<std::size_t>(variant.camera_capacity * CameraRows(variant) * kFloatsPerRow));
+    glBindBuffer(GL_UNIFORM_BUFFER, camera_block_.id());
+    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(rows.size() * sizeof(float)), rows.data(), GL_STREAM_DRAW);
+  } else {
+    FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
+  }
+}
+
+void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces) {
+  target.Reserve(size_px_, faces);
   glBindFramebuffer(GL_FRAMEBUFFER, target.depth_framebuffer());
   glViewport(0, 0, size_px_.x(), size_px_.y());
   glDisable(GL_BLEND);
@@ -229,7 +352,9 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_TRUE);
   const float nothing[4] = {0, 0, 0, 0};
+  const GLuint no_face[4] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing);
+  if (faces) glClearBufferuiv(GL_COLOR, 1, no_face);
   glClearBufferfv(GL_DEPTH, 0, nothing);
   if (index_count_ > 0) {
     // Pixels to clip units; the picture's first row is GL's first.
@@ -239,115 +364,273 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
     clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
     const Eigen::Matrix3f clip = (clip_from_pixel * setup.desired.P.leftCols<3>()).cast<float>();
     const Eigen::Vector3f centre = setup.desired.centre.cast<float>();
-    depth_program_.Use();
-    glUniform3fv(depth_program_.Uniform("centre"), 1, centre.data());
-    glUniformMatrix3fv(depth_program_.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+    if (faces && !face_program_) face_program_ = GlProgram("depth and face", DepthVertexShader(), DepthFragmentShader(true));
+    const GlProgram& program = faces ? face_program_ : depth_program_;
+    program.Use();
+    glUniform3fv(program.Uniform("centre"), 1, centre.data());
+    glUniformMatrix3fv(program.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
     glBindVertexArray(mesh_array_.id());
     glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
   }
   glDisable(GL_DEPTH_TEST);
+}
 
-  // Cameras.
-  std::vector<float> rows;
-  std::vector<int> views;
-  PackCameras(setup.sources, rows, views);
-  const int count = static_cast<int>(views.size());
-  std::vector<std::uint32_t> places;
-  places.reserve(4 * views.size());
-  for (const int j : views) {
-    const PhotoPlace& p = photos_.places()[static_cast<std::size_t>(j)];
-    const auto u = [](int value) { return static_cast<std::uint32_t>(value); };
-    places.insert(places.end(), {u(p.size_px.x()) | u(p.size_px.y()) << 16,
-                                 u(p.group) | u(p.top_level) << 8 | u(p.shift) << 16, u(p.layer), u(j)});
-  }
-  BlendVariant variant;
-  variant.k = request.settings.k;
-  variant.false_color = request.show == Show::kFalseColor;
-  variant.groups = std::max(1, photos_.group_count());
-  variant.cameras_in_uniforms = static_cast<int>(sources_.views.size()) <= uniform_capacity_;
-  variant.camera_capacity = variant.cameras_in_uniforms ? std::max(1, static_cast<int>(sources_.views.size())) : 1;
-  program_ = &ProgramsFor(variant);
-
-  glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
-  FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
-  if (variant.cameras_in_uniforms) {
-    if (!camera_block_) camera_block_ = GlBuffer::Make();
-    rows.resize(static_cast<std::size_t>(variant.camera_capacity * kFloatsPerCamera));
-    glBindBuffer(GL_UNIFORM_BUFFER, camera_block_.id());
-    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(rows.size() * sizeof(float)), rows.data(), GL_STREAM_DRAW);
-  } else {
-    FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
-  }
+void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, const BlendVariant& variant) const {
+  const RadianceSettings& s = setup.settings;
+  program.Use();
   const Eigen::Matrix3f rays = setup.ray_from_pixel.cast<float>();
+  glUniformMatrix3fv(program.Uniform("ray_from_pixel"), 1, GL_FALSE, rays.data());
+  glUniform1i(program.Uniform("camera_count"), static_cast<int>(packed_views_.size()));
+  glUniform1f(program.Uniform("alpha_weight"), static_cast<float>(s.alpha));
+  glUniform1f(program.Uniform("gamma"), static_cast<float>(s.gamma));
+  glUniform1f(program.Uniform("focal_px"), setup.focal_px);
+  if (variant.correlation == Correlation::kFallingLeaves) {
+    glUniform2f(program.Uniform("leaf_place"), static_cast<float>(leaf_place_.x()), static_cast<float>(leaf_place_.y()));
+    glUniform1f(program.Uniform("r_max"), static_cast<float>(s.r_max_rad));
+  }
+  if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_.width(), visibility_.height());
+  if (variant.resolution != Resolution::kOff) {
+    const auto inverse_log = [](double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; };
+    const Eigen::Matrix3f view = setup.desired.P.leftCols<3>().cast<float>();
+    glUniform1f(program.Uniform("resolution_weight"), static_cast<float>(s.beta * 2 * s.r_max_rad));
+    glUniform2f(program.Uniform("inverse_log_range"), inverse_log(s.resolution_low), inverse_log(s.resolution_high));
+    glUniform1f(program.Uniform("view_focal_px"), setup.focal_px);
+    glUniformMatrix3fv(program.Uniform("view_from_offset"), 1, GL_FALSE, view.data());
+  }
+}
+
+void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
+  if (leaf_buffer_ && leaf_radii_ == std::pair(s.r_min_rad, s.r_max_rad)) return;
+  leaf_radii_ = {s.r_min_rad, s.r_max_rad};
+  // From so small an angle that P_same is 1, to where it is 0.
+  const FallingLeaves leaves(s.r_min_rad, s.r_max_rad);
+  const double from = std::log2(1e-6 * std::max(s.r_min_rad, 1e-6 * s.r_max_rad)), to = std::log2(2 * s.r_max_rad);
+  leaf_place_ = {kLeafSteps / (to - from), -from * kLeafSteps / (to - from)};
+  std::vector<float> table;
+  for (int i = 0; i <= kLeafSteps; ++i) table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
+  table.back() = 0;
+  if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
+}
+
+void GlLumigraph::FillLists(const std::vector<std::uint32_t>& words) {
+  if (!list_buffer_) list_buffer_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint32_t)), words.data(), GL_STREAM_DRAW);
+  list_words_ = words.size();
+}
+
+void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
+  const ViewSetup setup = Start(request);
+  const RadianceSettings& s = request.settings;
+  const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
+  const bool cells = s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
+  if (s.similarity == Similarity::kFull && !interpolated)
+    throw UsageError("--backend gl draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use --backend cpu");
+  if (!interpolated && !cells) return BeginPixels(request, setup, target);
+  const auto start = std::chrono::steady_clock::now();
+  if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
+  if (cells && !tracer_) tracer_.emplace(proxy_, sources_.normalized_from_world);
+  const VisibilityMaps* visibility = s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+  if (cells)
+    PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, candidate_plan_);
+  else
+    PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, sparse_plan_);
+  const auto planned = std::chrono::steady_clock::now();
+  if (cells)
+    BeginCells(request, setup, candidate_plan_, target);
+  else
+    BeginTriangles(request, setup, sparse_plan_, target);
+  statistics_.plan_ms = std::chrono::duration<double, std::milli>(planned - start).count();
+}
+
+void GlLumigraph::Begin(const RenderRequest& request, const SparsePlan& plan, GlTarget& target) {
+  BeginTriangles(request, Start(request), plan, target);
+}
+
+void GlLumigraph::Begin(const RenderRequest& request, const CandidatePlan& plan, GlTarget& target) {
+  BeginCells(request, Start(request), plan, target);
+}
+
+void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& setup, GlTarget& target) {
+  const BlendVariant variant = VariantFor(request);
+  DrawDepth(setup, target, variant.resolution == Resolution::kJacobian);
+  UploadCameras(setup, variant);
+  const Programs& programs = ProgramsFor(variant);
+  program_ = &programs;
   const Eigen::Vector2i tiles = (size_px_.array() + (kTilePx - 1)) / kTilePx;
   const int tile_count = tiles.prod();
-  const std::size_t tile_words = static_cast<std::size_t>(count) + 1, all_words = tile_words * static_cast<std::size_t>(tile_count);
-  const bool culling = culling_ && all_words <= kMaxListWords;
+  const std::size_t tile_words = packed_views_.size() + 1, all_words = tile_words * static_cast<std::size_t>(tile_count);
+  // Without the field of view a photo counts where it does not see, too.
+  const bool culling = culling_ && request.settings.field_of_view && all_words <= kMaxListWords;
   if (const std::size_t words = culling ? all_words : 1; words > list_words_) {
     if (!list_buffer_) list_buffer_ = GlBuffer::Make();
     glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
     glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_DYNAMIC_COPY);
     list_words_ = words;
   }
-  const bool visibility = request.settings.visibility && request.settings.gamma > 0;
-  for (const GlProgram* p : {&program_->blend, &program_->cull}) {
-    p->Use();
-    glUniformMatrix3fv(p->Uniform("ray_from_pixel"), 1, GL_FALSE, rays.data());
-    glUniform1i(p->Uniform("camera_count"), count);
+  for (const GlProgram* p : {&programs.blend, &programs.cull}) {
+    SetUniforms(setup, *p, variant);
     glUniform1i(p->Uniform("tile_columns"), tiles.x());
     glUniform1i(p->Uniform("tile_words"), culling ? static_cast<int>(tile_words) : 0);
-    glUniform1f(p->Uniform("gamma"), static_cast<float>(request.settings.gamma));
-    glUniform2i(p->Uniform("visibility_size"), visibility ? visibility_size_.x() : 0, visibility ? visibility_size_.y() : 0);
   }
-  program_->blend.Use();
-  glUniform1f(program_->blend.Uniform("focal_px"), request.settings.prefilter ? setup.focal_px : 0.0F);
   if (culling) {
     BindInputs(target);
-    program_->cull.Use();
-    glUniform2i(program_->cull.Uniform("size_px"), size_px_.x(), size_px_.y());
-    glUniform1i(program_->cull.Uniform("tile_count"), tile_count);
+    programs.cull.Use();
+    glUniform2i(programs.cull.Uniform("size_px"), size_px_.x(), size_px_.y());
+    glUniform1i(programs.cull.Uniform("tile_count"), tile_count);
     glDispatchCompute(static_cast<GLuint>((tile_count + kTilesPerGroup - 1) / kTilesPerGroup), 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   }
   CheckGl("drawing the proxy");
 }
 
-void GlLumigraph::BindInputs(const GlTarget& target) const {
-  glActiveTexture(GL_TEXTURE0 + kDepthUnit);
-  glBindTexture(GL_TEXTURE_2D, target.depth_texture());
-  glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
-  glBindTexture(GL_TEXTURE_BUFFER, place_texture_.id());
-  glActiveTexture(GL_TEXTURE0 + kColorUnit);
-  glBindTexture(GL_TEXTURE_BUFFER, color_texture_.id());
-  if (visibility_texture_) {
-    glActiveTexture(GL_TEXTURE0 + kVisibilityUnit);
-    glBindTexture(GL_TEXTURE_BUFFER, visibility_texture_.id());
+void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target) {
+  BlendVariant variant = VariantFor(request);
+  variant.lists = CameraLists::kCells;
+  DrawDepth(setup, target, variant.resolution == Resolution::kJacobian);
+  UploadCameras(setup, variant);
+  const Programs& programs = ProgramsFor(variant);
+  std::vector<int> packed(sources_.views.size(), -1);
+  for (std::size_t i = 0; i < packed_views_.size(); ++i) packed[static_cast<std::size_t>(packed_views_[i])] = static_cast<int>(i);
+  const std::size_t cells = static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows);
+  std::vector<std::uint32_t> words(cells + 1);
+  words.reserve(words.size() + plan.camera.size());
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    for (std::int32_t i = plan.first[cell]; i < plan.first[cell + 1]; ++i)
+      if (const int p = packed[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(i)])]; p >= 0) words.push_back(static_cast<std::uint32_t>(p));
+    words[cell + 1] = static_cast<std::uint32_t>(words.size() - cells - 1);
   }
-  if (camera_texture_) {
-    glActiveTexture(GL_TEXTURE0 + kCameraUnit);
-    glBindTexture(GL_TEXTURE_BUFFER, camera_texture_.id());
+  FillLists(words);
+  SetUniforms(setup, programs.blend, variant);
+  glUniform2i(programs.blend.Uniform("cell_count"), plan.cell_columns, plan.cell_rows);
+  glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px), static_cast<float>(1 / plan.cell_height_px));
+  if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
+  statistics_.samples = plan.samples;
+  program_ = &programs;
+  CheckGl("uploading the candidates");
+}
+
+void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target) {
+  SparseVariant variant;
+  const BlendVariant all = VariantFor(request);
+  // What the plan has decided already makes no difference here.
+  variant.blend.k = 0;
+  variant.blend.false_color = all.false_color;
+  variant.blend.groups = all.groups;
+  variant.blend.exposure = all.exposure;
+  variant.blend.prefilter = all.prefilter;
+  variant.blend.cameras_in_uniforms = all.cameras_in_uniforms;
+  variant.blend.camera_capacity = all.camera_capacity;
+  variant.ends = request.settings.field_of_view ? PhotoEnds::kFeather : PhotoEnds::kCut;
+  variant.blend.whole_layers = all.whole_layers;
+  UploadCameras(setup, variant.blend);
+  triangles_.Upload(plan, setup, packed_views_, photos_, variant);
+  for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
+  if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
+  statistics_.samples = plan.samples;
+  statistics_.triangles = static_cast<long>(plan.triangles.size());
+  statistics_.optimum = plan.optimum;
+
+  target.Reserve(size_px_);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.both_framebuffer());
+  glDisable(GL_SCISSOR_TEST);
+  glDepthMask(GL_TRUE);
+  const float nothing[4] = {0, 0, 0, 0};
+  glClearBufferfv(GL_COLOR, 0, nothing);
+  glClearBufferfv(GL_COLOR, 1, nothing);
+  if (triangles_.overlapping()) glClearBufferfv(GL_DEPTH, 0, nothing);
+  CheckGl("uploading the triangles");
+}
+
+void GlLumigraph::BindInputs(const GlTarget& target) const {
+  const auto bind = [](int unit, GLenum kind, unsigned id) {
+    glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
+    glBindTexture(kind, id);
+  };
+  bind(kDepthUnit, GL_TEXTURE_2D, program_ != nullptr ? target.depth_texture() : 0);  // else it is drawn to
+  bind(kPlaceUnit, GL_TEXTURE_BUFFER, place_texture_.id());
+  bind(kFaceUnit, GL_TEXTURE_2D, target.face_texture());
+  bind(kColorUnit, GL_TEXTURE_BUFFER, color_texture_.id());
+  if (visibility_texture_) bind(kVisibilityUnit, GL_TEXTURE_BUFFER, visibility_texture_.id());
+  if (camera_texture_) bind(kCameraUnit, GL_TEXTURE_BUFFER, camera_texture_.id());
+  if (program_ == nullptr) {
+    bind(kProjectionUnit, GL_TEXTURE_BUFFER, triangles_.projection_texture());
+    bind(kRecordUnit, GL_TEXTURE_BUFFER, triangles_.place_texture());
   }
   if (camera_block_) glBindBufferBase(GL_UNIFORM_BUFFER, 0, camera_block_.id());
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
+  if (list_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
+  if (leaf_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, leaf_buffer_.id());
+  if (normals_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());
   photos_.Bind(kFirstPhotoUnit);
   glActiveTexture(GL_TEXTURE0);
 }
 
+namespace {
+
+// Depth is tested as near / depth, 0 far away. Where the driver's clip space can be told to be [0, 1], small values keep
+// their digits.
+class ReversedDepth {
+ public:
+  ReversedDepth() : exact_(epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_ARB_clip_control")) {
+    if (exact_) glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+  }
+  ~ReversedDepth() {
+    glDisable(GL_DEPTH_TEST);
+    if (exact_) glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+  }
+  ReversedDepth(const ReversedDepth&) = delete;
+  ReversedDepth& operator=(const ReversedDepth&) = delete;
+  void Tell(const GlProgram& program) const { glUniform2f(program.Uniform("z_from_depth"), exact_ ? 1.0F : 2.0F, exact_ ? 0.0F : -1.0F); }
+
+ private:
+  bool exact_;
+};
+
+}  // namespace
+
 void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
-  if (program_ == nullptr) throw std::logic_error("GlLumigraph: Blend without Begin");
-  glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
+  if (program_ == nullptr && !triangles_.vertex_array()) throw std::logic_error("GlLumigraph: Blend without Begin");
   glViewport(0, 0, size_px_.x(), size_px_.y());
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
   glEnable(GL_SCISSOR_TEST);
   glScissor(0, first_row, size_px_.x(), last_row - first_row);
-  program_->blend.Use();
   BindInputs(target);
-  glBindVertexArray(empty_array_.id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  if (program_ != nullptr) {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
+    program_->blend.Use();
+    glBindVertexArray(empty_array_.id());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  } else {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.both_framebuffer());
+    const ReversedDepth depth;
+    if (!triangles_.overlapping()) glDisable(GL_DEPTH_TEST);
+    glBindVertexArray(triangles_.vertex_array());
+    for (const SparseDrawing::Batch& batch : triangles_.batches()) {
+      const GlProgram& program = SparseProgramFor(batch.variant);
+      program.Use();
+      depth.Tell(program);
+      glDrawArrays(GL_TRIANGLES, batch.first_vertex, batch.vertex_count);
+    }
+  }
   glBindVertexArray(0);
+  if (!lines_.empty()) DrawLines(target);
   glDisable(GL_SCISSOR_TEST);
   CheckGl("blending");
+}
+
+void GlLumigraph::DrawLines(GlTarget& target) {
+  if (!line_program_) line_program_ = GlProgram("lines", LineVertexShader(), LineFragmentShader());
+  glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
+  line_program_.Use();
+  lines_.Draw();
 }
 
 ImageF GlLumigraph::ReadColor(const GlTarget& target, const Eigen::Vector2i& size_px) const {

@@ -1,16 +1,25 @@
-// A lumigraph on the graphics processor: the proxy is rasterised to depth, then every pixel evaluates the weights of
-// render/radiance/weights.h over all cameras and blends their photographs. Works in whatever OpenGL 4.3 core context is
+// A lumigraph on the graphics processor. Either the proxy is rasterised to depth, and every pixel evaluates the weights of
+// render/radiance/weights.h over all cameras (or its cell's, CandidatePlan) and blends their photographs; or the triangles
+// of a SparsePlan are drawn with interpolated weights. Works in whatever OpenGL 4.3 core context is
 // current (EGL offscreen, the viewer's window); every call, destructor included, on that context's thread.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "render/gl/blend_shader.h"
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
+#include "render/gl/sparse_drawing.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/candidate_plan.h"
+#include "render/radiance/sparse_plan.h"
+#include "render/radiance/visibility.h"
 #include "render/renderer.h"
 
 namespace lumi {
@@ -19,17 +28,20 @@ namespace lumi {
 // normalised units (0: the proxy is missed). Grows, never shrinks.
 class GlTarget {
  public:
-  void Reserve(const Eigen::Vector2i& size_px);
+  // With `faces`: room for the proxy's face at each pixel, too.
+  void Reserve(const Eigen::Vector2i& size_px, bool faces = false);
   const Eigen::Vector2i& capacity_px() const { return capacity_px_; }
   unsigned depth_framebuffer() const { return depth_framebuffer_.id(); }
   unsigned color_framebuffer() const { return color_framebuffer_.id(); }
+  unsigned both_framebuffer() const { return both_framebuffer_.id(); }    // colour, and depth as a second colour
   unsigned depth_texture() const { return depth_.id(); }
   unsigned color_texture() const { return color_.id(); }
+  unsigned face_texture() const { return face_.id(); }
 
  private:
   Eigen::Vector2i capacity_px_ = Eigen::Vector2i::Zero();
-  GlTexture depth_, depth_test_, color_;
-  GlFramebuffer depth_framebuffer_, color_framebuffer_;
+  GlTexture depth_, depth_test_, color_, face_;
+  GlFramebuffer depth_framebuffer_, color_framebuffer_, both_framebuffer_;
 };
 
 class GlLumigraph {
@@ -38,6 +50,9 @@ class GlLumigraph {
   GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
+  // With the maps of what each photo sees of it, made elsewhere (ProxyVisibility), as they take their time.
+  void SetProxy(const Mesh& proxy, VisibilityMaps maps);
+  void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
   void Upload(ViewId view, const Photo& photo);
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
@@ -47,11 +62,18 @@ class GlLumigraph {
   // One colour a view for Show::kFalseColor; SourceColor() unless set.
   void SetSourceColors(const std::vector<Eigen::Vector3f>& colors);
 
-  // Starts a picture of request.view.size_px: the depth of every pixel. Views whose photo is not uploaded are left out
-  // (colour). Throws std::invalid_argument for a singular view or settings out of range.
+  // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose photo
+  // is not uploaded are left out (colour). Throws std::invalid_argument for a singular view or settings out of range,
+  // UsageError for what the shaders do not do: the optimum at every pixel.
   void Begin(const RenderRequest& request, GlTarget& target);
+  // The same with a plan made elsewhere, for the same view, settings and photos.
+  void Begin(const RenderRequest& request, const SparsePlan& plan, GlTarget& target);
+  void Begin(const RenderRequest& request, const CandidatePlan& plan, GlTarget& target);
   // Blends rows [first, last) of the picture begun last, in the same target.
   void Blend(GlTarget& target, int first_row, int last_row);
+
+  // Of the picture begun last; blend_ms is left to the caller.
+  const RenderStatistics& statistics() const { return statistics_; }
 
   // Whether pixels look at their tile's cameras only (CullComputeShader), on unless set. The picture is the same.
   void SetCulling(bool on) { culling_ = on; }
@@ -69,37 +91,64 @@ class GlLumigraph {
     GlProgram blend, cull;
   };
   const Programs& ProgramsFor(const BlendVariant& variant);
+  const GlProgram& SparseProgramFor(const SparseVariant& variant);
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
-  void UploadVisibility(const Mesh& proxy);
+  void UploadVisibility(VisibilityMaps maps);
+
+  ViewSetup Start(const RenderRequest& request);
+  BlendVariant VariantFor(const RenderRequest& request) const;
+  void UploadCameras(const ViewSetup& setup, const BlendVariant& variant);
+  void DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces);
+  void SetUniforms(const ViewSetup& setup, const GlProgram& program, const BlendVariant& variant) const;
+  void BeginPixels(const RenderRequest& request, const ViewSetup& setup, GlTarget& target);
+  void BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target);
+  void BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target);
+  void UploadLeaves(const RadianceSettings& settings);
+  void FillLists(const std::vector<std::uint32_t>& words);
+  void DrawLines(GlTarget& target);
 
   Sources sources_;
   PhotoTextures photos_;
   int loaded_ = 0;
   std::vector<Eigen::Vector3f> colors_;
 
-  GlBuffer vertices_, indices_;
+  GlBuffer vertices_, indices_, normals_;
   GlVertexArray mesh_array_, empty_array_;
   int index_count_ = 0;
 
-  GlProgram depth_program_;
+  Mesh proxy_;
+  std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
+  std::optional<ProxyTracer> tracer_;                 // the same
+  SparsePlan sparse_plan_;
+  CandidatePlan candidate_plan_;
+
+  GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;
-  int uniform_capacity_ = 0;                          // cameras that a uniform block holds
+  std::map<SparseVariant, GlProgram> sparse_programs_;
+  int uniform_capacity_ = 0;                          // rows of cameras that a uniform block holds
+  VisibilityMaps visibility_;                         // empty: the proxy hides nothing
   GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
-  Eigen::Vector2i visibility_size_ = Eigen::Vector2i::Zero();  // of a map; 0: the proxy hides nothing
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;
+  GlBuffer leaf_buffer_;                              // of the radii, r_min and r_max
+  std::pair<double, double> leaf_radii_;
+  Eigen::Vector2d leaf_place_ = Eigen::Vector2d::Zero();
   std::size_t list_words_ = 0;
   bool culling_ = true;
   GlTexture camera_texture_, place_texture_, color_texture_;
 
   // The picture begun last.
-  const Programs* program_ = nullptr;
+  RenderStatistics statistics_;
+  std::vector<int> packed_views_;                     // of the cameras on the GPU
+  const Programs* program_ = nullptr;                 // nullptr: triangles_ are drawn
+  SparseDrawing triangles_;
+  PlanLines lines_;
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();
 };
 
-// Four floats a row, four rows a camera, as the blend shader reads them; `views`: which, in order of their distance to
-// the desired camera (near ones first make the search for the nearest rays short).
-void PackCameras(const RelativeSources& sources, std::vector<float>& rows, std::vector<int>& views);
+// Four floats a row, as the shaders read them; `views`: which, in order of their distance to the desired camera (near ones
+// first make the search for the nearest rays short).
+void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views);
 
 }  // namespace lumi

@@ -1,6 +1,7 @@
 // MakeGlRenderer: the whole lumigraph in graphics memory, one picture at a time.
 #include <epoxy/gl.h>
 
+#include <chrono>
 #include <string>
 
 #include "render/gl/egl_context.h"
@@ -36,18 +37,24 @@ class GlRenderer final : public Renderer {
   ImageF Render(const RenderRequest& request) override {
     const EglContext::Current current(context_);
     const Eigen::Vector2i size = request.view.size_px;
+    const auto start = std::chrono::steady_clock::now();
     lumigraph_->Begin(request, *target_);
     lumigraph_->Blend(*target_, 0, size.y());
+    glFinish();
+    statistics_ = lumigraph_->statistics();
+    statistics_.blend_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() - statistics_.plan_ms;
     return lumigraph_->ReadColor(*target_, size);
   }
 
   std::string Device() const override { return device_; }
+  RenderStatistics Statistics() const override { return statistics_; }
 
  private:
   EglContext context_;
   std::unique_ptr<GlLumigraph> lumigraph_;
   std::unique_ptr<GlTarget> target_;
   std::string device_;
+  RenderStatistics statistics_;
 };
 
 }  // namespace

@@ -71,7 +71,8 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px) : pla
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &max_layers);
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
-  const int max_groups = units - kReservedTextureUnits;
+  const int max_groups = std::min(units - kReservedTextureUnits, kMaxPhotoGroups);
+  max_layers = std::min(max_layers, kMaxPhotoLayers);
 
   std::vector<SizeClass> classes;
   for (std::size_t i = 0; i < sizes_px.size(); ++i) {
@@ -118,8 +119,8 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
     group.texture = GlTexture::Make();
     glBindTexture(GL_TEXTURE_2D_ARRAY, group.texture.id());
     glTexStorage3D(GL_TEXTURE_2D_ARRAY, level_count, GL_RGBA8, group.size_px.x(), group.size_px.y(), group.layers);
-    // Bilinear inside a level; the shader mixes two levels itself, each with its own border.
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    // For photos smaller than the texture the shader mixes two levels itself, each with its own border.
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
@@ -142,8 +143,19 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
   if (!place.loaded) bytes_loaded_ += bytes;
   place.size_px = {first.width, first.height};
   place.top_level = levels - 1;
+  if (levels > group.levels) {
+    group.levels = levels;
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels - 1);
+  }
   place.shift = photo.level0_shift;
   place.loaded = true;
+}
+
+bool PhotoTextures::WholeLayers() const {
+  return std::all_of(places_.begin(), places_.end(), [&](const PhotoPlace& p) {
+    const Group& group = groups_[static_cast<std::size_t>(p.group)];
+    return !p.loaded || (p.size_px == group.size_px && p.top_level + 1 == group.levels);
+  });
 }
 
 void PhotoTextures::Bind(int first_unit) const {

@@ -11,6 +11,9 @@
 
 namespace lumi {
 
+// So many textures, and layers of each, that a place fits 16 bits (RecordPlace).
+constexpr int kMaxPhotoGroups = 32, kMaxPhotoLayers = 2048;
+
 // Where a photo lies.
 struct PhotoPlace {
   int group = 0;          // of PhotoTextures
@@ -34,6 +37,8 @@ class PhotoTextures {
   const std::vector<PhotoPlace>& places() const { return places_; }
   int group_count() const { return static_cast<int>(groups_.size()); }
   Eigen::Vector2i GroupSize(int group) const { return groups_[static_cast<std::size_t>(group)].size_px; }
+  // Whether each photo that is loaded fills its texture, and its pyramid the texture's.
+  bool WholeLayers() const;
   // Binds group g to texture unit first_unit + g.
   void Bind(int first_unit) const;
   std::size_t bytes_loaded() const { return bytes_loaded_; }  // texels that were uploaded, 4 bytes each
@@ -42,6 +47,7 @@ class PhotoTextures {
   struct Group {
     Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
     int layers = 0;
+    int levels = 0;     // of the tallest pyramid in it
     GlTexture texture;  // made with its first photo
   };
   std::vector<Group> groups_;

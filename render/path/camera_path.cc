@@ -4,7 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <stdexcept>
 
+#include "render/path/nerfstudio_path.h"
 #include "scene/files/atomic_file.h"
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
@@ -14,6 +16,7 @@ namespace {
 
 constexpr const char* kFormat = "lumigraph-path";
 constexpr int kVersion = 1;
+constexpr double kMinFov_rad = 1e-3, kMaxFov_rad = 3.1;
 
 double VerticalFov(const Camera& camera) { return 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()); }
 
@@ -149,77 +152,105 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
   return path;
 }
 
+double Duration(const CameraPath& path) { return path.keys.empty() ? 0 : path.keys.back().time_s - path.keys.front().time_s; }
+
+int FrameCount(const CameraPath& path) {
+  if (path.keys.empty()) return 0;
+  return path.frames > 0 ? path.frames : std::max(1, static_cast<int>(std::lround(Duration(path) * path.fps)));
+}
+
+PathKey PoseOnPath(const CameraPath& path, double time_s) {
+  if (path.keys.empty()) throw std::invalid_argument("PoseOnPath: the path has no keys");
+  PathKey pose = path.keys.front();
+  pose.time_s = std::clamp(time_s, path.keys.front().time_s, path.keys.back().time_s);
+  if (path.keys.size() == 1) return pose;
+  const auto after = std::lower_bound(path.keys.begin() + 1, path.keys.end() - 1, pose.time_s,
+                                      [](const PathKey& key, double t) { return key.time_s < t; });
+  const auto i = static_cast<std::size_t>(after - path.keys.begin()) - 1;
+  const auto w = KeyWeights(path.keys, i, pose.time_s);
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  std::vector<std::pair<double, Eigen::Quaterniond>> turns;
+  pose.vertical_fov_rad = 0;
+  for (std::size_t d = 0; d < 4; ++d) {
+    if (w[d] == 0) continue;
+    const PathKey& key = path.keys[i + d - 1];
+    centre += w[d] * key.cam_from_world.OriginInSource();
+    pose.vertical_fov_rad += w[d] * key.vertical_fov_rad;
+    turns.emplace_back(w[d], key.cam_from_world.rotation);
+  }
+  // A cubic may pass its keys: the field of view stays one.
+  pose.vertical_fov_rad = std::clamp(pose.vertical_fov_rad, kMinFov_rad, kMaxFov_rad);
+  pose.cam_from_world.rotation = WeightedMean(turns);
+  pose.cam_from_world.translation = -(pose.cam_from_world.rotation * centre);
+  return pose;
+}
+
+RenderView MakeRenderView(const PathKey& key, int width_px, int height_px) {
+  const double focal = 0.5 * height_px / std::tan(0.5 * key.vertical_fov_rad);
+  RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, 0.5 * width_px, 0.5 * height_px), key.cam_from_world);
+  v.time_s = key.time_s;
+  return v;
+}
+
 std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int height_px) {
   std::vector<RenderView> views;
-  if (path.keys.empty()) return views;
-  const double duration = path.keys.back().time_s - path.keys.front().time_s;
-  const int frames = std::max(1, static_cast<int>(std::lround(duration * path.fps)));
-  std::size_t i = 0;
+  const int frames = FrameCount(path);
   for (int f = 0; f < frames; ++f) {
-    const double t = path.keys.front().time_s + (frames > 1 ? duration * f / (frames - 1) : 0);
-    Eigen::Vector3d centre = path.keys[0].cam_from_world.OriginInSource();
-    Eigen::Quaterniond rotation = path.keys[0].cam_from_world.rotation;
-    double fov = path.keys[0].vertical_fov_rad;
-    if (path.keys.size() > 1) {
-      while (i + 2 < path.keys.size() && t > path.keys[i + 1].time_s) ++i;
-      const auto w = KeyWeights(path.keys, i, t);
-      centre.setZero();
-      fov = 0;
-      std::vector<std::pair<double, Eigen::Quaterniond>> turns;
-      for (int d = 0; d < 4; ++d) {
-        if (w[static_cast<std::size_t>(d)] == 0) continue;
-        const PathKey& key = path.keys[i + static_cast<std::size_t>(d) - 1];
-        centre += w[static_cast<std::size_t>(d)] * key.cam_from_world.OriginInSource();
-        fov += w[static_cast<std::size_t>(d)] * key.vertical_fov_rad;
-        turns.emplace_back(w[static_cast<std::size_t>(d)], key.cam_from_world.rotation);
-      }
-      rotation = WeightedMean(turns);
-    }
-    const double focal = 0.5 * height_px / std::tan(0.5 * fov);
-    RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, 0.5 * width_px, 0.5 * height_px),
-                                  Rigid3{rotation, -(rotation * centre)});
-    v.time_s = t;
-    views.push_back(v);
+    const double t = path.keys.front().time_s + (frames > 1 ? Duration(path) * f / (frames - 1) : 0);
+    views.push_back(MakeRenderView(PoseOnPath(path, t), width_px, height_px));
   }
   return views;
 }
 
-CameraPath ReadCameraPath(const std::filesystem::path& file) {
+static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& file) {
+  CameraPath path;
+  if (j.at("version").get<int>() > kVersion)
+    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) + "; this program reads up to " + std::to_string(kVersion));
+  path.fps = j.value("fps", 30.0);
+  path.width_px = j.value("width", 0);
+  path.height_px = j.value("height", 0);
+  for (const auto& k : j.at("keys")) {
+    PathKey key;
+    const auto c = k.at("position").get<std::array<double, 3>>();
+    const auto q = k.at("cam_from_world_xyzw").get<std::array<double, 4>>();
+    key.cam_from_world.rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
+    const double norm = key.cam_from_world.rotation.norm();
+    if (!(norm > 1e-9) || !std::isfinite(norm)) throw InputError(file, "key " + std::to_string(path.keys.size()) + ": the rotation is zero");
+    key.cam_from_world.rotation.normalize();
+    key.cam_from_world.translation = -(key.cam_from_world.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
+    key.vertical_fov_rad = k.at("vertical_fov_deg").get<double>() * kRadPerDeg;
+    key.time_s = k.at("time_s").get<double>();
+    path.keys.push_back(key);
+  }
+  return path;
+}
+
+CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) {
   const std::string text = ReadText(file);
   CameraPath path;
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.value("format", "") != kFormat) throw InputError(file, "not a camera path: \"format\" is not \"lumigraph-path\"");
-    if (j.at("version").get<int>() > kVersion)
-      throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) + "; this program reads up to " + std::to_string(kVersion));
-    path.fps = j.value("fps", 30.0);
-    path.width_px = j.value("width", 0);
-    path.height_px = j.value("height", 0);
-    for (const auto& k : j.at("keys")) {
-      PathKey key;
-      const auto c = k.at("position").get<std::array<double, 3>>();
-      const auto q = k.at("cam_from_world_xyzw").get<std::array<double, 4>>();
-      key.cam_from_world.rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
-      const double norm = key.cam_from_world.rotation.norm();
-      if (!(norm > 1e-9) || !std::isfinite(norm)) throw InputError(file, "key " + std::to_string(path.keys.size()) + ": the rotation is zero");
-      key.cam_from_world.rotation.normalize();
-      key.cam_from_world.translation = -(key.cam_from_world.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
-      key.vertical_fov_rad = k.at("vertical_fov_deg").get<double>() * kRadPerDeg;
-      key.time_s = k.at("time_s").get<double>();
-      if (!key.cam_from_world.translation.allFinite() || !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < 3.1) ||
-          !std::isfinite(key.time_s) || (!path.keys.empty() && !(key.time_s > path.keys.back().time_s)))
-        throw InputError(file, "key " + std::to_string(path.keys.size()) + ": times must ascend, fields of view lie in (0, 177] degrees, all numbers be finite");
-      path.keys.push_back(key);
-    }
+    if (!j.is_object()) throw InputError(file, "not a camera path: no JSON object");
+    if (IsNerfstudioPath(j))
+      path = ParseNerfstudioPath(j, file, detail);
+    else if (j.value("format", "") == kFormat)
+      path = OwnPath(j, file);
+    else
+      throw InputError(file, "not a camera path: neither \"format\": \"lumigraph-path\" nor nerfstudio's \"camera_path\"");
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, std::string("not a camera path: ") + e.what());
   }
   if (path.keys.empty()) throw InputError(file, "the path has no keys");
+  for (std::size_t i = 0; i < path.keys.size(); ++i) {
+    const PathKey& key = path.keys[i];
+    if (!key.cam_from_world.translation.allFinite() || !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < kMaxFov_rad) ||
+        !std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
+      throw InputError(file, "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, all numbers be finite");
+  }
   if (!(path.fps > 0 && path.fps <= 1000)) throw InputError(file, "fps must lie in (0, 1000]");
   if (path.width_px < 0 || path.height_px < 0 || path.width_px > 32768 || path.height_px > 32768)
     throw InputError(file, "width and height must lie in 0 to 32768");
-  constexpr double kMaxSeconds = 24 * 3600;
-  if (path.keys.back().time_s - path.keys.front().time_s > kMaxSeconds) throw InputError(file, "the path is longer than a day");
+  if (Duration(path) > kMaxPathSeconds) throw InputError(file, "the path is longer than a day");
   return path;
 }
 

@@ -1,4 +1,4 @@
-// A path of virtual cameras: JSON (see docs/render.md), or through the photos' own cameras.
+// A path of virtual cameras: JSON of our own or nerfstudio's (docs/viewer.md), or through the photos' own cameras.
 #pragma once
 
 #include <filesystem>
@@ -18,14 +18,28 @@ struct CameraPath {
   std::vector<PathKey> keys;   // time ascending
   double fps = 30;
   int width_px = 0, height_px = 0;   // 0: decided by the caller
+  int frames = 0;                    // evenly from the first key to the last; 0: as many as the duration has
 };
 
-CameraPath ReadCameraPath(const std::filesystem::path& file);
+constexpr double kMaxPathSeconds = 24 * 3600;
+
+// What a file's keys are to be, where it holds the frames and the keyframes that they were made from (nerfstudio's does).
+enum class PathDetail { kFrames, kKeyframes };
+
+// Recognises the format by its content. Throws InputError: the file, and what is wrong with it in one line.
+CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail = PathDetail::kFrames);
 void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path);
 
 // Visits the photos' cameras in an order that makes a smooth tour (by name for a video, else nearest neighbour from one
 // end), `seconds` long, smoothed.
 CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps);
+
+double Duration(const CameraPath& path);  // seconds
+int FrameCount(const CameraPath& path);
+
+// The camera at a time on the path's clock, held at the ends. Throws std::invalid_argument for a path without keys.
+PathKey PoseOnPath(const CameraPath& path, double time_s);
+RenderView MakeRenderView(const PathKey& key, int width_px, int height_px);
 
 // The frames: centres by Catmull-Rom (centripetal: no loops at uneven keys), rotations by spherical interpolation of the
 // same blend, field of view likewise.

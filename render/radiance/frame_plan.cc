@@ -70,11 +70,13 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
   plan.optimum = {};
 
   std::vector<float> t(n), everyone;
+  std::vector<Eigen::Vector3d> ray(n);
   std::size_t s = 0;
   for (int y = 0; y < window.height; ++y)
     for (int x = 0; x < window.width; ++x) {
-      const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0);
-      plan.offset[s++] = ray.normalized().cast<float>();
+      ray[s] = (setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized();
+      plan.offset[s] = ray[s].cast<float>();
+      ++s;
     }
   std::vector<Eigen::Vector3f> normal(setup.settings.resolution == Resolution::kJacobian ? n : 0);
   proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, normal);
@@ -100,7 +102,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
         }
       continue;
     }
-    const RayWeights r = Weigh(setup.sources, visibility, direction, t[s], setup.settings, scratch, facing);
+    const RayWeights r = Weigh(setup.sources, visibility, ray[s], static_cast<double>(t[s]), setup.settings, scratch, facing);
     plan.alpha[s] = r.alpha;
     for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
       plan.camera[s * k + i] = r.camera[i];

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
+#include "render/radiance/correlation.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures/angle.h"
 #include "render/radiance/measures/field_of_view.h"
@@ -206,7 +208,7 @@ struct Ranked {
 };
 
 // The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the weights.
-int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3f& direction, float t,
+int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3d& d, double t,
            const RadianceSettings& settings, const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
   ExactRows e;
   for (int i = 0; i < (found.count + kExactLanes - 1) / kExactLanes * kExactLanes; ++i) {
@@ -214,9 +216,7 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
     const double* exact = sources.exact.data() + RelativeSources::kExact * j;
     for (std::size_t row = 0; row < RelativeSources::kExact; ++row) e.value[row][i] = exact[row];
   }
-  // A unit direction to double's digits: the float's is unit to 1e-7, which would move the point.
-  const Eigen::Vector3d d = direction.cast<double>().normalized();
-  Exactly(e, found.count, d.x(), d.y(), d.z(), static_cast<double>(t));
+  Exactly(e, found.count, d.x(), d.y(), d.z(), t);
 
   const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0, time = settings.time && settings.epsilon > 0;
   const double unit = 2 * settings.r_max_rad;
@@ -250,6 +250,19 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
   return count;
 }
 
+// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must lead all
+// the same: a trace of 1/h, which shows only there.
+class LeafWeight {
+ public:
+  explicit LeafWeight(const RadianceSettings& s) : leaves_(s.r_min_rad, s.r_max_rad), r_max_(s.r_max_rad) {}
+  double operator()(double h) const { return leaves_.PSame(h) + kTrace * r_max_ / (r_max_ + h); }
+
+ private:
+  static constexpr double kTrace = 1e-6;
+  FallingLeaves leaves_;
+  double r_max_;
+};
+
 // How opaque the pixel is: fades with the best view of the point, full for a photo's own ray (h = 0).
 float Alpha(float f_largest, float h_smallest) {
   return h_smallest == 0 ? 1.0F : std::min(1.0F, f_largest / kAlphaFullAt);
@@ -259,9 +272,15 @@ float Alpha(float f_largest, float h_smallest) {
 
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch, normal);
+}
+
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
   RayWeights out;
-  Evaluate(sources, direction, t, normal, settings, scratch);
-  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
+  const Eigen::Vector3f d = direction.cast<float>();
+  Evaluate(sources, d, static_cast<float>(t), normal, settings, scratch);
+  const WithVisibility seen(sources, visibility, d, static_cast<float>(t), static_cast<float>(settings.gamma));
   const int k = settings.k;
   const Nearest found = FindNearest(sources, seen, k + 1, scratch);
   if (found.count == 0) return out;
@@ -275,9 +294,11 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
   const int n = std::min(ranked, k);
   double sum = 0;
   std::array<double, kMaxBlend> weight;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double w = (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
+    const double w = leaf ? (*leaf)(best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
     if (!(w > 0)) break;
     out.camera[at] = best[at].camera;
     weight[at] = w;
@@ -313,12 +334,17 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   }
   weights_out.assign(n, 0.0F);
   if (!(h1 < kInfinity)) return 0;
-  float sum = 0;
+  std::optional<LeafWeight> leaf;
+  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
+  double sum = 0;
   for (std::size_t j = 0; j < n; ++j) {
-    weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
-    sum += weights_out[j];
+    if (leaf)
+      weights_out[j] = h[j] < kInfinity ? static_cast<float>((*leaf)(static_cast<double>(h[j]))) : 0.0F;
+    else
+      weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
+    sum += static_cast<double>(weights_out[j]);
   }
-  for (float& w : weights_out) w /= sum;
+  for (float& w : weights_out) w = static_cast<float>(static_cast<double>(w) / sum);
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
 }
 

@@ -35,9 +35,13 @@ struct WeighScratch {
   Measures measures;
 };
 
-// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0.
-// normal: of the proxy there (read by Resolution::kJacobian; zero: it faces the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest; nullptr or
-// empty maps: everything is visible.
+// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0. In double: of one ray that two
+// views look along, floats are not the same ray. normal: of the proxy there (read by Resolution::kJacobian; zero: it faces
+// the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest;
+// nullptr or empty maps: everything is visible.
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+// Where floats are what there is: `direction` is made unit to double's digits.
 RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                  const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 

@@ -46,27 +46,31 @@ void FramePainter::Paint(const RenderRequest& request, const RenderRequest& prev
   painted_ = false;
   const Eigen::Vector2i full = request.view.size_px;
   if (changed || shown_ == nullptr) {
-    const bool at_once = preview.view.size_px == full;
+    const bool at_once = preview.view.size_px == full && preview.settings == request.settings;
+    begun_ = false;
     GlTarget& target = at_once ? full_ : preview_;
     picture_ms_ = Timed(preview, target, 0, preview.view.size_px.y(), true);
     shown_ = &target;
     shown_size_px_ = preview.view.size_px;
     complete_ = at_once;
-    begun_ = false;
-    refined_rows_ = 0;
     return;
   }
   if (complete_ || !may_refine) return;
+  if (!begun_) {
+    refined_rows_ = 0;
+    refining_ms_ = 0;
+  }
   // Rows of the full picture, behind the one that is shown.
   const double rows = options_.refine_ms * pixels_per_ms_ / full.x();
   const int last = std::min(full.y(), refined_rows_ + std::max(4, static_cast<int>(rows)));
-  Timed(request, full_, refined_rows_, last, !begun_);
+  refining_ms_ += Timed(request, full_, refined_rows_, last, !begun_);
   begun_ = true;
   refined_rows_ = last;
   if (refined_rows_ == full.y()) {
     shown_ = &full_;
     shown_size_px_ = full;
     complete_ = true;
+    picture_ms_ = refining_ms_;
   }
 }
 

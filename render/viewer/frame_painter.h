@@ -18,18 +18,23 @@ class FramePainter {
   // Must outlive the painter. The current context's thread.
   FramePainter(GlLumigraph& lumigraph, const PainterOptions& options);
 
-  // One frame's work on the picture of `full`; `preview` is the same at PreviewSize. changed: it is another picture than
-  // at the last call; may_refine: false puts the full resolution off (the picture is about to change anyway).
+  // One frame's work on the picture of `full`; `preview` is the same at PreviewSize, perhaps with cheaper settings. changed: it
+  // is another picture than at the last call; may_refine: false puts the full resolution off (the picture is about to change
+  // anyway). Throws what GlLumigraph::Begin throws; what is shown stays.
   void Paint(const RenderRequest& full, const RenderRequest& preview, bool changed, bool may_refine);
 
   // The size that a moving picture has in a window of this size.
   Eigen::Vector2i PreviewSize(const Eigen::Vector2i& full_px) const;
 
+  // Something else was begun on the lumigraph: a half-refined picture starts again.
+  void Disturbed() { begun_ = false; }
+  void SetMovingTime(double ms) { options_.moving_ms = ms; }
+
   bool complete() const { return complete_; }             // what is shown is at full resolution
   bool empty() const { return shown_ == nullptr; }
   const GlTarget& shown() const { return *shown_; }
   const Eigen::Vector2i& shown_size_px() const { return shown_size_px_; }
-  double picture_ms() const { return picture_ms_; }        // of the last picture drawn in one go
+  double picture_ms() const { return picture_ms_; }        // of the last picture, in one go or in strips
   bool painted() const { return painted_; }                // the last call drew something
 
  private:
@@ -43,7 +48,7 @@ class FramePainter {
   double pixels_per_ms_;
   int refined_rows_ = 0;
   bool complete_ = false, painted_ = false, begun_ = false;
-  double picture_ms_ = 0;
+  double picture_ms_ = 0, refining_ms_ = 0;
 };
 
 }  // namespace lumi

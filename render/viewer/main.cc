@@ -1,14 +1,15 @@
-#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "render/radiance/settings.h"
+#include "render/settings_json.h"
 #include "render/viewer/viewer.h"
 #include "scene/program/main_program.h"
 
 int main(int argc, char** argv) {
   lumi::Program program("lumi-view", "Walks through an unstructured lumigraph in a window");
   lumi::ViewerOptions o;
-  std::string k = "4";
+  std::map<std::string, std::string> given;
   CLI::App& app = program.app();
   app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
   app.add_option("--proxy", o.proxy, "Proxy by name; default: the scene's active one");
@@ -16,15 +17,26 @@ int main(int argc, char** argv) {
   app.add_option("--width", o.width_px, "Of the window, pixels")->check(CLI::Range(64, 16384))->capture_default_str();
   app.add_option("--height", o.height_px, "Of the window, pixels")->check(CLI::Range(64, 16384))->capture_default_str();
   app.add_option("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this")->check(CLI::Range(16, 1 << 20))->capture_default_str();
-  app.add_option("--k", k, "Photos blended at a pixel: 1 to 16, or all")->capture_default_str();
+  app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
+  app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")->check(CLI::Range(1.0, 1e4));
+  app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's");
   app.add_option("--screenshot", o.screenshot, "When all is loaded, write this picture and end");
   app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
   app.add_flag("!--no-ui", o.show_ui, "No panel, also in screenshots");
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
+  for (const lumi::SettingOption& s : lumi::SettingOptions())
+    app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   return program.Run(argc, argv, [&] {
-    o.k = k == "all" ? 0 : std::atoi(k.c_str());
-    if (k != "all" && (o.k < 1 || o.k > lumi::kMaxBlend || k.find_first_not_of("0123456789") != std::string::npos))
-      throw lumi::UsageError("--k takes 1 to " + std::to_string(lumi::kMaxBlend) + ", or all, not " + k);
+    for (const auto& [name, value] : given)
+      if (!value.empty()) {
+        lumi::SetOption(o.settings, name, value);
+        o.decided.insert(name);
+      }
+    // What the optimum needs and nobody spoke against.
+    if (o.settings.similarity == lumi::Similarity::kFull) {
+      if (given["correlation"].empty()) o.settings.correlation = lumi::Correlation::kFallingLeaves;
+      if (given["sampling"].empty()) o.settings.sampling = lumi::Sampling::kInterpolated;
+    }
     return lumi::RunViewer(o, program.progress());
   });
 }

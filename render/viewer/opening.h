@@ -2,9 +2,13 @@
 #pragma once
 
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 
+#include "render/effects/effects.h"
+#include "render/path/camera_path.h"
+#include "render/radiance/visibility.h"
 #include "render/viewer/viewer.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
@@ -44,11 +48,25 @@ class OpeningProgress final : public ProgressSink {
   bool cancelled_ = false;
 };
 
+// A proxy with what each photo sees of it: both take their time, and neither needs the window.
+struct PreparedProxy {
+  std::string name;
+  Mesh mesh;
+  VisibilityMaps visibility;
+};
+PreparedProxy PrepareProxy(const Scene& scene, const std::string& name);
+
 struct Opened {
   Scene scene;
-  Mesh proxy;
-  std::string proxy_name;
+  PreparedProxy proxy;
+  EffectChoice effects;      // what the data call for, but for exposure: the photos are not read yet
+  CameraPath path;
 };
+
+// The effects of `choice` in settings that otherwise stay; those in `decided` stay as well.
+void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings);
+// A list of effects, none or auto as a script or an option spells it: those and no others. Throws UsageError.
+void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings);
 
 // By name, or by position. Throws UsageError.
 int FindView(const Scene& scene, const std::string& name);

@@ -92,6 +92,13 @@ void Overlay::Present(const GlTarget& target, const Eigen::Vector2i& picture_px,
   glBindVertexArray(0);
 }
 
+void Overlay::PresentNothing(const Eigen::Vector2i& window_px) {
+  glViewport(0, 0, window_px.x(), window_px.y());
+  glDisable(GL_SCISSOR_TEST);
+  glClearColor(0.115F, 0.12F, 0.13F, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+}
+
 void Overlay::UseLines(const Eye& eye) {
   glViewport(0, 0, eye.window_px.x(), eye.window_px.y());
   glDisable(GL_DEPTH_TEST);
@@ -152,6 +159,24 @@ void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<E
   glBindVertexArray(0);
   glDisable(GL_BLEND);
   CheckGl("drawing the frusta");
+}
+
+void Overlay::Lines(const Eye& eye, const std::vector<Line>& lines) {
+  if (lines.empty()) return;
+  std::vector<float> vertices;
+  for (const Line& line : lines)
+    for (const Eigen::Vector3d& x : {line.a, line.b}) {
+      for (int c = 0; c < 3; ++c) vertices.push_back(static_cast<float>(x[c]));
+      for (int c = 0; c < 4; ++c) vertices.push_back(line.color[c]);
+    }
+  UseLines(eye);
+  glBindVertexArray(line_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(), GL_STREAM_DRAW);
+  glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * lines.size()));
+  glBindVertexArray(0);
+  glDisable(GL_BLEND);
+  CheckGl("drawing the path");
 }
 
 void Overlay::ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph) {

@@ -14,6 +14,8 @@ class Overlay {
  public:
   Overlay();
 
+  // The backdrop alone, where there is no picture yet.
+  void PresentNothing(const Eigen::Vector2i& window_px);
   // The picture, stretched over the window, on a quiet grid where it is transparent.
   void Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
 
@@ -25,6 +27,11 @@ class Overlay {
   };
   // Frusta of `depth` (normalised units); colours RGBA, one a source.
   void Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth);
+  struct Line {
+    Eigen::Vector3d a, b;        // normalised
+    Eigen::Vector4f color;
+  };
+  void Lines(const Eye& eye, const std::vector<Line>& lines);
   void ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph);
 
  private:

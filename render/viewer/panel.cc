@@ -1,18 +1,14 @@
 #include "render/viewer/panel.h"
 
 #include <fmt/format.h>
-#include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "render/viewer/panel_parts.h"
+
 namespace lumi {
 namespace {
-
-const ImVec4 kDim{0.62F, 0.65F, 0.70F, 1.0F};
-const ImVec4 kWarm{0.98F, 0.72F, 0.38F, 1.0F};
-
-void Dim(const std::string& text) { ImGui::TextColored(kDim, "%s", text.c_str()); }
 
 // A wheel over the list scrolls it; the arrows of the keyboard belong to the picture.
 void PhotoList(const PanelFacts& facts, PanelWishes& wishes) {
@@ -27,26 +23,6 @@ void PhotoList(const PanelFacts& facts, PanelWishes& wishes) {
   ImGui::EndCombo();
 }
 
-void Blending(ViewerSettings& settings) {
-  RadianceSettings& r = settings.radiance;
-  bool all = r.k == 0;
-  ImGui::BeginDisabled(all);
-  int k = all ? kMaxBlend : r.k;
-  if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend, all ? "all" : "%d") && !all) r.k = std::clamp(k, 1, kMaxBlend);
-  ImGui::EndDisabled();
-  if (ImGui::Checkbox("all", &all)) r.k = all ? 0 : 4;
-  ImGui::SameLine();
-  ImGui::Checkbox("prefilter", &r.prefilter);
-  ImGui::SameLine();
-  ImGui::Checkbox("visibility", &r.visibility);
-  auto gamma = static_cast<float>(r.gamma);
-  if (ImGui::SliderFloat("field of view", &gamma, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic))
-    r.gamma = std::clamp(static_cast<double>(gamma), 0.0, 1000.0);
-  auto feather = static_cast<float>(r.fov_feather);
-  if (ImGui::SliderFloat("feather", &feather, 0.005F, 0.5F, "%.3f", ImGuiSliderFlags_Logarithmic))
-    r.fov_feather = std::clamp(static_cast<double>(feather), 0.001, 0.5);
-}
-
 void Help() {
   static constexpr const char* kLines[][2] = {
       {"left drag", "orbit"},           {"right drag", "look around"},
@@ -55,6 +31,7 @@ void Help() {
       {"W A S D, Q E", "fly (Shift: faster)"}, {"left, right arrow", "photo before, after"},
       {"Home", "back to the start"},    {"[ ]", "fewer, more photos a pixel"},
       {"F", "false colours"},           {"C", "photos' cameras"},
+      {"K", "key of the camera path"},  {"Space", "play, stop the path"},
       {"P", "proxy's edges"},           {"Tab", "panel"},
       {"F12", "screenshot"},            {"H", "this help"},
       {"Esc", "quit"}};
@@ -78,50 +55,74 @@ void Status(const PanelFacts& facts) {
   if (open > 0)
     ImGui::ProgressBar(static_cast<float>(facts.photos_loaded) / static_cast<float>(std::max(1, facts.photos_total)), ImVec2(-1, 0),
                        fmt::format("{} of {} photos", facts.photos_loaded, facts.photos_total).c_str());
-  else
-    ImGui::Text("%d photos", facts.photos_loaded);
-  std::string memory = fmt::format("{:.0f} of {:.0f} MB", facts.photo_mb, facts.budget_mb);
-  if (facts.halvings > 0) memory += fmt::format(", photos at 1/{}", 1 << facts.halvings);
+  std::string memory = open > 0 ? "" : fmt::format("{} photos, ", facts.photos_loaded);
+  memory += fmt::format("{:.0f} of {:.0f} MB", facts.photo_mb, facts.budget_mb);
+  if (facts.halvings > 0) memory += fmt::format(", at 1/{}", 1 << facts.halvings);
   Dim(memory);
-  if (facts.photos_failed > 0)
-    ImGui::TextColored(kWarm, "%s", fmt::format("{} photos could not be read", facts.photos_failed).c_str());
+  if (facts.photos_failed > 0) Wrapped(kWarm, fmt::format("{} photos could not be read", facts.photos_failed));
+  if (!facts.problem.empty()) Wrapped(kWarm, facts.problem);
+}
+
+void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  PhotoList(facts, wishes);
+  if (ImGui::BeginCombo("proxy", facts.proxy.c_str())) {
+    for (const std::string& name : facts.proxies)
+      if (ImGui::Selectable(name.c_str(), name == facts.proxy)) wishes.proxy = name;
+    ImGui::EndCombo();
+  }
+  Tooltip(facts.proxy_loading ? "loading the proxy ..." : fmt::format("{} faces", facts.faces));
+  constexpr std::pair<Show, const char*> kShows[] = {{Show::kColor, "colours"}, {Show::kFalseColor, "false"}, {Show::kTessellation, "samples"}};
+  constexpr const char* kHelp[] = {"As the photos are", "One colour a photo, blended with the same weights", "The sparse samples' triangles or cells over the picture"};
+  for (std::size_t i = 0; i < std::size(kShows); ++i) {
+    if (i > 0) ImGui::SameLine();
+    const bool applies = kShows[i].first != Show::kTessellation || settings.radiance.Sparse();
+    ImGui::BeginDisabled(!applies);
+    if (ImGui::RadioButton(kShows[i].second, settings.show == kShows[i].first)) settings.show = kShows[i].first;
+    ImGui::EndDisabled();
+    Tooltip(std::string(kHelp[i]) + (applies ? "" : ": there are none without a grid"));
+  }
+  ImGui::Checkbox("cameras", &settings.frusta);
+  ImGui::SameLine();
+  ImGui::Checkbox("proxy", &settings.mesh);
+  ImGui::SameLine();
+  ImGui::Checkbox("path", &settings.path);
+  ImGui::SameLine();
+  ImGui::Checkbox("help", &settings.help);
+  wishes.home = ImGui::Button("home");
+  ImGui::SameLine();
+  wishes.screenshot = ImGui::Button("screenshot");
 }
 
 }  // namespace
+
+const std::vector<std::string>& PanelGroups() {
+  static const std::vector<std::string> names = {"scene", "cost and error", "weights", "samples", "effects", "time", "camera path", "recording"};
+  return names;
+}
+
+bool Group(ViewerSettings& settings, const char* name, bool open_at_first) {
+  const auto said = settings.groups.find(name);
+  const bool wanted = said != settings.groups.end() ? said->second : open_at_first;
+  ImGui::SetNextItemOpen(wanted);
+  const bool open = ImGui::CollapsingHeader(name);
+  if (open != wanted) settings.groups[name] = open;
+  return open;
+}
 
 PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings) {
   PanelWishes wishes;
   const float unit = ImGui::GetFontSize();
   if (settings.panel) {
+    const float height = ImGui::GetIO().DisplaySize.y - 2 * unit, width = 25 * unit;
     ImGui::SetNextWindowPos({unit, unit}, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({23 * unit, 0}, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(height, 10 * unit)});
+    ImGui::SetNextWindowSize({width, 0}, ImGuiCond_Always);  // as high as its groups need, up to the window's own height
     ImGui::Begin(fmt::format("{}###panel", facts.scene).c_str(), nullptr, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-    ImGui::PushItemWidth(-8 * unit);
+    ImGui::PushItemWidth(-8.5F * unit);
     Status(facts);
-    ImGui::Separator();
-    PhotoList(facts, wishes);
-    if (ImGui::BeginCombo("proxy", facts.proxy.c_str())) {
-      for (const std::string& name : facts.proxies)
-        if (ImGui::Selectable(name.c_str(), name == facts.proxy)) wishes.proxy = name;
-      ImGui::EndCombo();
-    }
-    Dim(facts.proxy_loading ? "loading the proxy ..." : fmt::format("{} faces", facts.faces));
-    ImGui::Separator();
-    int show = settings.show == Show::kColor ? 0 : 1;
-    ImGui::RadioButton("photos' colours", &show, 0);
-    ImGui::SameLine();
-    ImGui::RadioButton("false colours", &show, 1);
-    settings.show = show == 0 ? Show::kColor : Show::kFalseColor;
-    Blending(settings);
-    ImGui::Separator();
-    ImGui::Checkbox("cameras", &settings.frusta);
-    ImGui::SameLine();
-    ImGui::Checkbox("proxy", &settings.mesh);
-    ImGui::SameLine();
-    ImGui::Checkbox("help", &settings.help);
-    wishes.home = ImGui::Button("home");
-    ImGui::SameLine();
-    wishes.screenshot = ImGui::Button("screenshot");
+    if (Group(settings, "scene", true)) SceneGroup(facts, settings, wishes);
+    SettingGroups(facts, settings, wishes);
+    PathGroups(facts, settings, wishes);
     ImGui::PopItemWidth();
     ImGui::End();
   }

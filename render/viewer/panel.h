@@ -1,28 +1,46 @@
-// The viewer's panel (Dear ImGui): what it shows, and what the user asked for in it.
+// The viewer's panel (Dear ImGui): what it shows, and what the user asked for in it. panel.cc frames it, panel_settings.cc
+// holds the reconstruction's options, panel_path.cc the camera path and recording.
 #pragma once
 
+#include <array>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "render/effects/effects.h"
+#include "render/path/camera_path.h"
 #include "render/radiance/settings.h"
 #include "render/renderer.h"
 
 namespace lumi {
 
-// What the user may change; keys change the same.
+// What the user may change; keys and scripts change the same.
 struct ViewerSettings {
   RadianceSettings radiance;
   Show show = Show::kColor;
   bool frusta = false;
   bool mesh = false;
+  bool path = true;            // the camera path in the picture
   bool panel = true;
   bool help = false;
+  bool play_time = false;      // the view's time goes on by itself
+  double budget_ms = 0;        // a frame while the camera moves; 0: settings stay, the size adapts
+  std::map<std::string, bool> groups;   // of the panel: open or closed, where the user or a script said
+  int selected_key = -1;
+  std::array<char, 256> path_file{}, video_file{};
+};
+
+struct MeasuredLine {
+  std::string photo, settings;
+  double psnr_db = 0, coverage = 1, ms = 0;
 };
 
 struct PanelFacts {
   std::string scene, device;
-  double picture_ms = 0;       // the last picture drawn in one go
+  double picture_ms = 0;       // the last whole picture, smoothed
+  double plan_ms = 0;          // of that, on the processor before the graphics processor draws
   double frame_ms = 0;         // from frame to frame, smoothed
   double scale = 1;            // of the shown picture against the window
   bool complete = false;
@@ -36,14 +54,44 @@ struct PanelFacts {
   int faces = 0;
   bool proxy_loading = false;
   std::string message;         // a line that fades
+  std::string problem;         // why the settings are not what is shown: they are invalid, or this backend does not do them
+  std::string budget_now;      // what the budget chose for the moving camera
+
+  std::vector<Effect> effects;             // as the data call for them
+  bool effects_open = false;               // exposures are still looked at
+  std::pair<double, double> times{0, 0};   // of the photos, seconds; equal: they have none
+  double period_s = 0;
+
+  bool measuring = false;
+  std::vector<MeasuredLine> errors;        // latest last
+
+  CameraPath path;
+  bool playing = false;
+  double play_s = 0;
+  bool recording = false, recording_live = false;
+  double recorded = 0;         // fraction of the path; live: seconds
+  std::string recording_to;
 };
+
+enum class PathWish { kNone, kAdd, kUpdate, kDelete, kEarlier, kLater, kJump, kClear, kPlay, kStop, kLoad, kSave, kSaveNerfstudio };
+enum class RecordWish { kNone, kPath, kLive, kStop, kCancel };
 
 struct PanelWishes {
   std::optional<int> jump_to;
   std::optional<std::string> proxy;
   bool screenshot = false;
   bool home = false;
+  bool auto_effects = false;
+  bool measure = false;
+  PathWish path = PathWish::kNone;
+  std::optional<double> key_time_s;        // of the selected key
+  std::optional<double> path_seconds, path_fps, scrub_s;
+  std::optional<Eigen::Vector2i> path_size_px;
+  RecordWish record = RecordWish::kNone;
 };
+
+// Names of the panel's groups, as scripts open and close them.
+const std::vector<std::string>& PanelGroups();
 
 // Between Window::BeginUi and EndUi.
 PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings);

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <future>
 
+#include "render/path/path_editing.h"
+#include "render/settings_json.h"
 #include "render/viewer/canvas.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
@@ -25,21 +27,135 @@ constexpr double kUploadTime_s = 0.025;      // a frame
 constexpr double kFlight_s = 0.9;
 constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
 constexpr double kFlySpeed = 0.6;            // scene sizes a second
+constexpr int kMostVideoSide = 8192;
+constexpr int kExposureSide = 256;           // of the photos whose exposures are compared
+constexpr double kSmoothing = 0.1;           // of times that are shown
 
 }  // namespace
 
-RenderRequest Viewer::Request(const Eigen::Vector2i& size_px) const {
+Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script)
+    : options_(options),
+      window_(window),
+      scene_(opened.scene),
+      progress_(progress),
+      budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
+      lumigraph_(scene_, budget_.sizes_px),
+      painter_(lumigraph_, PainterOptions{}),
+      home_(StateOfView(scene_, StartView())),
+      navigator_(home_, scene_.up, 1.0 / scene_.normalized_from_world.scale),
+      loader_(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
+      effects_(opened.effects),
+      decided_(options.decided),
+      small_photos_(scene_.views.size()),
+      path_(opened.path),
+      probe_(scene_, lumigraph_),
+      script_(script.begin(), script.end()),
+      scripted_(!script.empty()) {
+  RadianceSettings& s = settings_.radiance;
+  s = options.settings;
+  s.period_s = scene_.period_s.value_or(0);
+  std::vector<double> times;
+  for (const View& v : scene_.views)
+    if (v.time_s) times.push_back(*v.time_s);
+  if (!times.empty()) facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
+  facts_.period_s = s.period_s;
+  if (!times.empty() && decided_.count("time-s") == 0) s.time_s = facts_.times.first;
+  ApplyEffectList(options.effects, effects_, decided_, s);
+  exposures_wanted_ = options.effects == "auto" || s.exposure;
+  settings_.panel = options.show_ui;
+  settings_.budget_ms = options.budget_ms;
+  loader_.SetFocus(home_.cam_from_world);
+  SetProxy(std::move(opened.proxy));
+  for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
+  facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
+  if (facts_.scene.empty()) facts_.scene = "lumigraph";
+  facts_.device = GlDeviceName();
+  facts_.photos_total = static_cast<int>(scene_.views.size());
+  facts_.budget_mb = options.memory_mb;
+  for (int side = budget_.max_side_px; 2 * side <= LargestSide(); side *= 2) ++facts_.halvings;
+  facts_.proxies = ListProxies(scene_.folder);
+  facts_.effects = effects_.effects;
+  PathEdited();
+}
+
+RenderRequest Viewer::Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const {
   RenderRequest r;
   r.view = MakeWindowView(navigator_.state(), size_px.x(), size_px.y());
-  r.settings = settings_.radiance;
-  r.show = settings_.show;
+  r.settings = settings;
+  r.show = settings_.show == Show::kTessellation && !settings.Sparse() ? Show::kColor : settings_.show;
   return r;
 }
 
 static bool Same(const RenderRequest& a, const RenderRequest& b) {
-  const RadianceSettings &s = a.settings, &t = b.settings;
-  return a.view.P == b.view.P && a.view.size_px == b.view.size_px && a.show == b.show && s.k == t.k &&
-         s.gamma == t.gamma && s.fov_feather == t.fov_feather && s.visibility == t.visibility && s.prefilter == t.prefilter;
+  return a.view.P == b.view.P && a.view.size_px == b.view.size_px && a.show == b.show && a.settings == b.settings;
+}
+
+// Settings that are invalid are not tried; settings that the backend does not do keep what was drawn before.
+bool Viewer::Paint(bool moving) {
+  (void)moving;
+  const std::string problem = Validate(settings_.radiance);
+  const bool usable = problem.empty() && !(refused_ && *refused_ == settings_.radiance);
+  if (problem.empty() && usable) refused_.reset();
+  facts_.problem = !problem.empty() ? problem : refused_ ? refusal_ : "";
+  for (RadianceSettings wanted = usable ? settings_.radiance : accepted_;;) {
+    const RenderRequest request = Request(size_px_, wanted);
+    const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
+    try {
+      painter_.Paint(request, Request(painter_.PreviewSize(size_px_), wanted), changed, !Loading() && !path_recording_ && !probe_.drawing());
+      accepted_ = wanted;
+      drawn_ = request;
+      drawn_generation_ = generation_;
+      return changed;
+    } catch (const UsageError& e) {
+      // Not even what was drawn before: the defaults are what every backend does.
+      if (wanted == RadianceSettings{}) throw;
+      refusal_ = e.what();
+      if (!e.hint().empty()) refusal_ += ": " + e.hint();
+      facts_.problem = refusal_;
+      if (wanted == accepted_ || painter_.empty()) accepted_ = {};
+      if (wanted == settings_.radiance) refused_ = wanted;
+      wanted = accepted_;
+    }
+  }
+}
+
+void Viewer::SetProxy(PreparedProxy proxy) {
+  lumigraph_.SetProxy(proxy.mesh, std::move(proxy.visibility));
+  facts_.proxy = proxy.name;
+  facts_.faces = static_cast<int>(proxy.mesh.faces.size());
+  ++generation_;
+}
+
+// A small copy, for the photos' exposures.
+void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
+  if (!exposures_wanted_) return;
+  std::size_t level = 0;
+  while (level + 1 < photo.levels.size() && std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide) ++level;
+  Photo& kept = small_photos_[static_cast<std::size_t>(view.value)];
+  kept.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(level), photo.levels.end());
+  kept.level0_shift = photo.level0_shift + static_cast<int>(level);
+}
+
+// When all photos are there, their exposures are compared: on another thread, then drawn with.
+void Viewer::TakeExposures() {
+  if (exposures_wanted_ && !exposing_.valid() && loader_.outstanding() == 0) {
+    exposures_wanted_ = false;
+    exposing_ = std::async(std::launch::async, [this, photos = std::move(small_photos_)] { return EstimateExposures(scene_, photos); });
+  }
+  facts_.effects_open = exposing_.valid() || exposures_wanted_;
+  if (!exposing_.valid() || exposing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const Exposures found = exposing_.get();
+  facts_.effects_open = false;
+  for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = found.gain[i];
+  lumigraph_.SetGains(found.gain);
+  for (Effect& e : effects_.effects)
+    if (e.name == "exposure") {
+      e.on = found.Differ();
+      e.evidence = e.on ? fmt::format("photos of one point differ by a factor of up to {:.2f}", found.spread) : "photos of one point agree";
+    }
+  facts_.effects = effects_.effects;
+  if (options_.effects == "auto" && decided_.count("exposure") == 0) SwitchEffect(settings_.radiance, "exposure", found.Differ());
+  if (settings_.radiance.exposure) ++generation_;
 }
 
 void Viewer::TakePhotos() {
@@ -58,6 +174,7 @@ void Viewer::TakePhotos() {
       continue;
     }
     lumigraph_.Upload(loaded->view, loaded->photo);
+    KeepForExposure(loaded->view, loaded->photo);
     new_photos_ = true;
   }
   if (facts_.photos_failed == facts_.photos_total)
@@ -73,18 +190,16 @@ void Viewer::TakePhotos() {
 
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || proxy_loading_.valid()) return;
-  proxy_loading_ = std::async(std::launch::async, [this, name] { return std::pair(name, LoadProxy(scene_, name)); });
+  proxy_loading_ = std::async(std::launch::async, [this, name] { return PrepareProxy(scene_, name); });
 }
 
 void Viewer::TakeProxy() {
   facts_.proxy_loading = proxy_loading_.valid();
   if (!facts_.proxy_loading || proxy_loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   try {
-    const auto [name, mesh] = proxy_loading_.get();
-    SetProxy(mesh, name);
+    SetProxy(proxy_loading_.get());
   } catch (const Error& e) {
-    if (scripted_) throw;
-    Say(e.what());
+    Complain(e);
   }
 }
 
@@ -126,6 +241,13 @@ void Viewer::Key(int key) {
     case GLFW_KEY_F: settings_.show = settings_.show == Show::kColor ? Show::kFalseColor : Show::kColor; return;
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
     case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
+    case GLFW_KEY_K: return AddKey({});
+    case GLFW_KEY_SPACE:
+      if (playing_s_)
+        playing_s_.reset();
+      else
+        StartPlaying();
+      return;
     case GLFW_KEY_H: settings_.help = !settings_.help; return;
     case GLFW_KEY_TAB: settings_.panel = !settings_.panel; return;
     case GLFW_KEY_LEFT_BRACKET: r.k = r.k == 0 ? kMaxBlend : std::max(1, r.k - 1); return Say(fmt::format("{} photos a pixel", r.k));
@@ -182,17 +304,23 @@ bool Viewer::Steer(const WindowInput& input, double dt_s) {
     navigator_.Fly(step * input.fly.x(), step * input.fly.y(), step * input.fly.z());
     moved = true;
   }
-  if (moved) current_photo_ = -1;
+  if (moved) {
+    current_photo_ = -1;
+    playing_s_.reset();
+  }
   return moved;
 }
 
 // The picture and what is over it, without the panel, into the bound framebuffer.
 void Viewer::Compose() {
+  if (painter_.empty()) return overlay_.PresentNothing(size_px_);
   overlay_.Present(painter_.shown(), painter_.shown_size_px(), size_px_);
-  if (!settings_.frusta && !settings_.mesh) return;
+  const bool with_path = settings_.path && !path_.keys.empty() && !playing_s_;
+  if (!settings_.frusta && !settings_.mesh && !with_path) return;
   const Overlay::Eye eye{Normalized(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world),
                          &painter_.shown(), painter_.shown_size_px(), size_px_};
   if (settings_.mesh) overlay_.ProxyEdges(eye, lumigraph_);
+  if (with_path) DrawPath(eye);
   if (settings_.frusta) {
     std::vector<Eigen::Vector4f> colors;
     for (std::size_t j = 0; j < scene_.views.size(); ++j) {
@@ -224,6 +352,68 @@ std::filesystem::path Viewer::FreeScreenshotName() const {
   }
 }
 
+void Viewer::Grant(const PanelWishes& wishes) {
+  try {
+    if (wishes.jump_to) Jump(*wishes.jump_to, false);
+    if (wishes.home) Key(GLFW_KEY_HOME);
+    if (wishes.proxy) WishProxy(*wishes.proxy);
+    if (wishes.screenshot) Key(GLFW_KEY_F12);
+    if (wishes.auto_effects) ApplyEffects(effects_, {}, settings_.radiance);
+    if (wishes.measure) StartMeasuring();
+    const int key = settings_.selected_key;
+    const bool selected = key >= 0 && key < static_cast<int>(path_.keys.size());
+    const auto index = static_cast<std::size_t>(std::max(key, 0));
+    const auto exchange = [&](std::size_t other) {
+      if (!selected || other >= path_.keys.size()) return;
+      path_.frames = 0;
+      std::swap(path_.keys[index].time_s, path_.keys[other].time_s);
+      std::swap(path_.keys[index], path_.keys[other]);
+      settings_.selected_key = static_cast<int>(other);
+    };
+    switch (wishes.path) {
+      case PathWish::kNone: break;
+      case PathWish::kAdd: AddKey({}); break;
+      case PathWish::kUpdate: if (selected) ReplaceKey(path_, index, CurrentKey(0)); break;
+      case PathWish::kDelete: if (selected) DeleteKey(path_, index); break;
+      case PathWish::kEarlier: exchange(index - 1); break;
+      case PathWish::kLater: exchange(index + 1); break;
+      case PathWish::kJump: JumpToKey(key); break;
+      case PathWish::kClear: path_ = {}; break;
+      case PathWish::kPlay: StartPlaying(); break;
+      case PathWish::kStop: playing_s_.reset(); break;
+      case PathWish::kLoad: LoadPath(settings_.path_file.data()); break;
+      case PathWish::kSave: SavePath(settings_.path_file.data(), false); break;
+      case PathWish::kSaveNerfstudio: SavePath(settings_.path_file.data(), true); break;
+    }
+    if (wishes.key_time_s && selected && *wishes.key_time_s >= 0 && *wishes.key_time_s <= kMaxPathSeconds)
+      settings_.selected_key = static_cast<int>(RetimeKey(path_, index, *wishes.key_time_s));
+    if (wishes.path_seconds && *wishes.path_seconds > 0 && *wishes.path_seconds <= kMaxPathSeconds) StretchTo(path_, *wishes.path_seconds);
+    if (wishes.path_fps && *wishes.path_fps >= 1 && *wishes.path_fps <= 240) {
+      path_.fps = *wishes.path_fps;
+      path_.frames = 0;
+    }
+    if (wishes.path_size_px) {
+      path_.width_px = std::clamp(wishes.path_size_px->x(), 0, kMostVideoSide);
+      path_.height_px = std::clamp(wishes.path_size_px->y(), 0, kMostVideoSide);
+    }
+    if (wishes.scrub_s && !path_.keys.empty()) {
+      playing_s_.reset();
+      navigator_.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *wishes.scrub_s)));
+      facts_.play_s = *wishes.scrub_s;
+    }
+    switch (wishes.record) {
+      case RecordWish::kNone: break;
+      case RecordWish::kPath: StartRecording(VideoName()); break;
+      case RecordWish::kLive: StartLiveRecording(VideoName()); break;
+      case RecordWish::kStop: FinishRecording(); break;
+      case RecordWish::kCancel: CancelRecording(); break;
+    }
+    PathEdited();
+  } catch (const Error& e) {
+    Complain(e);
+  }
+}
+
 nlohmann::json Viewer::Run() {
   auto last = Clock::now();
   long frames = 0;
@@ -237,52 +427,48 @@ nlohmann::json Viewer::Run() {
 
     TakePhotos();
     TakeProxy();
+    TakeExposures();
     bool moving = Steer(window_.Take(), dt);
     moving |= navigator_.Tick(dt);
+    moving |= Play(dt);
     if (scripted_) RunScript();
     loader_.SetFocus(navigator_.state().cam_from_world);
-
-    const RenderRequest request = Request(size_px_);
-    const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
-    painter_.Paint(request, Request(painter_.PreviewSize(size_px_)), changed, !Loading());
-    drawn_ = request;
-    drawn_generation_ = generation_;
+    const bool changed = Paint(moving);
+    StepJobs();
 
     if (Clock::now() > message_until_) facts_.message.clear();
     facts_.nearest_photo = NearestView(scene_, navigator_.state());
-    facts_.picture_ms = painter_.picture_ms();
+    if (painter_.complete() && painter_.painted())
+      facts_.picture_ms = facts_.picture_ms == 0 ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
     facts_.complete = painter_.complete();
-    facts_.scale = static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
+    facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
     window_.BeginUi();
     if (options_.show_ui) {
-      const PanelWishes wishes = DrawPanel(facts_, settings_);
-      if (wishes.jump_to) Jump(*wishes.jump_to, false);
-      if (wishes.home) Key(GLFW_KEY_HOME);
-      if (wishes.proxy) WishProxy(*wishes.proxy);
-      if (wishes.screenshot) Key(GLFW_KEY_F12);
+      Grant(DrawPanel(facts_, settings_));
       if (window_.Dragging() && drag_pivot_)
-        if (const auto x = Project(request.view.P, *drag_pivot_))
+        if (const auto x = Project(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()).P, *drag_pivot_))
           DrawPivot(x->x(), x->y(), 1.0);
     }
     window_.EndUi();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     Compose();
+    StepLiveRecording();
     window_.DrawUi();
     window_.Swap();
     ++frames;
 
     const double ms = 1000 * SecondsSince(last);
     if (painter_.painted()) frame_ms_.push_back(ms);
-    facts_.frame_ms = facts_.frame_ms == 0 ? ms : 0.9 * facts_.frame_ms + 0.1 * ms;
+    facts_.frame_ms = facts_.frame_ms == 0 ? ms : facts_.frame_ms + kSmoothing * (ms - facts_.frame_ms);
     if (scripted_) {
       AfterPainting();
       if (script_.empty()) break;
     }
     const bool refining = !painter_.complete() && !Loading();
-    if (moving || changed || refining || navigator_.flying() || window_.Dragging())
+    if (moving || changed || refining || Working() || navigator_.flying() || window_.Dragging())
       wait_s = 0;
     else
-      wait_s = Loading() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
+      wait_s = !Settled() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
   }
 
   nlohmann::json j;
@@ -297,6 +483,17 @@ nlohmann::json Viewer::Run() {
   j["proxy"] = facts_.proxy;
   j["device"] = facts_.device;
   j["screenshots"] = screenshots_;
+  j["settings"] = ToJson(settings_.radiance);
+  j["refused"] = facts_.problem;
+  j["keys"] = path_.keys.size();
+  j["effects"] = nlohmann::json::array();
+  for (const Effect& e : effects_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});
+  j["errors"] = nlohmann::json::array();
+  for (const MeasuredError& e : errors_)
+    j["errors"].push_back({{"photo", e.photo}, {"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"coverage", e.coverage}, {"ms", e.ms},
+                           {"width", e.size_px.x()}, {"height", e.size_px.y()}, {"settings", ToJson(e.settings)}});
+  j["videos"] = nlohmann::json::array();
+  for (const auto& [file, count] : videos_) j["videos"].push_back({{"file", file}, {"frames", count}});
   return j;
 }
 

@@ -7,21 +7,28 @@ lumi_library(lumi_view_core
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
+    ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
     ${CMAKE_CURRENT_LIST_DIR}/script.cc
+    ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc
   PUBLIC lumi_render lumi_scene
-  PRIVATE fmt::fmt Threads::Threads)
+  PRIVATE nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
 
 lumi_library(lumi_view
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/canvas.cc
+    ${CMAKE_CURRENT_LIST_DIR}/error_probe.cc
     ${CMAKE_CURRENT_LIST_DIR}/frame_painter.cc
     ${CMAKE_CURRENT_LIST_DIR}/opening.cc
     ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel.cc
+    ${CMAKE_CURRENT_LIST_DIR}/panel_path.cc
+    ${CMAKE_CURRENT_LIST_DIR}/panel_settings.cc
+    ${CMAKE_CURRENT_LIST_DIR}/strip_painter.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc
   PUBLIC lumi_view_core lumi_render_gl
   PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
 
-lumi_program(lumi-view ${CMAKE_CURRENT_LIST_DIR}/main.cc LIBS lumi_view lumi_program)
+lumi_program(lumi-view ${CMAKE_CURRENT_LIST_DIR}/main.cc LIBS lumi_view lumi_program nlohmann_json::nlohmann_json)

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 
+#include "render/radiance/settings.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -17,7 +19,11 @@ struct ViewerOptions {
   std::filesystem::path screenshot;  // when all is loaded: written, and the viewer ends
   std::string script;                // statements (script.h); the viewer ends after the last
   bool show_ui = true;               // false: no panel, also in screenshots
-  int k = 4;                         // 0: all
+  RadianceSettings settings;         // at the start
+  std::string effects = "auto";      // auto, none, or a list of EffectNames()
+  std::set<std::string> decided;     // options of `settings` that the user spoke about: effects leave them alone
+  double budget_ms = 0;              // a frame while the camera moves; 0: none
+  std::filesystem::path path;        // camera path JSON to begin with
   bool rescale_cameras = false;
 };
 

@@ -1,5 +1,5 @@
-// The viewer between its window and its picture: one object a run. viewer.cc draws and steers, viewer_script.cc runs
-// scripts.
+// The viewer between its window and its picture: one object a run. viewer.cc draws and steers, viewer_path.cc keeps the camera
+// path, records and measures, viewer_script.cc runs scripts.
 #pragma once
 
 #include <algorithm>
@@ -7,23 +7,30 @@
 #include <deque>
 #include <filesystem>
 #include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "render/effects/exposure.h"
 #include "render/gl/gl_lumigraph.h"
+#include "render/viewer/error_probe.h"
 #include "render/viewer/frame_painter.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/opening.h"
 #include "render/viewer/overlay.h"
 #include "render/viewer/panel.h"
 #include "render/viewer/photo_loader.h"
+#include "render/viewer/recorder.h"
 #include "render/viewer/script.h"
+#include "render/viewer/strip_painter.h"
 #include "render/viewer/viewer.h"
 #include "render/viewer/window.h"
 #include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -36,36 +43,27 @@ inline double SecondsSince(Clock::time_point t) { return std::chrono::duration<d
 
 class Viewer {
  public:
-  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script)
-      : options_(options),
-        window_(window),
-        scene_(opened.scene),
-        progress_(progress),
-        budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
-        lumigraph_(scene_, budget_.sizes_px),
-        painter_(lumigraph_, PainterOptions{}),
-        home_(StateOfView(scene_, StartView())),
-        navigator_(home_, scene_.up, 1.0 / scene_.normalized_from_world.scale),
-        loader_(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
-        script_(script.begin(), script.end()),
-        scripted_(!script.empty()) {
-    settings_.radiance.k = options.k;
-    settings_.panel = options.show_ui;
-    loader_.SetFocus(home_.cam_from_world);
-    SetProxy(opened.proxy, opened.proxy_name);
-    for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
-    facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
-    if (facts_.scene.empty()) facts_.scene = "lumigraph";
-    facts_.device = GlDeviceName();
-    facts_.photos_total = static_cast<int>(scene_.views.size());
-    facts_.budget_mb = options.memory_mb;
-    for (int side = budget_.max_side_px; 2 * side <= LargestSide(); side *= 2) ++facts_.halvings;
-    facts_.proxies = ListProxies(scene_.folder);
-  }
+  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script);
 
   nlohmann::json Run();
 
  private:
+  // A path's video in the making.
+  struct PathRecording {
+    std::unique_ptr<Recorder> recorder;
+    StripPainter painter;
+    CameraPath path;
+    RenderRequest request;     // but for the camera
+    Eigen::Vector2i size_px = {0, 0};
+    int next = 0;              // frame to draw
+  };
+  // A video of what is seen.
+  struct LiveRecording {
+    std::unique_ptr<Recorder> recorder;
+    Clock::time_point start;
+    Eigen::Vector2i size_px = {0, 0};
+  };
+
   ViewId StartView() const {
     return {options_.view.empty() ? static_cast<int>(scene_.views.size()) / 2 : FindView(scene_, options_.view)};
   }
@@ -74,36 +72,68 @@ class Viewer {
     for (const View& v : scene_.views) side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
     return side;
   }
-  void SetProxy(const Mesh& mesh, const std::string& name) {
-    lumigraph_.SetProxy(mesh);
-    facts_.proxy = name;
-    facts_.faces = static_cast<int>(mesh.faces.size());
-    ++generation_;
-  }
   void Say(const std::string& message) {
     facts_.message = message;
     message_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kMessage_s));
   }
+  // A failure that the window survives: shown, and in a script the end.
+  void Complain(const Error& e) {
+    if (scripted_) throw;
+    Say(e.file().empty() ? std::string(e.what()) : e.file().filename().string() + ": " + e.what());
+  }
 
+  void SetProxy(PreparedProxy proxy);
   void TakePhotos();
   void TakeProxy();
   void WishProxy(const std::string& name);
+  void KeepForExposure(ViewId view, const Photo& photo);
+  void TakeExposures();
   bool Steer(const WindowInput& input, double dt_s);
   void Key(int key);
   void Jump(int view, bool at_once);
   Eigen::Vector3d Pivot();
   std::optional<Eigen::Vector3d> PointAt(double x_px, double y_px) const;
-  RenderRequest Request(const Eigen::Vector2i& size_px) const;
+  void Grant(const PanelWishes& wishes);
+
+  RenderRequest Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const;
+  bool Paint(bool moving);       // returns whether the picture changed
   void Compose();
+  void DrawPath(const Overlay::Eye& eye);
   void Screenshot(const std::filesystem::path& file, bool with_ui);
   std::filesystem::path FreeScreenshotName() const;
   bool Loading() const { return loader_.outstanding() > 0 || new_photos_; }
+  bool Settled() const { return !Loading() && !exposing_.valid() && !exposures_wanted_; }
+  bool Working() const { return probe_.busy() || path_recording_ || live_recording_; }
+
+  // viewer_path.cc: the camera path, time, recording, measuring.
+  PathKey CurrentKey(double time_s) const;
+  ViewState StateOfKey(const PathKey& key) const;
+  void AddKey(std::optional<double> time_s);
+  void JumpToKey(int index);
+  std::size_t KeyCalled(double index) const;   // throws UsageError
+  void PathEdited();
+  void LoadPath(const std::filesystem::path& file);
+  void SavePath(const std::filesystem::path& file, bool nerfstudio);
+  void StartPlaying();
+  bool Play(double dt_s);        // path and time go on; returns whether the picture changes
+  void StartRecording(const std::filesystem::path& wanted);
+  void StartLiveRecording(const std::filesystem::path& wanted);
+  void FinishRecording();
+  void CancelRecording();
+  void StepLiveRecording();
+  void StepJobs();
+  void StepPathRecording(double step_ms, bool undisturbed);
+  void CloseRecording(const Recorder& recorder);
+  void StartMeasuring();
+  std::filesystem::path VideoName() const;
+
   void RunScript();
+  bool RunStatement(const ScriptStep& s);   // false: it waits
   void AfterPainting();
 
   const ViewerOptions& options_;
   Window& window_;
-  const Scene& scene_;
+  Scene& scene_;
   ProgressSink& progress_;
   PhotoBudget budget_;
   GlLumigraph lumigraph_;
@@ -112,10 +142,28 @@ class Viewer {
   ViewState home_;
   Navigator navigator_;
   PhotoLoader loader_;
-  std::future<std::pair<std::string, Mesh>> proxy_loading_;
+  std::future<PreparedProxy> proxy_loading_;
+  EffectChoice effects_;
+  std::set<std::string> decided_;               // effects that the user spoke about
+  std::vector<Photo> small_photos_;             // until exposures are known
+  std::future<Exposures> exposing_;
+  bool exposures_wanted_ = true;
   ViewerSettings settings_;
   PanelFacts facts_;
   Clock::time_point message_until_ = Clock::now();
+
+  RadianceSettings accepted_;                   // that were drawn last
+  std::optional<RadianceSettings> refused_;     // that the backend does not do
+  std::string refusal_;
+
+  CameraPath path_;
+  std::optional<double> playing_s_;             // since the path's first key
+  ErrorProbe probe_;
+  std::vector<MeasuredError> errors_;
+  std::unique_ptr<PathRecording> path_recording_;
+  std::unique_ptr<LiveRecording> live_recording_;
+  Clock::time_point last_step_ = Clock::now();
+  std::vector<std::pair<std::string, long>> videos_;
 
   std::optional<Eigen::Vector3d> pivot_;        // picked by the user
   std::optional<Eigen::Vector3d> drag_pivot_;   // of the drag that goes on

@@ -37,8 +37,8 @@ void ApplyStyle(float scale) {
   style.WindowBorderSize = 0;
   style.WindowPadding = {12, 10};
   style.ItemSpacing = {8, 6};
-  style.Colors[ImGuiCol_WindowBg] = {0.07F, 0.075F, 0.085F, 0.88F};
-  style.Colors[ImGuiCol_FrameBg] = {0.17F, 0.18F, 0.20F, 1};
+  style.Colors[ImGuiCol_WindowBg] = {0.09F, 0.095F, 0.11F, 0.93F};
+  style.Colors[ImGuiCol_FrameBg] = {0.21F, 0.225F, 0.25F, 1};
   style.Colors[ImGuiCol_FrameBgHovered] = {0.22F, 0.24F, 0.27F, 1};
   style.Colors[ImGuiCol_FrameBgActive] = {0.25F, 0.28F, 0.32F, 1};
   style.Colors[ImGuiCol_Button] = {0.19F, 0.21F, 0.24F, 1};

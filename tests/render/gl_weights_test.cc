@@ -25,6 +25,11 @@ constexpr float kBorderWeight = 1e-4F;
 // 1e-4 texels change 1/v by 5 %, and a weight by that times w (1 - w) <= 1/4.
 constexpr float kBlockedTolerance = 1.25e-2F;
 
+// Drivers' logarithms are good to 1e-5.
+constexpr float kMeasureTolerance = 2e-4F;
+// Where a photo sees the proxy nearly edge-on, its Jacobian is a small difference of large numbers.
+constexpr float kJacobianTolerance = 5e-3F;
+
 class GlWeights : public testing::Test {
  protected:
   void SetUp() override {
@@ -129,6 +134,101 @@ TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
   EXPECT_GT(blended, 4000);
   EXPECT_LT(left_out, rays / 50);
   std::printf("  %d rays, %d blended, %d at borders left out, worst weight error %.1e\n", rays, blended, left_out, static_cast<double>(worst));
+}
+
+// Resolution, time, single terms of h, no field of view: each and together, at random settings.
+TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i)
+    if (i != 4) world_.scene.views[i].time_s = 3600.0 + 0.11 * static_cast<double>(i * i);
+  lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
+  lumigraph_->SetProxy(world_.proxy);
+  const Sources& sources = lumigraph_->sources();
+  const ProxyTracer tracer(world_.proxy, sources.normalized_from_world);
+  const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
+  WeighScratch scratch;
+  int rays = 0, left_out = 0;
+  std::array<float, 3> worst{};
+  for (int frame = 0; frame < 48; ++frame) {
+    RenderRequest request;
+    request.view = test::ArcView(3.2 * uniform(random) - 0.4, 40, 30, 15 + 60 * uniform(random), 0.5 + uniform(random));
+    RadianceSettings& s = request.settings;
+    s.k = std::array{2, 4, 7, 0}[static_cast<std::size_t>(frame % 4)];
+    s.resolution = std::array{Resolution::kOff, Resolution::kDistance, Resolution::kJacobian}[static_cast<std::size_t>(frame % 3)];
+    s.resolution_low = frame % 2 == 0 ? 0.0 : 0.1 + 0.5 * uniform(random);
+    s.resolution_high = 1.2 + 3 * uniform(random);
+    s.alpha = frame % 7 == 6 ? 0.0 : 0.2 + 2 * uniform(random);
+    s.beta = 3 * uniform(random);
+    s.epsilon = 3 * uniform(random);
+    s.gamma = frame % 5 == 4 ? 0.0 : 2 * uniform(random);
+    s.time = frame % 2 == 1;
+    s.time_s = 3600 + 8 * uniform(random);
+    s.time_window_s = 0.1 + 6 * uniform(random);
+    s.period_s = frame % 4 == 1 ? 1 + 3 * uniform(random) : 0.0;
+    s.field_of_view = frame % 5 != 2;
+    s.visibility = frame % 6 < 2;
+    if (frame % 8 >= 6) s.correlation = Correlation::kFallingLeaves;
+    s.r_max_rad = (1 + 20 * uniform(random)) * kRadiansPerDegree;
+    const VisibilityMaps* visibility = s.visibility ? &maps : nullptr;
+    const ViewSetup setup = MakeViewSetup(sources, request.view, s, request.use);
+    const std::vector<ImageF> pictures = WeightPictures(request);
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const float depth = lumigraph_->ReadDepth(*target_, x, y);
+        if (depth == 0) continue;
+        const Eigen::Vector3d ray = setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
+        const Eigen::Vector3f direction = ray.normalized().cast<float>();
+        const auto t = static_cast<float>(static_cast<double>(depth) * ray.norm());
+        float hit = 0;
+        Eigen::Vector3f normal;
+        tracer.Trace(setup.desired.centre.cast<float>(), {&direction, 1}, {&hit, 1}, {&normal, 1});
+        if (!(std::abs(hit - t) < 1e-4F * t)) continue;  // at an edge the two may see another face
+        std::vector<float> wanted(world_.scene.views.size(), 0.0F);
+        float wanted_alpha = 0;
+        if (s.k == 0) {
+          wanted_alpha = WeighAll(setup.sources, visibility, direction, t, s, scratch, wanted, normal);
+        } else {
+          const RayWeights w = Weigh(setup.sources, visibility, direction, t, s, scratch, normal);
+          wanted_alpha = w.alpha;
+          for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
+        }
+        const float alpha = pictures[0].At(x, y, 3);
+        if (!s.field_of_view) {
+          // What photos that end would have had is missing.
+          wanted_alpha = 0;
+          for (std::size_t j = 0; j < wanted.size(); ++j) {
+            const Eigen::Vector3f p = t * direction - Eigen::Vector3f(setup.sources.dx[j], setup.sources.dy[j], setup.sources.dz[j]);
+            Eigen::Matrix3f M;
+            for (int i = 0; i < 9; ++i) M(i / 3, i % 3) = setup.sources.m[i][j];
+            const Eigen::Vector3f q = M * p;
+            const bool in = q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= q.z() * setup.sources.width_px[j] && q.y() <= q.z() * setup.sources.height_px[j];
+            wanted[j] = in ? wanted[j] : 0.0F;
+            wanted_alpha += wanted[j];
+          }
+        }
+        ++rays;
+        bool border = false;
+        for (std::size_t j = 0; j < wanted.size(); ++j)
+          border |= s.field_of_view && scratch.f[j] > 0 && scratch.f[j] < kBorderF &&
+                    std::max(wanted[j], pictures[j / 3].At(x, y, static_cast<int>(j % 3))) > kBorderWeight;
+        left_out += border;
+        if (border) continue;
+        const float tolerance = s.visibility ? kBlockedTolerance : s.resolution == Resolution::kJacobian ? kJacobianTolerance : kMeasureTolerance;
+        ASSERT_NEAR(alpha, wanted_alpha, tolerance) << "frame " << frame << " pixel " << x << " " << y;
+        if (alpha < 0.01F) continue;
+        for (std::size_t j = 0; j < wanted.size(); ++j) {
+          const float weight = pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / (s.field_of_view ? alpha : 1.0F);
+          if (!s.visibility) worst[static_cast<std::size_t>(s.resolution)] = std::max(worst[static_cast<std::size_t>(s.resolution)], std::abs(weight - wanted[j]));
+          ASSERT_NEAR(weight, wanted[j], tolerance)
+              << "frame " << frame << " pixel " << x << " " << y << " camera " << j << " k " << s.k << " resolution " << Name(s.resolution);
+        }
+      }
+  }
+  EXPECT_GT(rays, 15000);
+  EXPECT_LT(left_out, rays / 50);
+  std::printf("  %d rays, %d at borders left out, worst weight error %.1e, %.1e by distance, %.1e by Jacobian\n", rays, left_out,
+              static_cast<double>(worst[0]), static_cast<double>(worst[1]), static_cast<double>(worst[2]));
 }
 
 // Lists of cameras a tile leave out only what cannot matter: not a bit of the picture changes.

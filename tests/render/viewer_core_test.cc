@@ -7,14 +7,21 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <thread>
 
+#include "render/settings_json.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/photo_loader.h"
+#include "render/viewer/recorder.h"
 #include "render/viewer/script.h"
+#include "render/viewer/setting_rules.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/subprocess.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {
@@ -168,7 +175,9 @@ TEST(Script, ReadsStatements) {
 
 TEST(Script, NamesTheStatementThatIsWrong) {
   for (const char* bad : {"dance", "orbit 10", "orbit 10 20 30", "orbit a b", "k 0", "k 17", "k 1.5", "dolly 0", "zoom -1", "frusta maybe",
-                          "show red", "jump", "wait -1", "move 1 2", "orbit 1 nan", "screenshot"}) {
+                          "show red", "jump", "wait -1", "move 1 2", "orbit 1 nan", "screenshot", "set k", "set colour red", "set k 99",
+                          "set resolution sharp", "effects magic", "effects fov,magic", "key-update", "key-update 1.5", "key-time 0 -1",
+                          "path-size 8 8", "path-fps 0", "path-seconds 0", "budget 0.1", "panel perhaps", "play 3", "record", "time now"}) {
     try {
       ParseScript(std::string("wait; ") + bad + "; home");
       ADD_FAILURE() << bad << " was accepted";
@@ -176,6 +185,131 @@ TEST(Script, NamesTheStatementThatIsWrong) {
       EXPECT_THAT(std::string(e.what()), HasSubstr(std::string("'") + bad + "'"));
     }
   }
+}
+
+TEST(Script, SetTakesEveryOptionOfTheReconstruction) {
+  const auto steps = ParseScript("set k 7; set resolution-range 0.5,4; effects fov,time; key-add; key-add 3; record a b.mp4");
+  ASSERT_EQ(steps.size(), 6U);
+  EXPECT_EQ(steps[0].word, "k");
+  EXPECT_EQ(steps[0].value, "7");
+  EXPECT_EQ(steps[1].value, "0.5,4");
+  EXPECT_EQ(steps[5].word, "a b.mp4");
+  for (const SettingOption& o : SettingOptions()) {
+    const auto again = ParseScript("set " + o.name + " " + o.fallback);
+    ASSERT_EQ(again.size(), 1U);
+    EXPECT_EQ(again[0].word, o.name);
+  }
+}
+
+// Whatever a user changes, in whatever order: the settings stay ones that are drawn.
+TEST(SettingRules, ChangesFromThePanelNeverMakeAnInvalidCombination) {
+  RadianceSettings s;
+  std::mt19937_64 random(11);
+  const std::vector<std::pair<std::string, std::vector<std::string>>> moves = {
+      {"similarity", {"identity", "full"}}, {"correlation", {"inverse", "falling-leaves"}}, {"grid", {"pixel", "25x25", "2x9"}},
+      {"sampling", {"candidates", "interpolated"}}, {"r-min-deg", {"0", "3", "50"}}, {"r-max-deg", {"0.01", "5", "90"}},
+      {"k", {"1", "16", "all"}}, {"resolution", {"off", "jacobian"}}, {"time", {"on", "off"}}};
+  int full = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto& [name, values] = moves[random() % moves.size()];
+    SetOption(s, name, values[random() % values.size()]);
+    Reconcile(s, name);
+    ASSERT_EQ(Validate(s), "") << "after " << name << " in step " << i;
+    full += s.similarity == Similarity::kFull ? 1 : 0;
+  }
+  EXPECT_GT(full, 100);  // it is not that the optimum was never reached
+}
+
+TEST(SettingRules, AnOptionSaysWhyItHasNoEffect) {
+  RadianceSettings s;
+  EXPECT_EQ(WhyWithoutEffect(s, "k"), "");
+  EXPECT_NE(WhyWithoutEffect(s, "cutoff-deg"), "");
+  EXPECT_NE(WhyWithoutEffect(s, "epipoles"), "");
+  EXPECT_NE(WhyWithoutEffect(s, "beta"), "");
+  s.similarity = Similarity::kFull;
+  Reconcile(s, "similarity");
+  EXPECT_NE(WhyWithoutEffect(s, "k"), "");
+  EXPECT_EQ(WhyWithoutEffect(s, "cutoff-deg"), "");
+  EXPECT_EQ(WhyWithoutEffect(s, "r-min-deg"), "");
+  s.grid_columns = s.grid_rows = 25;
+  EXPECT_EQ(WhyWithoutEffect(s, "epipoles"), "");
+}
+
+class Recording : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+    folder_ = std::filesystem::temp_directory_path() / ("lumi_recorder_test_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+  // Everything in the folder, hidden files too.
+  std::set<std::string> Names() const {
+    std::set<std::string> names;
+    for (const auto& e : std::filesystem::directory_iterator(folder_)) names.insert(e.path().filename());
+    return names;
+  }
+  static void Feed(Recorder& recorder, int frames) {
+    for (int i = 0; i < frames; ++i) {
+      while (recorder.Full() && !recorder.Ended()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      recorder.Add(Image8(64, 48, 3, static_cast<std::uint8_t>(20 * i)));
+    }
+  }
+  static void Await(const Recorder& recorder) {
+    for (int i = 0; i < 20000 && !recorder.Ended(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(Recording, AFileIsThereWhenAllOfItIsAndNoneIsWrittenOver) {
+  std::ofstream(folder_ / "clip.mp4") << "a user's own";
+  Recorder recorder(folder_ / "clip.mp4", 25);
+  Feed(recorder, 10);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "clip_001.mp4"));
+  recorder.Finish();
+  Await(recorder);
+  ASSERT_EQ(recorder.state(), Recorder::State::kWritten) << recorder.problem();
+  EXPECT_EQ(recorder.file(), folder_ / "clip_001.mp4");
+  EXPECT_EQ(std::filesystem::file_size(folder_ / "clip.mp4"), 12U);
+  EXPECT_EQ(Names(), (std::set<std::string>{"clip.mp4", "clip_001.mp4"}));
+  VideoReader video(folder_ / "clip_001.mp4");
+  int frames = 0;
+  while (video.Next()) ++frames;
+  EXPECT_EQ(frames, 10);
+  EXPECT_NEAR(video.fps(), 25, 1e-6);
+}
+
+TEST_F(Recording, CancelledOrForgottenItLeavesNothing) {
+  {
+    Recorder recorder(folder_ / "clip.mp4", 25);
+    Feed(recorder, 6);
+    recorder.Cancel();
+    Await(recorder);
+    EXPECT_EQ(recorder.state(), Recorder::State::kCancelled);
+  }
+  {
+    Recorder recorder(folder_ / "clip.mp4", 25);
+    Feed(recorder, 6);
+  }
+  EXPECT_TRUE(Names().empty());
+}
+
+TEST_F(Recording, SaysWhatWentWrong) {
+  Recorder none(folder_ / "none.mp4", 25);
+  none.Finish();
+  Await(none);
+  EXPECT_EQ(none.state(), Recorder::State::kFailed);
+  EXPECT_THAT(none.problem(), HasSubstr("no frame"));
+  Recorder sizes(folder_ / "sizes.mp4", 25);
+  sizes.Add(Image8(64, 48, 3));
+  sizes.Add(Image8(32, 48, 3));
+  Await(sizes);
+  EXPECT_EQ(sizes.state(), Recorder::State::kFailed);
+  sizes.Add(Image8(64, 48, 3));  // nobody listens any more: no harm
+  EXPECT_TRUE(Names().empty());
+  EXPECT_THROW(Recorder(folder_ / "clip.avi", 25), UsageError);
 }
 
 TEST(PhotoBudget, HalvesUntilThePhotosFit) {

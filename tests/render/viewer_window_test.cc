@@ -8,10 +8,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "render/convert.h"
+#include "render/path/camera_path.h"
 #include "render/renderer.h"
+#include "render/settings_json.h"
 #include "render/viewer/navigation.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/video.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/subprocess.h"
 #include "tests/render/gl_test_scene.h"
@@ -23,6 +27,8 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr double kAgreementDb = 30.0;  // 8 bits, and the panel's font nowhere
+constexpr double kVideoDb = 26.0;      // H.264 at quality 18, colour at half the resolution
+constexpr double kSameErrorDb = 0.1;   // of one photo's error by the two backends: filtering in float and in 8 bits
 
 class ViewerWindow : public testing::Test {
  protected:
@@ -81,6 +87,12 @@ class ViewerWindow : public testing::Test {
     return MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
   }
 
+  static RadianceSettings SettingsOf(const nlohmann::json& j) {
+    RadianceSettings s;
+    for (const auto& [name, value] : j.items()) SetOption(s, name, value);
+    return s;
+  }
+
   // Over the pixels that the lumigraph covers; the rest is the viewer's backdrop.
   static double CoveredPsnrDb(const Image8& shot, const ImageF& wanted) {
     EXPECT_EQ(shot.width, wanted.width);
@@ -114,7 +126,8 @@ TEST_F(ViewerWindow, ShowsThePictureThatTheCpuRenders) {
   EXPECT_EQ(r.json["photos_failed"], 0);
   EXPECT_EQ(r.json["proxy"], "true");
   EXPECT_GT(r.json["frames"], 0);
-  const double psnr = CoveredPsnrDb(ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240));
+  // The effects that it found are in its summary.
+  const double psnr = CoveredPsnrDb(ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240, SettingsOf(r.json["settings"])));
   EXPECT_GE(psnr, kAgreementDb);
   std::printf("  %.1f dB, %s\n", psnr, r.json["device"].get<std::string>().c_str());
 }
@@ -126,7 +139,7 @@ TEST_F(ViewerWindow, FollowsAScript) {
                              "; show color; k 4; orbit 20 5; screenshot " + file("orbit.png") + "; home; mesh on; frusta on; screenshot " +
                              file("over.png") + "; mesh off; frusta off; proxy floor; wait; screenshot " + file("floor.png") +
                              "; fly-to 0; screenshot " + file("flown.png");
-  const Result r = RunViewer({"--no-ui", "--view", "1", "--width", "240", "--height", "180", "--script", script});
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility,prefilter", "--view", "1", "--width", "240", "--height", "180", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["screenshots"].size(), 6U);
@@ -145,6 +158,99 @@ TEST_F(ViewerWindow, FollowsAScript) {
   EXPECT_GT(with_overlays, 15);
   EXPECT_LT(Compare(ReadImage8(file("floor.png")), ReadImage8(file("over.png"))).psnr_db, 40);
   EXPECT_LT(Compare(ReadImage8(file("flown.png")), ReadImage8(file("floor.png"))).psnr_db, 40);
+}
+
+TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
+  if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  std::ofstream(file("clip.mp4")) << "a user's own";
+  const std::string script = "set visibility off; wait; jump 1; key-add; jump 3; key-add; jump 5; key-add 9; key-time 2 1; key-delete 1; jump 6; key-update 1;"
+                             "path-size 160 120; path-fps 10; path-seconds 1; path-save " + file("path.json") + "; path-save-nerfstudio " + file("studio.json") +
+                             "; record " + file("clip.mp4") + "; play; screenshot " + file("end.png") + "; keys-clear; path-load " + file("studio.json") +
+                             "; key-jump 0; screenshot " + file("first.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  const CameraPath path = ReadCameraPath(file("path.json")), studio = ReadCameraPath(file("studio.json"), PathDetail::kKeyframes);
+  ASSERT_EQ(path.keys.size(), 2u);
+  ASSERT_EQ(studio.keys.size(), 2u);
+  EXPECT_EQ(r.json["keys"], 2);
+  // Its keys are the photos that were jumped to: 1, and 6 in the place of 5.
+  EXPECT_LT((path.keys[0].cam_from_world.OriginInSource() - world_.scene.views[1].CentreInWorld()).norm(), 1e-9);
+  EXPECT_LT((path.keys[1].cam_from_world.OriginInSource() - world_.scene.views[6].CentreInWorld()).norm(), 1e-9);
+  EXPECT_LT((studio.keys[1].cam_from_world.OriginInSource() - world_.scene.views[6].CentreInWorld()).norm(), 1e-9);
+  EXPECT_NEAR(Duration(path), 1, 1e-9);
+
+  EXPECT_EQ(fs::file_size(file("clip.mp4")), 12U);  // stays
+  ASSERT_EQ(r.json["videos"].size(), 1U);
+  EXPECT_EQ(r.json["videos"][0]["file"], file("clip_001.mp4"));
+  VideoReader video(file("clip_001.mp4"));
+  const auto wanted = SamplePath(path, 160, 120);
+  RenderRequest request;
+  request.settings = SettingsOf(r.json["settings"]);
+  const auto renderer = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos);
+  std::size_t frames = 0;
+  for (auto frame = video.Next(); frame; frame = video.Next()) {
+    ASSERT_LT(frames, wanted.size());
+    request.view = wanted[frames++];
+    EXPECT_GE(CoveredPsnrDb(frame->rgb, renderer->Render(request)), kVideoDb) << "frame " << frames - 1;
+  }
+  EXPECT_EQ(frames, wanted.size());
+  // Playback ends at the last key; a key that is jumped to is the path's first frame again.
+  request.view = wanted.back();
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("end.png")), renderer->Render(request)), kAgreementDb);
+  request.view = wanted.front();
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("first.png")), renderer->Render(request)), kAgreementDb);
+}
+
+TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLastsAsLong) {
+  if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  const fs::path out = folder_ / "out";
+  fs::create_directories(out);
+  const std::string script = "wait; jump 1; key-add; jump 5; key-add 60; record-start " + (out / "long.mp4").string() + "; wait 0.3; record-cancel; record-live " +
+                             (out / "seen.mp4").string() + "; wait 0.5; orbit 10 0; wait 0.5; record-stop; screenshot " + (folder_ / "a.png").string();
+  const Result r = RunViewer({"--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  std::set<std::string> names;
+  for (const auto& e : fs::directory_iterator(out)) names.insert(e.path().filename());
+  EXPECT_EQ(names, std::set<std::string>{"seen.mp4"});
+  VideoReader video(out / "seen.mp4");
+  int frames = 0;
+  while (video.Next()) ++frames;
+  EXPECT_GE(frames, 28);   // a second at 30 frames
+  EXPECT_LE(frames, 120);  // a busy machine's seconds are longer
+}
+
+TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {
+  const std::string script = "jump 3; set k 2; wait; measure; set k 6; measure; screenshot " + (folder_ / "a.png").string();
+  const Result r = RunViewer({"--effects", "fov,visibility", "--width", "320", "--height", "240", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  ASSERT_EQ(r.json["errors"].size(), 2U);
+  for (const auto& e : r.json["errors"]) {
+    EXPECT_EQ(e["photo"], world_.scene.views[3].name);
+    RenderRequest request;
+    request.view = MakeRenderView(world_.scene, world_.scene.views[3]);
+    request.settings = SettingsOf(e["settings"]);
+    request.use.assign(world_.scene.views.size(), true);
+    request.use[3] = false;
+    const ImageF image = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
+    EXPECT_NEAR(e["psnr_db"].get<double>(), Compare(ToRgb8(image), world_.photos[3].levels[0]).psnr_db, kSameErrorDb);
+    EXPECT_NEAR(e["coverage"].get<double>(), Coverage(image), 1e-3);
+  }
+  EXPECT_EQ(r.json["errors"][0]["settings"]["k"], 2);
+  EXPECT_EQ(r.json["errors"][1]["settings"]["k"], 6);
+}
+
+TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; wait; screenshot " + file("before.png") + "; set resolution-range 0,0.5; screenshot " + file("after.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_THAT(r.json["refused"].get<std::string>(), HasSubstr("resolution-range"));
+  EXPECT_EQ(Compare(ReadImage8(file("before.png")), ReadImage8(file("after.png"))).mse, 0);
 }
 
 TEST_F(ViewerWindow, PhotosAreHalvedToStayWithinMemory) {

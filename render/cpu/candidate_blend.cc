@@ -1,0 +1,267 @@
+#include "render/cpu/candidate_blend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "render/cpu/candidate_weights.h"
+#include "render/cpu/layer_shader.h"
+#include "render/radiance/sparse/raster.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+struct Workspace {
+  LayerBatch batch;
+  std::vector<CandidateRay> rays;
+  std::vector<PhotoLayer> layers;
+  std::vector<float> weights;
+  std::vector<float> nearest;            // inverse depths of a cell's pixels
+  std::vector<std::int32_t> triangle;    // and whose they are; or 0 where a fine mesh is hit
+  std::vector<Eigen::Vector3f> direction;
+  std::vector<float> t;
+};
+
+struct PixelRect {
+  int x0, y0, x1, y1;
+  int width() const { return x1 - x0; }
+};
+
+class CandidateBlender {
+ public:
+  CandidateBlender(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
+                   const BlendSources& sources, ImageF& image)
+      : plan_(plan), setup_(setup), tracer_(tracer), maps_(setup), shader_(setup, sources),
+        axis_(setup.desired.P.row(2).head<3>().cast<float>()), image_(image) {
+    const RelativeSources& r = setup.sources;
+    candidates_.resize(static_cast<std::size_t>(r.count));
+    for (std::size_t j = 0; j < candidates_.size(); ++j) {
+      CandidateRay& c = candidates_[j];
+      c.dx = r.dx[j];
+      c.dy = r.dy[j];
+      c.dz = r.dz[j];
+      c.width_px = r.width_px[j];
+      c.height_px = r.height_px[j];
+      c.feather_px = r.feather_px[j];
+      if (visibility && !visibility->empty()) c.depth_map = visibility->Map(static_cast<int>(j)).data();
+    }
+    rule_.k = setup.settings.k;
+    rule_.gamma = static_cast<float>(setup.settings.gamma);
+    rule_.field_of_view = setup.settings.field_of_view;
+    if (visibility) {
+      rule_.map_width = visibility->width();
+      rule_.map_height = visibility->height();
+    }
+  }
+
+  void Cell(int cell, Workspace& work) const {
+    const auto c = static_cast<std::size_t>(cell);
+    if (plan_.first[c] == plan_.first[c + 1]) return;
+    const PixelRect rect = Pixels(cell);
+    if (rect.x0 >= rect.x1 || rect.y0 >= rect.y1) return;
+    if (plan_.geometry.first_of_cell.empty())
+      FineCell(cell, rect, work);
+    else
+      FacetCell(cell, rect, work);
+  }
+
+ private:
+  // Pixels whose centres lie in the cell.
+  PixelRect Pixels(int cell) const {
+    const int column = cell % plan_.cell_columns, row = cell / plan_.cell_columns;
+    const auto first = [](double edge, int size) { return std::clamp(static_cast<int>(std::ceil(edge - 0.5)), 0, size); };
+    return {first(column * plan_.cell_width_px, image_.width), first(row * plan_.cell_height_px, image_.height),
+            first((column + 1) * plan_.cell_width_px, image_.width), first((row + 1) * plan_.cell_height_px, image_.height)};
+  }
+
+  TriangleRows Rows(const SparseTriangle& t) const {
+    const auto& x = plan_.geometry.x_px;
+    return TriangleRows({x[static_cast<std::size_t>(t.vertex[0])], x[static_cast<std::size_t>(t.vertex[1])], x[static_cast<std::size_t>(t.vertex[2])]});
+  }
+
+  // The plane of a triangle; its area, 0 where it has none.
+  double Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear, LinearD& inverse_depth) const {
+    Eigen::RowVector3d at;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto v = static_cast<std::size_t>(t.vertex[i]);
+      x_px[i] = plan_.geometry.x_px[v].cast<double>();
+      at[static_cast<Eigen::Index>(i)] = 1.0 / static_cast<double>(axis_.dot(plan_.geometry.offset[v]));
+    }
+    if (!LinearFromCorners(x_px, linear)) return 0;
+    inverse_depth = at * linear;
+    const Eigen::Vector2d u = x_px[1] - x_px[0], v = x_px[2] - x_px[0];
+    return inverse_depth.allFinite() ? std::abs(u.x() * v.y() - u.y() * v.x()) : 0;
+  }
+
+  // A facet at a time: its triangles in the cell lie in one plane, and share batches.
+  void FacetCell(int cell, const PixelRect& rect, Workspace& work) const {
+    const auto c = static_cast<std::size_t>(cell);
+    const auto from = static_cast<std::size_t>(plan_.geometry.first_of_cell[c]), to = static_cast<std::size_t>(plan_.geometry.first_of_cell[c + 1]);
+    const auto& triangles = plan_.geometry.triangles;
+    if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(from), triangles.begin() + static_cast<std::ptrdiff_t>(to), [](const auto& t) { return !t.alone; }))
+      TestDepths(from, to, rect, work);
+    std::vector<bool> drawn(to - from, false);
+    for (std::size_t first = from; first < to; ++first) {
+      if (drawn[first - from]) continue;
+      double largest = 0;
+      std::array<Eigen::Vector2d, 3> x_px, corners;
+      Eigen::Matrix3d linear, best_linear;
+      LinearD inverse_depth = LinearD::Zero(), best = LinearD::Zero();
+      for (std::size_t t = first; t < to; ++t)
+        if (triangles[t].face == triangles[first].face)
+          if (const double area = Plane(triangles[t], x_px, linear, inverse_depth); area > largest) {
+            largest = area;
+            corners = x_px;
+            best_linear = linear;
+            best = inverse_depth;
+          }
+      if (!(largest > 0)) {
+        drawn[first - from] = true;
+        continue;
+      }
+      Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.Layer(photo, best, corners, best_linear, rect.x0, rect.y0); });
+      LayerBatch& b = work.batch;
+      b.n = 0;
+      b.depths = false;
+      const Linear depth = About(best, rect.x0, rect.y0);
+      for (std::size_t t = first; t < to; ++t) {
+        if (triangles[t].face != triangles[first].face) continue;
+        drawn[t - from] = true;
+        const TriangleRows rows = Rows(triangles[t]);
+        auto [low, high] = rows.Rows(image_.height);
+        for (int y = std::max(low, rect.y0); y < std::min(high, rect.y1); ++y) {
+          auto [x0, x1] = rows.Span(y, image_.width);
+          x0 = std::max(x0, rect.x0);
+          x1 = std::min(x1, rect.x1);
+          const std::int32_t* owner = triangles[t].alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width() - rect.x0;
+          for (int x = x0; x < x1; ++x) {
+            if (owner && owner[x] != static_cast<std::int32_t>(t)) continue;
+            const auto dx = static_cast<float>(x - rect.x0), dy = static_cast<float>(y - rect.y0);
+            b.x[b.n] = dx;
+            b.y[b.n] = dy;
+            b.inverse_depth[b.n] = depth.c + depth.x * dx + depth.y * dy;
+            b.pixel[b.n] = y * image_.width + x;
+            if (++b.n == kBatch) Flush(work);
+          }
+        }
+      }
+      Flush(work);
+    }
+  }
+
+  void TestDepths(std::size_t from, std::size_t to, const PixelRect& rect, Workspace& work) const {
+    work.nearest.assign(static_cast<std::size_t>(rect.width() * (rect.y1 - rect.y0)), 0.0F);
+    work.triangle.assign(work.nearest.size(), -1);
+    for (std::size_t t = from; t < to; ++t) {
+      const SparseTriangle& triangle = plan_.geometry.triangles[t];
+      std::array<Eigen::Vector2d, 3> x_px;
+      Eigen::Matrix3d linear;
+      LinearD inverse_depth = LinearD::Zero();
+      if (triangle.alone || !(Plane(triangle, x_px, linear, inverse_depth) > 0)) continue;
+      const Linear f = About(inverse_depth, rect.x0, rect.y0);
+      const TriangleRows rows = Rows(triangle);
+      auto [low, high] = rows.Rows(image_.height);
+      for (int y = std::max(low, rect.y0); y < std::min(high, rect.y1); ++y) {
+        const auto [x0, x1] = rows.Span(y, image_.width);
+        for (int x = std::max(x0, rect.x0); x < std::min(x1, rect.x1); ++x) {
+          const auto at = static_cast<std::size_t>((y - rect.y0) * rect.width() + x - rect.x0);
+          const float z = f.c + f.x * static_cast<float>(x - rect.x0) + f.y * static_cast<float>(y - rect.y0);
+          if (!(z > work.nearest[at])) continue;
+          work.nearest[at] = z;
+          work.triangle[at] = static_cast<std::int32_t>(t);
+        }
+      }
+    }
+  }
+
+  void FineCell(int cell, const PixelRect& rect, Workspace& work) const {
+    const auto n = static_cast<std::size_t>(rect.width() * (rect.y1 - rect.y0));
+    work.direction.resize(n);
+    work.t.resize(n);
+    std::size_t i = 0;
+    for (int y = rect.y0; y < rect.y1; ++y)
+      for (int x = rect.x0; x < rect.x1; ++x) work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
+    tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t);
+    // The pyramids' levels are the middle hit's.
+    float middle = 0;
+    for (std::size_t k = n / 2; k < n + n / 2 && !(middle > 0); ++k)
+      if (std::isfinite(work.t[k % n]) && work.t[k % n] > 0) middle = 1 / (work.t[k % n] * axis_.dot(work.direction[k % n]));
+    if (!(middle > 0)) return;
+    const Eigen::Vector2d centre(0.5 * (rect.x0 + rect.x1), 0.5 * (rect.y0 + rect.y1));
+    Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.LayerAtDepths(photo, centre, middle, rect.x0, rect.y0); });
+    LayerBatch& b = work.batch;
+    b.n = 0;
+    b.depths = true;
+    i = 0;
+    for (int y = rect.y0; y < rect.y1; ++y)
+      for (int x = rect.x0; x < rect.x1; ++x, ++i) {
+        if (!(work.t[i] > 0) || !std::isfinite(work.t[i])) continue;
+        b.x[b.n] = static_cast<float>(x - rect.x0);
+        b.y[b.n] = static_cast<float>(y - rect.y0);
+        b.inverse_depth[b.n] = 1 / (work.t[i] * axis_.dot(work.direction[i]));
+        b.pixel[b.n] = y * image_.width + x;
+        if (++b.n == kBatch) Flush(work);
+      }
+    Flush(work);
+  }
+
+  template <typename MakeLayer>
+  void Prepare(int cell, const PixelRect& rect, Workspace& work, MakeLayer&& layer) const {
+    work.rays.clear();
+    work.layers.clear();
+    for (auto i = static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell)]); i < static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell) + 1]); ++i) {
+      const auto photo = static_cast<std::size_t>(plan_.camera[i]);
+      work.rays.push_back(candidates_[photo]);
+      work.rays.back().map = maps_.AtDepths(photo, rect.x0, rect.y0);
+      work.layers.push_back(layer(photo));
+    }
+  }
+
+  void Flush(Workspace& work) const {
+    LayerBatch& b = work.batch;
+    if (b.n == 0) return;
+    b.Pad();
+    CandidateRule rule = rule_;
+    // The batch's reference is its cell's first pixel, whose centre b.x = b.y = 0 stands for.
+    const int x = b.pixel[0] % image_.width - static_cast<int>(b.x[0]), y = b.pixel[0] / image_.width - static_cast<int>(b.y[0]);
+    rule.ray_x = About(setup_.ray_from_pixel.row(0), x, y);
+    rule.ray_y = About(setup_.ray_from_pixel.row(1), x, y);
+    rule.ray_z = About(setup_.ray_from_pixel.row(2), x, y);
+    WeighCandidates(b, work.rays, rule, work.weights);
+    shader_.ShadeWeighted(b, work.layers, work.weights, image_.data.data());
+    b.n = 0;
+  }
+
+  const CandidatePlan& plan_;
+  const ViewSetup& setup_;
+  const ProxyTracer& tracer_;
+  const PhotoMaps maps_;
+  const LayerShader shader_;
+  const Eigen::RowVector3f axis_;
+  ImageF& image_;
+  std::vector<CandidateRay> candidates_;
+  CandidateRule rule_;
+};
+
+}  // namespace
+
+bool CanBlendCandidates(const RadianceSettings& s) {
+  return s.Sparse() && s.k > 0 && s.similarity == Similarity::kIdentity && s.correlation == Correlation::kInverse && s.alpha > 0 &&
+         (s.resolution == Resolution::kOff || s.beta == 0) && (!s.time || s.epsilon == 0);
+}
+
+void BlendCandidates(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
+                     const BlendSources& sources, ImageF& image) {
+  const CandidateBlender blender(plan, setup, tracer, visibility, sources, image);
+  ParallelFor(static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows), 1, [&](std::size_t begin, std::size_t end) {
+    const auto work = std::make_unique<Workspace>();
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      if (InterruptRequested()) return;
+      blender.Cell(static_cast<int>(cell), *work);
+    }
+  });
+}
+
+}  // namespace lumi

@@ -1,0 +1,52 @@
+// Colours of a batch of pixels on one plane from weighted photos: what the sparse and the candidate blend share.
+#pragma once
+
+#include <vector>
+
+#include "render/cpu/layers.h"
+#include "render/cpu/photo_maps.h"
+#include "render/cpu/sparse_blend.h"
+#include "render/radiance/frame_plan.h"
+
+namespace lumi {
+
+// A photo over the pixels of one plane. All functions about the same reference pixel.
+struct PhotoLayer {
+  std::size_t photo = 0;
+  PhotoMap map;                   // in the photo's pixels
+  Linear weight;                  // read by Shade with interpolated weights
+  bool ends = false;              // its weight is gated
+  Linear level;                   // of its pyramid
+  int first_level = 0, last_level = 0;
+};
+
+class LayerShader {
+ public:
+  LayerShader(const ViewSetup& setup, const BlendSources& sources);
+
+  // Everything but the weight and `ends`. `corners`: where the photo's level is taken, between them it is linear.
+  PhotoLayer Layer(std::size_t photo, const LinearD& inverse_depth, const std::array<Eigen::Vector2d, 3>& corners_px,
+                   const Eigen::Matrix3d& linear_from_corners, int x, int y) const;
+
+  // Interpolated weights. `sums_to_one`: no layer is gated and the weights sum to 1.
+  void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch, float* rgba) const;
+  // A layer for a batch of pixels with depths of their own, at the level that `depth` (of the middle of them) calls for.
+  PhotoLayer LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const;
+  // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0 (field of view on) or to alpha.
+  void ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const;
+
+ private:
+  void Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const;
+  void Store(LayerBatch& b, bool normalised, float* rgba) const;
+
+  const ViewSetup& setup_;
+  const BlendSources& sources_;
+  const PhotoMaps maps_;
+  float weight_one_ = kWeightOne;   // lower where a gain above 1 must fit
+};
+
+// Coefficients of the function that is linear in the image and takes given values at three corners: value = (a, b, c) M.
+// nullopt-like: false for corners on a line.
+bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& out);
+
+}  // namespace lumi

@@ -1,0 +1,241 @@
+#include <fmt/format.h>
+
+#include "render/gl/shader_parts.h"
+#include "render/radiance/visibility.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kBuckets = 48;
+// LeafWeight of render/radiance/weights.cc.
+constexpr float kLeafTrace = 1e-6F;
+
+}  // namespace
+
+int CameraRows(const BlendVariant& variant) { return variant.time || variant.exposure ? 5 : 4; }
+
+namespace shader {
+
+std::string Defines(const BlendVariant& variant) {
+  std::string text = "#version 430 core\n";
+  text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
+                      kAlphaFullAt);
+  text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup, kBuckets);
+  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define BLOCKED_VISIBILITY {:.6f}\n", kVisibleUpTo,
+                      kBlockedFrom, kBlockedVisibility);
+  text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant), kLeafSteps, kLeafTrace);
+  const auto define = [&](bool on, const char* name) {
+    if (on) text += fmt::format("#define {}\n", name);
+  };
+  define(variant.false_color, "FALSE_COLOR");
+  define(variant.lists == CameraLists::kCells, "CELLS");
+  define(variant.correlation == Correlation::kFallingLeaves, "FALLING_LEAVES");
+  define(variant.field_of_view, "FIELD_OF_VIEW");
+  define(variant.visibility, "VISIBILITY");
+  define(variant.resolution == Resolution::kDistance, "RESOLUTION_DISTANCE");
+  define(variant.resolution == Resolution::kJacobian, "RESOLUTION_JACOBIAN");
+  define(variant.time, "TIME");
+  define(variant.exposure, "EXPOSURE");
+  define(variant.prefilter, "PREFILTER");
+  if (variant.cameras_in_uniforms)
+    text += fmt::format("#define CAMERAS_IN_UNIFORMS\n#define CAMERA_CAPACITY {}\n", variant.camera_capacity);
+  return text;
+}
+
+const char* const kCameras = R"(
+uniform int camera_count;
+uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
+
+// A camera is four vec4: D, width; M row by row with height, feather, focal length in the fourth places; a fifth where
+// the variant wants it: its term of time in h, its gain.
+#ifdef CAMERAS_IN_UNIFORMS
+layout(std140) uniform Cameras { vec4 cameras[CAMERA_ROWS * CAMERA_CAPACITY]; };
+#define CAMERA(j, r) cameras[CAMERA_ROWS * (j) + (r)]
+#else
+uniform samplerBuffer cameras;
+#define CAMERA(j, r) texelFetch(cameras, CAMERA_ROWS * (j) + (r))
+#endif
+
+const float kInfinity = 3.0e38;
+const float kPi = 3.14159265358979;
+
+// atan2(s, c) for s >= 0, to a float's last digits (Cephes' atanf): drivers' own differ by 1e-4 and more.
+float Atan(float s, float c) {
+  float a = abs(c);
+  float hi = max(s, a), lo = min(s, a);
+  if (hi == 0.0) return 0.0;
+  float x = lo / hi;
+  float base = 0.0;
+  if (x > 0.4142135623730950) {
+    base = 0.25 * kPi;
+    x = (lo - hi) / (lo + hi);
+  }
+  float z = x * x;
+  float y = base + ((((8.05374449538e-2 * z - 1.38776856032e-1) * z + 1.99777106478e-1) * z - 3.33329491539e-1) * z * x + x);
+  if (s > a) y = 0.5 * kPi - y;
+  return c < 0.0 ? kPi - y : y;
+}
+
+// Angles from which the buckets of a tile's list begin: finer towards 0, where most of the nearest are.
+float BucketEdge(int bucket) {
+  float b = float(bucket) / float(BUCKETS);
+  return kPi * b * b;
+}
+
+// sin(pi/2 s) for s in [0,1] by its series: no driver's own, and a third of its cost on a CPU. Its square is the raised
+// cosine, and keeps its digits at the border, where 1 - cos cancels.
+float SineQuarter(float s) {
+  float x = 0.5 * kPi * s, z = x * x;
+  return min(1.0, x * (1.0 + z * (-1.6666667e-1 + z * (8.3333333e-3 + z * (-1.9841270e-4 + z * (2.7557319e-6 - z * 2.5052108e-8))))));
+}
+float RaisedCosine(float s) {
+  float r = SineQuarter(clamp(s, 0.0, 1.0));
+  return r * r;
+}
+
+// Field-of-view value of a place in photo j that lies within it.
+float FieldOfView(float edge_px, float feather_px) { return RaisedCosine(edge_px / feather_px); }
+)";
+
+const char* const kMeasures = R"(
+uniform float alpha_weight, gamma;
+
+// The pixel's ray: set before anything is measured.
+float view_depth;   // along the optical axis
+vec3 offset;        // of the proxy's point from the desired centre
+vec3 d;             // unit
+float t;
+
+struct Seen {
+  vec2 x_px;
+  float depth;
+  float f;      // field-of-view value
+  bool inside;  // f can be 0 on the border itself
+};
+
+Seen Project(int j, float width_px) {
+  vec3 q = offset - CAMERA(j, 0).xyz;
+  vec4 r0 = CAMERA(j, 1), r1 = CAMERA(j, 2), r2 = CAMERA(j, 3);
+  Seen s;
+  s.depth = dot(r2.xyz, q);
+  s.x_px = vec2(dot(r0.xyz, q), dot(r1.xyz, q)) / (s.depth > 0.0 ? s.depth : 1.0);
+  vec2 size = vec2(width_px, r0.w);
+  vec2 edge = min(s.x_px, size - s.x_px);
+  float e = min(edge.x, edge.y);
+  s.inside = s.depth > 0.0 && e >= 0.0;
+#ifdef FIELD_OF_VIEW
+  s.f = s.inside ? FieldOfView(e, r1.w) : 0.0;
+#else
+  s.f = 1.0;
+#endif
+  return s;
+}
+
+#if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
+uniform float resolution_weight;             // beta 2 r_max
+uniform vec2 inverse_log_range;              // 1 / |log2| of the stretch at which the value is 0: over-, undersampled
+uniform float view_focal_px;
+
+float ResolutionValue(float sigma) {
+  float octaves = log2(clamp(sigma, 1e-12, 1e12));
+  return RaisedCosine(1.0 - (octaves > 0.0 ? octaves * inverse_log_range.y : -octaves * inverse_log_range.x));
+}
+#endif
+
+#ifdef RESOLUTION_JACOBIAN
+uniform usampler2D face_map;   // of the proxy, from 1
+uniform mat3 view_from_offset; // the desired camera's matrix
+layout(std430, binding = 1) readonly buffer Normals { vec4 normals[]; };
+
+vec3 tangent_u, tangent_v;
+mat2 view_jacobian;  // columns: steps in pixels for steps along the tangents
+
+vec2 Step(vec3 tangent, vec3 r0, vec3 r1, vec3 r2, vec2 x_px, float depth) {
+  return (vec2(dot(r0, tangent), dot(r1, tangent)) - x_px * dot(r2, tangent)) / depth;
+}
+
+void PrepareResolution() {
+  uint face = texelFetch(face_map, ivec2(gl_FragCoord.xy), 0).r;
+  vec3 n = normals[max(face, 1u) - 1u].xyz;
+  vec3 a = abs(n);
+  // Across the axis that n is farthest from.
+  vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
+  tangent_u = normalize(cross(n, axis));
+  tangent_v = cross(n, tangent_u);
+  mat3 rows = transpose(view_from_offset);
+  view_jacobian = mat2(Step(tangent_u, rows[0], rows[1], rows[2], gl_FragCoord.xy, view_depth),
+                       Step(tangent_v, rows[0], rows[1], rows[2], gl_FragCoord.xy, view_depth));
+}
+
+// The largest singular value of J_view J_photo^-1 (errata of sec. 4.2.2), finite in its intermediates.
+float Stretch(int j, vec4 D, Seen s) {
+  if (s.depth <= 0.0) return 1e12;
+  vec3 r0 = CAMERA(j, 1).xyz, r1 = CAMERA(j, 2).xyz, r2 = CAMERA(j, 3).xyz;
+  vec2 pu = Step(tangent_u, r0, r1, r2, s.x_px, s.depth), pv = Step(tangent_v, r0, r1, r2, s.x_px, s.depth);
+  vec2 vu = view_jacobian[0], vv = view_jacobian[1];
+  float det = pu.x * pv.y - pv.x * pu.y;
+  float a = vu.x * pv.y - vv.x * pu.y, b = vv.x * pu.x - vu.x * pv.x;
+  float c = vu.y * pv.y - vv.y * pu.y, e = vv.y * pu.x - vu.y * pv.x;
+  float size = 0.5 * (length(vec2(a + e, b - c)) + length(vec2(a - e, b + c)));
+  return abs(det) > size * 1e-12 ? size / abs(det) : 1e12;
+}
+#endif
+
+#ifdef RESOLUTION_DISTANCE
+void PrepareResolution() {}
+float Stretch(int j, vec4 D, Seen s) { return length(offset - D.xyz) * view_focal_px / (t * CAMERA(j, 3).w); }
+#endif
+
+// h without visibility: (alpha theta + beta r + epsilon tau) (1 + gamma (1 / f - 1)).
+float Dissimilarity(int j, vec4 D, float theta, Seen s) {
+#ifdef FIELD_OF_VIEW
+  if (!s.inside) return kInfinity;
+#endif
+  float h = alpha_weight * theta;
+#if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
+  h += resolution_weight * (1.0 - ResolutionValue(Stretch(j, D, s)));
+#endif
+#ifdef TIME
+  h += CAMERA(j, 4).x;
+#endif
+  if (h == 0.0) return 0.0;
+#ifdef FIELD_OF_VIEW
+  return s.f > 0.0 ? min(h * (1.0 + gamma * (1.0 / s.f - 1.0)), 1e37) : kInfinity;
+#else
+  return min(h, 1e37);
+#endif
+}
+
+#ifdef VISIBILITY
+uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
+uniform ivec2 visibility_size;         // of a map
+
+// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated.
+float Surface(int map, ivec2 at, float depth) {
+  float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
+  return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
+}
+
+float Visibility(int j, Seen s) {
+  vec2 size = vec2(visibility_size);
+  vec2 x = clamp(s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w) * size - 0.5, vec2(0.0), size - 1.0);
+  ivec2 x0 = ivec2(x), x1 = min(x0 + 1, visibility_size - 1);
+  vec2 a = x - vec2(x0);
+  int map = int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y;
+  float top = mix(Surface(map, x0, s.depth), Surface(map, ivec2(x1.x, x0.y), s.depth), a.x);
+  float bottom = mix(Surface(map, ivec2(x0.x, x1.y), s.depth), Surface(map, x1, s.depth), a.x);
+  return mix(BLOCKED_VISIBILITY, 1.0, mix(top, bottom, a.y));
+}
+
+// h with visibility, from h without: v <= 1, so it only grows.
+float WithVisibility(float h, int j, Seen s) {
+  if (h <= 0.0 || h >= kInfinity || s.f <= 0.0 || s.depth <= 0.0) return h;
+  return min(1e37, h * (1.0 + gamma * (1.0 / (s.f * Visibility(j, s)) - 1.0)) / (1.0 + gamma * (1.0 / s.f - 1.0)));
+}
+#else
+float WithVisibility(float h, int j, Seen s) { return h; }
+#endif
+)";
+
+}  // namespace shader
+}  // namespace lumi

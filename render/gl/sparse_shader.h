@@ -1,0 +1,51 @@
+// The text of the shaders that draw a SparsePlan: every triangle once, with all of its photos, their weights interpolated
+// linearly in the image (thesis sec. 5.1.4, where a triangle is drawn once a photo).
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "render/gl/blend_shader.h"
+
+namespace lumi {
+
+// What a triangle's pixels do with a photo that ends.
+enum class PhotoEnds {
+  kNever,    // every photo of the triangle contains all of it
+  kFeather,  // its weight fades, the others take over
+  kCut,      // its part of the pixel stays empty (field of view off)
+};
+
+struct SparseVariant {
+  BlendVariant blend;       // false_color, groups, whole_layers, cameras_*, exposure and prefilter count
+  PhotoEnds ends = PhotoEnds::kNever;
+  int layers = 0;             // photos a triangle, at most; 0: any number, looked up pixel by pixel
+  auto operator<=>(const SparseVariant&) const = default;
+};
+
+// Beyond this many photos the rasteriser has no room for what is interpolated.
+constexpr int kMaxLayers = 12;
+// The shader that draws a triangle of `photos`: few shaders, and few layers in vain.
+constexpr int LayersFor(int photos) {
+  for (const int n : {2, 3, 4, 5, 6, 8, 10, kMaxLayers})
+    if (photos <= n) return n;
+  return 0;
+}
+
+// A triangle's corner: x and y in clip units, near / depth; 1 / depth; its records. A record is a photo of a triangle: at
+// each of the three corners its projection, and its weight. The projection is homogeneous (the photo's sides 1), relative
+// to the depth in the view, so that it is linear in the image and the rasteriser interpolates it exactly; and scaled so
+// that its third coordinate is 1 where the photo's pixels are as large as the view's: its negative logarithm is the
+// pyramid's level. Beside them where the photo is: RecordPlace.
+constexpr std::uint32_t RecordPlace(int camera, int group, int layer) {
+  return static_cast<std::uint32_t>(layer) | static_cast<std::uint32_t>(group) << 11 | static_cast<std::uint32_t>(camera) << 16;
+}
+constexpr int kMaxRecordCameras = 1 << 16;
+std::string SparseVertexShader(const SparseVariant& variant);
+std::string SparseFragmentShader(const SparseVariant& variant);
+
+// Lines over the picture: x and y in clip units, colour.
+const std::string& LineVertexShader();
+const std::string& LineFragmentShader();
+
+}  // namespace lumi

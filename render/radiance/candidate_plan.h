@@ -1,0 +1,33 @@
+// The candidate plan (ours, not the thesis's): the sparse samples choose photos instead of weights. The view is cut into
+// cells, columns x rows samples at their corners; a cell lists the k + 3 best photos of each of its samples, and every pixel
+// weighs its cell's photos exactly. What is lost is a photo that is among a pixel's best and among none of the samples'.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/radiance/proxy_tracer.h"
+#include "render/radiance/sparse_plan.h"
+
+namespace lumi {
+
+// Photos a sample lists beyond k.
+constexpr int kSpareCandidates = 3;
+
+struct CandidatePlan {
+  int cell_columns = 0, cell_rows = 0;     // one fewer than the samples a side
+  double cell_width_px = 0, cell_height_px = 0;
+  std::vector<std::int32_t> first;         // cells + 1, row by row
+  std::vector<std::int32_t> camera;        // ascending in a cell
+  // The proxy's facets in each cell (SparseGeometry::first_of_cell), where there are few; no triangles for fine meshes.
+  SparseGeometry geometry;
+  int samples = 0;                         // rays at which photos were ranked
+};
+
+// settings: Sparse(), k > 0, similarity kIdentity. For few facets the samples are the tessellation's vertices, so that every
+// visible facet in a cell has its own; for a fine mesh the grid's, and more of them in cells where the mesh ends or its depth
+// varies. Cells with a hole among their samples are sampled once more between them. Replaces `plan`.
+void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer, const VisibilityMaps* visibility,
+                    const ForRanges& for_ranges, CandidatePlan& plan);
+
+}  // namespace lumi

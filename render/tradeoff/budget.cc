@@ -1,0 +1,179 @@
+#include "render/tradeoff/budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "render/settings_json.h"
+#include "render/tradeoff/sweep.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kLoadShare = 0.25;     // of a new frame in the smoothed load
+constexpr double kHopeless = 2;         // a probe stops where a frame takes this times the budget
+constexpr double kFarTooSlow = 2;
+
+RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
+  for (const auto& [name, value] : fixed) SetOption(s, name, value);
+  return s;
+}
+
+}  // namespace
+
+nlohmann::ordered_json ToJson(const BudgetChoice& c) {
+  nlohmann::ordered_json tried = nlohmann::ordered_json::array();
+  for (const FrontPoint& p : c.tried) tried.push_back({{"name", p.name}, {"ms", p.ms}});
+  return {{"name", c.name}, {"expected_ms", c.expected_ms}, {"fits", c.fits}, {"why", c.why}, {"tried", tried}};
+}
+
+std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOptions& fixed) {
+  struct Row {
+    Method method;
+    int grid, k;
+  };
+  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kCandidates, 16, 3}, {Method::kCandidates, 25, 4},
+                           {Method::kCandidates, 32, 5}, {Method::kPixel, 0, 5},          {Method::kOptimumGrid, 32, 5}, {Method::kOptimumPixel, 0, 5}};
+  std::vector<FrontPoint> table;
+  for (const Row& row : kRows) {
+    FrontPoint p;
+    p.settings = WithMethod(base, row.method, row.grid);
+    p.settings.k = row.k;
+    p.settings = WithFixed(p.settings, fixed);
+    const auto same = [&](const FrontPoint& q) { return q.settings == p.settings; };
+    if (!Validate(p.settings).empty() || std::any_of(table.begin(), table.end(), same)) continue;
+    p.name = PointName(p.settings, base);
+    table.push_back(std::move(p));
+  }
+  return table;
+}
+
+BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed, double budget_ms,
+                   double seconds) {
+  const auto begin = Clock::now();
+  const auto spent_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  BudgetChoice choice;
+  std::string last_failure;
+  for (FrontPoint& p : ProbeTable(base, fixed)) {
+    request.settings = p.settings;
+    try {
+      double best = 0;
+      // The first frame also pays for what is made once (visibility maps, textures): it counts only where it fits.
+      for (int i = 0; i < 3; ++i) {
+        const auto start = Clock::now();
+        renderer.Render(request);
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+        best = i == 0 ? ms : std::min(best, ms);
+        if (spent_s() > seconds && (i > 0 || !choice.tried.empty())) break;
+      }
+      p.ms = best;
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      last_failure = e.what();
+      continue;
+    }
+    choice.tried.push_back(p);
+    if (p.ms <= budget_ms) {
+      choice.fits = true;
+      choice.name = p.name;
+      choice.settings = p.settings;
+      choice.expected_ms = p.ms;
+    }
+    if (p.ms > kHopeless * budget_ms || spent_s() > seconds) break;
+  }
+  if (choice.tried.empty()) throw DataError("no setting could be rendered: " + last_failure);
+  if (!choice.fits) {
+    const auto fastest = std::min_element(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+    choice.name = fastest->name;
+    choice.settings = fastest->settings;
+    choice.expected_ms = fastest->ms;
+  }
+  choice.why = fmt::format("a probe of {} settings at the first view, {:.1f} s", choice.tried.size(), spent_s());
+  std::stable_sort(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+  return choice;
+}
+
+BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy, Renderer& renderer,
+                             const RenderRequest& request, const FixedOptions& fixed, double budget_ms) {
+  if (!(budget_ms > 0) || !std::isfinite(budget_ms)) throw UsageError("--budget-ms must be above 0");
+  const Eigen::Vector2i size = request.view.size_px;
+  std::string why;
+  if (const auto stored = FindFront(scene_folder, {proxy, backend, renderer.Device(), size.x(), size.y()}, &why)) {
+    std::vector<FrontPoint> points;
+    for (FrontPoint p : stored->points) {
+      p.settings = WithTradedSettings(request.settings, p.settings);
+      if (WithFixed(p.settings, fixed) == p.settings && Validate(p.settings).empty()) points.push_back(std::move(p));
+    }
+    if (!points.empty()) {
+      BudgetChoice choice;
+      const FrontPoint& p = points[Recommend(points, budget_ms, &choice.fits)];
+      choice.name = p.name;
+      choice.settings = p.settings;
+      choice.expected_ms = p.ms;
+      choice.why = fmt::format("the scene's front, measured at {}x{}", stored->key.width, stored->key.height);
+      if (std::abs(stored->time_scale - 1) > 1e-9) choice.why += fmt::format(", times scaled by {:.2f}", stored->time_scale);
+      choice.tried = std::move(points);
+      return choice;
+    }
+    why = "no point of the scene's front has the options given";
+  }
+  BudgetChoice choice = Probe(renderer, request, request.settings, fixed, budget_ms);
+  choice.why += "; " + why;
+  return choice;
+}
+
+BudgetController::BudgetController(std::vector<FrontPoint> front, std::optional<FrontPoint> refined, Options options)
+    : front_(std::move(front)), options_(options), wait_(options.fast_frames) {
+  if (front_.empty()) throw std::invalid_argument("BudgetController: the front is empty");
+  refined_ = refined ? std::move(*refined) : front_.back();
+  SetBudget(options.budget_ms);
+}
+
+void BudgetController::SetBudget(double budget_ms) {
+  if (!(budget_ms > 0) || !std::isfinite(budget_ms)) throw std::invalid_argument("BudgetController: the budget must be above 0");
+  options_.budget_ms = budget_ms;
+  level_ = 0;
+  while (level_ + 1 < front_.size() && Expected(level_ + 1) <= budget_ms) ++level_;
+  slow_ = fast_ = 0;
+  wait_ = options_.fast_frames;
+}
+
+const FrontPoint& BudgetController::Next(double now_s, bool camera_moved) {
+  if (camera_moved || !started_) last_move_s_ = now_s;
+  started_ = true;
+  refining_ = now_s - last_move_s_ >= options_.rest_s;
+  return refining_ ? refined_ : front_[level_];
+}
+
+void BudgetController::Measured(double ms) {
+  if (refining_ || !(ms > 0) || !std::isfinite(ms)) return;
+  const double budget = options_.budget_ms;
+  load_ *= std::pow(ms / Expected(level_), kLoadShare);
+  ++since_up_;
+  slow_ = ms > options_.too_slow * budget ? slow_ + 1 : 0;
+  if (level_ > 0 && (slow_ >= options_.slow_frames || ms > kFarTooSlow * budget)) {
+    // A step up that is taken back soon was one too many: the next attempt waits longer, so that nothing flickers.
+    wait_ = since_up_ < 2 * wait_ ? std::min(2 * wait_, options_.longest_wait) : options_.fast_frames;
+    --level_;
+    slow_ = fast_ = 0;
+    since_up_ = options_.longest_wait * 2;
+    return;
+  }
+  const bool room = level_ + 1 < front_.size() && ms <= budget && Expected(level_ + 1) < options_.room * budget;
+  fast_ = room ? fast_ + 1 : 0;
+  if (fast_ >= wait_) {
+    ++level_;
+    fast_ = slow_ = 0;
+    since_up_ = 0;
+  }
+}
+
+}  // namespace lumi

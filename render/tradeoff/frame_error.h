@@ -1,0 +1,25 @@
+// How far one picture is from another, as the tables of accuracy against time print it.
+#pragma once
+
+#include "scene/model/image.h"
+
+namespace lumi {
+
+struct FrameError {
+  double psnr_db = 0;   // 99 where equal
+  double ssim = 0;
+  double mse = 0;       // squared error summed over the three channels, mean over pixels, code values (the measure of Fig. 5-4)
+};
+
+// Pictures of the renderer (premultiplied, over black), in float: a difference below a code value counts. Throws
+// std::invalid_argument where the sizes differ.
+FrameError ErrorBetween(const ImageF& image, const ImageF& reference);
+// Against a photograph, in its 8 bits, as everywhere else.
+FrameError ErrorAgainstPhoto(const ImageF& image, const Image8& photo);
+// Of the mean squared error alone: for false colour, whose structure means nothing.
+double SquaredError(const ImageF& image, const ImageF& reference);
+
+// The means of the fields.
+FrameError Mean(const std::vector<FrameError>& errors);
+
+}  // namespace lumi

@@ -1,0 +1,174 @@
+#include "render/tradeoff/front.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "render/settings_json.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/version.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "lumigraph-front";
+constexpr int kFormatVersion = 1;
+
+// FNV-1a, 32 bits: a short name for a device; the file holds the device in full.
+std::string ShortHash(const std::string& text) {
+  std::uint32_t h = 2166136261U;
+  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 16777619U;
+  return fmt::format("{:08x}", h);
+}
+
+std::optional<double> Optional(const Json& j, const char* key) {
+  return j.contains(key) && j[key].is_number() ? std::optional(j[key].get<double>()) : std::nullopt;
+}
+
+}  // namespace
+
+std::vector<FrontPoint> ParetoFront(std::vector<FrontPoint> points) {
+  std::erase_if(points, [](const FrontPoint& p) {
+    return !(p.ms > 0) || !std::isfinite(p.ms) || !std::isfinite(p.Quality()) || (!p.psnr_holdout_db && !p.psnr_optimum_db);
+  });
+  std::stable_sort(points.begin(), points.end(),
+                   [](const FrontPoint& a, const FrontPoint& b) { return a.ms != b.ms ? a.ms < b.ms : a.Quality() > b.Quality(); });
+  std::vector<FrontPoint> front;
+  for (FrontPoint& p : points)
+    if (front.empty() || (p.Quality() > front.back().Quality() && p.ms > front.back().ms)) front.push_back(std::move(p));
+  return front;
+}
+
+std::size_t Recommend(const std::vector<FrontPoint>& front, std::optional<double> budget_ms, bool* fits) {
+  if (front.empty()) throw std::invalid_argument("Recommend: the front is empty");
+  std::size_t best = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < front.size(); ++i)
+    if (!budget_ms || front[i].ms <= *budget_ms) {
+      best = i;
+      any = true;
+    }
+  if (fits != nullptr) *fits = any;
+  return best;
+}
+
+RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point) {
+  RadianceSettings s = base;
+  s.similarity = point.similarity;
+  s.k = point.k;
+  s.correlation = point.correlation;
+  s.combine = point.combine;
+  s.sum = point.sum;
+  s.cutoff_rad = point.cutoff_rad;
+  s.resolution = point.resolution;
+  s.grid_columns = point.grid_columns;
+  s.grid_rows = point.grid_rows;
+  s.epipoles = point.epipoles;
+  s.sampling = point.sampling;
+  return s;
+}
+
+Json ToJson(const FrontPoint& p) {
+  Json j = {{"name", p.name}, {"settings", ToJson(p.settings)}, {"ms", p.ms}};
+  j["psnr_optimum_db"] = p.psnr_optimum_db ? Json(*p.psnr_optimum_db) : Json(nullptr);
+  j["psnr_holdout_db"] = p.psnr_holdout_db ? Json(*p.psnr_holdout_db) : Json(nullptr);
+  return j;
+}
+
+StoredFront ReadFront(const fs::path& file) {
+  try {
+    const Json j = Json::parse(ReadText(file, 1 << 24));
+    if (j.at("format") != kFormat) throw InputError(file, "not a front");
+    if (j.at("version").get<int>() > kFormatVersion) throw InputError(file, "a newer version's front");
+    StoredFront front;
+    front.key = {j.at("proxy"), j.at("backend"), j.at("device"), j.at("width"), j.at("height")};
+    if (front.key.width < 1 || front.key.height < 1) throw InputError(file, "a front without a size");
+    front.proxy_fingerprint = j.at("proxy_fingerprint");
+    for (const Json& p : j.at("points")) {
+      FrontPoint point;
+      point.name = p.at("name");
+      for (const auto& [name, value] : p.at("settings").items())
+        if (!SetOption(point.settings, name, value)) throw InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
+      if (const std::string problem = Validate(point.settings); !problem.empty()) throw InputError(file, problem);
+      point.ms = p.at("ms");
+      point.psnr_optimum_db = Optional(p, "psnr_optimum_db");
+      point.psnr_holdout_db = Optional(p, "psnr_holdout_db");
+      front.points.push_back(std::move(point));
+    }
+    front.points = ParetoFront(std::move(front.points));
+    if (front.points.empty()) throw InputError(file, "a front without points");
+    return front;
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(file, std::string("not a front: ") + e.what());
+  } catch (const UsageError& e) {
+    throw InputError(file, e.what());
+  }
+}
+
+fs::path WriteFront(const fs::path& scene_folder, const StoredFront& front) {
+  const FrontKey& k = front.key;
+  const fs::path file =
+      scene_folder / "fronts" / fmt::format("{}-{}-{}x{}-{}.json", k.proxy, k.backend, k.width, k.height, ShortHash(k.device));
+  Json points = Json::array();
+  for (const FrontPoint& p : front.points) points.push_back(ToJson(p));
+  const Json j = {{"format", kFormat},   {"version", kFormatVersion}, {"suite", kVersion},
+                  {"proxy", k.proxy},    {"backend", k.backend},      {"device", k.device},
+                  {"width", k.width},    {"height", k.height},        {"proxy_fingerprint", front.proxy_fingerprint},
+                  {"points", points}};
+  WriteTextAtomically(file, j.dump(1) + "\n");
+  return file;
+}
+
+std::optional<StoredFront> FindFront(const fs::path& scene_folder, const FrontKey& key, std::string* why) {
+  const auto say = [&](std::string text) {
+    if (why != nullptr) *why = std::move(text);
+  };
+  say("the scene has no measured front for this proxy and backend");
+  std::error_code ec;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(scene_folder / "fronts", ec))
+    if (entry.path().extension() == ".json" && !entry.path().filename().string().starts_with('.')) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  const std::string fingerprint = Fingerprint(ProxyPath(scene_folder, key.proxy));
+  const double wanted = static_cast<double>(key.width) * key.height;
+  std::optional<StoredFront> best;
+  double least = 0;
+  for (const fs::path& file : files) {
+    StoredFront front;
+    try {
+      front = ReadFront(file);
+    } catch (const InputError& e) {
+      say("the scene's front cannot be read: " + e.file().filename().string() + ": " + e.what());
+      continue;
+    }
+    if (front.key.proxy != key.proxy || front.key.backend != key.backend) continue;
+    if (front.key.device != key.device) {
+      say("the scene's front was measured on another device (" + front.key.device + ")");
+      continue;
+    }
+    if (front.proxy_fingerprint != fingerprint) {
+      say("the proxy has changed since the scene's front was measured");
+      continue;
+    }
+    const double pixels = static_cast<double>(front.key.width) * front.key.height;
+    const double distance = std::abs(std::log(wanted / pixels));
+    if (best && distance >= least) continue;
+    least = distance;
+    front.time_scale = wanted / pixels;
+    best = std::move(front);
+  }
+  if (best)
+    for (FrontPoint& p : best->points) p.ms *= best->time_scale;
+  return best;
+}
+
+}  // namespace lumi

@@ -1,0 +1,97 @@
+#include "render/tradeoff/measure.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "scene/files/image_io.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+
+namespace lumi {
+namespace {
+
+constexpr double kSlowMs = 2000;
+
+std::vector<ViewId> Spread(const std::vector<ViewId>& all, int most) {
+  const auto n = all.size(), m = std::min(n, static_cast<std::size_t>(std::max(1, most)));
+  std::vector<ViewId> chosen;
+  for (std::size_t i = 0; i < m; ++i) chosen.push_back(all[(2 * i + 1) * n / (2 * m)]);
+  return chosen;
+}
+
+void Exclude(const std::vector<ViewId>& ids, std::vector<bool>& use) {
+  for (const ViewId id : ids) use[static_cast<std::size_t>(id.value)] = false;
+}
+
+}  // namespace
+
+int HeightFor(const Camera& camera, int width_px) {
+  return std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * width_px / camera.width_px)));
+}
+
+double Median(std::vector<double> v) {
+  if (v.empty()) return 0;
+  std::sort(v.begin(), v.end());
+  return v.size() % 2 == 1 ? v[v.size() / 2] : 0.5 * (v[v.size() / 2 - 1] + v[v.size() / 2]);
+}
+
+RenderView TestView::AtWidth(int width_px, const Rigid3& cam_from_world) const {
+  return MakeRenderView(camera.Scaled(width_px, HeightFor(camera, width_px)), cam_from_world);
+}
+
+std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px) {
+  const std::size_t count = scene.views.size();
+  if (count < 2) throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
+  std::vector<ViewId> held = FoldViews(scene, n, fold);
+  while (held.empty() && n > 2) held = FoldViews(scene, --n, fold);
+  std::vector<bool> use(count, true);
+  Exclude(held, use);
+  if (fold == Fold::kChoose) {
+    std::vector<bool> strict = use;
+    Exclude(FoldViews(scene, n, Fold::kReport), strict);
+    if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(count)) use = strict;
+  }
+  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout", scene.folder);
+  std::vector<TestView> views;
+  for (const ViewId id : Spread(held, most)) {
+    const View& view = scene.views[static_cast<std::size_t>(id.value)];
+    TestView t;
+    t.name = view.name;
+    t.id = id;
+    t.camera = scene.CameraOf(view);
+    t.photo = ReadImage8(scene.ImagePath(view), 3);
+    if (width_px > 0 && width_px < t.camera.width_px) {
+      t.camera = t.camera.Scaled(width_px, HeightFor(t.camera, width_px));
+      t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
+    }
+    t.view = MakeRenderView(t.camera, view.cam_from_world);
+    t.view.time_s = view.time_s;
+    t.view.gain = view.gain;
+    t.use = use;
+    views.push_back(std::move(t));
+  }
+  return views;
+}
+
+TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms) {
+  using Clock = std::chrono::steady_clock;
+  TimedFrame result;
+  const auto once = [&] {
+    CheckInterrupted();
+    const auto start = Clock::now();
+    result.image = renderer.Render(request);
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  };
+  const double first = once();
+  if (first > alone_ms) {
+    result.all_ms = {first};
+  } else {
+    if (first > kSlowMs) repeats = 1;
+    for (int i = 0; i < repeats; ++i) result.all_ms.push_back(once());
+  }
+  result.ms = Median(result.all_ms);
+  return result;
+}
+
+}  // namespace lumi

@@ -1,0 +1,44 @@
+// Held-out views to measure on, and the time of a frame.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+struct TestView {
+  std::string name;          // of the photo
+  ViewId id;
+  Camera camera;             // at the measured size
+  RenderView view;
+  std::vector<bool> use;     // which photos may be blended
+  Image8 photo;              // at the measured size
+
+  RenderView AtWidth(int width_px, const Rigid3& cam_from_world) const;  // the same camera, smaller
+};
+
+// At most `most` photos of a fold, evenly spread over it, at `width_px` (0, or above the photo's: its own size). None of the
+// fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N is lowered
+// until the fold holds a photo. Throws DataError where nothing is left to render from.
+std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px);
+
+struct TimedFrame {
+  ImageF image;
+  double ms = 0;             // median of the repeats
+  std::vector<double> all_ms;
+};
+
+// A frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. A frame beyond two seconds is its own
+// measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
+TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms = 4000);
+
+double Median(std::vector<double> values);  // 0 for none
+
+// Height for a width, by the camera's aspect, at least 1.
+int HeightFor(const Camera& camera, int width_px);
+
+}  // namespace lumi

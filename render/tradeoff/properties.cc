@@ -1,0 +1,497 @@
+// A figure for each of the nine properties that Table 3.2 asks of an image-based rendering algorithm.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <random>
+
+#include "render/convert.h"
+#include "render/radiance/frame_plan.h"
+#include "render/settings_json.h"
+#include "render/tradeoff/frame_error.h"
+#include "render/tradeoff/measure.h"
+#include "render/tradeoff/sweep.h"
+#include "render/tradeoff/tradeoff.h"
+#include "render/visibility_maps.h"
+#include "scene/files/atomic_file.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kMarker = "properties.json";
+constexpr int kRays = 200;               // random rays of a figure
+constexpr int kOwnWidth = 96;            // of the pictures at all source cameras
+constexpr float kInner = 0.999F;         // field-of-view value of a pixel that the photo contains wholly
+
+// Ranks with ties sharing their mean.
+std::vector<double> Ranks(const std::vector<double>& v) {
+  std::vector<std::size_t> order(v.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return v[a] < v[b]; });
+  std::vector<double> ranks(v.size());
+  for (std::size_t i = 0; i < order.size();) {
+    std::size_t j = i;
+    while (j < order.size() && v[order[j]] == v[order[i]]) ++j;
+    for (std::size_t k = i; k < j; ++k) ranks[order[k]] = 0.5 * static_cast<double>(i + j - 1);
+    i = j;
+  }
+  return ranks;
+}
+
+double Pearson(const std::vector<double>& a, const std::vector<double>& b) {
+  const double n = static_cast<double>(a.size());
+  const double ma = std::accumulate(a.begin(), a.end(), 0.0) / n, mb = std::accumulate(b.begin(), b.end(), 0.0) / n;
+  double ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ab += (a[i] - ma) * (b[i] - mb);
+    aa += (a[i] - ma) * (a[i] - ma);
+    bb += (b[i] - mb) * (b[i] - mb);
+  }
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
+class Properties {
+ public:
+  Properties(const MeasureOptions& o, ProgressSink& sink)
+      : o_(o),
+        sink_(sink),
+        bench_(o, kMarker, sink),
+        proxy_(bench_.proxies().front()),
+        sources_(MakeSources(bench_.scene())),
+        tracer_(bench_.mesh(proxy_), bench_.scene().normalized_from_world) {
+    if (CanOcclude(bench_.mesh(proxy_))) visibility_ = MakeVisibilityMaps(sources_, tracer_);
+    settings_ = WithMethod(bench_.settings(), Method::kPixel);
+    if (settings_.k == 0) settings_.k = 4;
+  }
+
+  std::string Run() {
+    Json rows = Json::array();
+    Progress progress(sink_, "measuring properties", 9);
+    const auto add = [&](const char* name, const char* what, Json figures) {
+      Json row = {{"property", name}, {"figure", what}};
+      row.update(figures);
+      rows.push_back(row);
+      progress.Step();
+    };
+    const Json own = Epipoles();
+    add("unstructured input", "photos that some pixel shows, of all", {{"used", own["cameras_used"]}, {"cameras", own["cameras"]}});
+    add("natural navigation", "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
+    add("real-time performance", "milliseconds a frame", RealTime());
+    add("use of correspondence", "held-out PSNR with the proxy, with a plane, with a plane at infinity", Correspondence());
+    add("angle-based view dependence", "rank correlation of weight and angle (-1: monotone)", ViewDependence());
+    add("epipole consistency", "smallest weight of a photo at its own camera", own);
+    add("radiance consistency", "largest difference of a weight for one ray from two viewpoints", RadianceConsistency());
+    add("continuity", "largest change of a weight a step", Continuity());
+    add("sensitivity to non-ideal effects", "held-out PSNR and coverage with an effect, and without", NonIdeal());
+    Json j = {{"scene", o_.scene.generic_string()}, {"proxy", proxy_.empty() ? bench_.scene().active_proxy : proxy_}, {"backend", o_.backend},
+              {"device", bench_.Measured(proxy_).Device()}, {"settings", SettingsWithBackend(settings_, o_.backend)}, {"properties", rows}};
+    if (!o_.output.empty()) WriteTextAtomically(o_.output / kMarker, j.dump(1) + "\n");
+    return j.dump();
+  }
+
+ private:
+  const VisibilityMaps* Visibility(const RadianceSettings& s) const { return s.visibility && !visibility_.empty() ? &visibility_ : nullptr; }
+  const Scene& scene() const { return bench_.scene(); }
+
+  // A ray of the lumigraph in the normalised frame: from a point near a source camera to the proxy.
+  struct Ray {
+    Eigen::Vector3d eye, p;
+  };
+
+  std::vector<Ray> RandomRays(int count) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
+    std::vector<Ray> rays;
+    const double spread = 0.3 * Spacing();
+    for (int tries = 0; tries < 50 * count && static_cast<int>(rays.size()) < count; ++tries) {
+      const std::size_t j = static_cast<std::size_t>(unit(random) * static_cast<double>(sources_.views.size())) % sources_.views.size();
+      const RenderView& v = sources_.views[j];
+      const Eigen::Vector2d x_px(v.size_px.x() * (0.1 + 0.8 * unit(random)), v.size_px.y() * (0.1 + 0.8 * unit(random)));
+      const auto direction = RayDirection(v.P, x_px);
+      if (!direction) continue;
+      const Eigen::Vector3d eye = v.centre + spread * Eigen::Vector3d(both(random), both(random), both(random));
+      const Eigen::Vector3d d = direction->normalized();
+      const double t = Trace(eye, d);
+      if (std::isfinite(t) && t > 0) rays.push_back({eye, eye + t * d});
+    }
+    if (rays.empty()) throw DataError("no ray from near the cameras meets the proxy", "choose another --proxy", scene().folder);
+    return rays;
+  }
+
+  double Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& d) const {
+    const Eigen::Vector3f direction = d.cast<float>();
+    float t = 0;
+    tracer_.Trace(eye.cast<float>(), {&direction, 1}, {&t, 1});
+    return t;
+  }
+
+  // Median distance of a camera to its nearest neighbour, normalised units.
+  double Spacing() const {
+    std::vector<double> nearest;
+    for (std::size_t i = 0; i < sources_.views.size(); ++i) {
+      double best = std::numeric_limits<double>::infinity();
+      for (std::size_t j = 0; j < sources_.views.size(); ++j)
+        if (i != j) best = std::min(best, (sources_.views[i].centre - sources_.views[j].centre).norm());
+      if (std::isfinite(best)) nearest.push_back(best);
+    }
+    return nearest.empty() ? 0.1 : std::max(1e-6, Median(nearest));
+  }
+
+  // All cameras' weights at p, seen from `eye` by a camera with this matrix.
+  std::vector<double> WeightsAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& p, const RadianceSettings& s, const Eigen::Matrix3d& KR) const {
+    RenderView desired;
+    desired.P.leftCols<3>() = KR;
+    desired.P.col(3) = -KR * eye;
+    desired.centre = eye;
+    desired.size_px = {640, 480};
+    // MakeViewSetup takes world coordinates; these are normalised already.
+    Sources here = {sources_.views, Similarity3()};
+    const ViewSetup setup = MakeViewSetup(here, desired, s);
+    // The way a renderer goes: from the pixel, by the matrix.
+    const Eigen::Vector3d pixel = KR * (p - eye);
+    WeighScratch scratch;
+    std::vector<double> weights(sources_.views.size(), 0.0);
+    const Eigen::Vector3d direction = (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
+    const double t = (p - eye).norm();
+    if (s.k == 0) {
+      std::vector<float> all;
+      WeighAll(setup.sources, Visibility(s), direction.cast<float>(), static_cast<float>(t), s, scratch, all);
+      for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = all[j];
+    } else {
+      const RayWeights w = Weigh(setup.sources, Visibility(s), direction, t, s, scratch);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) weights[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
+    }
+    return weights;
+  }
+  Eigen::Matrix3d Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {
+    Eigen::Matrix3d K;
+    K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+    return K * LookAt(eye, p, scene().normalized_from_world.rotation * scene().up).R();
+  }
+  static double Largest(const std::vector<double>& a, const std::vector<double>& b) {
+    double d = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) d = std::max(d, std::abs(a[i] - b[i]));
+    return d;
+  }
+
+  Json Navigation() {
+    RadianceSettings s = settings_;
+    s.resolution = Resolution::kOff;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> both(-1, 1);
+    double worst = 0;
+    for (const Ray& ray : RandomRays(kRays)) {
+      const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
+      // Rolled, sheared, off centre, another focal length: the ray to p is the same.
+      Eigen::Matrix3d change;
+      change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random), 1 + 0.5 * both(random), 200 * both(random), 0, 0, 1;
+      worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, facing), WeightsAt(ray.eye, ray.p, s, change * facing)));
+    }
+    // A picture turned by 90 degrees: pixel (x, y) of one is (h - 1 - y, x) of the other.
+    const TestView t = Views(Fold::kReport).front();
+    RenderRequest r;
+    r.settings = settings_;
+    r.use = t.use;
+    r.view = t.view;
+    const ImageF upright = bench_.Cpu(proxy_).Render(r);
+    Eigen::Matrix3d turn;
+    turn << 0, -1, t.view.size_px.y(), 1, 0, 0, 0, 0, 1;
+    r.view.P = turn * t.view.P;
+    r.view.size_px = {t.view.size_px.y(), t.view.size_px.x()};
+    const ImageF turned = bench_.Cpu(proxy_).Render(r);
+    double change = 0;
+    for (int y = 0; y < upright.height; ++y)
+      for (int x = 0; x < upright.width; ++x)
+        for (int c = 0; c < 3; ++c)
+          change = std::max(change, 255.0 * std::abs(double(upright.At(x, y, c)) - turned.At(upright.height - 1 - y, x, c)));
+    return {{"weight_change_max", worst}, {"turned_difference_max", change}};
+  }
+
+  std::vector<TestView> Views(Fold fold) const { return HeldOutViews(scene(), o_.holdout, fold, o_.views, bench_.Width()); }
+
+  Json RealTime() {
+    Json j = {{"width", bench_.Width()}};
+    const TestView t = Views(Fold::kReport).front();
+    const auto time = [&](const char* key, const RadianceSettings& s) {
+      RenderRequest r;
+      r.view = t.view;
+      r.use = t.use;
+      r.settings = s;
+      try {
+        j[key] = TimeFrame(bench_.Measured(proxy_), r, o_.repeats).ms;
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const std::exception& e) {
+        j[key] = nullptr;
+      }
+    };
+    time("pixel_ms", settings_);
+    time("interpolated_25_ms", WithMethod(bench_.settings(), Method::kInterpolated));
+    time("candidates_25_ms", WithMethod(bench_.settings(), Method::kCandidates));
+    time("optimum_25_ms", WithMethod(bench_.settings(), Method::kOptimumGrid));
+    return j;
+  }
+
+  double HeldOutPsnr(Renderer& renderer, const RadianceSettings& s, double* coverage = nullptr) {
+    std::vector<FrameError> errors;
+    double seen = 0;
+    const std::vector<TestView> views = Views(Fold::kReport);
+    for (const TestView& t : views) {
+      RenderRequest r;
+      r.view = t.view;
+      r.use = t.use;
+      r.settings = s;
+      const ImageF image = renderer.Render(r);
+      errors.push_back(ErrorAgainstPhoto(image, t.photo));
+      seen += Coverage(image) / static_cast<double>(views.size());
+    }
+    if (coverage != nullptr) *coverage = seen;
+    return Mean(errors).psnr_db;
+  }
+
+  // A quad that faces the mean viewing direction, `times` the median depth of the points away.
+  Mesh FacingPlane(double times) const {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero(), forward = Eigen::Vector3d::Zero();
+    std::vector<double> depths;
+    for (std::size_t i = 0; i < scene().views.size(); ++i) {
+      const View& v = scene().views[i];
+      centre += v.CentreInWorld() / static_cast<double>(scene().views.size());
+      forward += v.cam_from_world.R().row(2).transpose();
+      const std::vector<double> d = PointDepths(scene(), {static_cast<std::int32_t>(i)});
+      if (!d.empty()) depths.push_back(d[d.size() / 2]);
+    }
+    if (forward.norm() < 1e-6 * static_cast<double>(scene().views.size())) forward = scene().views.front().cam_from_world.R().row(2).transpose();
+    const double depth = times * (depths.empty() ? 1.0 / scene().normalized_from_world.scale : Median(depths));
+    const Eigen::Vector3d n = forward.normalized(), x = n.unitOrthogonal(), y = n.cross(x), c = centre + depth * n;
+    const double side = 20 * depth;
+    Mesh m;
+    m.vertices = {c - side * x - side * y, c + side * x - side * y, c + side * x + side * y, c - side * x + side * y};
+    m.faces = {{0, 1, 2}, {0, 2, 3}};
+    return m;
+  }
+
+  Json Correspondence() {
+    const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
+    const auto with_plane = MakeCpuRenderer(scene(), plane, bench_.photos()), with_infinity = MakeCpuRenderer(scene(), infinity, bench_.photos());
+    return {{"proxy_psnr_db", HeldOutPsnr(bench_.Cpu(proxy_), settings_)},
+            {"plane_psnr_db", HeldOutPsnr(*with_plane, settings_)},
+            {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
+  }
+
+  Json ViewDependence() {
+    RadianceSettings pure = settings_;
+    pure.k = 0;
+    pure.field_of_view = pure.visibility = pure.time = false;
+    pure.resolution = Resolution::kOff;
+    RadianceSettings used = settings_;
+    used.k = 0;
+    double worst = -1, mean_used = 0;
+    const std::vector<Ray> rays = RandomRays(kRays);
+    for (const Ray& ray : rays) {
+      const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
+      const Eigen::Vector3d back = (ray.eye - ray.p).normalized();
+      std::vector<double> angles;
+      for (const RenderView& v : sources_.views) {
+        const Eigen::Vector3d u = (v.centre - ray.p).normalized();
+        angles.push_back(2 * std::atan2((u - back).norm(), (u + back).norm()));
+      }
+      const auto correlation = [&](const RadianceSettings& s) { return RankCorrelation(WeightsAt(ray.eye, ray.p, s, facing), angles); };
+      worst = std::max(worst, correlation(pure));
+      mean_used += correlation(used) / static_cast<double>(rays.size());
+    }
+    return {{"rank_correlation_worst", worst}, {"rank_correlation_with_effects_mean", mean_used}};
+  }
+  static double RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
+    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be ranked.
+    std::vector<double> w, a;
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      if (weights[i] > 0) {
+        w.push_back(weights[i]);
+        a.push_back(angles[i]);
+      }
+    return w.size() < 3 ? -1 : Pearson(Ranks(w), Ranks(a));
+  }
+
+  // At each source camera its own photo is white and all others are black: the picture is the own photo's weight, whatever way
+  // the renderer took to it.
+  Json Epipoles() {
+    std::vector<Photo> photos(scene().views.size());
+    for (Photo& p : photos) p.levels = {Image8(1, 1, 3, 0)};
+    const auto renderer = MakeCpuRenderer(scene(), bench_.mesh(proxy_), photos);  // reads the photos at every frame
+    RadianceSettings pixel = settings_;
+    pixel.resolution = Resolution::kOff;
+    pixel.time = false;
+    struct Case {
+      const char* key;
+      RadianceSettings settings;
+      bool inner_only;
+      double smallest = 1, sum = 0;
+      long pixels = 0;
+      std::string refused = {};
+    };
+    Case cases[] = {{"pixel", pixel, false}, {"interpolated_25", WithMethod(pixel, Method::kInterpolated), false},
+                    {"candidates_25", WithMethod(pixel, Method::kCandidates), false}, {"optimum_25", WithMethod(pixel, Method::kOptimumGrid), true}};
+    int used = 0;
+    for (std::size_t j = 0; j < photos.size(); ++j) {
+      photos[j].levels[0] = Image8(1, 1, 3, 255);
+      const View& view = scene().views[j];
+      const Camera& camera = scene().CameraOf(view);
+      const int width = std::min(kOwnWidth, camera.width_px);
+      const Camera small = camera.Scaled(width, HeightFor(camera, width));
+      RenderRequest r;
+      r.view = MakeRenderView(small, view.cam_from_world);
+      r.view.time_s = view.time_s;
+      r.view.gain = view.gain;
+      for (Case& c : cases) {
+        if (!c.refused.empty()) continue;
+        r.settings = c.settings;
+        try {
+          const ImageF image = renderer->Render(r);
+          bool seen = false;
+          for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width; ++x) {
+              const float alpha = image.At(x, y, 3);
+              // Only pixels that are seen wholly: at its very border a photo fades into a hole.
+              if (!(alpha > kInner) || (c.inner_only && !Inner(x, y, image, c.settings))) continue;
+              const double weight = image.At(x, y, 0) / alpha;
+              c.smallest = std::min(c.smallest, weight);
+              c.sum += weight;
+              ++c.pixels;
+              seen = seen || weight > 0.5;
+            }
+          if (&c == &cases[0] && seen) ++used;
+        } catch (const Interrupted&) {
+          throw;
+        } catch (const std::exception& e) {
+          c.refused = e.what();
+        }
+      }
+      photos[j].levels[0] = Image8(1, 1, 3, 0);
+    }
+    Json j = {{"cameras", photos.size()}, {"cameras_used", used}};
+    for (const Case& c : cases) {
+      j[std::string(c.key) + "_weight_min"] = c.refused.empty() && c.pixels > 0 ? Json(c.smallest) : Json(nullptr);
+      j[std::string(c.key) + "_weight_mean"] = c.refused.empty() && c.pixels > 0 ? Json(c.sum / static_cast<double>(c.pixels)) : Json(nullptr);
+    }
+    return j;
+  }
+  static bool Inner(int x, int y, const ImageF& image, const RadianceSettings& s) {
+    const double border = s.field_of_view ? s.fov_feather * std::min(image.width, image.height) : 0;
+    return x + 0.5 > border && y + 0.5 > border && x + 0.5 < image.width - border && y + 0.5 < image.height - border;
+  }
+
+  Json RadianceConsistency() {
+    RadianceSettings s = settings_;
+    s.resolution = Resolution::kOff;
+    double worst = 0;
+    for (const Ray& ray : RandomRays(kRays))
+      for (const double share : {0.2, 0.5, 0.8}) {
+        const Eigen::Vector3d nearer = ray.eye + share * (ray.p - ray.eye);
+        worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)), WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
+      }
+    return {{"weight_difference_max", worst}};
+  }
+
+  Json Continuity() {
+    // Straight ways of a tenth of a scene size, all looking at one point of the proxy, walked in three step sizes. A stretch
+    // where the ray to p passes a camera closer than `clear` is left out: at an epipole, slopes grow without bound.
+    const RadianceSettings& s = settings_;
+    constexpr double kLength = 0.1;
+    constexpr int kSteps[] = {10, 100, 1000};
+    const double clear = std::min(0.02, 0.3 * Spacing());
+    double largest[] = {0, 0, 0};
+    long measured = 0;
+    const auto passes = [&](const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
+      const Eigen::Vector3d d = (p - eye).normalized();
+      return std::any_of(sources_.views.begin(), sources_.views.end(), [&](const RenderView& v) { return (v.centre - eye).cross(d).norm() < clear; });
+    };
+    const std::vector<Ray> rays = RandomRays(40);
+    for (std::size_t i = 0; i + 1 < rays.size(); i += 2) {
+      const Eigen::Vector3d p = rays[i].p, from = rays[i].eye, to = rays[i + 1].eye;
+      if (!((to - from).norm() > 0)) continue;
+      const Eigen::Vector3d way = kLength * (to - from).normalized();
+      // Tenths of the way that stay clear of epipoles at 5 places each: the same for the three step sizes.
+      for (int tenth = 0; tenth < 10; ++tenth) {
+        bool near = false;
+        for (int n = 0; n <= 4; ++n) near = near || passes(from + (tenth + 0.25 * n) / 10 * way, p);
+        if (near || (from + 0.1 * tenth * way - p).norm() < 2 * kLength) continue;
+        ++measured;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const int steps = kSteps[k] / 10;
+          std::vector<double> before;
+          for (int n = 0; n <= steps; ++n) {
+            const Eigen::Vector3d eye = from + (tenth + static_cast<double>(n) / steps) / 10 * way;
+            std::vector<double> now = WeightsAt(eye, p, s, Facing(eye, p));
+            if (n > 0) largest[k] = std::max(largest[k], Largest(before, now));
+            before = std::move(now);
+          }
+        }
+      }
+    }
+    if (measured == 0) return {{"stretches", 0}};
+    return {{"stretches", measured}, {"clear_of_epipoles", clear}, {"change_at_step_1e-2", largest[0]}, {"change_at_step_1e-3", largest[1]}, {"change_at_step_1e-4", largest[2]},
+            {"ratio_1e-2_1e-3", largest[1] > 0 ? Json(largest[0] / largest[1]) : Json(nullptr)},
+            {"ratio_1e-3_1e-4", largest[2] > 0 ? Json(largest[1] / largest[2]) : Json(nullptr)}};
+  }
+
+  Json NonIdeal() {
+    Json j;
+    const auto measure = [&](const char* key, const RadianceSettings& s) {
+      double coverage = 0;
+      const double psnr = HeldOutPsnr(bench_.Cpu(proxy_), s, &coverage);
+      j[std::string(key) + "_psnr_db"] = psnr;
+      j[std::string(key) + "_coverage"] = coverage;
+    };
+    RadianceSettings on = settings_;
+    on.field_of_view = on.visibility = true;
+    measure("fov_and_visibility", on);
+    RadianceSettings s = on;
+    s.field_of_view = false;
+    measure("without_fov", s);
+    s = on;
+    s.visibility = false;
+    measure("without_visibility", s);
+    s = on;
+    s.resolution = Resolution::kJacobian;
+    measure("with_resolution", s);
+    s.resolution = Resolution::kOff;
+    measure("without_resolution", s);
+    return j;
+  }
+
+  const MeasureOptions& o_;
+  ProgressSink& sink_;
+  Workbench bench_;
+  const std::string proxy_;
+  const Sources sources_;
+  const ProxyTracer tracer_;
+  VisibilityMaps visibility_;
+  RadianceSettings settings_;
+};
+
+}  // namespace
+
+std::string RunProperties(const MeasureOptions& options, ProgressSink& progress) { return Properties(options, progress).Run(); }
+
+std::string DescribeProperties(const std::string& json) {
+  const Json j = Json::parse(json);
+  std::string text;
+  for (const Json& row : j["properties"]) {
+    text += fmt::format("{}: {}\n", row["property"].get<std::string>(), row["figure"].get<std::string>());
+    for (const auto& [key, value] : row.items())
+      if (key != "property" && key != "figure")
+        text += fmt::format("    {:<40} {}\n", key, value.is_null() ? "not available" : value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump());
+  }
+  text += fmt::format("proxy {}, {}", j["proxy"].get<std::string>(), j["device"].get<std::string>());
+  return text;
+}
+
+}  // namespace lumi

@@ -1,0 +1,33 @@
+// The named settings that `tradeoff` measures: a base point, lines along one option at a time, and a few crossings where
+// two options pull the same way.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "render/radiance/settings.h"
+
+namespace lumi {
+
+enum class Method { kPixel, kInterpolated, kCandidates, kOptimumGrid, kOptimumPixel };
+std::string_view Name(Method method);     // "identity", "interpolated", "candidates", "optimum on the grid", "optimum"
+Method MethodOf(const RadianceSettings& settings);
+
+// `base` with the options that make the method; grid: samples a side.
+RadianceSettings WithMethod(RadianceSettings base, Method method, int grid = 25);
+
+// "candidates 25x25, k 4": the method and what differs from `base`.
+std::string PointName(const RadianceSettings& settings, const RadianceSettings& base);
+
+// The same weights computed at every pixel: what a sparse point is measured against (Fig. 5-4).
+RadianceSettings PerPixel(const RadianceSettings& settings);
+
+// No two equal. quick: methods, a short line of grids and of k; else everything. methods_only: for a scene's further proxies.
+struct SweepPoint {
+  std::string name;
+  RadianceSettings settings;
+};
+enum class SweepSize { kMethods, kQuick, kFull };
+std::vector<SweepPoint> SweepTable(const RadianceSettings& base, SweepSize size);
+
+}  // namespace lumi

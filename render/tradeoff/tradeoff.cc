@@ -1,0 +1,443 @@
+#include "render/tradeoff/tradeoff.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "render/convert.h"
+#include "render/holdout.h"
+#include "render/settings_json.h"
+#include "render/tradeoff/frame_error.h"
+#include "render/tradeoff/front.h"
+#include "render/tradeoff/measure.h"
+#include "render/tradeoff/plot.h"
+#include "render/tradeoff/sweep.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kMarker = "tradeoff.json";
+constexpr double kBudgetsMs[] = {8, 16, 33, 100};
+constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
+constexpr double kReferenceMs = 30000;       // what the reference pictures may take together
+
+struct Pair {
+  ImageF color, false_color;
+};
+
+struct MeasuredPoint {
+  std::string name, proxy;
+  RadianceSettings settings;
+  double ms = 0, plan_ms = 0, coverage = 0;
+  int frames = 0;                                    // timed
+  FrameError holdout;
+  std::optional<FrameError> optimum, pixel;          // against the optimum; against the same weights at every pixel (sparse points)
+  double false_color_optimum = 0, false_color_pixel = 0;
+
+  FrontPoint ForFront() const {
+    FrontPoint p{name, settings, ms, std::nullopt, holdout.psnr_db};
+    if (optimum) p.psnr_optimum_db = optimum->psnr_db;
+    return p;
+  }
+};
+
+Json ErrorJson(const FrameError& e, double false_color) {
+  return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"mse", e.mse}, {"false_color_mse", false_color}};
+}
+
+Json PointJson(const MeasuredPoint& p, const std::string& backend) {
+  Json j = {{"name", p.name},
+            {"method", Name(MethodOf(p.settings))},
+            {"proxy", p.proxy},
+            {"settings", SettingsWithBackend(p.settings, backend)},
+            {"ms", p.ms},
+            {"plan_ms", p.plan_ms},
+            {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
+            {"psnr_holdout_db", p.holdout.psnr_db},
+            {"ssim_holdout", p.holdout.ssim},
+            {"mse_holdout", p.holdout.mse},
+            {"coverage", p.coverage},
+            {"frames_timed", p.frames}};
+  if (p.optimum) j["against_optimum"] = ErrorJson(*p.optimum, p.false_color_optimum);
+  if (p.pixel) j["against_pixel"] = ErrorJson(*p.pixel, p.false_color_pixel);
+  return j;
+}
+
+class Tradeoff {
+ public:
+  Tradeoff(const MeasureOptions& o, ProgressSink& sink) : o_(o), sink_(sink), bench_(o, kMarker, sink) {
+    width_ = bench_.Width();
+    views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kChoose, o_.views, width_);
+  }
+
+  std::string Run() {
+    DecideReference();
+    std::vector<std::pair<std::string, SweepPoint>> table;
+    for (std::size_t i = 0; i < bench_.proxies().size(); ++i)
+      for (SweepPoint& p : SweepTable(bench_.settings(), i > 0 ? SweepSize::kMethods : o_.quick ? SweepSize::kQuick : SweepSize::kFull))
+        table.emplace_back(bench_.proxies()[i], std::move(p));
+    {
+      Progress progress(sink_, "measuring settings", static_cast<long>(table.size()));
+      std::string proxy = table.front().first;
+      for (const auto& [name, point] : table) {
+        if (name != proxy) {
+          references_.clear();
+          bench_.Drop(proxy);
+          proxy = name;
+        }
+        Measure(proxy, point);
+        progress.Step();
+      }
+      references_.clear();
+    }
+    if (points_.empty()) throw DataError("no setting could be rendered: " + refusals_.begin()->second);
+    for (const auto& [what, why] : refusals_) sink_.Message(what + " was left out: " + why);
+    Json j = Summary();
+    Write(j);
+    return j.dump();
+  }
+
+ private:
+  const View& ViewOf(const TestView& t) const { return bench_.scene().views[static_cast<std::size_t>(t.id.value)]; }
+
+  RenderRequest Request(const TestView& t, const RadianceSettings& settings, bool reference) const {
+    RenderRequest r;
+    r.view = t.view;
+    if (reference && reference_width_ < t.camera.width_px) {
+      r.view = t.AtWidth(reference_width_, ViewOf(t).cam_from_world);
+      r.view.time_s = t.view.time_s;
+      r.view.gain = t.view.gain;
+    }
+    r.settings = settings;
+    r.use = t.use;
+    return r;
+  }
+
+  // Whether the optimum is there, and how large its reference pictures may be: by a small picture's time.
+  void DecideReference() {
+    const std::string& proxy = bench_.proxies().front();
+    reference_width_ = std::min(width_, o_.reference_width_px > 0 ? o_.reference_width_px : o_.quick ? kReferenceWidth / 2 : kReferenceWidth);
+    RenderRequest request = Request(views_.front(), ReferenceSettings(bench_.settings()), false);
+    const int small = std::min(kProbeWidth, width_);
+    request.view = views_.front().AtWidth(small, ViewOf(views_.front()).cam_from_world);
+    try {
+      const TimedFrame probe = TimeFrame(bench_.Cpu(proxy), request, 1);
+      optimum_ = true;
+      if (o_.reference_width_px > 0) return;
+      // Colour and false colour, for each view and proxy.
+      const double frames = 2.0 * static_cast<double>(views_.size() * bench_.proxies().size());
+      const double most = small * std::sqrt((o_.quick ? 0.3 : 1.0) * kReferenceMs / (frames * probe.ms));
+      reference_width_ = std::clamp(static_cast<int>(most), std::min(kLeastReferenceWidth, reference_width_), reference_width_);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::exception& e) {
+      no_optimum_ = e.what();
+      sink_.Message("no figures against the optimum: " + no_optimum_);
+    }
+  }
+
+  // The reference pictures of one view for these settings; made once a proxy.
+  const Pair& Reference(const std::string& proxy, const RadianceSettings& settings, std::size_t view) {
+    auto& kept = references_[ToJson(settings).dump()];
+    if (kept.size() <= view) kept.resize(views_.size());
+    if (kept[view].color.empty()) kept[view] = RenderPair(bench_.Cpu(proxy), view, settings);
+    return kept[view];
+  }
+
+  Pair RenderPair(Renderer& renderer, std::size_t view, const RadianceSettings& settings) {
+    RenderRequest r = Request(views_[view], settings, true);
+    Pair pair;
+    pair.color = renderer.Render(r);
+    r.show = Show::kFalseColor;
+    pair.false_color = renderer.Render(r);
+    return pair;
+  }
+
+  void Measure(const std::string& proxy, const SweepPoint& point) {
+    MeasuredPoint m;
+    m.name = point.name;
+    m.proxy = proxy;
+    m.settings = point.settings;
+    try {
+      Renderer& renderer = bench_.Measured(proxy);
+      std::vector<double> times, plan_times;
+      std::vector<FrameError> holdout, optimum, pixel;
+      const double n = static_cast<double>(views_.size());
+      const bool sparse_identity = m.settings.Sparse() && m.settings.similarity == Similarity::kIdentity;
+      for (std::size_t v = 0; v < views_.size(); ++v) {
+        TimedFrame frame = TimeFrame(renderer, Request(views_[v], m.settings, false), o_.repeats);
+        times.insert(times.end(), frame.all_ms.begin(), frame.all_ms.end());
+        plan_times.push_back(renderer.Statistics().plan_ms);
+        holdout.push_back(ErrorAgainstPhoto(frame.image, views_[v].photo));
+        m.coverage += Coverage(frame.image) / n;
+        if (!optimum_ && !sparse_identity) continue;
+        const Pair mine = RenderPair(renderer, v, m.settings);
+        if (optimum_) {
+          const Pair& best = Reference(proxy, ReferenceSettings(bench_.settings()), v);
+          optimum.push_back(ErrorBetween(mine.color, best.color));
+          m.false_color_optimum += SquaredError(mine.false_color, best.false_color) / n;
+        }
+        if (m.settings.Sparse()) {
+          const Pair& dense = Reference(proxy, PerPixel(m.settings), v);
+          pixel.push_back(ErrorBetween(mine.color, dense.color));
+          m.false_color_pixel += SquaredError(mine.false_color, dense.false_color) / n;
+        }
+      }
+      m.ms = Median(times);
+      m.plan_ms = Median(plan_times);
+      m.frames = static_cast<int>(times.size());
+      m.holdout = Mean(holdout);
+      if (!optimum.empty()) m.optimum = Mean(optimum);
+      if (!pixel.empty()) m.pixel = Mean(pixel);
+      points_.push_back(std::move(m));
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& e) {
+      refusals_.emplace(point.name, e.what());
+    }
+  }
+
+  std::vector<FrontPoint> FrontOf(const std::string& proxy) const {
+    std::vector<FrontPoint> points;
+    for (const MeasuredPoint& p : points_)
+      // What an effect costs is shown, but evidence switches effects, not a budget.
+      if ((proxy.empty() || p.proxy == proxy) && WithTradedSettings(bench_.settings(), p.settings) == p.settings) {
+        FrontPoint f = p.ForFront();
+        if (proxy.empty()) f.name = p.proxy + "\n" + p.name;  // finds the point again
+        points.push_back(std::move(f));
+      }
+    return ParetoFront(std::move(points));
+  }
+
+  const MeasuredPoint& Find(const FrontPoint& f) const {
+    return *std::find_if(points_.begin(), points_.end(), [&](const MeasuredPoint& p) { return p.proxy + "\n" + p.name == f.name; });
+  }
+
+  // What a recommended setting does on photos that nothing was chosen on.
+  Json Report(const MeasuredPoint& p) {
+    std::vector<FrameError> errors;
+    double coverage = 0;
+    Renderer& renderer = bench_.Measured(p.proxy);
+    for (const TestView& t : report_views_) {
+      const ImageF image = renderer.Render(Request(t, p.settings, false));
+      errors.push_back(ErrorAgainstPhoto(image, t.photo));
+      coverage += Coverage(image) / static_cast<double>(report_views_.size());
+    }
+    const FrameError e = Mean(errors);
+    return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"coverage", coverage}};
+  }
+
+  Json NearestPhotoReport() {
+    std::vector<FrameError> errors;
+    for (const TestView& t : report_views_) {
+      RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
+      s.k = 1;
+      RenderRequest r = Request(t, s, false);
+      const ViewId nearest = NearestPhoto(bench_.scene(), t.id, t.use);
+      r.use.assign(t.use.size(), false);
+      r.use[static_cast<std::size_t>(nearest.value)] = true;
+      errors.push_back(ErrorAgainstPhoto(bench_.Cpu(bench_.proxies().front()).Render(r), t.photo));
+    }
+    const FrameError e = Mean(errors);
+    return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}};
+  }
+
+  Json Summary() {
+    const std::string& first = bench_.proxies().front();
+    device_ = bench_.Measured(first).Device();
+    front_ = FrontOf("");
+    Json j = {{"scene", o_.scene.generic_string()}, {"backend", o_.backend}, {"device", device_},
+              {"width", width_}, {"height", views_.front().camera.height_px}, {"reference_width", optimum_ || !o_.quick ? reference_width_ : 0},
+              {"holdout", o_.holdout}, {"fold", "choose"}, {"repeats", o_.repeats}};
+    if (!optimum_) j["no_optimum"] = no_optimum_;
+    for (const TestView& t : views_) j["views"].push_back(t.name);
+    j["points"] = Json::array();
+    for (const MeasuredPoint& p : points_) j["points"].push_back(PointJson(p, o_.backend));
+    j["front"] = Json::array();
+    for (const FrontPoint& f : front_) j["front"].push_back(PointJson(Find(f), o_.backend));
+
+    report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
+    for (const TestView& t : report_views_) j["report_views"].push_back(t.name);
+    j["report_nearest_photo"] = NearestPhotoReport();
+    std::map<std::string, Json> reports;
+    j["recommended"] = Json::array();
+    const auto recommend = [&](std::optional<double> budget) {
+      bool fits = false;
+      const FrontPoint& f = front_[Recommend(front_, budget, &fits)];
+      const MeasuredPoint& p = Find(f);
+      if (!reports.contains(f.name)) reports[f.name] = Report(p);
+      Json r = {{"budget_ms", budget ? Json(*budget) : Json(nullptr)}, {"fits", fits}};
+      r.update(PointJson(p, o_.backend));
+      r["report"] = reports[f.name];
+      j["recommended"].push_back(r);
+    };
+    for (const double budget : kBudgetsMs) recommend(budget);
+    recommend(std::nullopt);
+    j["refused"] = Json::object();
+    for (const auto& [what, why] : refusals_) j["refused"][what] = why;
+    return j;
+  }
+
+  std::string Csv() const {
+    std::string csv =
+        "name,method,proxy,k,grid,epipoles,resolution,ms,plan_ms,psnr_holdout_db,ssim_holdout,mse_holdout,coverage,"
+        "psnr_optimum_db,ssim_optimum,mse_optimum,false_color_mse_optimum,psnr_pixel_db,ssim_pixel,mse_pixel,false_color_mse_pixel\n";
+    for (const MeasuredPoint& p : points_) {
+      const Json s = ToJson(p.settings);
+      const auto text = [&](const char* key) { return s[key].is_string() ? s[key].get<std::string>() : s[key].dump(); };
+      const auto error = [](const std::optional<FrameError>& e, double false_color) {
+        return e ? fmt::format("{:.4f},{:.6f},{:.6g},{:.6g}", e->psnr_db, e->ssim, e->mse, false_color) : std::string(",,,");
+      };
+      csv += fmt::format("\"{}\",{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6g},{:.5f},{},{}\n", p.name, Name(MethodOf(p.settings)), p.proxy,
+                         text("k"), text("grid"), text("epipoles"), text("resolution"), p.ms, p.plan_ms, p.holdout.psnr_db, p.holdout.ssim, p.holdout.mse,
+                         p.coverage, error(p.optimum, p.false_color_optimum), error(p.pixel, p.false_color_pixel));
+    }
+    return csv;
+  }
+
+  Plot Scatter(bool against_optimum) const {
+    constexpr std::pair<Method, const char*> kColors[] = {{Method::kPixel, "#1f6feb"},
+                                                          {Method::kInterpolated, "#d97706"},
+                                                          {Method::kCandidates, "#15803d"},
+                                                          {Method::kOptimumGrid, "#9333ea"},
+                                                          {Method::kOptimumPixel, "#be123c"}};
+    Plot plot;
+    plot.title = against_optimum ? "Against the optimum at every pixel" : "Against held-out photos";
+    plot.subtitle = fmt::format("{} wide, {} views, {}", against_optimum ? reference_width_ : width_, views_.size(), device_);
+    plot.x = {"milliseconds a frame", true, false};
+    plot.y = {"PSNR, dB", false, false};
+    const auto quality = [&](const MeasuredPoint& p) { return against_optimum ? p.optimum->psnr_db : p.holdout.psnr_db; };
+    for (const double b : kBudgetsMs) plot.marks.push_back({b, fmt::format("{:g} ms", b)});
+    std::vector<FrontPoint> points;
+    for (const MeasuredPoint& p : points_)
+      if (p.optimum || !against_optimum) {
+        FrontPoint f{p.proxy + "\n" + p.name, p.settings, p.ms, std::nullopt, quality(p)};
+        points.push_back(std::move(f));
+      }
+    const std::vector<FrontPoint> best = ParetoFront(points);
+    PlotSeries front{"Pareto front", "#57606a", Marker::kNone, true, true, false, {}};
+    for (const FrontPoint& f : best) front.points.push_back({f.ms, f.Quality(), {}, {}});
+    plot.series.push_back(front);
+    const bool several = bench_.proxies().size() > 1;
+    for (const auto& [method, color] : kColors) {
+      PlotSeries s{std::string(Name(method)), color, method == Method::kInterpolated ? Marker::kDiamond : method == Method::kCandidates ? Marker::kSquare : Marker::kCircle,
+                   false, false, false, {}};
+      for (const MeasuredPoint& p : points_) {
+        if (MethodOf(p.settings) != method || (against_optimum && !p.optimum)) continue;
+        const bool labelled = std::any_of(best.begin(), best.end(), [&](const FrontPoint& f) { return f.name == p.proxy + "\n" + p.name; });
+        const std::string label = several ? p.proxy + ": " + p.name : p.name;
+        s.points.push_back({p.ms, quality(p), labelled ? label : "", fmt::format("{}: {:.1f} ms, {:.2f} dB", label, p.ms, quality(p))});
+      }
+      if (!s.points.empty()) plot.series.push_back(std::move(s));
+    }
+    return plot;
+  }
+
+  // Error against samples a side, the thesis's Fig. 5-4: a, of the picture; b, of its false colours.
+  std::vector<Plot> Figure54() const {
+    std::vector<Plot> panels;
+    for (const bool false_color : {false, true}) {
+      Plot plot;
+      plot.title = false_color ? "(b) False colours" : "(a) The picture";
+      plot.subtitle = fmt::format("squared error against a weight a pixel, {} px wide, mean of {} views", reference_width_, views_.size());
+      plot.x = {"samples a side", true, false};
+      plot.y = {"squared error a pixel (code values, summed over channels)", true, false};
+      struct Line {
+        Method method;
+        bool epipoles;
+        const char *name, *color;
+        Marker marker;
+      };
+      constexpr Line kLines[] = {{Method::kInterpolated, true, "interpolated, with epipoles", "#1f6feb", Marker::kCircle},
+                                 {Method::kInterpolated, false, "without epipoles", "#cf222e", Marker::kCross},
+                                 {Method::kCandidates, true, "candidates", "#15803d", Marker::kSquare},
+                                 {Method::kOptimumGrid, true, "optimum on the grid", "#9333ea", Marker::kDiamond}};
+      for (const Line& line : kLines) {
+        PlotSeries s{line.name, line.color, line.marker, true, false, !line.epipoles, {}};
+        for (const MeasuredPoint& p : points_) {
+          if (!p.pixel || p.proxy != bench_.proxies().front() || MethodOf(p.settings) != line.method) continue;
+          RadianceSettings alike = WithMethod(bench_.settings(), line.method, p.settings.grid_columns);
+          alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
+          if (!(alike == p.settings)) continue;
+          const double error = false_color ? p.false_color_pixel : p.pixel->mse;
+          // A picture that is equal to the last bit has no place on a logarithmic axis.
+          s.points.push_back({static_cast<double>(p.settings.grid_columns), std::max(error, 1e-6), {}, fmt::format("{}: {:.4g}", p.name, error)});
+        }
+        std::sort(s.points.begin(), s.points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
+        if (!s.points.empty()) plot.series.push_back(std::move(s));
+      }
+      panels.push_back(std::move(plot));
+    }
+    return panels;
+  }
+
+  void Write(const Json& j) {
+    std::vector<Plot> plots = {Scatter(false)};
+    if (optimum_) plots.push_back(Scatter(true));
+    if (!o_.output.empty()) {
+      WriteTextAtomically(o_.output / kMarker, j.dump(1) + "\n");
+      WriteTextAtomically(o_.output / "tradeoff.csv", Csv());
+      WriteTextAtomically(o_.output / "tradeoff.svg", SvgOf(plots));
+      WriteTextAtomically(o_.output / "figure-5-4.svg", SvgOf(Figure54()));
+    }
+    if (!bench_.MayWriteScene()) {
+      sink_.Message("the front is not kept: " + bench_.scene().folder.string() + " is another tool's workspace and is not written to");
+      return;
+    }
+    const FolderLock lock(bench_.scene().folder);
+    for (const std::string& given : bench_.proxies()) {
+      const std::string proxy = given.empty() ? bench_.scene().active_proxy : given;
+      StoredFront front;
+      front.key = {proxy, o_.backend, device_, width_, views_.front().camera.height_px};
+      front.proxy_fingerprint = Fingerprint(ProxyPath(bench_.scene().folder, proxy));
+      front.points = FrontOf(given);
+      if (!front.points.empty()) WriteFront(bench_.scene().folder, front);
+    }
+  }
+
+  const MeasureOptions& o_;
+  ProgressSink& sink_;
+  Workbench bench_;
+  int width_ = 0, reference_width_ = 0;
+  bool optimum_ = false;
+  std::string no_optimum_, device_;
+  std::vector<TestView> views_, report_views_;
+  std::map<std::string, std::vector<Pair>> references_;
+  std::vector<MeasuredPoint> points_;
+  std::map<std::string, std::string> refusals_;
+  std::vector<FrontPoint> front_;
+};
+
+}  // namespace
+
+std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) { return Tradeoff(options, progress).Run(); }
+
+std::string DescribeTradeoff(const std::string& json) {
+  const Json j = Json::parse(json);
+  const auto number = [](const Json& v, int digits) { return v.is_number() ? fmt::format("{:.{}f}", v.get<double>(), digits) : std::string("-"); };
+  std::string text = fmt::format("{:<52} {:>9} {:>13} {:>13}\n", "setting (proxy)", "ms", "optimum dB", "held-out dB");
+  for (const Json& p : j["points"])
+    text += fmt::format("{:<52} {:>9} {:>13} {:>13}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["ms"], 2),
+                        number(p["psnr_optimum_db"], 2), number(p["psnr_holdout_db"], 2));
+  text += fmt::format("\n{:<12} {:<44} {:>9} {:>13} {:>12}\n", "budget", "recommended", "ms", "chosen on dB", "reported dB");
+  for (const Json& r : j["recommended"])
+    text += fmt::format("{:<12} {:<44} {:>9} {:>13} {:>12}{}\n", r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>()),
+                        fmt::format("{} ({})", r["name"].get<std::string>(), r["proxy"].get<std::string>()), number(r["ms"], 2), number(r["psnr_holdout_db"], 2),
+                        number(r["report"]["psnr_db"], 2), r["fits"].get<bool>() ? "" : "  (does not fit: the fastest)");
+  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", number(j["report_nearest_photo"]["psnr_db"], 2), j["width"].get<int>(), j["device"].get<std::string>());
+  return text;
+}
+
+}  // namespace lumi

@@ -1,0 +1,15 @@
+# Accuracy against time. Included by render/CMakeLists.txt after gl.cmake.
+lumi_library(lumi_render_tradeoff
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/ablation.cc
+    ${CMAKE_CURRENT_LIST_DIR}/budget.cc
+    ${CMAKE_CURRENT_LIST_DIR}/frame_error.cc
+    ${CMAKE_CURRENT_LIST_DIR}/front.cc
+    ${CMAKE_CURRENT_LIST_DIR}/measure.cc
+    ${CMAKE_CURRENT_LIST_DIR}/plot.cc
+    ${CMAKE_CURRENT_LIST_DIR}/properties.cc
+    ${CMAKE_CURRENT_LIST_DIR}/sweep.cc
+    ${CMAKE_CURRENT_LIST_DIR}/tradeoff.cc
+    ${CMAKE_CURRENT_LIST_DIR}/workbench.cc
+  PUBLIC lumi_render lumi_scene
+  PRIVATE lumi_render_gl nlohmann_json::nlohmann_json fmt::fmt)

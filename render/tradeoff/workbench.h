@@ -1,0 +1,78 @@
+// What the measuring commands share: the scene opened once, its photos, and a renderer a proxy.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+#include "scene/geometry/mesh.h"
+#include "scene/model/scene.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct MeasureOptions {
+  std::filesystem::path scene, output;
+  std::vector<std::string> proxies;        // empty: all the scene has, the active one first
+  std::string backend = "cpu";             // cpu, gl
+  int width_px = 0;                        // 0: the photos', at most 1024
+  int reference_width_px = 0;              // of pictures compared with the optimum; 0: what takes about half a minute, at most 480
+  int holdout = 8;
+  int views = 3;                           // of a fold that are measured
+  int repeats = 3;
+  bool quick = false;                      // fewer points, at most 320 pixels wide
+  std::string view;                        // --ablation: this photo's own camera, without the photo
+  std::filesystem::path path;              // --ablation: the first frame of this camera path instead
+  RadianceSettings settings;               // where lines start, from --settings and the line
+  std::string effects = "auto";            // auto, none, or a list of EffectNames()
+  std::set<std::string> decided;           // what --settings or the line spoke about
+  bool rescale_cameras = false;
+};
+
+// Throws UsageError, one line.
+void RequireConsistent(const MeasureOptions& options);
+
+class Workbench {
+ public:
+  // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours.
+  Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
+
+  const Scene& scene() const { return scene_; }
+  // The options' settings, with the effects that the scene calls for at its held-out photos.
+  const RadianceSettings& settings() const { return settings_; }
+  const std::vector<std::string>& proxies() const { return proxies_; }
+  const Mesh& mesh(const std::string& proxy) const { return *meshes_.at(proxy); }
+  std::vector<Photo>& photos() { return photos_; }
+  // Made when first wanted. The CPU's is where references come from, whatever is measured.
+  Renderer& Cpu(const std::string& proxy);
+  Renderer& Measured(const std::string& proxy);
+  // Forgets a proxy's renderers: their memory is that of the photos on a GPU.
+  void Drop(const std::string& proxy);
+  // Width that frames are measured at.
+  int Width() const;
+  // Whether SCENE/fronts may be written: a scene folder of ours, no other tool's workspace.
+  bool MayWriteScene() const;
+
+ private:
+  const MeasureOptions& o_;
+  RadianceSettings settings_;
+  Scene scene_;
+  std::vector<std::string> proxies_;
+  std::map<std::string, std::unique_ptr<Mesh>> meshes_;
+  std::vector<Photo> photos_;
+  std::map<std::string, std::unique_ptr<Renderer>> cpu_, gl_;
+};
+
+// The optimum that everything is measured against: every pixel, all cameras within 24 degrees (thesis chapter 4; beyond them a
+// weight changes by less than 1e-6).
+RadianceSettings ReferenceSettings(const RadianceSettings& base);
+
+// The settings as --settings takes them back, the backend among them.
+nlohmann::ordered_json SettingsWithBackend(const RadianceSettings& settings, const std::string& backend);
+
+}  // namespace lumi

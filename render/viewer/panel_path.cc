@@ -1,0 +1,126 @@
+// The camera path's keyframes, its playback, its files, and recording.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "render/viewer/panel_parts.h"
+
+namespace lumi {
+namespace {
+
+void Wish(PanelWishes& wishes, PathWish wish, bool pressed) {
+  if (pressed) wishes.path = wish;
+}
+
+void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  const CameraPath& path = facts.path;
+  const float unit = ImGui::GetFontSize();
+  const bool selected = settings.selected_key >= 0 && settings.selected_key < static_cast<int>(path.keys.size());
+  Wish(wishes, PathWish::kAdd, ImGui::Button("add (K)"));
+  Tooltip("The current camera as a key after the last");
+  ImGui::BeginDisabled(!selected);
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kUpdate, ImGui::Button("update"));
+  Tooltip("The selected key becomes the current camera");
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kDelete, ImGui::Button("delete"));
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kEarlier, ImGui::ArrowButton("earlier", ImGuiDir_Up));
+  Tooltip("Changes places with the key before");
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kLater, ImGui::ArrowButton("later", ImGuiDir_Down));
+  Tooltip("Changes places with the key after");
+  ImGui::EndDisabled();
+  if (path.keys.empty()) {
+    Dim("no keys yet");
+    return;
+  }
+  const float rows = static_cast<float>(std::min<std::size_t>(path.keys.size(), 5));
+  ImGui::BeginChild("keys", {0, rows * ImGui::GetTextLineHeightWithSpacing() + 0.5F * unit}, true);
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(path.keys.size()));
+  while (clipper.Step())
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
+      const std::string line = fmt::format("{:3d}   {:7.2f} s", i, path.keys[static_cast<std::size_t>(i)].time_s);
+      if (ImGui::Selectable(line.c_str(), i == settings.selected_key)) {
+        settings.selected_key = i;
+        wishes.path = PathWish::kJump;
+      }
+    }
+  ImGui::EndChild();
+  if (selected) {
+    double time_s = path.keys[static_cast<std::size_t>(settings.selected_key)].time_s;
+    if (ImGui::InputDouble("time of the key", &time_s, 0, 0, "%.2f s", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.key_time_s = time_s;
+  }
+}
+
+void Playback(const PanelFacts& facts, PanelWishes& wishes) {
+  const CameraPath& path = facts.path;
+  ImGui::BeginDisabled(path.keys.size() < 2);
+  if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0})) wishes.path = facts.playing ? PathWish::kStop : PathWish::kPlay;
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  auto t = static_cast<float>(facts.play_s);
+  if (ImGui::SliderFloat("##scrub", &t, 0, static_cast<float>(std::max(Duration(path), 0.01)), "%.2f s", ImGuiSliderFlags_AlwaysClamp)) wishes.scrub_s = static_cast<double>(t);
+  double seconds = Duration(path);
+  if (ImGui::InputDouble("seconds", &seconds, 0, 0, "%.2f", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_seconds = seconds;
+  ImGui::EndDisabled();
+  double fps = path.fps;
+  if (ImGui::InputDouble("frames a second", &fps, 0, 0, "%.3g", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_fps = fps;
+  int size[2] = {path.width_px, path.height_px};
+  if (ImGui::InputInt2("size", size, ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_size_px = Eigen::Vector2i(size[0], size[1]);
+  Tooltip("Of the video, pixels; 0: the window's");
+}
+
+void Files(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##path file", "path.json", settings.path_file.data(), settings.path_file.size());
+  Wish(wishes, PathWish::kLoad, ImGui::Button("load"));
+  Tooltip("Our format or nerfstudio's");
+  ImGui::BeginDisabled(facts.path.keys.empty());
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kSave, ImGui::Button("save"));
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kSaveNerfstudio, ImGui::Button("for nerfstudio"));
+  Tooltip("Saves its camera path JSON, in this scene's own world frame");
+  ImGui::SameLine();
+  Wish(wishes, PathWish::kClear, ImGui::Button("clear"));
+  ImGui::EndDisabled();
+}
+
+void Recording(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  if (facts.recording) {
+    if (facts.recording_live)
+      ImGui::Text("%.1f s", facts.recorded);
+    else
+      ImGui::ProgressBar(static_cast<float>(facts.recorded), ImVec2(-1, 0));
+    Wrapped(kDim, facts.recording_to);
+    if (facts.recording_live) {
+      if (ImGui::Button("finish")) wishes.record = RecordWish::kStop;
+      ImGui::SameLine();
+    }
+    if (ImGui::Button("cancel")) wishes.record = RecordWish::kCancel;
+    return;
+  }
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##video file", "video.mp4", settings.video_file.data(), settings.video_file.size());
+  ImGui::BeginDisabled(facts.path.keys.size() < 2 || facts.measuring);
+  if (ImGui::Button("record the path")) wishes.record = RecordWish::kPath;
+  ImGui::EndDisabled();
+  Tooltip("At the path's size and the current settings; a file of that name stays, the new one gets a number");
+  ImGui::SameLine();
+  if (ImGui::Button("record what is seen")) wishes.record = RecordWish::kLive;
+}
+
+}  // namespace
+
+void PathGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  if (Group(settings, "camera path", false)) {
+    Keys(facts, settings, wishes);
+    Playback(facts, wishes);
+    Files(facts, settings, wishes);
+  }
+  if (Group(settings, "recording", facts.recording)) Recording(facts, settings, wishes);
+}
+
+}  // namespace lumi

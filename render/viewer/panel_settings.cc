@@ -1,0 +1,215 @@
+// The reconstruction's options, in groups. What has no effect under the other settings is disabled and says why.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/settings_json.h"
+#include "render/viewer/panel_parts.h"
+#include "render/viewer/setting_rules.h"
+
+namespace lumi {
+namespace {
+
+std::string HelpOf(std::string_view option) {
+  for (const SettingOption& o : SettingOptions())
+    if (o.name == option) return o.help;
+  return {};
+}
+
+// Around an option's widgets: disabled where it has no effect, its help (and the data's word) as a tooltip, and whatever else
+// has to follow a change.
+class Row {
+ public:
+  Row(RadianceSettings& s, const char* option, std::string evidence = {})
+      : settings_(s), before_(s), option_(option), why_(WhyWithoutEffect(s, option)), evidence_(std::move(evidence)) {
+    ImGui::PushID(option);
+    ImGui::BeginDisabled(!why_.empty());
+  }
+  ~Row() {
+    ImGui::EndDisabled();
+    ImGui::PopID();
+    std::string text = HelpOf(option_);
+    if (!evidence_.empty()) text += "\n\nin this scene: " + evidence_;
+    if (!why_.empty()) text += "\n\nno effect now: " + why_;
+    Tooltip(text);
+    if (!(settings_ == before_)) Reconcile(settings_, option_);
+  }
+  Row(const Row&) = delete;
+  Row& operator=(const Row&) = delete;
+
+ private:
+  RadianceSettings& settings_;
+  RadianceSettings before_;
+  std::string_view option_;
+  std::string why_, evidence_;
+};
+
+template <typename E>
+void Choice(RadianceSettings& s, const char* option, const char* label, E RadianceSettings::* field, std::initializer_list<E> values) {
+  const Row row(s, option);
+  if (!ImGui::BeginCombo(label, std::string(Name(s.*field)).c_str())) return;
+  for (const E e : values)
+    if (ImGui::Selectable(std::string(Name(e)).c_str(), e == s.*field)) s.*field = e;
+  ImGui::EndCombo();
+}
+
+void Slider(RadianceSettings& s, const char* option, const char* label, double RadianceSettings::* field, double low, double high,
+            const char* format, double unit = 1, bool logarithmic = true) {
+  const Row row(s, option);
+  auto v = static_cast<float>(s.*field / unit);
+  if (ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high), format,
+                         (logarithmic ? ImGuiSliderFlags_Logarithmic : 0) | ImGuiSliderFlags_AlwaysClamp))
+    s.*field = unit * static_cast<double>(v);
+}
+
+void Check(RadianceSettings& s, const char* option, const char* label, bool RadianceSettings::* field, const std::string& evidence = {}) {
+  const Row row(s, option, evidence);
+  ImGui::Checkbox(label, &(s.*field));
+}
+
+constexpr double kWeightMost = 10, kFeatherLeast = 0.005;
+
+void Weights(RadianceSettings& s) {
+  Choice(s, "similarity", "similarity", &RadianceSettings::similarity, {Similarity::kIdentity, Similarity::kFull});
+  {
+    const Row row(s, "k");
+    int k = s.k == 0 ? kMaxBlend + 1 : s.k;
+    if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp)) s.k = k > kMaxBlend ? 0 : k;
+  }
+  Choice(s, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
+  Slider(s, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
+  Slider(s, "r-min-deg", "smallest leaf", &RadianceSettings::r_min_rad, 0, 10, "%.3f deg", kRadiansPerDegree);
+  Slider(s, "r-max-deg", "largest leaf", &RadianceSettings::r_max_rad, 0.01, 90, "%.2f deg", kRadiansPerDegree);
+  Choice(s, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
+  Choice(s, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
+  Slider(s, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
+}
+
+void Samples(RadianceSettings& s) {
+  constexpr int kUsualGrid = 25, kMostGrid = 128;
+  {
+    const Row row(s, "grid");
+    bool sparse = s.Sparse();
+    if (ImGui::Checkbox("sparse samples of the view", &sparse)) s.grid_columns = s.grid_rows = sparse ? kUsualGrid : 0;
+  }
+  {
+    const Row row(s, "grid");
+    ImGui::BeginDisabled(!s.Sparse());
+    int size[2] = {s.grid_columns, s.grid_rows};
+    if (ImGui::SliderInt2("grid", size, 2, kMostGrid, s.Sparse() ? "%d" : "pixel", ImGuiSliderFlags_AlwaysClamp) && s.Sparse()) {
+      s.grid_columns = std::clamp(size[0], 2, kMostGrid);
+      s.grid_rows = std::clamp(size[1], 2, kMostGrid);
+    }
+    ImGui::EndDisabled();
+  }
+  Choice(s, "sampling", "sampling", &RadianceSettings::sampling, {Sampling::kCandidates, Sampling::kInterpolated});
+  Check(s, "epipoles", "samples at the photos' centres", &RadianceSettings::epipoles);
+}
+
+void Effects(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  RadianceSettings& s = settings.radiance;
+  const auto evidence = [&](std::string_view name) {
+    for (const Effect& e : facts.effects)
+      if (e.name == name) return std::string(e.on ? "called for; " : "not called for; ") + e.evidence;
+    return std::string();
+  };
+  ImGui::BeginDisabled(facts.effects.empty());
+  wishes.auto_effects = ImGui::Button("as the data call for");
+  ImGui::EndDisabled();
+  if (facts.effects_open) {
+    ImGui::SameLine();
+    Dim("exposures follow ...");
+  }
+  Check(s, "fov", "field of view", &RadianceSettings::field_of_view, evidence("fov"));
+  ImGui::SameLine();
+  Check(s, "visibility", "visibility", &RadianceSettings::visibility, evidence("visibility"));
+  Slider(s, "fov-feather", "feather", &RadianceSettings::fov_feather, kFeatherLeast, 0.5, "%.3f");
+  Slider(s, "gamma", "their weight", &RadianceSettings::gamma, 0, 10 * kWeightMost, "%.2f");
+  {
+    const Row row(s, "resolution", evidence("resolution"));
+    if (ImGui::BeginCombo("resolution", std::string(Name(s.resolution)).c_str())) {
+      for (const Resolution r : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
+        if (ImGui::Selectable(std::string(Name(r)).c_str(), r == s.resolution)) s.resolution = r;
+      ImGui::EndCombo();
+    }
+  }
+  {
+    const Row row(s, "resolution-range");
+    float range[2] = {static_cast<float>(s.resolution_low), static_cast<float>(s.resolution_high)};
+    if (ImGui::DragFloat2("its range", range, 0.01F, 0, 100, "%.2f", ImGuiSliderFlags_AlwaysClamp)) {
+      s.resolution_low = std::clamp(static_cast<double>(range[0]), 0.0, 0.99);
+      s.resolution_high = std::clamp(static_cast<double>(range[1]), 1.01, 100.0);
+    }
+  }
+  Slider(s, "beta", "its weight", &RadianceSettings::beta, 0, kWeightMost, "%.2f");
+  Check(s, "exposure", "exposure", &RadianceSettings::exposure, evidence("exposure"));
+  ImGui::SameLine();
+  Check(s, "prefilter", "prefilter", &RadianceSettings::prefilter, evidence("prefilter"));
+}
+
+void Time(const PanelFacts& facts, ViewerSettings& settings) {
+  RadianceSettings& s = settings.radiance;
+  Check(s, "time", "photos of the view's time first", &RadianceSettings::time);
+  ImGui::BeginDisabled(!s.time);
+  if (facts.period_s > 0) {
+    auto phase = static_cast<float>(s.time_s / facts.period_s - std::floor(s.time_s / facts.period_s));
+    if (ImGui::SliderFloat("phase", &phase, 0, 1, "%.3f", ImGuiSliderFlags_AlwaysClamp)) s.time_s = static_cast<double>(phase) * facts.period_s;
+    Tooltip(fmt::format("Of the scene's period of {:.3f} s", facts.period_s));
+  } else {
+    auto t = static_cast<float>(s.time_s);
+    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s", ImGuiSliderFlags_AlwaysClamp))
+      s.time_s = static_cast<double>(t);
+  }
+  if (ImGui::Button(settings.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) settings.play_time = !settings.play_time;
+  ImGui::EndDisabled();
+  Slider(s, "time-window-s", "window", &RadianceSettings::time_window_s, 0.01, 60, "%.2f s");
+  Slider(s, "epsilon", "its weight", &RadianceSettings::epsilon, 0, kWeightMost, "%.2f");
+}
+
+void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  ImGui::Text("%.1f ms a picture", facts.picture_ms);
+  if (facts.plan_ms > 0) {
+    ImGui::SameLine();
+    Dim(fmt::format("{:.1f} processor, {:.1f} graphics", facts.plan_ms, std::max(0.0, facts.picture_ms - facts.plan_ms)));
+  }
+  bool held = settings.budget_ms > 0;
+  constexpr double kUsualBudget = 33;
+  if (ImGui::Checkbox("hold", &held)) settings.budget_ms = held ? kUsualBudget : 0;
+  Tooltip("While the camera moves, settings are chosen that keep this time; at rest the picture is refined to the settings above.");
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!held);
+  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
+  auto ms = static_cast<float>(held ? settings.budget_ms : kUsualBudget);
+  if (ImGui::SliderFloat("while moving", &ms, 4, 250, "%.0f ms", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp) && held)
+    settings.budget_ms = static_cast<double>(ms);
+  ImGui::EndDisabled();
+  if (held && !facts.budget_now.empty()) Dim("moving: " + facts.budget_now);
+  ImGui::BeginDisabled(facts.measuring || facts.recording || facts.nearest_photo < 0);
+  wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
+  ImGui::EndDisabled();
+  Tooltip("Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all pixels, a hole is black).");
+  constexpr std::size_t kLines = 4;
+  const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
+  for (std::size_t i = facts.errors.size(); i-- > first;) {
+    const MeasuredLine& e = facts.errors[i];
+    ImGui::Text("%.2f dB", e.psnr_db);
+    ImGui::SameLine();
+    Dim(fmt::format("{}, {:.0f} ms{}", e.photo, e.ms, e.coverage < 0.9995 ? fmt::format(", {:.1f} % covered", 100 * e.coverage) : ""));
+    ImGui::Indent();
+    Wrapped(kDim, e.settings);
+    ImGui::Unindent();
+  }
+}
+
+}  // namespace
+
+void SettingGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  if (Group(settings, "cost and error", true)) Cost(facts, settings, wishes);
+  if (Group(settings, "weights", true)) Weights(settings.radiance);
+  if (Group(settings, "samples", false)) Samples(settings.radiance);
+  if (Group(settings, "effects", false)) Effects(facts, settings, wishes);
+  if (facts.times.second > facts.times.first && Group(settings, "time", true)) Time(facts, settings);
+}
+
+}  // namespace lumi

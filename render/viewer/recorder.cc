@@ -1,0 +1,164 @@
+#include "render/viewer/recorder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <exception>
+#include <optional>
+
+#include "scene/files/video.h"
+#include "scene/program/error.h"
+#include "scene/program/subprocess.h"
+
+namespace lumi {
+
+namespace fs = std::filesystem;
+
+fs::path FreeName(const fs::path& wanted) {
+  fs::path name = wanted;
+  for (int i = 1; fs::exists(fs::symlink_status(name)); ++i)
+    name = wanted.parent_path() / fmt::format("{}_{:03d}{}", wanted.stem().string(), i, wanted.extension().string());
+  return name;
+}
+
+// Between the choice of a free name and the file's being there another program may take the name: a link does not overwrite.
+static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
+  for (;;) {
+    const fs::path name = FreeName(wanted);
+    std::error_code error;
+    fs::create_hard_link(from, name, error);
+    if (error == std::errc::file_exists) continue;
+    if (error) {
+      fs::rename(from, name);  // a file system without links
+    } else {
+      fs::remove(from);
+    }
+    return name;
+  }
+}
+
+Recorder::Recorder(const fs::path& wanted, double fps) : wanted_(wanted), fps_(fps) {
+  if (wanted.extension() != ".mp4") throw UsageError("a video is an .mp4, not " + wanted.filename().string(), "name it FILE.mp4");
+  if (!FindProgram("ffmpeg")) throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", wanted);
+  thread_ = std::thread([this] { Work(); });
+}
+
+Recorder::~Recorder() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!no_more_) cancel_ = true;
+  }
+  change_.notify_all();
+  thread_.join();
+}
+
+bool Recorder::Full() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size() >= kMaxWaiting;
+}
+
+void Recorder::Add(Image8 rgb) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (no_more_ || cancel_) return;  // it ended by itself: state() says how
+    waiting_.push_back(std::move(rgb));
+    ++added_;
+  }
+  change_.notify_all();
+}
+
+void Recorder::Finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    no_more_ = true;
+    if (state_ == State::kOpen) state_ = State::kFinishing;
+  }
+  change_.notify_all();
+}
+
+void Recorder::Cancel() {
+  {
+    const std::lock_guard lock(mutex_);
+    cancel_ = true;
+  }
+  change_.notify_all();
+}
+
+Recorder::State Recorder::state() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
+}
+
+bool Recorder::Ended() const {
+  const State s = state();
+  return s == State::kWritten || s == State::kFailed || s == State::kCancelled;
+}
+
+long Recorder::encoded() const {
+  const std::lock_guard lock(mutex_);
+  return encoded_;
+}
+
+fs::path Recorder::file() const {
+  const std::lock_guard lock(mutex_);
+  return file_;
+}
+
+std::string Recorder::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
+}
+
+void Recorder::Work() {
+  // VideoWriter's process lives as long as the thread that feeds it: this one feeds and finishes.
+  const fs::path hidden = wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
+  State end = State::kWritten;
+  fs::path file;
+  std::string problem;
+  try {
+    WriteAll(hidden);
+    bool cancelled;
+    {
+      const std::lock_guard lock(mutex_);
+      cancelled = cancel_;
+    }
+    if (cancelled)
+      end = State::kCancelled;
+    else
+      file = MoveToFreeName(hidden, wanted_);
+  } catch (const std::exception& e) {
+    end = State::kFailed;
+    problem = e.what();
+  }
+  std::error_code ignored;
+  fs::remove(hidden, ignored);
+  const std::lock_guard lock(mutex_);
+  state_ = end;
+  file_ = file;
+  problem_ = problem;
+  waiting_.clear();
+  no_more_ = true;
+}
+
+void Recorder::WriteAll(const fs::path& hidden) {
+  VideoWriter video(hidden, fps_);
+  for (;;) {
+    std::optional<Image8> next;
+    {
+      std::unique_lock lock(mutex_);
+      change_.wait(lock, [this] { return cancel_ || no_more_ || !waiting_.empty(); });
+      if (cancel_) return;
+      if (!waiting_.empty()) {
+        next = std::move(waiting_.front());
+        waiting_.pop_front();
+      }
+    }
+    if (!next) break;
+    video.Add(*next);
+    const std::lock_guard lock(mutex_);
+    ++encoded_;
+  }
+  video.Finish();
+}
+
+}  // namespace lumi

@@ -1,0 +1,61 @@
+// A video's frames, encoded on a thread of their own while the window draws the next. The file is there, under a name that was
+// free, when all of it is; never a part of one.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "scene/model/image.h"
+
+namespace lumi {
+
+// The name itself where nothing is there, else NAME_001.EXT, NAME_002.EXT ...
+std::filesystem::path FreeName(const std::filesystem::path& wanted);
+
+class Recorder {
+ public:
+  // Throws MachineError where there is no ffmpeg, UsageError for a rate or a name that is none.
+  Recorder(const std::filesystem::path& wanted, double fps);
+  ~Recorder();  // without Finish: cancelled
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  bool Full() const;         // frames wait to be encoded: come back later
+  void Add(Image8 rgb);      // of one size, 3 channels
+  void Finish();             // no more frames; Done() tells when the file is there
+  void Cancel();             // nothing is left
+
+  enum class State { kOpen, kFinishing, kWritten, kFailed, kCancelled };
+  State state() const;
+  bool Ended() const;        // written, failed or cancelled
+  long added() const { return added_; }
+  long encoded() const;
+  // Once it ended: the file, or what went wrong.
+  std::filesystem::path file() const;
+  std::string problem() const;
+
+ private:
+  void Work();
+  void WriteAll(const std::filesystem::path& hidden);
+
+  // Frames that wait: more would fill memory where drawing is faster than encoding.
+  static constexpr std::size_t kMaxWaiting = 4;
+
+  const std::filesystem::path wanted_;
+  const double fps_;
+  mutable std::mutex mutex_;
+  std::condition_variable change_;
+  std::deque<Image8> waiting_;
+  State state_ = State::kOpen;
+  bool no_more_ = false, cancel_ = false;
+  long added_ = 0, encoded_ = 0;
+  std::filesystem::path file_;
+  std::string problem_;
+  std::thread thread_;
+};
+
+}  // namespace lumi

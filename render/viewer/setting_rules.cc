@@ -1,0 +1,58 @@
+#include "render/viewer/setting_rules.h"
+
+#include <fmt/format.h>
+
+namespace lumi {
+
+std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option) {
+  const bool full = s.similarity == Similarity::kFull;
+  const auto is = [&](std::initializer_list<std::string_view> names) {
+    for (const std::string_view n : names)
+      if (n == option) return true;
+    return false;
+  };
+  if (full && is({"k"})) return "the optimum takes all photos within the cutoff";
+  if (full && is({"correlation"})) return "the optimum needs falling leaves: 1/h is no covariance";
+  if (!full && is({"sum", "combine", "cutoff-deg"})) return "only for the optimum (similarity full)";
+  if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
+  if (full && is({"sampling"})) return "candidates are weighed one by one: the optimum is interpolated";
+  if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";
+  if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && s.resolution == Resolution::kOff && !s.time)
+    return "only for falling leaves, resolution and time";
+  if (s.resolution == Resolution::kOff && is({"beta", "resolution-range"})) return "the resolution measure is off";
+  if (!s.field_of_view && is({"fov-feather"})) return "field of view is off";
+  if (!s.field_of_view && !s.visibility && is({"gamma"})) return "field of view and visibility are off";
+  if (!s.time && is({"epsilon", "time-s", "time-window-s"})) return "time is off";
+  return {};
+}
+
+void Reconcile(RadianceSettings& s, std::string_view option) {
+  if (s.similarity == Similarity::kFull) {
+    if (option == "similarity" || option == "grid") {
+      s.correlation = Correlation::kFallingLeaves;
+      s.sampling = Sampling::kInterpolated;
+    } else if ((option == "correlation" && s.correlation == Correlation::kInverse) ||
+               (option == "sampling" && s.sampling == Sampling::kCandidates && s.Sparse())) {
+      s.similarity = Similarity::kIdentity;
+    }
+  }
+  if (option == "r-min-deg" && s.r_min_rad > s.r_max_rad) s.r_max_rad = s.r_min_rad;
+  if (option == "r-max-deg" && s.r_min_rad > s.r_max_rad) s.r_min_rad = s.r_max_rad;
+}
+
+std::string Describe(const RadianceSettings& s) {
+  std::string text = s.similarity == Similarity::kFull ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadiansPerDegree)
+                     : s.k == 0                        ? "all photos"
+                                                       : fmt::format("k {}", s.k);
+  if (s.Sparse()) text += fmt::format(", {} {}x{}{}", Name(s.sampling), s.grid_columns, s.grid_rows, s.epipoles ? "" : " without epipoles");
+  if (s.similarity == Similarity::kIdentity && s.correlation == Correlation::kFallingLeaves) text += ", falling leaves";
+  if (s.field_of_view) text += ", fov";
+  if (s.visibility) text += ", visibility";
+  if (s.resolution != Resolution::kOff) text += fmt::format(", {}", Name(s.resolution));
+  if (s.time) text += fmt::format(", time {:.2f} s", s.time_s);
+  if (s.exposure) text += ", exposure";
+  if (s.prefilter) text += ", prefilter";
+  return text;
+}
+
+}  // namespace lumi

@@ -1,0 +1,230 @@
+// What a frame from sparse samples costs on this machine's OpenGL, against the least that blending as many layers costs: a
+// shader that does nothing but project, look up, weigh and add. Milliseconds are medians; the ratios are the figures.
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "render/gl/egl_context.h"
+#include "render/gl/gl_lumigraph.h"
+#include "render/gl/photo_textures.h"
+#include "scene/files/image_io.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kWidth = 1024, kHeight = 768, kRepeats = 21;
+constexpr int kPhotoWidth = 640, kPhotoHeight = 480;
+
+// Medians of several things done in turn, so that whatever else the machine does meets all of them.
+std::vector<double> MedianMs(const std::vector<std::function<void()>>& frames) {
+  std::vector<std::vector<double>> ms(frames.size());
+  for (int i = -2; i < kRepeats; ++i)
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      glFinish();
+      const auto start = std::chrono::steady_clock::now();
+      frames[f]();
+      glFinish();
+      const auto taken = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+      if (i >= 0) ms[f].push_back(taken);  // the first compile shaders
+    }
+  std::vector<double> medians;
+  for (auto& of : ms) {
+    std::nth_element(of.begin(), of.begin() + kRepeats / 2, of.end());
+    medians.push_back(of[kRepeats / 2]);
+  }
+  return medians;
+}
+
+// Cameras on a bent grid before a textured plane.
+struct World {
+  Scene scene;
+  Mesh proxy;
+  std::vector<Photo> photos;
+};
+World MakeWorld(int views) {
+  World w;
+  w.proxy.vertices = {{-9, -7, 0}, {9, -7, 0}, {9, 7, 0}, {-9, 7, 0}};
+  w.proxy.faces = {{0, 1, 2}, {0, 2, 3}};
+  w.scene.cameras = {Camera::Pinhole(kPhotoWidth, kPhotoHeight, 500, 500, 320, 240)};
+  const int columns = static_cast<int>(std::ceil(std::sqrt(views * 4.0 / 3)));
+  const int rows = (views + columns - 1) / columns;
+  for (int i = 0; i < views; ++i) {
+    const double u = (i % columns + 0.5) / columns - 0.5, v = (i / columns + 0.5) / rows - 0.5;
+    View view;
+    view.name = fmt::format("{:05}.png", i);
+    view.camera = CameraId{0};
+    const Eigen::Vector3d eye(6 * u, 4 * v, 5 + 0.4 * std::sin(7.0 * i));
+    view.cam_from_world = LookAt(eye, {4 * u, 3 * v, 0}, -Eigen::Vector3d::UnitY());
+    w.scene.views.push_back(view);
+    Image8 image(kPhotoWidth, kPhotoHeight, 3);
+    for (std::size_t n = 0; n < image.data.size(); ++n) image.data[n] = static_cast<std::uint8_t>((n * 2654435761U) >> 13);
+    w.photos.push_back({BuildPyramid(image), 0});
+  }
+  UpdateFrameOfReference(w.scene);
+  return w;
+}
+
+RenderView DesiredView() {
+  return MakeRenderView(Camera::Pinhole(kWidth, kHeight, 900, 900, 0.5 * kWidth, 0.5 * kHeight),
+                        LookAt({0.3, 0.2, 4.6}, {0.1, 0.1, 0}, -Eigen::Vector3d::UnitY()));
+}
+
+// Layers a pixel, on average over the picture.
+double Layers(const SparsePlan& plan) {
+  double sum = 0;
+  for (const SparseTriangle& t : plan.triangles) {
+    std::array<Eigen::Vector2d, 3> x;
+    for (std::size_t i = 0; i < 3; ++i) x[i] = plan.x_px[static_cast<std::size_t>(t.vertex[i])].cast<double>();
+    const Eigen::Vector2d a = x[1] - x[0], b = x[2] - x[0];
+    sum += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x()) * t.count;
+  }
+  return sum / (kWidth * kHeight);
+}
+
+// Nothing but the blending: homographies and weights in uniforms, one bilinear look-up a layer.
+class BareBlend {
+ public:
+  explicit BareBlend(const World& world) : photos_(std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))) {
+    for (std::size_t i = 0; i < world.photos.size(); ++i) photos_.Upload(i, world.photos[i]);
+    array_ = GlVertexArray::Make();
+  }
+  // A frame that blends as the plan's middle triangle.
+  std::function<void()> Frame(const ViewSetup& setup, const SparsePlan& plan, GlTarget& target, int layers) {
+    const std::string text = fmt::format(R"(#version 430 core
+layout(location = 0) out vec4 color;
+uniform sampler2DArray photos;
+uniform mat3 photo_from_pixel[{0}];
+uniform float weights[{0}];
+uniform float places[{0}];
+void main() {{
+  vec3 p = vec3(gl_FragCoord.xy, 1.0), mean = vec3(0.0);
+  for (int i = 0; i < {0}; ++i) {{
+    vec3 q = photo_from_pixel[i] * p;
+    mean += weights[i] * textureLod(photos, vec3(q.xy / q.z, places[i]), 0.0).rgb;
+  }}
+  color = vec4(mean, 1.0);
+}}
+)",
+                                         layers);
+    program_ = GlProgram("bare", FullScreenVertexShader(), text);
+    const GlProgram& program = program_;
+    program.Use();
+    std::vector<float> homographies, weights(static_cast<std::size_t>(layers), 1.0F / static_cast<float>(layers)), places;
+    const SparseTriangle& middle = plan.triangles[plan.triangles.size() / 2];
+    const RelativeSources& s = setup.sources;
+    for (int i = 0; i < layers; ++i) {
+      const auto j = static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(middle.first + i % middle.count)]);
+      Eigen::Matrix3f M;
+      for (int r = 0; r < 9; ++r) M(r / 3, r % 3) = s.m[r][j];
+      M.row(0) /= s.width_px[j];
+      M.row(1) /= s.height_px[j];
+      // Of a plane before the view at the proxy's distance.
+      const float distance = plan.offset[plan.offset.size() / 2].norm();
+      Eigen::Matrix3f at = Eigen::Matrix3f::Zero();
+      at.col(2) = Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]) / distance;
+      const Eigen::Matrix3f H = M * (setup.ray_from_pixel.cast<float>() - at);
+      homographies.insert(homographies.end(), H.data(), H.data() + 9);
+      places.push_back(static_cast<float>(photos_.places()[j].layer));
+    }
+    glUniformMatrix3fv(program.Uniform("photo_from_pixel"), layers, GL_FALSE, homographies.data());
+    glUniform1fv(program.Uniform("weights"), layers, weights.data());
+    glUniform1fv(program.Uniform("places"), layers, places.data());
+    glUniform1i(program.Uniform("photos"), 0);
+    return [this, &target] {
+      photos_.Bind(0);
+      glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
+      glViewport(0, 0, kWidth, kHeight);
+      glDisable(GL_DEPTH_TEST);
+      program_.Use();
+      glBindVertexArray(array_.id());
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    };
+  }
+
+ private:
+  PhotoTextures photos_;
+  GlVertexArray array_;
+  GlProgram program_;
+};
+
+class Drawing {
+ public:
+  Drawing(const World& world, const RadianceSettings& settings)
+      : lumigraph_(world.scene, std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
+        proxy_(world.proxy, world.scene.normalized_from_world) {
+    lumigraph_.SetProxy(world.proxy);
+    for (std::size_t i = 0; i < world.photos.size(); ++i) lumigraph_.Upload({static_cast<int>(i)}, world.photos[i]);
+    request_.view = DesiredView();
+    request_.settings = settings;
+  }
+  ViewSetup Setup() const { return MakeViewSetup(lumigraph_.sources(), request_.view, request_.settings); }
+  const SparsePlan& Plan() {
+    PlanSparse(Setup(), proxy_, nullptr, ParallelFor, plan_);
+    return plan_;
+  }
+  // Planning, upload, drawing.
+  void Frame() {
+    lumigraph_.Begin(request_, target_);
+    lumigraph_.Blend(target_, 0, kHeight);
+  }
+  GlTarget& target() { return target_; }
+
+ private:
+  GlLumigraph lumigraph_;
+  const SparseProxy proxy_;
+  SparsePlan plan_;
+  GlTarget target_;
+  RenderRequest request_;
+};
+
+int Run() {
+  const EglContext context;
+  const EglContext::Current current(context);
+  fmt::print("{}, {} threads, {}x{}, 25x25 samples, a plane\n", GlDeviceName(), ThreadCount(), kWidth, kHeight);
+  RadianceSettings settings;
+  settings.grid_columns = settings.grid_rows = 25;
+  settings.sampling = Sampling::kInterpolated;
+  settings.visibility = false;
+  const World few = MakeWorld(50), many = MakeWorld(262);
+  for (const bool prefilter : {false, true})
+    for (const bool field_of_view : {false, true}) {
+      settings.prefilter = prefilter;
+      settings.field_of_view = field_of_view;
+      Drawing drawing(few, settings);
+      BareBlend bare(few);
+      const SparsePlan plan = drawing.Plan();
+      const double layers = Layers(plan);
+      const auto ms = MedianMs({[&] { drawing.Frame(); }, bare.Frame(drawing.Setup(), plan, drawing.target(), static_cast<int>(std::lround(layers))),
+                                [&] { drawing.Plan(); }});
+      fmt::print("k 4, 50 views, prefilter {}, field of view {}: frame {:.2f} ms (of it planning {:.2f}), bare blending of {:.1f} layers {:.2f} ms: ratio {:.2f}\n",
+                 prefilter ? "on" : "off", field_of_view ? "on" : "off", ms[0], ms[2], layers, ms[1], ms[0] / ms[1]);
+    }
+  settings.field_of_view = true;
+  {
+    RadianceSettings candidates = settings, pixel = settings;
+    candidates.sampling = Sampling::kCandidates;
+    pixel.grid_columns = pixel.grid_rows = 0;
+    Drawing a(few, settings), b(few, candidates), c(few, pixel);
+    const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
+    fmt::print("k 4, 50 views: interpolated weights {:.2f} ms, candidates {:.2f} ms, all photos at every pixel {:.2f} ms: ratios 1, {:.2f}, {:.2f}\n", ms[0],
+               ms[1], ms[2], ms[1] / ms[0], ms[2] / ms[0]);
+  }
+  settings.k = 5;
+  Drawing a(few, settings), b(many, settings);
+  const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});
+  fmt::print("k 5: 50 views {:.2f} ms, 262 views {:.2f} ms (planning {:.2f} and {:.2f}; layers {:.1f} and {:.1f}): ratio {:.2f}\n", ms[0], ms[1], ms[2],
+             ms[3], Layers(a.Plan()), Layers(b.Plan()), ms[1] / ms[0]);
+  return 0;
+}
+
+}  // namespace
+}  // namespace lumi
+
+int main() { return lumi::Run(); }

@@ -1,0 +1,341 @@
+// What sparse samples cost and lose, on a scene like the thesis's Example #1: 262 photographs of a desk from clusters on a
+// dome, a plane for a proxy. Prints tables; no figure here is a test.
+//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR]      all three tables without an argument
+// --scene takes its photographs and proxy from a scene, for psnr and --pictures.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "render/convert.h"
+#include "render/cpu/layers.h"
+#include "render/cpu/photo_maps.h"
+#include "render/radiance/sparse_plan.h"
+#include "render/renderer.h"
+#include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kRepeats = 21;
+constexpr int kThreads = 2;
+constexpr int kWidth = 1024, kHeight = 768;
+
+struct World {
+  Scene scene;
+  Mesh proxy;
+  std::vector<Photo> photos;
+  RenderView view;
+  std::vector<bool> use;   // empty: all
+};
+
+Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return LookAt(from, at, {0, -1, 0}); }
+
+// Things that stand before the proxy's plane and a background behind it, so that photos disagree by their parallax.
+std::array<std::uint8_t, 3> Shade(const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
+  const auto texture = [](double x, double y, double s) -> std::array<std::uint8_t, 3> {
+    const double a = std::sin(s * x + std::sin(0.7 * s * y)), b = std::sin(1.3 * s * y - 0.4 * s * x), c = std::sin(9 * s * x) * std::sin(8 * s * y);
+    return {static_cast<std::uint8_t>(128 + 60 * a + 40 * c), static_cast<std::uint8_t>(128 + 60 * b + 40 * c), static_cast<std::uint8_t>(128 - 50 * a * b + 40 * c)};
+  };
+  double nearest = (0.25 - o.z()) / d.z();
+  Eigen::Vector3d x = o + nearest * d;
+  std::array<std::uint8_t, 3> rgb = texture(x.x(), x.y(), 3);
+  for (int i = 0; i < 9; ++i) {
+    const Eigen::Vector3d centre(1.1 * (i % 3 - 1), 0.8 * (i / 3 - 1), -0.05 * (i % 4));
+    const double radius = 0.22 + 0.03 * (i % 3);
+    const double b = d.dot(o - centre), c = (o - centre).squaredNorm() - radius * radius, q = b * b - c;
+    if (q <= 0 || -b - std::sqrt(q) >= nearest) continue;
+    nearest = -b - std::sqrt(q);
+    x = o + nearest * d;
+    rgb = texture(x.x() + i, x.y() - i, 5);
+  }
+  return rgb;
+}
+
+// A scene's photos, the middle one left out and its camera taken for the view.
+World ReadWorld(const std::string& folder) {
+  World w;
+  ProgressSink& quiet = SilentProgress();
+  w.scene = OpenScene(folder, {}, quiet);
+  w.proxy = LoadProxy(w.scene, "");
+  w.photos = LoadPhotos(w.scene, {}, quiet);
+  const std::size_t middle = w.scene.views.size() / 2;
+  w.use.assign(w.scene.views.size(), true);
+  w.use[middle] = false;
+  const View& view = w.scene.views[middle];
+  w.view = MakeRenderView(w.scene.CameraOf(view).Scaled(kWidth, kHeight), view.cam_from_world);
+  return w;
+}
+
+World MakeWorld(int views, int width) {
+  World w;
+  const int height = width * 3 / 4;
+  w.scene.cameras.push_back(Camera::Pinhole(width, height, 1.1 * width, 1.1 * width, 0.5 * width, 0.5 * height));
+  w.proxy.vertices = {{-12, -12, 0}, {12, -12, 0}, {12, 12, 0}, {-12, 12, 0}};
+  w.proxy.faces = {{0, 1, 2}, {0, 2, 3}};
+  std::mt19937 engine(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  // A tripod that is raised between shots: short columns of cameras.
+  Eigen::Vector3d foot = Eigen::Vector3d::Zero();
+  for (int i = 0; i < views; ++i) {
+    if (i % 6 == 0) {
+      const double a = 0.75 * uniform(engine), b = 0.35 * uniform(engine);
+      foot = 4.2 * Eigen::Vector3d(std::sin(a) * std::cos(b), std::sin(b), -std::cos(a) * std::cos(b));
+    }
+    View v;
+    v.name = "view" + std::to_string(1000 + i) + ".png";
+    v.camera = {0};
+    const Eigen::Vector3d at = foot + Eigen::Vector3d(0.02 * normal(engine), 0.12 * (i % 6 - 2.5), 0.02 * normal(engine));
+    v.cam_from_world = Looking(at, {0.15 * normal(engine), 0.15 * normal(engine), 0});
+    w.scene.views.push_back(v);
+    Point p;
+    p.x_in_world = {1.5 * uniform(engine), uniform(engine), 0.3 * uniform(engine)};
+    w.scene.points.push_back(p);
+  }
+  UpdateFrameOfReference(w.scene);
+  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
+  w.photos.resize(w.scene.views.size());
+  ParallelFor(w.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) {
+      const RenderView view = MakeRenderView(w.scene, w.scene.views[j]);
+      const Eigen::Matrix3d ray = view.P.leftCols<3>().inverse();
+      Image8 image(width, height, 3);
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+          const auto rgb = Shade(view.centre, (ray * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized());
+          std::copy(rgb.begin(), rgb.end(), image.Row(y) + 3 * x);
+        }
+      w.photos[j].levels = BuildPyramid(image);
+    }
+  });
+  return w;
+}
+
+RenderRequest Request(const World& w, int k, int grid) {
+  RenderRequest r;
+  r.view = w.view;
+  r.use = w.use;
+  r.settings.k = k;
+  r.settings.grid_columns = r.settings.grid_rows = grid;
+  r.settings.sampling = Sampling::kInterpolated;
+  r.settings.visibility = w.proxy.faces.size() > 2;
+  return r;
+}
+
+double Milliseconds(const std::function<void()>& body) {
+  const auto start = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+double Median(std::vector<double> v) {
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+// The least that a blend of `layers` photos a pixel must do: a homography, a bilinear sample, fixed weights. The same inner
+// loops as the renderer's, over whole rows.
+void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels, int layers, ImageF& image) {
+  const PhotoMaps maps(setup);
+  const LinearD inverse_depth = [&] {
+    const Eigen::Vector3d n(0, 0, 1);  // the proxy's plane z = 0
+    const Similarity3& s = w.scene.normalized_from_world;
+    const Eigen::Vector3d normal = s.rotation * n, point = s * Eigen::Vector3d(0, 0, 0);
+    return LinearD((setup.ray_from_pixel.transpose() * normal / normal.dot(point - setup.desired.centre)).transpose());
+  }();
+  ParallelFor(static_cast<std::size_t>(image.height), 16, [&](std::size_t begin, std::size_t end) {
+    LayerBatch b;
+    for (std::size_t y = begin; y < end; ++y)
+      for (int x = 0; x < image.width; x += kBatch) {
+        b.n = std::min(kBatch, image.width - x);
+        for (int i = 0; i < b.n; ++i) {
+          b.x[i] = static_cast<float>(i);
+          b.y[i] = 0;
+          b.pixel[i] = static_cast<std::int32_t>(y) * image.width + x + i;
+          b.alpha[i] = 1;
+        }
+        b.Pad();
+        b.Clear();
+        std::fill_n(b.weight, b.padded(), 1.0F / static_cast<float>(layers));
+        std::fill_n(b.scale, b.padded(), 1.0F / (255.0F * kWeightOne));
+        for (int l = 0; l < layers; ++l) {
+          const auto photo = static_cast<std::size_t>(l * 17) % w.photos.size();
+          MapToLevel(b, 0, b.n, maps.On(photo, inverse_depth, x, static_cast<int>(y)), levels.level(photo, 0), b.weight, kWeightOne);
+          FetchLayer(b, 0, b.n, levels.level(photo, 0));
+        }
+        StoreColors(b, image.data.data());
+      }
+  });
+}
+
+struct Timing {
+  double frame, plan, blend, bare, ratio;
+  RenderStatistics statistics;
+};
+
+// Frame and bare loop by turns, so that what else the machine does meets both; the ratio is the median of the pairs'.
+Timing Time(const World& w, const RenderRequest& request, int layers) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
+  const PhotoLevels levels(w.photos);
+  std::vector<double> frame, plan, blend, bare, ratio;
+  Timing t{};
+  for (int i = -2; i < kRepeats; ++i) {
+    const double f = Milliseconds([&] { const ImageF image = renderer->Render(request); });
+    const double b = Milliseconds([&] {
+      ImageF image(kWidth, kHeight, 4);
+      BareLoop(w, setup, levels, layers, image);
+    });
+    if (i < 0) continue;
+    t.statistics = renderer->Statistics();
+    frame.push_back(f);
+    bare.push_back(b);
+    ratio.push_back(f / b);
+    plan.push_back(t.statistics.plan_ms);
+    blend.push_back(t.statistics.blend_ms);
+  }
+  t.frame = Median(frame);
+  t.plan = Median(plan);
+  t.blend = Median(blend);
+  t.bare = Median(bare);
+  t.ratio = Median(ratio);
+  return t;
+}
+
+double Psnr(const ImageF& a, const ImageF& b) {
+  double sum = 0;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i)
+    if (i % 4 != 3) {
+      sum += (a.data[i] - b.data[i]) * (a.data[i] - b.data[i]);
+      ++n;
+    }
+  return sum > 0 ? -10 * std::log10(sum / static_cast<double>(n)) : 99;
+}
+
+// Photos a pixel reads, on average.
+double LayersAPixel(const World& w, const RenderRequest& request) {
+  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
+  SparsePlan plan;
+  PlanSparse(setup, SparseProxy(w.proxy, w.scene.normalized_from_world), nullptr, ParallelFor, plan);
+  double layers = 0, area = 0;
+  for (const SparseTriangle& t : plan.triangles) {
+    const auto at = [&](std::size_t i) { return plan.x_px[static_cast<std::size_t>(t.vertex[i])]; };
+    const Eigen::Vector2f u = at(1) - at(0), v = at(2) - at(0);
+    const double a = std::abs(u.x() * v.y() - u.y() * v.x()) / 2;
+    layers += a * t.count;
+    area += a;
+  }
+  return layers / area;
+}
+
+void TimeTable(const World& w) {
+  std::printf("Whole frame against a bare blending loop, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n", kWidth, kHeight, kThreads, kRepeats);
+  std::printf("  field of view  epipoles  layers a pixel  frame ms  plan ms  blend ms  bare ms (layers)  ratio\n");
+  for (const bool fov : {false, true})
+    for (const bool epipoles : {false, true}) {
+      RenderRequest r = Request(w, 4, 25);
+      r.settings.field_of_view = fov;
+      r.settings.epipoles = epipoles;
+      r.settings.prefilter = false;
+      const double layers = LayersAPixel(w, r);
+      const int rounded = static_cast<int>(std::lround(layers));
+      const Timing t = Time(w, r, rounded);
+      std::printf("  %-13s  %-8s  %14.2f  %8.2f  %7.2f  %8.2f  %12.2f (%d)  %5.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", layers, t.frame, t.plan, t.blend, t.bare, rounded, t.ratio);
+    }
+}
+
+void ViewsTable(const World& w) {
+  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, epipoles on and off\n");
+  std::printf("  photos  epipoles  samples  triangles  plan ms  blend ms  frame ms\n");
+  World few = MakeWorld(50, 640);
+  for (const bool epipoles : {false, true}) {
+    double frame[2];
+    int i = 0;
+    for (const World* world : {static_cast<const World*>(&few), &w}) {
+      RenderRequest r = Request(*world, 5, 25);
+      r.settings.epipoles = epipoles;
+      const Timing t = Time(*world, r, 5);
+      frame[i++] = t.frame;
+      std::printf("  %6zu  %-8s  %7ld  %9ld  %7.2f  %8.2f  %8.2f\n", world->photos.size(), epipoles ? "on" : "off", t.statistics.samples, t.statistics.triangles, t.plan, t.blend, t.frame);
+    }
+    std::printf("  ratio 262 / 50, epipoles %s: %.2f\n", epipoles ? "on" : "off", frame[1] / frame[0]);
+  }
+}
+
+void PsnrTable(const World& w) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest reference = Request(w, 4, 0);
+  reference.settings.epipoles = true;
+  ImageF exact, exact_false;
+  exact = renderer->Render(reference);  // makes what is made once
+  const double exact_ms = Milliseconds([&] { exact = renderer->Render(reference); });
+  reference.show = Show::kFalseColor;
+  exact_false = renderer->Render(reference);
+  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms, w.photos.size(), w.proxy.faces.size());
+  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
+  for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
+    for (const bool epipoles : {true, false})
+      for (const int grid : {8, 16, 25, 32, 64}) {
+        RenderRequest r = Request(w, 4, grid);
+        r.settings.sampling = sampling;
+        r.settings.epipoles = epipoles;
+        std::vector<double> ms;
+        ImageF image;
+        for (int i = 0; i < 7; ++i) ms.push_back(Milliseconds([&] { image = renderer->Render(r); }));
+        const RenderStatistics statistics = renderer->Statistics();
+        r.show = Show::kFalseColor;
+        const ImageF false_color = renderer->Render(r);
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
+                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
+      }
+}
+
+// For a profiler: candidates only.
+void Repeat(const World& w) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest r = Request(w, 4, 25);
+  r.settings.sampling = Sampling::kCandidates;
+  std::vector<double> ms, plan;
+  for (int i = 0; i < 60; ++i) {
+    ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); }));
+    plan.push_back(renderer->Statistics().plan_ms);
+  }
+  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms\n", Median(ms), Median(plan));
+}
+
+void Pictures(const World& w, const std::string& folder) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
+    for (const int sampling : {0, 1, 2}) {
+      RenderRequest r = Request(w, 4, sampling == 0 ? 0 : 25);
+      r.settings.sampling = sampling == 2 ? Sampling::kCandidates : Sampling::kInterpolated;
+      r.show = show;
+      WriteImage(folder + "/" + name + "-" + (sampling == 0 ? "pixel" : sampling == 1 ? "interpolated" : "candidates") + ".png", ToRgba8(renderer->Render(r)));
+    }
+}
+
+}  // namespace
+}  // namespace lumi
+
+int main(int argc, char** argv) {
+  std::vector<std::string> what(argv + 1, argv + argc);
+  const auto wanted = [&](const char* name) { return what.empty() || std::find(what.begin(), what.end(), name) != what.end(); };
+  lumi::SetThreadCount(lumi::kThreads);
+  const auto scene = std::find(what.begin(), what.end(), "--scene");
+  const lumi::World world = scene != what.end() && scene + 1 != what.end() ? lumi::ReadWorld(scene[1]) : lumi::MakeWorld(262, 640);
+  if (wanted("time")) lumi::TimeTable(world);
+  if (wanted("views")) lumi::ViewsTable(world);
+  if (wanted("psnr")) lumi::PsnrTable(world);
+  if (wanted("candidates")) lumi::Repeat(world);
+  if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
+  return 0;
+}
