@@ -130,7 +130,8 @@ Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count
               const auto fj = static_cast<double>(m.f[static_cast<std::size_t>(j)]);
               y[j] = fj * leaves.PSame(static_cast<double>(m.theta[static_cast<std::size_t>(j)]));
               for (Eigen::Index k = j + 1; k < n; ++k)
-                S(k, j) = fj * static_cast<double>(m.f[static_cast<std::size_t>(k)]) * leaves.PSameCubic(std::acos(std::min(1.0, u.col(j).dot(u.col(k)))));
+                S(k, j) = fj * static_cast<double>(m.f[static_cast<std::size_t>(k)]) *
+                          leaves.PSameCubic(std::acos(std::min(1.0, u.col(j).dot(u.col(k)))));
             }
             S.diagonal().array() += kNugget;
             sums[i] = S.llt().solve(y).sum();
@@ -164,7 +165,8 @@ void Main(bool quick) {
   for (std::size_t i = 0; i < decimal_samples; ++i)
     for (std::size_t j = 0; j < decimal.samples[i].w.size(); ++j)
       if (!decimal.samples[i].weight.empty())
-        worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) - static_cast<double>(truth.samples[i].weight[j])));
+        worst =
+            std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) - static_cast<double>(truth.samples[i].weight[j])));
   fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample\n", samples, truth.correlated);
   fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n", worst, decimal_samples);
   {
@@ -182,13 +184,14 @@ void Main(bool quick) {
       }
     });
     std::sort(moved.begin(), moved.end());
-    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n", moved.back(), moved[samples / 2]);
+    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n", moved.back(),
+               moved[samples / 2]);
   }
 
   const Time plain = PlainTime(base, random, quick ? 40 : 200);
   const double frame_samples = kWidth * kHeight;
-  fmt::print("plain dense Cholesky in double, {:.3f} ms a sample ({:.3f} on the cores): {:.0f} s at {}x{}, {:.0f} ms on 25x25\n\n", plain.median_ms, plain.cpu_ms,
-             plain.cpu_ms * frame_samples / 1000, kWidth, kHeight, plain.cpu_ms * 625);
+  fmt::print("plain dense Cholesky in double, {:.3f} ms a sample ({:.3f} on the cores): {:.0f} s at {}x{}, {:.0f} ms on 25x25\n\n",
+             plain.median_ms, plain.cpu_ms, plain.cpu_ms * frame_samples / 1000, kWidth, kHeight, plain.cpu_ms * 625);
 
   fmt::print("error of the cutoff (double, against the full system)\n  degrees     max   median\n");
   for (const double cutoff : {10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 40.0, 180.0}) {
@@ -199,7 +202,8 @@ void Main(bool quick) {
     fmt::print("  {:7g}  {:6.0e}   {:6.0e}\n", cutoff, e.largest, e.median);
   }
 
-  for (const auto& [what, r_min_deg, accuracy] : std::vector<std::tuple<std::string, double, double>>{{"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
+  for (const auto& [what, r_min_deg, accuracy] :
+       std::vector<std::tuple<std::string, double, double>>{{"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
     RadianceSettings s = Settings(accuracy, 20);
     s.r_min_rad = r_min_deg * kRadiansPerDegree;
     const ViewSetup setup = setup_for(s);
@@ -237,11 +241,12 @@ void Main(bool quick) {
       parts.back().t.push_back(on_grid.t[order[i]]);
     }
     const Time sparse = Measure([&] { WeighAllTiles(setup, parts); }, quick ? 7 : 41);
-    fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n", accuracy, cutoff, Name(sum), e.largest, e.median,
-               frame.median_ms, frame.cpu_ms, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms, sparse.cpu_ms,
-               plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
+    fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n", accuracy, cutoff,
+               Name(sum), e.largest, e.median, frame.median_ms, frame.cpu_ms, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms,
+               sparse.cpu_ms, plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
   };
-  for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}})
+  for (const auto& [accuracy, cutoff] :
+       std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}})
     row(accuracy, cutoff, WeightSum::kLocalMean);
   for (const WeightSum sum : {WeightSum::kRenormalise, WeightSum::kConstrained}) {
     RadianceSettings full = Settings(1e-3, 180);
@@ -249,7 +254,8 @@ void Main(bool quick) {
     SetThreadCount(0);
     truth = MakeTruth<long double>(setup_for(full), random, samples);
     SetThreadCount(2);
-    for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 180.0}}) row(accuracy, cutoff, sum);
+    for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 180.0}})
+      row(accuracy, cutoff, sum);
   }
 }
 

@@ -58,7 +58,8 @@ double WorstError(const RadianceSettings& s, int photos, int count, bool times =
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
   std::vector<Eigen::Vector2d> pixels = RandomPixels(count, 3);
   if (neighbours)
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
   const RaySamples rays = test::RaysThrough(desk, setup, pixels);
   WeightTable table;
   OptimumCounts counts;
@@ -206,7 +207,8 @@ TEST(Optimum, BlockedPhotosCountLess) {
   const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
   RaySamples rays;
   for (double y = 0.5; y < 30; y += 3)
-    for (double x = 0.5; x < 40; x += 3) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
+    for (double x = 0.5; x < 40; x += 3)
+      rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
   rays.t.resize(rays.size());
   tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
   WeightTable seen, all;
@@ -238,7 +240,8 @@ TEST(Optimum, PixelsArePlannedWithIt) {
   const auto k = static_cast<std::size_t>(plan.k);
   RaySamples rays;
   for (int y = 0; y < 12; ++y)
-    for (int x = 0; x < 20; ++x) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
+    for (int x = 0; x < 20; ++x)
+      rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
   rays.t.resize(240);
   tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
   WeightTable table;
@@ -280,7 +283,8 @@ TEST(Reconstruct, IdentityIsTheRealTimeWeight) {
       } else {
         const RayWeights r = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch);
         EXPECT_EQ(table.first[i + 1] - table.first[i], r.count);
-        for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c) EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));
+        for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c)
+          EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));
       }
     }
   }

@@ -32,7 +32,8 @@ void ForRows(WeightTable& table, const F& change) {
   for (std::size_t s = 0; s < table.size(); ++s) {
     const std::int32_t end = table.first[s + 1];
     row.clear();
-    for (std::int32_t i = begin; i < end; ++i) row.push_back({table.camera[static_cast<std::size_t>(i)], table.weight[static_cast<std::size_t>(i)]});
+    for (std::int32_t i = begin; i < end; ++i)
+      row.push_back({table.camera[static_cast<std::size_t>(i)], table.weight[static_cast<std::size_t>(i)]});
     begin = end;
     change(row);
     table.first[s] = out;
