@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <mutex>
 #include <optional>
 
 #include "render/cpu/blend.h"
@@ -61,19 +62,24 @@ class CpuRenderer : public Renderer {
     const int width = image.width, height = image.height;
     const std::vector<float> gains = Gains(setup);
     const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
+    std::mutex counting;
     ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
       FramePlan plan;
       WeighScratch scratch;
+      OptimumCounts counts;
       for (std::size_t tile = begin; tile < end; ++tile) {
         if (InterruptRequested()) return;
         const int x = static_cast<int>(tile) % columns * kTileWidth, y = static_cast<int>(tile) / columns * kTileHeight;
         const PixelWindow window{x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)};
         PlanPixels(setup, proxy_, visibility, window, plan, scratch);
+        counts += plan.optimum;
         if (request.show == Show::kFalseColor)
           BlendConstants(plan, colors_, image);
         else
           BlendColor(plan, setup, photos_, gains, image);
       }
+      const std::lock_guard lock(counting);
+      statistics_.optimum += counts;
     });
     statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
