@@ -207,6 +207,36 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
   EXPECT_THROW(gl->Render(base), UsageError);
 }
 
+// A proxy of many small triangles is sampled at its vertices.
+TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
+  World w = MakeWorld(8, 120);
+  test::Photograph(w);
+  constexpr int kSide = 30;
+  w.proxy = {};
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x <= kSide; ++x) {
+      const double u = 6.0 * x / kSide - 3, v = 6.0 * y / kSide - 3;
+      w.proxy.vertices.emplace_back(u, v, 0.4 * std::sin(2 * u) * std::cos(3 * v));
+    }
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const int a = y * (kSide + 1) + x;
+      w.proxy.faces.push_back({a, a + 1, a + kSide + 1});
+      w.proxy.faces.push_back({a + 1, a + kSide + 2, a + kSide + 1});
+    }
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  for (const auto& [samples, sampling] : {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}}) {
+    RenderRequest request;
+    request.view = ArcView(0.93, 160, 120, 160);
+    request.settings.grid_columns = request.settings.grid_rows = samples;
+    request.settings.sampling = sampling;
+    const double psnr = PsnrDb(gl->Render(request), cpu->Render(request));
+    EXPECT_GE(psnr, kAgreementDb) << samples << " samples, " << Name(sampling);
+    std::printf("  %d samples, %s: %.1f dB\n", samples, std::string(Name(sampling)).c_str(), psnr);
+  }
+}
+
 TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
   World w = MakeWorld(6, 120);
   test::Photograph(w);
