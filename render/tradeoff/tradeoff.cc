@@ -30,6 +30,7 @@ constexpr const char* kMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
 constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
 constexpr double kSlowMs = 2000;
+constexpr double kLeastShown = 1e-3;         // squared error that the logarithmic axis of Fig. 5-4 ends at: no screen shows less
 constexpr double kReferenceMs = 30000;       // what the reference pictures may take together
 
 struct Pair {
@@ -402,8 +403,7 @@ class Tradeoff {
           alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
           if (!(alike == p.settings)) continue;
           const double error = false_color ? p.false_color_pixel : p.pixel->mse;
-          // A picture that is equal to the last bit has no place on a logarithmic axis.
-          s.points.push_back({static_cast<double>(p.settings.grid_columns), std::max(error, 1e-6), {}, fmt::format("{}: {:.4g}", p.name, error)});
+          s.points.push_back({static_cast<double>(p.settings.grid_columns), std::max(error, kLeastShown), {}, fmt::format("{}: {:.4g}", p.name, error)});
         }
         std::sort(s.points.begin(), s.points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
         if (!s.points.empty()) plot.series.push_back(std::move(s));
