@@ -87,8 +87,6 @@ class CpuRenderer : public Renderer {
       sources.colors = &colors_;
     else
       sources.photos = &levels.emplace(photos_);
-    if (request.settings.exposure && sources.photos)
-      sources.gains.assign(setup.sources.gain.begin(), setup.sources.gain.begin() + setup.sources.count);
     const Clock::time_point start = Clock::now();
     Clock::time_point planned;
     const SparseGeometry* geometry = &plan_;
