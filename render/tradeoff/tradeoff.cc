@@ -45,6 +45,7 @@ struct MeasuredPoint {
   FrameError holdout;
   std::optional<FrameError> optimum, pixel;          // against the optimum; against the same weights at every pixel (sparse points)
   double false_color_optimum = 0, false_color_pixel = 0;
+  double pixel_worst_db = 0;                         // of the views
 
   FrontPoint ForFront() const {
     FrontPoint p{name, settings, ms, std::nullopt, holdout.psnr_db};
@@ -216,7 +217,10 @@ class Tradeoff {
       }
       m.holdout = Mean(holdout);
       if (!optimum.empty()) m.optimum = Mean(optimum);
-      if (!pixel.empty()) m.pixel = Mean(pixel);
+      if (!pixel.empty()) {
+        m.pixel = Mean(pixel);
+        m.pixel_worst_db = std::min_element(pixel.begin(), pixel.end(), [](const FrameError& a, const FrameError& b) { return a.psnr_db < b.psnr_db; })->psnr_db;
+      }
       points_.push_back(std::move(m));
     } catch (const Interrupted&) {
       throw;
@@ -283,6 +287,31 @@ class Tradeoff {
     return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}};
   }
 
+  // Samples against pixels: what they lose, and how much faster they are.
+  Json SparseTable() const {
+    Json table = Json::array();
+    for (const MeasuredPoint& p : points_) {
+      if (!p.pixel) continue;
+      const auto dense = std::find_if(points_.begin(), points_.end(), [&](const MeasuredPoint& q) {
+        return q.proxy == p.proxy && !q.settings.Sparse() && PerPixel(q.settings) == PerPixel(p.settings);
+      });
+      Json row = {{"name", p.name},
+                  {"proxy", p.proxy},
+                  {"samples_a_side", p.settings.grid_columns},
+                  {"sampling", Name(p.settings.sampling)},
+                  {"similarity", Name(p.settings.similarity)},
+                  {"epipoles", p.settings.epipoles},
+                  {"psnr_pixel_db", p.pixel->psnr_db},
+                  {"psnr_pixel_worst_db", p.pixel_worst_db},
+                  {"mse_pixel", p.pixel->mse},
+                  {"false_color_mse_pixel", p.false_color_pixel},
+                  {"ms", p.ms}};
+      row["speed_up"] = dense != points_.end() && p.ms > 0 ? Json(dense->ms / p.ms) : Json(nullptr);
+      table.push_back(row);
+    }
+    return table;
+  }
+
   Json Summary() {
     const std::string& first = bench_.proxies().front();
     device_ = bench_.Measured(first).Device();
@@ -298,6 +327,7 @@ class Tradeoff {
     j["front"] = Json::array();
     for (const FrontPoint& f : front_) j["front"].push_back(PointJson(Find(f), o_.backend));
 
+    j["sparse"] = SparseTable();
     report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
     for (const TestView& t : report_views_) j["report_views"].push_back(t.name);
     j["report_nearest_photo"] = NearestPhotoReport();
@@ -462,6 +492,10 @@ std::string DescribeTradeoff(const std::string& json) {
   for (const Json& p : j["points"])
     text += fmt::format("{:<52} {:>9} {:>13} {:>13}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["ms"], 2),
                         number(p["psnr_optimum_db"], 2), number(p["psnr_holdout_db"], 2));
+  if (!j["sparse"].empty()) text += fmt::format("\n{:<52} {:>9} {:>13} {:>13} {:>12}\n", "samples against pixels", "speed-up", "PSNR dB", "worst view dB", "false colour");
+  for (const Json& p : j["sparse"])
+    text += fmt::format("{:<52} {:>9} {:>13} {:>13} {:>12.4g}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["speed_up"], 1),
+                        number(p["psnr_pixel_db"], 2), number(p["psnr_pixel_worst_db"], 2), p["false_color_mse_pixel"].get<double>());
   text += fmt::format("\n{:<12} {:<44} {:>9} {:>13} {:>12}\n", "budget", "recommended", "ms", "chosen on dB", "reported dB");
   for (const Json& r : j["recommended"])
     text += fmt::format("{:<12} {:<44} {:>9} {:>13} {:>12}{}\n", r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>()),

@@ -411,6 +411,11 @@ TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
     EXPECT_GT(p["ms"], 0.0);
     EXPECT_TRUE(p["psnr_holdout_db"].is_number());
   }
+  EXPECT_GE(j["sparse"].size(), 6u);
+  for (const Json& row : j["sparse"]) {
+    EXPECT_TRUE(row["speed_up"].is_number() || row["similarity"] == "full") << row["name"];
+    EXPECT_LE(row["psnr_pixel_worst_db"], row["psnr_pixel_db"]);
+  }
   const auto stored = FindFront(d.Scene(), {"truth", "cpu", j["device"], 64, 48});
   ASSERT_TRUE(stored);
   EXPECT_EQ(stored->points.size(), j["front"].size());
