@@ -84,6 +84,7 @@ void Weights(RadianceSettings& s) {
   Choice(s, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
   Choice(s, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
   Slider(s, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
+  Slider(s, "accuracy", "accuracy", &RadianceSettings::accuracy, 1e-8, 0.1, "%.0e");
 }
 
 void Samples(RadianceSettings& s) {
@@ -189,7 +190,7 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
   ImGui::EndDisabled();
   Tooltip("Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all pixels, a hole is black).");
-  constexpr std::size_t kLines = 4;
+  constexpr std::size_t kLines = 3;
   const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
   for (std::size_t i = facts.errors.size(); i-- > first;) {
     const MeasuredLine& e = facts.errors[i];

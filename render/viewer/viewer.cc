@@ -47,6 +47,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       effects_(opened.effects),
       decided_(options.decided),
       small_photos_(scene_.views.size()),
+      motion_probe_(lumigraph_),
       path_(opened.path),
       probe_(scene_, lumigraph_),
       script_(script.begin(), script.end()),
@@ -91,22 +92,26 @@ static bool Same(const RenderRequest& a, const RenderRequest& b) {
 }
 
 // Settings that are invalid are not tried; settings that the backend does not do keep what was drawn before.
-bool Viewer::Paint(bool moving) {
-  (void)moving;
+bool Viewer::Paint() {
   const std::string problem = Validate(settings_.radiance);
   const bool usable = problem.empty() && !(refused_ && *refused_ == settings_.radiance);
-  if (problem.empty() && usable) refused_.reset();
+  if (usable) refused_.reset();
   facts_.problem = !problem.empty() ? problem : refused_ ? refusal_ : "";
+  const bool may_refine = !Loading() && !path_recording_ && !probe_.drawing();
   for (RadianceSettings wanted = usable ? settings_.radiance : accepted_;;) {
     const RenderRequest request = Request(size_px_, wanted);
+    const bool moved = !drawn_ || drawn_->view.P != request.view.P;
     const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
+    const RadianceSettings quick = motion_.active() ? motion_.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted) : wanted;
     try {
-      painter_.Paint(request, Request(painter_.PreviewSize(size_px_), wanted), changed, !Loading() && !path_recording_ && !probe_.drawing());
-      accepted_ = wanted;
-      drawn_ = request;
-      drawn_generation_ = generation_;
-      return changed;
+      painter_.Paint(request, Request(painter_.PreviewSize(size_px_), quick), changed, may_refine);
     } catch (const UsageError& e) {
+      if (!(quick == wanted)) {
+        motion_.End();
+        settings_.budget_ms = 0;
+        Say(e.what());
+        continue;
+      }
       // Not even what was drawn before: the defaults are what every backend does.
       if (wanted == RadianceSettings{}) throw;
       refusal_ = e.what();
@@ -115,8 +120,44 @@ bool Viewer::Paint(bool moving) {
       if (wanted == accepted_ || painter_.empty()) accepted_ = {};
       if (wanted == settings_.radiance) refused_ = wanted;
       wanted = accepted_;
+      continue;
     }
+    if (painter_.preview_ms() > 0) motion_.Measured(painter_.preview_ms());
+    accepted_ = wanted;
+    drawn_ = request;
+    drawn_generation_ = generation_;
+    return changed;
   }
+}
+
+// Begins to hold a frame time, or ends it, as the settings say.
+void Viewer::KeepBudget() {
+  if (settings_.budget_ms > 0) {
+    if (settings_.budget_ms != motion_.budget_ms())
+      motion_.Begin(settings_.budget_ms, scene_.folder, {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()}, settings_.radiance);
+  } else if (motion_.active()) {
+    motion_.End();
+    motion_probe_.Cancel();
+  }
+  painter_.SetMovingTime(motion_.active() ? motion_.budget_ms() : PainterOptions{}.moving_ms);
+  facts_.budget_now = motion_.ToProbe() != nullptr ? "measuring what settings cost ..." : motion_.name();
+}
+
+// One setting after another at the moving picture's size, twice each: the first pays for its shaders.
+void Viewer::StepBudgetProbe() {
+  const RadianceSettings* wanted = motion_.ToProbe();
+  if (wanted == nullptr || !Settled()) return;
+  const Eigen::Vector2i size = painter_.PreviewSize(size_px_);
+  try {
+    motion_probe_.Start(Request(size, *wanted));
+    painter_.Disturbed();
+    motion_probe_.Step(0, false);
+  } catch (const UsageError&) {
+    motion_probe_warm_ = false;
+    return motion_.Probed(std::nullopt);
+  }
+  if (motion_probe_warm_) motion_.Probed(motion_probe_.picture_ms() * static_cast<double>(size_px_.prod()) / static_cast<double>(size.prod()));
+  motion_probe_warm_ = !motion_probe_warm_;
 }
 
 void Viewer::SetProxy(PreparedProxy proxy) {
@@ -433,13 +474,16 @@ nlohmann::json Viewer::Run() {
     moving |= Play(dt);
     if (scripted_) RunScript();
     loader_.SetFocus(navigator_.state().cam_from_world);
-    const bool changed = Paint(moving);
+    KeepBudget();
+    const bool changed = Paint();
     StepJobs();
 
     if (Clock::now() > message_until_) facts_.message.clear();
     facts_.nearest_photo = NearestView(scene_, navigator_.state());
-    if (painter_.complete() && painter_.painted())
+    if (painter_.complete() && painter_.painted()) {
+      facts_.plan_ms = lumigraph_.statistics().plan_ms;
       facts_.picture_ms = facts_.picture_ms == 0 ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+    }
     facts_.complete = painter_.complete();
     facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
     window_.BeginUi();
@@ -485,6 +529,7 @@ nlohmann::json Viewer::Run() {
   j["screenshots"] = screenshots_;
   j["settings"] = ToJson(settings_.radiance);
   j["refused"] = facts_.problem;
+  j["moving"] = motion_.name();
   j["keys"] = path_.keys.size();
   j["effects"] = nlohmann::json::array();
   for (const Effect& e : effects_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});

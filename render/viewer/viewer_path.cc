@@ -280,6 +280,7 @@ void Viewer::StepJobs() {
         facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
       }
     }
+    if (undisturbed && !Working()) StepBudgetProbe();
   } catch (const Error& e) {
     path_recording_.reset();
     Complain(e);

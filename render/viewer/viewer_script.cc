@@ -142,7 +142,7 @@ void Viewer::AfterPainting() {
     if (!waiting_) waiting_since_ = Clock::now();
     waiting_ = true;
     const double waited = SecondsSince(waiting_since_);
-    const bool done = s.numbers.empty() ? Settled() && painter_.complete() && drawn_generation_ == generation_ : waited >= s.numbers[0];
+    const bool done = s.numbers.empty() ? Settled() && motion_.ToProbe() == nullptr && painter_.complete() && drawn_generation_ == generation_ : waited >= s.numbers[0];
     if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
     if (!done) throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
   } else if (s.verb == ScriptVerb::kScreenshot) {
