@@ -28,11 +28,11 @@ int FindView(const Scene& scene, const std::string& name) {
                    fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name, scene.views.size() - 1));
 }
 
-PreparedProxy PrepareProxy(const Scene& scene, const std::string& name) {
+PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name) {
   PreparedProxy p;
   p.name = name;
   p.mesh = LoadProxy(scene, name);
-  p.visibility = ProxyVisibility(MakeSources(scene), p.mesh);
+  p.visibility = ProxyVisibility(sources, p.mesh);
   return p;
 }
 
@@ -71,7 +71,7 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   // A workspace that is not ours has no active proxy: any one shows more than none.
   if (const auto names = ListProxies(o.scene.folder); name.empty() && !names.empty()) name = names.front();
   progress.Report("preparing the proxy", 0, 0, 0, -1);
-  o.proxy = PrepareProxy(o.scene, name);
+  o.proxy = PrepareProxy(o.scene, MakeSources(o.scene), name);
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
   RadianceSettings settings = options.settings;
   settings.period_s = o.scene.period_s.value_or(0);

@@ -84,7 +84,12 @@ void Weights(RadianceSettings& s) {
   Choice(s, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
   Choice(s, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
   Slider(s, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
-  Slider(s, "accuracy", "accuracy", &RadianceSettings::accuracy, 1e-8, 0.1, "%.0e");
+  {
+    const Row row(s, "accuracy");
+    constexpr int kFinest = -8, kCoarsest = -1;
+    int exponent = std::clamp(static_cast<int>(std::lround(std::log10(s.accuracy))), kFinest, kCoarsest);
+    if (ImGui::SliderInt("accuracy", &exponent, kFinest, kCoarsest, "1e%d", ImGuiSliderFlags_AlwaysClamp)) s.accuracy = std::pow(10.0, exponent);
+  }
 }
 
 void Samples(RadianceSettings& s) {
@@ -172,7 +177,7 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::Text("%.1f ms a picture", facts.picture_ms);
   if (facts.plan_ms > 0) {
     ImGui::SameLine();
-    Dim(fmt::format("{:.1f} processor, {:.1f} graphics", facts.plan_ms, std::max(0.0, facts.picture_ms - facts.plan_ms)));
+    Dim(fmt::format("CPU {:.1f}, GPU {:.1f}", facts.plan_ms, std::max(0.0, facts.picture_ms - facts.plan_ms)));
   }
   bool held = settings.budget_ms > 0;
   constexpr double kUsualBudget = 33;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <thread>
 
 #include "render/path/path_editing.h"
 #include "render/settings_json.h"
@@ -231,7 +232,7 @@ void Viewer::TakePhotos() {
 
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || proxy_loading_.valid()) return;
-  proxy_loading_ = std::async(std::launch::async, [this, name] { return PrepareProxy(scene_, name); });
+  proxy_loading_ = std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
 }
 
 void Viewer::TakeProxy() {
@@ -482,7 +483,10 @@ nlohmann::json Viewer::Run() {
     facts_.nearest_photo = NearestView(scene_, navigator_.state());
     if (painter_.complete() && painter_.painted()) {
       facts_.plan_ms = lumigraph_.statistics().plan_ms;
-      facts_.picture_ms = facts_.picture_ms == 0 ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+      // Smoothed over pictures of the same settings.
+      const bool others = !(cost_settings_ == accepted_);
+      cost_settings_ = accepted_;
+      facts_.picture_ms = facts_.picture_ms == 0 || others ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
     }
     facts_.complete = painter_.complete();
     facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
@@ -513,6 +517,13 @@ nlohmann::json Viewer::Run() {
       wait_s = 0;
     else
       wait_s = !Settled() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
+  }
+
+  // What was seen until the window closed is kept.
+  if (live_recording_) {
+    live_recording_->recorder->Finish();
+    while (!live_recording_->recorder->Ended()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    CloseRecording(*live_recording_->recorder);
   }
 
   nlohmann::json j;

@@ -156,6 +156,7 @@ class Viewer {
   Clock::time_point message_until_ = Clock::now();
 
   RadianceSettings accepted_;                   // that were drawn last
+  RadianceSettings cost_settings_;              // that facts_.picture_ms belongs to
   std::optional<RadianceSettings> refused_;     // that the backend does not do
   std::string refusal_;
 

@@ -253,6 +253,74 @@ TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
   EXPECT_EQ(Compare(ReadImage8(file("before.png")), ReadImage8(file("after.png"))).mse, 0);
 }
 
+TEST_F(ViewerWindow, WhatTheBackendDoesNotDoIsSaidAndTheCameraStillMoves) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; set k 3; wait; screenshot " + file("before.png") + "; set similarity full; screenshot " + file("refused.png") +
+                             "; jump 5; screenshot " + file("moved.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_THAT(r.json["refused"].get<std::string>(), HasSubstr("optimum"));
+  EXPECT_EQ(Compare(ReadImage8(file("before.png")), ReadImage8(file("refused.png"))).mse, 0);
+  RadianceSettings last;
+  last.k = 3;
+  last.prefilter = false;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("moved.png")), CpuPicture(StateOfView(world_.scene, {5}), 160, 120, last)), kAgreementDb);
+}
+
+TEST_F(ViewerWindow, SparseSamplesAreDrawnAndTheOptimumFromThem) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; orbit 4 1; set grid 16x12; set sampling interpolated; wait; screenshot " + file("samples.png") +
+                             "; show tessellation; screenshot " + file("triangles.png") + "; show color; set similarity full; wait; screenshot " + file("optimum.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_EQ(r.json["refused"], "");
+  EXPECT_EQ(r.json["settings"]["similarity"], "full");
+  EXPECT_EQ(r.json["settings"]["correlation"], "falling-leaves");  // followed
+  const Image8 samples = ReadImage8(file("samples.png"));
+  EXPECT_LT(Compare(samples, ReadImage8(file("triangles.png"))).psnr_db, 30);  // lines are over it
+  const double optimum = Compare(samples, ReadImage8(file("optimum.png"))).psnr_db;
+  EXPECT_GT(optimum, 20);  // the same scene ...
+  EXPECT_LT(optimum, 70);  // ... by other weights
+}
+
+TEST_F(ViewerWindow, TimeMovesThePhotosOfItsWindowToTheFront) {
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i) world_.scene.views[i].time_s = 0.5 * static_cast<double>(i);
+  WriteScene(world_.scene, folder_);
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; show false-color; set time on; set time-window-s 0.8; time 0; wait; screenshot " + file("early.png") + "; time 3; wait; screenshot " +
+                             file("late.png") + "; play-time on; wait 0.4; play-time off";
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  RadianceSettings settings = SettingsOf(r.json["settings"]);
+  const ViewState third = StateOfView(world_.scene, {3});
+  settings.time_s = 0;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("early.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  settings.time_s = 3;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("late.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  EXPECT_LT(Compare(ReadImage8(file("early.png")), ReadImage8(file("late.png"))).psnr_db, 25);
+  // It goes round: from the last photo's time on to the first's.
+  EXPECT_NE(r.json["settings"]["time-s"].get<double>(), 3.0);
+  EXPECT_LE(r.json["settings"]["time-s"].get<double>(), 3.0);
+  EXPECT_GE(r.json["settings"]["time-s"].get<double>(), 0.0);
+}
+
+TEST_F(ViewerWindow, ABudgetIsHeldWithSettingsOfItsOwnAndAtRestTheUsersAreDrawn) {
+  const fs::path shot = folder_ / "rest.png";
+  const std::string script = "wait; jump 1; key-add; jump 5; key-add; path-seconds 1; path-save " + (folder_ / "path.json").string() + "; budget 20; wait; play; wait; screenshot " + shot.string();
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--k", "3", "--width", "320", "--height", "240", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_NE(r.json["moving"], "");
+  EXPECT_EQ(r.json["settings"]["grid"], "pixel");  // the user's
+  RenderRequest request;
+  request.view = SamplePath(ReadCameraPath(folder_ / "path.json"), 320, 240).back();
+  request.settings = SettingsOf(r.json["settings"]);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(shot), MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request)), kAgreementDb);
+}
+
 TEST_F(ViewerWindow, PhotosAreHalvedToStayWithinMemory) {
   const fs::path shot = folder_ / "small.png";
   // Many copies of the views: 320 photos of 160x120 do not fit into 16 MB.
