@@ -49,7 +49,7 @@ void RequireConsistent(const RenderOptions& o) {
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty())) throw UsageError("--path goes with neither --holdout nor --view");
-  if (o.show == "cameras" && o.view.empty()) throw UsageError("--show cameras needs --view: the virtual view that is drawn among them");
+  if (o.show == "cameras" && o.view.empty() && o.path.empty()) throw UsageError("--show cameras needs --view or --path: the virtual view that is drawn among them");
   if (!o.of.empty() && !MeasureFromName(o.show)) throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty()) throw UsageError("--show difference needs --view: the photo to compare with");
@@ -293,6 +293,14 @@ class Job {
                                     {"mean_absolute_difference_seen", SeenDifference(image, photo)}, {"coverage", Coverage(image)}}})}};
   }
 
+  static ImageF Opaque(const Image8& rgb) {
+    ImageF image(rgb.width, rgb.height, 4, 1.0F);
+    for (int y = 0; y < rgb.height; ++y)
+      for (int x = 0; x < rgb.width; ++x)
+        for (int c = 0; c < 3; ++c) image.At(x, y, c) = static_cast<float>(rgb.At(x, y, c)) / 255.0F;
+    return image;
+  }
+
   // Mean absolute difference (code values) over the pixels where anything is seen: is a photo given back at its camera?
   static double SeenDifference(const ImageF& image, const Image8& photo) {
     double sum = 0, n = 0;
@@ -348,7 +356,7 @@ class Job {
       request.settings = settings_;
       request.show = ShowMode();
       const auto start = Clock::now();
-      const ImageF image = Picture(request);
+      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide)) : Picture(request);
       times.push_back(Milliseconds(start));
       coverage += Coverage(image);
       ++rendered;

@@ -48,9 +48,10 @@ Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
   return (1 - a) * at(l) + a * at(l + 1);
 }
 
-void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, ImageF& image) {
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains, ImageF& image) {
   const auto k = static_cast<std::size_t>(plan.k);
   const RelativeSources& r = setup.sources;
+  const bool fading = setup.settings.field_of_view;
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
   std::size_t s = 0;
   for (int y = 0; y < plan.window.height; ++y) {
@@ -63,8 +64,8 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
       }
       const Eigen::Vector3f& offset = plan.offset[s];
       Eigen::Array3f color = Eigen::Array3f::Zero();
-      float missing = 0;  // weight of photos that do not contain the point: field of view is off
       const float depth = axis.dot(offset);
+      float contained = 0;  // share of the weights whose photos contain the point: 1 unless field of view is off
       for (std::size_t i = 0; i < k; ++i) {
         const std::int32_t camera = plan.camera[s * k + i];
         if (camera < 0) continue;
@@ -73,21 +74,18 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
         const float w = r.m[6][j] * px + r.m[7][j] * py + r.m[8][j] * pz;
         const float u = (r.m[0][j] * px + r.m[1][j] * py + r.m[2][j] * pz) / w;
         const float v = (r.m[3][j] * px + r.m[4][j] * py + r.m[5][j] * pz) / w;
-        if (!setup.settings.field_of_view && !(w > 0 && u >= 0 && u <= r.width_px[j] && v >= 0 && v <= r.height_px[j])) {
-          missing += plan.weight[s * k + i];
-          continue;
-        }
+        if (!fading && !(w > 0 && u >= 0 && v >= 0 && u <= r.width_px[j] && v <= r.height_px[j])) continue;
+        const float weight = plan.weight[s * k + i];
+        contained += weight;
         const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
-        const float gain = setup.settings.exposure ? r.gain[j] : 1.0F;
-        color += gain * plan.weight[s * k + i] * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
+        color += (gains.empty() ? weight : weight * gains[j]) * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
       }
-      // What is missing is a hole, neither black nor made up for by the others. The optimum's weights may be negative.
-      const float seen = std::clamp(1 - missing, 0.0F, 1.0F);
+      // What is missing is a hole, neither black nor made up for by the others.
       color *= alpha / 255.0F;
       out[0] = color[0];
       out[1] = color[1];
       out[2] = color[2];
-      out[3] = alpha * seen;
+      out[3] = fading ? alpha : alpha * std::clamp(contained, 0.0F, 1.0F);  // the optimum's weights may be negative
     }
   }
 }

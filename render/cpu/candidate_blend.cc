@@ -6,7 +6,7 @@
 
 #include "render/cpu/candidate_weights.h"
 #include "render/cpu/layer_shader.h"
-#include "render/cpu/raster.h"
+#include "render/radiance/sparse/raster.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 
@@ -108,7 +108,7 @@ class CandidateBlender {
       double largest = 0;
       std::array<Eigen::Vector2d, 3> x_px, corners;
       Eigen::Matrix3d linear, best_linear;
-      LinearD inverse_depth, best;
+      LinearD inverse_depth = LinearD::Zero(), best = LinearD::Zero();
       for (std::size_t t = first; t < to; ++t)
         if (triangles[t].face == triangles[first].face)
           if (const double area = Plane(triangles[t], x_px, linear, inverse_depth); area > largest) {
@@ -158,7 +158,7 @@ class CandidateBlender {
       const SparseTriangle& triangle = plan_.geometry.triangles[t];
       std::array<Eigen::Vector2d, 3> x_px;
       Eigen::Matrix3d linear;
-      LinearD inverse_depth;
+      LinearD inverse_depth = LinearD::Zero();
       if (triangle.alone || !(Plane(triangle, x_px, linear, inverse_depth) > 0)) continue;
       const Linear f = About(inverse_depth, rect.x0, rect.y0);
       const TriangleRows rows = Rows(triangle);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "render/radiance/kernel.h"
@@ -25,8 +26,10 @@ struct RayBatch {
 LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& rays) {
   const Linear rx = rule.ray_x, ry = rule.ray_y, rz = rule.ray_z;
   const int n = b.padded();
+  const float* __restrict bx = b.x;
+  const float* __restrict by = b.y;
   for (int i = 0; i < n; ++i) {
-    const float x = rx.c + rx.x * b.x[i] + rx.y * b.y[i], y = ry.c + ry.x * b.x[i] + ry.y * b.y[i], z = rz.c + rz.x * b.x[i] + rz.y * b.y[i];
+    const float x = rx.c + rx.x * bx[i] + rx.y * by[i], y = ry.c + ry.x * bx[i] + ry.y * by[i], z = rz.c + rz.x * bx[i] + rz.y * by[i];
     rays.x[i] = x;
     rays.y[i] = y;
     rays.z[i] = z;
@@ -36,39 +39,51 @@ LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& 
 }
 
 // h of one candidate at every pixel, without visibility; u_px, v_px and depth where visibility is to be looked up.
-LUMI_KERNEL void Dissimilarity(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* __restrict h_out,
-                               float* __restrict f_out, float* __restrict u_out, float* __restrict v_out, float* __restrict w_out) {
+template <bool kSoft>
+[[gnu::always_inline]] inline void Measure(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* __restrict h_out,
+                                           float* __restrict f_out, float* __restrict u_out, float* __restrict v_out, float* __restrict w_out) {
   const float dx = c.dx, dy = c.dy, dz = c.dz, gamma = rule.gamma;
   const Linear mu = c.map.u, mv = c.map.v, mw = c.map.w;
   const float width = c.width_px, height = c.height_px, feather = 1 / c.feather_px;
-  const bool soft = rule.field_of_view;
   const int n = b.padded();
+  const float* __restrict rx = rays.x;
+  const float* __restrict ry = rays.y;
+  const float* __restrict rz = rays.z;
+  const float* __restrict squared = rays.squared;
   const float* __restrict bx = b.x;
   const float* __restrict by = b.y;
   const float* __restrict depth = b.inverse_depth;
   float* __restrict f_largest = rays.f;
   for (int i = 0; i < n; ++i) {
-    const float x = rays.x[i], y = rays.y[i], z = rays.z[i], s = depth[i];
+    const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
     // The angle at the point, atan2(|D x d|, t - D.d), both arguments times |ray| / depth.
     const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
-    const float theta = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, rays.squared[i] - (dx * x + dy * y + dz * z) * s);
+    const float theta = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
     const float w = mw.c + mw.x * bx[i] + mw.y * by[i] + mw.d * s;
     const float iw = 1.0F / (w > 0 ? w : 1.0F);
     const float u = (mu.c + mu.x * bx[i] + mu.y * by[i] + mu.d * s) * iw;
     const float v = (mv.c + mv.x * bx[i] + mv.y * by[i] + mv.d * s) * iw;
     const float edge = std::min(std::min(u, width - u), std::min(v, height - v));
     const bool seen = (w > 0) & (edge >= 0);
-    const float inside = seen ? RaisedCosine(edge * feather) : 0.0F;
-    const float f = soft ? inside : 1.0F;
-    float h = f > 0 ? theta * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F)) : kInfinity;
-    h = (theta == 0) & (seen | !soft) ? 0.0F : h;
+    const float f = seen ? (kSoft ? RaisedCosine(edge * feather) : 1.0F) : 0.0F;
+    // gamma (1/f - 1), infinite where the photo is blind; with field of view off it is never.
+    const float penalised = kSoft ? theta * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F)) : theta;
+    float h = !kSoft | (f > 0) ? penalised : kInfinity;
+    h = (theta == 0) & (seen | !kSoft) ? 0.0F : h;
     h_out[i] = h;
-    f_out[i] = soft ? f : (seen ? 1.0F : 0.0F);
+    f_out[i] = f;
     u_out[i] = u;
     v_out[i] = v;
     w_out[i] = w / s;
-    f_largest[i] = std::max(f_largest[i], f_out[i]);
+    f_largest[i] = std::max(f_largest[i], f);
   }
+}
+
+LUMI_KERNEL void MeasureSoft(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
+  Measure<true>(b, c, rule, rays, h, f, u, v, w);
+}
+LUMI_KERNEL void MeasureHard(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
+  Measure<false>(b, c, rule, rays, h, f, u, v, w);
 }
 
 inline float Seen(float depth, float surface) {
@@ -99,29 +114,54 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   }
 }
 
-// The smallest and the (k+1)st of each pixel.
-LUMI_KERNEL void Window(int n, int candidates, int k, const float* __restrict h, float* __restrict h1_out, float* __restrict edge_out) {
+// The smaller of each lane to a, the larger to b.
+#if defined(__GNUC__) && !defined(__clang__)
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), may_alias));
+[[gnu::always_inline]] inline void Order(Lanes& a, Lanes& b) {
+  const Lanes smaller = a < b ? a : b;
+  b = a < b ? b : a;
+  a = smaller;
+}
+#else
+struct Lanes {
+  float v[kLanes];
+};
+inline void Order(Lanes& a, Lanes& b) {
+  for (int i = 0; i < kLanes; ++i)
+    if (b.v[i] < a.v[i]) std::swap(a.v[i], b.v[i]);
+}
+#endif
+
+// The smallest and the (k+1)st of each pixel; a k known to the compiler keeps them in registers.
+template <int kFixed>
+[[gnu::always_inline]] inline void SmallestAndLast(int n, int candidates, int k_given, const float* __restrict h, float* __restrict h1_out,
+                                                   float* __restrict edge_out) {
+  const int k = kFixed > 0 ? kFixed : k_given;
+  alignas(64) float infinite[kLanes], first[kLanes], last[kLanes];
+  for (float& f : infinite) f = kInfinity;
   for (int base = 0; base < n; base += kLanes) {
-    float best[kMaxBlend + 1][kLanes];
-    for (int s = 0; s <= k; ++s)
-      for (int i = 0; i < kLanes; ++i) best[s][i] = kInfinity;
+    Lanes best[(kFixed > 0 ? kFixed : kMaxBlend) + 1];
+#pragma GCC unroll 8
+    for (int s = 0; s <= k; ++s) std::memcpy(&best[s], infinite, sizeof(Lanes));
     for (int c = 0; c < candidates; ++c) {
-      float v[kLanes];
-      for (int i = 0; i < kLanes; ++i) v[i] = h[c * kBatch + base + i];
-      for (int s = 0; s <= k; ++s)
-        for (int i = 0; i < kLanes; ++i) {
-          const float smaller = std::min(best[s][i], v[i]);
-          v[i] = std::max(best[s][i], v[i]);
-          best[s][i] = smaller;
-        }
+      Lanes v;
+      std::memcpy(&v, h + c * kBatch + base, sizeof(Lanes));
+#pragma GCC unroll 8
+      for (int s = 0; s <= k; ++s) Order(best[s], v);
     }
+    std::memcpy(first, &best[0], sizeof(Lanes));
+    std::memcpy(last, &best[k], sizeof(Lanes));
     for (int i = 0; i < kLanes; ++i) {
-      const float h1 = best[0][i], last = best[k][i];
-      h1_out[base + i] = h1;
-      edge_out[base + i] = last < kInfinity ? (last == h1 ? kTied : h1 / last) : 0.0F;
+      h1_out[base + i] = first[i];
+      edge_out[base + i] = last[i] < kInfinity ? (last[i] == first[i] ? kTied : first[i] / last[i]) : 0.0F;
     }
   }
 }
+
+LUMI_KERNEL void WindowAny(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<0>(n, candidates, k, h, h1, edge); }
+LUMI_KERNEL void Window3(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<3>(n, candidates, k, h, h1, edge); }
+LUMI_KERNEL void Window4(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<4>(n, candidates, k, h, h1, edge); }
+LUMI_KERNEL void Window5(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<5>(n, candidates, k, h, h1, edge); }
 
 // h to h_1/h_j - h_1/h_{k+1}; their sum.
 LUMI_KERNEL void Weights(int n, float* __restrict h, const float* __restrict h1, const float* __restrict edge, float* __restrict sum) {
@@ -150,10 +190,10 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
   Rays(b, rule, rays);
   for (std::size_t c = 0; c < rows; ++c) {
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
-    Dissimilarity(b, candidates[c], rule, rays, h, f, u, v, w);
+    (rule.field_of_view ? MeasureSoft : MeasureHard)(b, candidates[c], rule, rays, h, f, u, v, w);
     if (candidates[c].depth_map && rule.gamma > 0) Visibility(n, candidates[c], rule, f, u, v, w, h);
   }
-  Window(n, count, rule.k, weights.data(), rays.h1, rays.edge);
+  (rule.k == 3 ? Window3 : rule.k == 4 ? Window4 : rule.k == 5 ? Window5 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);
   std::fill_n(rays.sum, n, 0.0F);
   for (std::size_t c = 0; c < rows; ++c) Weights(n, weights.data() + c * kBatch, rays.h1, rays.edge, rays.sum);
   for (int i = 0; i < n; ++i) {

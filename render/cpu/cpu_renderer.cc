@@ -59,6 +59,7 @@ class CpuRenderer : public Renderer {
   void RenderPixels(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
     const Clock::time_point start = Clock::now();
     const int width = image.width, height = image.height;
+    const std::vector<float> gains = Gains(setup);
     const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
     ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
       FramePlan plan;
@@ -71,7 +72,7 @@ class CpuRenderer : public Renderer {
         if (request.show == Show::kFalseColor)
           BlendConstants(plan, colors_, image);
         else
-          BlendColor(plan, setup, photos_, image);
+          BlendColor(plan, setup, photos_, gains, image);
       }
     });
     statistics_.blend_ms = Milliseconds(start, Clock::now());
@@ -81,12 +82,11 @@ class CpuRenderer : public Renderer {
     if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
     std::optional<PhotoLevels> levels;
     BlendSources sources;
+    sources.gains = Gains(setup);
     if (request.show == Show::kFalseColor)
       sources.colors = &colors_;
     else
       sources.photos = &levels.emplace(photos_);
-    if (request.settings.exposure && sources.photos)
-      sources.gains.assign(setup.sources.gain.begin(), setup.sources.gain.begin() + setup.sources.count);
     const Clock::time_point start = Clock::now();
     Clock::time_point planned;
     const SparseGeometry* geometry = &plan_;
@@ -111,6 +111,18 @@ class CpuRenderer : public Renderer {
       DrawGrid(request.settings.grid_columns, request.settings.grid_rows, geometry->epipoles_px, image);
     else
       DrawTessellation(*geometry, image);
+  }
+
+  // Photos' exposures divided out, the view's own applied; empty where exposure is off or all are alike.
+  std::vector<float> Gains(const ViewSetup& setup) const {
+    std::vector<float> gains;
+    bool alike = true;
+    for (const RenderView& v : sources_.views) {
+      gains.push_back(static_cast<float>(setup.desired.gain / v.gain));
+      alike = alike && gains.back() == 1;
+    }
+    if (!setup.settings.exposure || alike) gains.clear();
+    return gains;
   }
 
   const VisibilityMaps& Visibility() {

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "render/cpu/layer_shader.h"
-#include "render/cpu/raster.h"
+#include "render/radiance/sparse/raster.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 

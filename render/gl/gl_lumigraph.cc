@@ -133,6 +133,7 @@ void GlLumigraph::SetProxy(const Mesh& proxy, VisibilityMaps maps) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   proxy_ = proxy;
   sparse_proxy_.reset();
+  tracer_.reset();
   std::vector<float> x;
   x.reserve(3 * proxy.vertices.size());
   for (const Eigen::Vector3d& v : proxy.vertices) {
@@ -424,14 +425,23 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const ViewSetup setup = Start(request);
   const RadianceSettings& s = request.settings;
   const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
+  const bool cells = s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
   if (s.similarity == Similarity::kFull && !interpolated)
     throw UsageError("--backend gl draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use --backend cpu");
-  if (!interpolated) return BeginPixels(request, setup, target);
+  if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
   if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
-  PlanSparse(setup, *sparse_proxy_, s.visibility && !visibility_.empty() ? &visibility_ : nullptr, ParallelFor, sparse_plan_);
+  if (cells && !tracer_) tracer_.emplace(proxy_, sources_.normalized_from_world);
+  const VisibilityMaps* visibility = s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+  if (cells)
+    PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, candidate_plan_);
+  else
+    PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, sparse_plan_);
   const auto planned = std::chrono::steady_clock::now();
-  BeginTriangles(request, setup, sparse_plan_, target);
+  if (cells)
+    BeginCells(request, setup, candidate_plan_, target);
+  else
+    BeginTriangles(request, setup, sparse_plan_, target);
   statistics_.plan_ms = std::chrono::duration<double, std::milli>(planned - start).count();
 }
 
@@ -497,6 +507,7 @@ void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setu
   glUniform2i(programs.blend.Uniform("cell_count"), plan.cell_columns, plan.cell_rows);
   glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px), static_cast<float>(1 / plan.cell_height_px));
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
+  statistics_.samples = plan.samples;
   program_ = &programs;
   CheckGl("uploading the candidates");
 }
@@ -517,7 +528,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   UploadCameras(setup, variant.blend);
   triangles_.Upload(plan, setup, packed_views_, photos_, variant);
   for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
-  if (request.show == Show::kTessellation) lines_.Set(plan, setup);
+  if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   statistics_.triangles = static_cast<long>(plan.triangles.size());
   statistics_.optimum = plan.optimum;
@@ -529,7 +540,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   const float nothing[4] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing);
   glClearBufferfv(GL_COLOR, 1, nothing);
-  if (triangles_.overlapping() || !lines_.empty()) glClearBufferfv(GL_DEPTH, 0, nothing);
+  if (triangles_.overlapping()) glClearBufferfv(GL_DEPTH, 0, nothing);
   CheckGl("uploading the triangles");
 }
 
@@ -619,11 +630,7 @@ void GlLumigraph::DrawLines(GlTarget& target) {
   if (!line_program_) line_program_ = GlProgram("lines", LineVertexShader(), LineFragmentShader());
   glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
   line_program_.Use();
-  const ReversedDepth depth;
-  depth.Tell(line_program_);
-  glDepthMask(GL_FALSE);
   lines_.Draw();
-  glDepthMask(GL_TRUE);
 }
 
 ImageF GlLumigraph::ReadColor(const GlTarget& target, const Eigen::Vector2i& size_px) const {

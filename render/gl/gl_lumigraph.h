@@ -15,6 +15,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_drawing.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
@@ -31,7 +32,7 @@ class GlTarget {
   void Reserve(const Eigen::Vector2i& size_px, bool faces = false);
   const Eigen::Vector2i& capacity_px() const { return capacity_px_; }
   unsigned depth_framebuffer() const { return depth_framebuffer_.id(); }
-  unsigned color_framebuffer() const { return color_framebuffer_.id(); }  // tests depth, too
+  unsigned color_framebuffer() const { return color_framebuffer_.id(); }
   unsigned both_framebuffer() const { return both_framebuffer_.id(); }    // colour, and depth as a second colour
   unsigned depth_texture() const { return depth_.id(); }
   unsigned color_texture() const { return color_.id(); }
@@ -118,7 +119,9 @@ class GlLumigraph {
 
   Mesh proxy_;
   std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
+  std::optional<ProxyTracer> tracer_;                 // the same
   SparsePlan sparse_plan_;
+  CandidatePlan candidate_plan_;
 
   GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -12,11 +13,10 @@
 namespace lumi {
 namespace {
 
-// In front of what they are drawn over, relative depth.
-constexpr float kLineLift = 1e-4F;
-const Eigen::Vector3f kEdgeColor(1.0F, 0.85F, 0.1F);
-const Eigen::Vector3f kEpipoleColor(1.0F, 0.1F, 0.9F);
-constexpr float kCrossPx = 4;
+// As the CPU's overlay.
+const Eigen::Vector4f kEdgeColor(1.0F, 1.0F, 1.0F, 0.65F);
+const Eigen::Vector4f kEpipoleColor(1.0F, 0.15F, 0.1F, 1.0F);
+constexpr float kCrossPx = 5;
 
 void FillBuffer(GLenum target, GlBuffer& buffer, const void* data, std::size_t bytes) {
   if (!buffer) buffer = GlBuffer::Make();
@@ -145,30 +145,29 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   }
 }
 
-void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& rgb) {
-  for (const Eigen::Vector3f* end : {&a, &b}) {
-    const Eigen::Vector2f clip = ClipFromPixel(end->head<2>(), size_px);
-    lines_.push_back({clip.x(), clip.y(), end->z(), rgb.x(), rgb.y(), rgb.z()});
+void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector4f& rgba) {
+  for (const Eigen::Vector2f* end : {&a, &b}) {
+    const Eigen::Vector2f clip = ClipFromPixel(*end, size_px);
+    lines_.push_back({clip.x(), clip.y(), rgba.x(), rgba.y(), rgba.z(), rgba.w()});
   }
 }
 
-void PlanLines::Set(const SparsePlan& plan, const ViewSetup& setup) {
+void PlanLines::AddCrosses(const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector2f>& at) {
+  for (const Eigen::Vector2f& x : at)
+    for (const Eigen::Vector2f& d : {Eigen::Vector2f(kCrossPx, kCrossPx), Eigen::Vector2f(kCrossPx, -kCrossPx)}) Add(size_px, x - d, x + d, kEpipoleColor);
+}
+
+void PlanLines::Set(const SparsePlan& plan, const Eigen::Vector2i& size_px) {
   lines_.clear();
-  const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
-  const Eigen::Vector2i size = setup.desired.size_px;
+  // Each once, though triangles share edges: they are see-through.
+  std::set<std::array<float, 4>> drawn;
   for (const SparseTriangle& triangle : plan.triangles)
     for (std::size_t v = 0; v < 3; ++v) {
-      std::array<Eigen::Vector3f, 2> ends;
-      for (std::size_t e = 0; e < 2; ++e) {
-        const auto vertex = static_cast<std::size_t>(triangle.vertex[(v + e) % 3]);
-        const float z = kNearDepth / std::max(axis.dot(plan.offset[vertex]), kNearDepth) * (1 + kLineLift);
-        ends[e] << plan.x_px[vertex], std::min(z, 1.0F);
-      }
-      Add(size, ends[0], ends[1], kEdgeColor);
+      Eigen::Vector2f a = plan.x_px[static_cast<std::size_t>(triangle.vertex[v])], b = plan.x_px[static_cast<std::size_t>(triangle.vertex[(v + 1) % 3])];
+      if (std::pair(b.x(), b.y()) < std::pair(a.x(), a.y())) std::swap(a, b);
+      if (drawn.insert({a.x(), a.y(), b.x(), b.y()}).second) Add(size_px, a, b, kEdgeColor);
     }
-  for (const Eigen::Vector2f& x : plan.epipoles_px)
-    for (const auto& [dx, dy] : {std::pair{kCrossPx, 0.0F}, {0.0F, kCrossPx}})
-      Add(size, {x.x() - dx, x.y() - dy, 1}, {x.x() + dx, x.y() + dy, 1}, kEpipoleColor);
+  AddCrosses(size_px, plan.epipoles_px);
   Upload();
 }
 
@@ -178,12 +177,13 @@ void PlanLines::Set(const CandidatePlan& plan, const Eigen::Vector2i& size_px) {
   // Not on the picture's border, where half of a line is outside.
   for (int i = 1; i < plan.cell_columns; ++i) {
     const auto x = static_cast<float>(i * plan.cell_width_px);
-    Add(size_px, {x, 0, 1}, {x, size.y(), 1}, kEdgeColor);
+    Add(size_px, {x, 0}, {x, size.y()}, kEdgeColor);
   }
   for (int i = 1; i < plan.cell_rows; ++i) {
     const auto y = static_cast<float>(i * plan.cell_height_px);
-    Add(size_px, {0, y, 1}, {size.x(), y, 1}, kEdgeColor);
+    Add(size_px, {0, y}, {size.x(), y}, kEdgeColor);
   }
+  AddCrosses(size_px, plan.geometry.epipoles_px);
   Upload();
 }
 
@@ -195,17 +195,21 @@ void PlanLines::Upload() {
     glBindBuffer(GL_ARRAY_BUFFER, buffer_.id());
     glEnableVertexAttribArray(0);
     glEnableVertexAttribArray(1);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(End), nullptr);
-    glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(End), reinterpret_cast<const void*>(offsetof(End, r)));
+    glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, sizeof(End), nullptr);
+    glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, sizeof(End), reinterpret_cast<const void*>(offsetof(End, r)));
     glBindVertexArray(0);
   }
   FillBuffer(GL_ARRAY_BUFFER, buffer_, lines_.data(), lines_.size() * sizeof(End));
 }
 
 void PlanLines::Draw() {
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_FUNC_ADD);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glBindVertexArray(vertex_array_.id());
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines_.size()));
   glBindVertexArray(0);
+  glDisable(GL_BLEND);
 }
 
 }  // namespace lumi

@@ -11,6 +11,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_shader.h"
+#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
@@ -54,12 +55,11 @@ class SparseDrawing {
   GlTexture projection_texture_, place_texture_;
 };
 
-// Lines over a picture (Show::kTessellation): a plan's triangles, those that others hide left out by the depth test, or a
-// plan's cells; and crosses at the epipole samples.
+// Lines over a picture (Show::kTessellation): a plan's triangles, or a plan's cells; and crosses at the epipole samples.
 class PlanLines {
  public:
   void Clear() { lines_.clear(); }
-  void Set(const SparsePlan& plan, const ViewSetup& setup);
+  void Set(const SparsePlan& plan, const Eigen::Vector2i& size_px);
   void Set(const CandidatePlan& plan, const Eigen::Vector2i& size_px);
   bool empty() const { return lines_.empty(); }
   // Draws with the program that is in use.
@@ -67,9 +67,10 @@ class PlanLines {
 
  private:
   struct End {
-    float x, y, z, r, g, b;
+    float x, y, r, g, b, a;
   };
-  void Add(const Eigen::Vector2i& size_px, const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& rgb);
+  void Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector4f& rgba);
+  void AddCrosses(const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector2f>& at);
   void Upload();
   std::vector<End> lines_;
   GlVertexArray vertex_array_;

@@ -129,13 +129,12 @@ std::string SparseFragmentShader(const SparseVariant& variant) {
 
 const std::string& LineVertexShader() {
   static const std::string text = R"(#version 430 core
-layout(location = 0) in vec3 position;   // x and y in clip units, near / depth
-layout(location = 1) in vec3 rgb;
-uniform vec2 z_from_depth;
-flat out vec3 line_color;
+layout(location = 0) in vec2 position;   // clip units
+layout(location = 1) in vec4 rgba;
+flat out vec4 line_color;
 void main() {
-  gl_Position = vec4(position.xy, position.z * z_from_depth.x + z_from_depth.y, 1.0);
-  line_color = rgb;
+  gl_Position = vec4(position, 0.0, 1.0);
+  line_color = rgba;
 }
 )";
   return text;
@@ -144,8 +143,8 @@ void main() {
 const std::string& LineFragmentShader() {
   static const std::string text = R"(#version 430 core
 layout(location = 0) out vec4 color;
-flat in vec3 line_color;
-void main() { color = vec4(line_color, 1.0); }
+flat in vec4 line_color;
+void main() { color = line_color; }
 )";
   return text;
 }

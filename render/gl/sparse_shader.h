@@ -44,7 +44,7 @@ constexpr int kMaxRecordCameras = 1 << 16;
 std::string SparseVertexShader(const SparseVariant& variant);
 std::string SparseFragmentShader(const SparseVariant& variant);
 
-// Lines over the picture: x and y in clip units, near / depth, colour.
+// Lines over the picture: x and y in clip units, colour.
 const std::string& LineVertexShader();
 const std::string& LineFragmentShader();
 

@@ -45,13 +45,7 @@ class Planner {
 
   void FromFacets() {
     const SparseGeometry& g = plan_.geometry;
-    RaySamples rays;
-    for (std::size_t v = 0; v < g.offset.size(); ++v) {
-      const float t = g.offset[v].norm();
-      rays.t.push_back(t);
-      rays.direction.push_back(t > 0 ? Eigen::Vector3f(g.offset[v] / t) : Eigen::Vector3f::UnitZ());
-    }
-    rays.normal = g.normal;
+    const RaySamples rays = VertexRays(setup_, g);
     WeighSamples(setup_, visibility_, rays, for_ranges_, table_, counts_);
     plan_.samples = static_cast<int>(rays.size());
     CellSamples between;
@@ -81,11 +75,12 @@ class Planner {
     const Eigen::Vector2i size = setup_.desired.size_px;
     std::vector<Eigen::Vector3f> direction(static_cast<std::size_t>(columns * rows));
     std::vector<float> t(direction.size());
+    const auto inside = [](double x, int side) { return std::clamp(x, kInsidePx, side - kInsidePx); };
     for_ranges_(static_cast<std::size_t>(rows), 4, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y)
         for (int x = 0; x < columns; ++x)
           direction[y * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
-              (setup_.ray_from_pixel * Eigen::Vector3d(SamplePx(x, columns, size.x()), SamplePx(static_cast<int>(y), rows, size.y()), 1)).normalized().cast<float>();
+              (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()), inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1)).normalized().cast<float>();
       const std::size_t from = begin * static_cast<std::size_t>(columns), n = (end - begin) * static_cast<std::size_t>(columns);
       tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n), std::span(t).subspan(from, n));
     });

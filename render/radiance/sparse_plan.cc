@@ -87,14 +87,7 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
                 SparsePlan& plan) {
   TessellateView(setup, proxy, for_ranges, plan);
   const std::size_t n = plan.offset.size();
-  RaySamples rays;
-  rays.direction.resize(n);
-  rays.t.resize(n);
-  rays.normal = plan.normal;
-  for (std::size_t i = 0; i < n; ++i) {
-    rays.t[i] = plan.offset[i].norm();
-    rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(plan.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
-  }
+  const RaySamples rays = VertexRays(setup, plan);
   WeightTable table;
   plan.optimum = {};
   WeighSamples(setup, visibility, rays, for_ranges, table, plan.optimum);

@@ -76,58 +76,6 @@ RenderView DesiredView() {
                         LookAt({0.3, 0.2, 4.6}, {0.1, 0.1, 0}, -Eigen::Vector3d::UnitY()));
 }
 
-SparsePlan GridPlan(const ViewSetup& setup, const World& world) {
-  SparsePlan plan;
-  const int n = setup.settings.grid_columns, m = setup.settings.grid_rows;
-  const Similarity3& normalized = world.scene.normalized_from_world;
-  const Eigen::Vector3d on = normalized * world.proxy.vertices[0];
-  const Eigen::Vector3d normal = (normalized * world.proxy.vertices[1] - on).cross(normalized * world.proxy.vertices[2] - on);
-  const auto count = static_cast<std::size_t>(n * m);
-  plan.x_px.resize(count);
-  plan.offset.resize(count);
-  plan.alpha.resize(count);
-  std::vector<RayWeights> weights(count);
-  ParallelFor(count, 16, [&](std::size_t begin, std::size_t end) {
-    WeighScratch scratch;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Eigen::Vector2d x(static_cast<double>(static_cast<int>(i) % n) / (n - 1) * kWidth, static_cast<double>(static_cast<int>(i) / n) / (m - 1) * kHeight);
-      const Eigen::Vector3d ray = setup.ray_from_pixel * x.homogeneous();
-      const Eigen::Vector3d offset = ray * (normal.dot(on - setup.desired.centre) / normal.dot(ray));
-      plan.x_px[i] = x.cast<float>();
-      plan.offset[i] = offset.cast<float>();
-      weights[i] = Weigh(setup.sources, nullptr, offset.normalized().cast<float>(), static_cast<float>(offset.norm()), setup.settings, scratch);
-      plan.alpha[i] = weights[i].alpha;
-    }
-  });
-  const auto add = [&](std::array<int, 3> v) {
-    SparseTriangle t;
-    t.face = 0;
-    t.vertex = {v[0], v[1], v[2]};
-    t.first = static_cast<std::int32_t>(plan.camera.size());
-    for (std::size_t c = 0; c < 3; ++c) {
-      const RayWeights& w = weights[static_cast<std::size_t>(v[c])];
-      for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) {
-        auto at = static_cast<std::size_t>(t.first);
-        while (at < plan.camera.size() && plan.camera[at] != w.camera[i]) ++at;
-        if (at == plan.camera.size()) {
-          plan.camera.push_back(w.camera[i]);
-          plan.weight.push_back({0, 0, 0});
-        }
-        plan.weight[at][c] = w.weight[i];
-      }
-    }
-    t.count = static_cast<std::int32_t>(plan.camera.size()) - t.first;
-    plan.triangles.push_back(t);
-  };
-  for (int y = 0; y + 1 < m; ++y)
-    for (int x = 0; x + 1 < n; ++x) {
-      const int a = y * n + x;
-      add({a, a + 1, a + n});
-      add({a + 1, a + n + 1, a + n});
-    }
-  return plan;
-}
-
 // Layers a pixel, on average over the picture.
 double Layers(const SparsePlan& plan) {
   double sum = 0;
@@ -209,23 +157,29 @@ void main() {{
 class Drawing {
  public:
   Drawing(const World& world, const RadianceSettings& settings)
-      : world_(world), lumigraph_(world.scene, std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))) {
+      : lumigraph_(world.scene, std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
+        proxy_(world.proxy, world.scene.normalized_from_world) {
     lumigraph_.SetProxy(world.proxy);
     for (std::size_t i = 0; i < world.photos.size(); ++i) lumigraph_.Upload({static_cast<int>(i)}, world.photos[i]);
     request_.view = DesiredView();
     request_.settings = settings;
   }
   ViewSetup Setup() const { return MakeViewSetup(lumigraph_.sources(), request_.view, request_.settings); }
-  SparsePlan Plan() const { return GridPlan(Setup(), world_); }
+  const SparsePlan& Plan() {
+    PlanSparse(Setup(), proxy_, nullptr, ParallelFor, plan_);
+    return plan_;
+  }
+  // Planning, upload, drawing.
   void Frame() {
-    lumigraph_.Begin(request_, Plan(), target_);
+    lumigraph_.Begin(request_, target_);
     lumigraph_.Blend(target_, 0, kHeight);
   }
   GlTarget& target() { return target_; }
 
  private:
-  const World& world_;
   GlLumigraph lumigraph_;
+  const SparseProxy proxy_;
+  SparsePlan plan_;
   GlTarget target_;
   RenderRequest request_;
 };
@@ -252,6 +206,16 @@ int Run() {
       fmt::print("k 4, 50 views, prefilter {}, field of view {}: frame {:.2f} ms (of it planning {:.2f}), bare blending of {:.1f} layers {:.2f} ms: ratio {:.2f}\n",
                  prefilter ? "on" : "off", field_of_view ? "on" : "off", ms[0], ms[2], layers, ms[1], ms[0] / ms[1]);
     }
+  settings.field_of_view = true;
+  {
+    RadianceSettings candidates = settings, pixel = settings;
+    candidates.sampling = Sampling::kCandidates;
+    pixel.grid_columns = pixel.grid_rows = 0;
+    Drawing a(few, settings), b(few, candidates), c(few, pixel);
+    const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
+    fmt::print("k 4, 50 views: interpolated weights {:.2f} ms, candidates {:.2f} ms, all photos at every pixel {:.2f} ms: ratios 1, {:.2f}, {:.2f}\n", ms[0],
+               ms[1], ms[2], ms[1] / ms[0], ms[2] / ms[0]);
+  }
   settings.k = 5;
   Drawing a(few, settings), b(many, settings);
   const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});

@@ -157,7 +157,24 @@ void Main(bool quick) {
       if (!decimal.samples[i].weight.empty())
         worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) - static_cast<double>(truth.samples[i].weight[j])));
   fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample\n", samples, truth.correlated);
-  fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n\n", worst, decimal_samples);
+  fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n", worst, decimal_samples);
+  {
+    std::vector<Eigen::Vector3d> D;
+    for (const RenderView& v : desk.sources.views) D.push_back(v.centre - desk.view.centre);
+    const OracleLeaves<long double> leaves(base.settings.r_min_rad, base.settings.r_max_rad);
+    std::vector<double> moved(samples);
+    ParallelFor(samples, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        ExactRay ray{&D, (base.ray_from_pixel * pixels[i].homogeneous()).normalized(), 0};
+        ray.t = desk.Distance(ray.direction);
+        const auto exact = OracleOptimum<long double>(base, nullptr, random.direction[i], random.t[i], leaves, 0.0L, &ray);
+        for (std::size_t j = 0; j < exact.weight.size(); ++j)
+          moved[i] = std::max(moved[i], static_cast<double>(std::abs(exact.weight[j] - truth.samples[i].weight[j])));
+      }
+    });
+    std::sort(moved.begin(), moved.end());
+    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n", moved.back(), moved[samples / 2]);
+  }
 
   const double plain = PlainMilliseconds(base, random, quick ? 40 : 200);
   fmt::print("plain dense Cholesky in double: {:.3f} ms a sample: {:.0f} s at {}x{}, {:.0f} ms on 25x25\n\n", plain, plain * kWidth * kHeight / 1000, kWidth,
@@ -170,6 +187,19 @@ void Main(bool quick) {
     WeighOptimal(setup_for(Settings(1e-7, cutoff)), nullptr, random, table, counts);
     const Errors e = Compare(table, truth);
     fmt::print("  {:7g}  {:6.0e}   {:6.0e}\n", cutoff, e.largest, e.median);
+  }
+
+  for (const auto& [what, r_min_deg, accuracy] : std::vector<std::tuple<std::string, double, double>>{{"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
+    RadianceSettings s = Settings(accuracy, 20);
+    s.r_min_rad = r_min_deg * kRadiansPerDegree;
+    const ViewSetup setup = setup_for(s);
+    RaySamples some = random;
+    some.direction.resize(64);
+    some.t.resize(64);
+    WeightTable table;
+    OptimumCounts counts;
+    const double ms = Milliseconds([&] { WeighOptimal(setup, nullptr, some, table, counts); }, 3) / 64;
+    fmt::print("\nray by ray ({}): {:.2f} ms a sample, one thread\n", what, ms);
   }
 
   std::vector<Eigen::Vector2d> grid;

@@ -1,6 +1,7 @@
 // What sparse samples cost and lose, on a scene like the thesis's Example #1: 262 photographs of a desk from clusters on a
 // dome, a plane for a proxy. Prints tables; no figure here is a test.
-//   sparse_blend_bench [time] [psnr] [views] [--pictures DIR]      all three without an argument
+//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR]      all three tables without an argument
+// --scene takes its photographs and proxy from a scene, for psnr and --pictures.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +18,7 @@
 #include "render/radiance/sparse_plan.h"
 #include "render/renderer.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -30,6 +32,8 @@ struct World {
   Scene scene;
   Mesh proxy;
   std::vector<Photo> photos;
+  RenderView view;
+  std::vector<bool> use;   // empty: all
 };
 
 Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return LookAt(from, at, {0, -1, 0}); }
@@ -53,6 +57,21 @@ std::array<std::uint8_t, 3> Shade(const Eigen::Vector3d& o, const Eigen::Vector3
     rgb = texture(x.x() + i, x.y() - i, 5);
   }
   return rgb;
+}
+
+// A scene's photos, the middle one left out and its camera taken for the view.
+World ReadWorld(const std::string& folder) {
+  World w;
+  ProgressSink& quiet = SilentProgress();
+  w.scene = OpenScene(folder, {}, quiet);
+  w.proxy = LoadProxy(w.scene, "");
+  w.photos = LoadPhotos(w.scene, {}, quiet);
+  const std::size_t middle = w.scene.views.size() / 2;
+  w.use.assign(w.scene.views.size(), true);
+  w.use[middle] = false;
+  const View& view = w.scene.views[middle];
+  w.view = MakeRenderView(w.scene.CameraOf(view).Scaled(kWidth, kHeight), view.cam_from_world);
+  return w;
 }
 
 World MakeWorld(int views, int width) {
@@ -82,6 +101,7 @@ World MakeWorld(int views, int width) {
     w.scene.points.push_back(p);
   }
   UpdateFrameOfReference(w.scene);
+  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
   w.photos.resize(w.scene.views.size());
   ParallelFor(w.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -99,13 +119,14 @@ World MakeWorld(int views, int width) {
   return w;
 }
 
-RenderRequest Request(int k, int grid) {
+RenderRequest Request(const World& w, int k, int grid) {
   RenderRequest r;
-  r.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
+  r.view = w.view;
+  r.use = w.use;
   r.settings.k = k;
   r.settings.grid_columns = r.settings.grid_rows = grid;
   r.settings.sampling = Sampling::kInterpolated;
-  r.settings.visibility = false;
+  r.settings.visibility = w.proxy.faces.size() > 2;
   return r;
 }
 
@@ -163,7 +184,7 @@ struct Timing {
 // Frame and bare loop by turns, so that what else the machine does meets both; the ratio is the median of the pairs'.
 Timing Time(const World& w, const RenderRequest& request, int layers) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
-  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings);
+  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   const PhotoLevels levels(w.photos);
   std::vector<double> frame, plan, blend, bare, ratio;
   Timing t{};
@@ -202,7 +223,7 @@ double Psnr(const ImageF& a, const ImageF& b) {
 
 // Photos a pixel reads, on average.
 double LayersAPixel(const World& w, const RenderRequest& request) {
-  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings);
+  const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   SparsePlan plan;
   PlanSparse(setup, SparseProxy(w.proxy, w.scene.normalized_from_world), nullptr, ParallelFor, plan);
   double layers = 0, area = 0;
@@ -221,7 +242,7 @@ void TimeTable(const World& w) {
   std::printf("  field of view  epipoles  layers a pixel  frame ms  plan ms  blend ms  bare ms (layers)  ratio\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
-      RenderRequest r = Request(4, 25);
+      RenderRequest r = Request(w, 4, 25);
       r.settings.field_of_view = fov;
       r.settings.epipoles = epipoles;
       r.settings.prefilter = false;
@@ -240,7 +261,7 @@ void ViewsTable(const World& w) {
     double frame[2];
     int i = 0;
     for (const World* world : {static_cast<const World*>(&few), &w}) {
-      RenderRequest r = Request(5, 25);
+      RenderRequest r = Request(*world, 5, 25);
       r.settings.epipoles = epipoles;
       const Timing t = Time(*world, r, 5);
       frame[i++] = t.frame;
@@ -252,35 +273,50 @@ void ViewsTable(const World& w) {
 
 void PsnrTable(const World& w) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
-  RenderRequest reference = Request(4, 0);
+  RenderRequest reference = Request(w, 4, 0);
   reference.settings.epipoles = true;
   ImageF exact, exact_false;
+  exact = renderer->Render(reference);  // makes what is made once
   const double exact_ms = Milliseconds([&] { exact = renderer->Render(reference); });
   reference.show = Show::kFalseColor;
   exact_false = renderer->Render(reference);
-  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, 262 photos, field of view on\n", exact_ms);
-  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  frame ms  speed-up\n");
+  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms, w.photos.size(), w.proxy.faces.size());
+  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
       for (const int grid : {8, 16, 25, 32, 64}) {
-        RenderRequest r = Request(4, grid);
+        RenderRequest r = Request(w, 4, grid);
         r.settings.sampling = sampling;
         r.settings.epipoles = epipoles;
         std::vector<double> ms;
         ImageF image;
         for (int i = 0; i < 7; ++i) ms.push_back(Milliseconds([&] { image = renderer->Render(r); }));
+        const RenderStatistics statistics = renderer->Statistics();
         r.show = Show::kFalseColor;
         const ImageF false_color = renderer->Render(r);
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
-                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), Median(ms), exact_ms / Median(ms));
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
+                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
       }
+}
+
+// For a profiler: candidates only.
+void Repeat(const World& w) {
+  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest r = Request(w, 4, 25);
+  r.settings.sampling = Sampling::kCandidates;
+  std::vector<double> ms, plan;
+  for (int i = 0; i < 60; ++i) {
+    ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); }));
+    plan.push_back(renderer->Statistics().plan_ms);
+  }
+  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms\n", Median(ms), Median(plan));
 }
 
 void Pictures(const World& w, const std::string& folder) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
     for (const int sampling : {0, 1, 2}) {
-      RenderRequest r = Request(4, sampling == 0 ? 0 : 25);
+      RenderRequest r = Request(w, 4, sampling == 0 ? 0 : 25);
       r.settings.sampling = sampling == 2 ? Sampling::kCandidates : Sampling::kInterpolated;
       r.show = show;
       WriteImage(folder + "/" + name + "-" + (sampling == 0 ? "pixel" : sampling == 1 ? "interpolated" : "candidates") + ".png", ToRgba8(renderer->Render(r)));
@@ -294,10 +330,12 @@ int main(int argc, char** argv) {
   std::vector<std::string> what(argv + 1, argv + argc);
   const auto wanted = [&](const char* name) { return what.empty() || std::find(what.begin(), what.end(), name) != what.end(); };
   lumi::SetThreadCount(lumi::kThreads);
-  const lumi::World world = lumi::MakeWorld(262, 640);
+  const auto scene = std::find(what.begin(), what.end(), "--scene");
+  const lumi::World world = scene != what.end() && scene + 1 != what.end() ? lumi::ReadWorld(scene[1]) : lumi::MakeWorld(262, 640);
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
   if (wanted("psnr")) lumi::PsnrTable(world);
+  if (wanted("candidates")) lumi::Repeat(world);
   if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
   return 0;
 }

@@ -117,7 +117,9 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesWithEveryMeasureOn) {
       EvaluateVisibility(setup.sources, &maps, d, t, m);
       for (std::size_t j = 0; j < 24; ++j) least_visible = std::min(least_visible, static_cast<double>(m.v[j]));
     }
-    if (step == 1e-2) EXPECT_LT(least_visible, 0.01) << "no occlusion edge was crossed";
+    if (step == 1e-2) {
+      EXPECT_LT(least_visible, 0.01) << "no occlusion edge was crossed";
+    }
     largest.push_back(change);
     RecordProperty("largest_change_at_step_" + std::to_string(step), std::to_string(change));
   }

@@ -338,16 +338,20 @@ TEST_F(GlSparse, TheTessellationIsDrawnOverTheColour) {
   const ImageF color = Draw(request, plan);
   request.show = Show::kTessellation;
   const ImageF lines = Draw(request, plan);
-  int same = 0, drawn = 0;
+  int same = 0, drawn = 0, once = 0;
   for (int y = 0; y < lines.height; ++y)
     for (int x = 0; x < lines.width; ++x) {
       const bool equal = lines.At(x, y, 0) == color.At(x, y, 0) && lines.At(x, y, 1) == color.At(x, y, 1);
       (equal ? same : drawn)++;
       if (!equal) {
-        ASSERT_EQ(lines.At(x, y, 0), 1.0F);
+        // White, see-through; more of it where lines cross.
+        const float once_over = 0.35F * color.At(x, y, 0) + 0.65F;
+        ASSERT_GE(lines.At(x, y, 0), once_over - 1e-5F);
+        once += lines.At(x, y, 0) < once_over + 1e-5F;
       }
     }
   EXPECT_GT(drawn, 300);
+  EXPECT_GT(once, drawn * 3 / 4);
   EXPECT_GT(same, 20000);
 }
 
@@ -370,7 +374,6 @@ TEST_F(GlSparse, CellsWithAllPhotosGiveThePixelsPicture) {
     plan.cell_height_px = 97.0 / 5;
     for (int cell = 0; cell <= 35; ++cell) plan.first.push_back(9 * cell);
     for (int i = 0; i < 9 * 35; ++i) plan.camera.push_back(i % 9);
-    plan.f_largest.assign(35, 1.0F);
     EXPECT_GE(PsnrDb(Draw(request, plan), wanted), 110) << k;  // sums in another order
     // Each cell its own: one photo, and no other pixel sees it.
     plan.first.clear();

@@ -5,6 +5,9 @@ lumi_test(gl_weights_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_weights_test.cc
   LIBS lumi_render_gl lumi_render lumi_scene)
 lumi_test(gl_sparse_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_sparse_test.cc
   LIBS lumi_render_gl lumi_render lumi_scene)
+lumi_test(gl_hard_case_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_hard_case_test.cc
+  LIBS lumi_render_gl lumi_render lumi_scene
+  LABELS hard-case)
 lumi_test(viewer_core_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_core_test.cc
   LIBS lumi_view_core lumi_render lumi_scene nlohmann_json::nlohmann_json)
 lumi_test(viewer_window_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_window_test.cc

@@ -263,6 +263,22 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
     }
 }
 
+TEST(HardCase, AnglesThatDoNotCountAndLeavesAsWideAsTheSky) {
+  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {3, -0.3, -3}, {0, 0, 5}});
+  for (const WeightSum sum : kSums)
+    for (const double accuracy : kAccuracies)
+      for (const double alpha : {0.0, 1e-9, 0.1, 1.0, 1e9})
+        for (const double r_max_deg : {1e-6, 5.0, 60.0, 90.0}) {
+          RadianceSettings settings = Full(accuracy, sum);
+          settings.alpha = alpha;
+          settings.r_max_rad = r_max_deg * kRadiansPerDegree;
+          settings.r_min_rad = 1e-4 * settings.r_max_rad;
+          const Solved r = AtOrigin(s, {0.03, 0.02, -3}, settings);
+          EXPECT_NEAR(r.Sum(), 1, 1e-4) << alpha << " " << r_max_deg;
+          for (const double w : r.weight) EXPECT_LT(std::abs(w), 2) << alpha << " " << r_max_deg;
+        }
+}
+
 TEST(HardCase, FarFromAllPhotosNothingExplodes) {
   const Sources s = CamerasAt({{0, 0, -4}, {0.3, 0.1, -4}, {0.1, 0.4, -4}, {-0.5, 0, -4}, {-0.2, -0.4, -4}});
   for (const double accuracy : kAccuracies)
@@ -301,6 +317,8 @@ TEST(HardCase, IndefiniteSimilarityIsClipped) {
     const DenseResult one = SolveDense(S, eigen.eigenvectors().col(k), Eigen::Vector3d::Ones(), false);
     EXPECT_NEAR((one.w - eigen.eigenvectors().col(k) / eigen.eigenvalues()[k]).norm(), 0, 1e-9);
   }
+  const DenseResult other = SolveDense(S, eigen.eigenvectors().col(0), Eigen::Vector3d::Ones(), false);
+  EXPECT_NEAR((other.w * kSmallestEigenvalue - eigen.eigenvectors().col(0)).norm(), 0, 1e-9);
 }
 
 TEST(HardCase, NearlySingularSimilarityTakesMoreOnItsDiagonal) {
@@ -312,11 +330,33 @@ TEST(HardCase, NearlySingularSimilarityTakesMoreOnItsDiagonal) {
   EXPECT_NEAR(r.w.sum(), 0.5, 1e-6);
 }
 
-// Every gate is feathered: along a line of proxy points photos end, and the cutoff passes over others.
+TEST(HardCase, APhotoCrossesTheCutoffWithoutAWeight) {
+  const double deg = kRadiansPerDegree;
+  for (const double accuracy : kAccuracies) {
+    RadianceSettings settings = Full(accuracy, WeightSum::kRenormalise);
+    settings.cutoff_rad = 6 * deg;  // well within reach: y is 0.01 there
+    const auto weight = [&](double angle_deg) {
+      const double a = angle_deg * deg, b = a - 2 * deg;  // a second photo stays two degrees from the ray
+      const Sources s = CamerasAt({{0, 0, -4}, {4 * std::sin(b), 0, -4 * std::cos(b)}});
+      return AtOrigin(s, {3 * std::sin(a), 0, -3 * std::cos(a)}, settings).weight[0];
+    };
+    EXPECT_GT(std::abs(weight(5)), 1e-2);
+    double before = weight(5);
+    for (double a = 5; a < 6.1; a += 0.01) {
+      const double now = weight(a);
+      EXPECT_LT(std::abs(now - before), 0.02 * std::abs(weight(5)) + accuracy) << a;
+      before = now;
+    }
+    EXPECT_LT(std::abs(weight(5.99)), 1e-2 * std::abs(weight(5)) + 0.1 * accuracy);
+    EXPECT_EQ(weight(6.01), 0);
+  }
+}
+
+// Along a line of proxy points photos end, and the cutoff passes over others.
 TEST(HardCase, WeightsChangeInProportionToTheStep) {
   test::DeskLike desk = test::MakeDeskLike(120);
   RadianceSettings s = Full(1e-6);
-  s.cutoff_rad = 12 * kRadiansPerDegree;
+  s.cutoff_rad = 6 * kRadiansPerDegree;  // well within reach: a photo without a feather would enter with 0.01
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
   std::vector<double> largest;
   for (const double step : {1e-2, 1e-3, 1e-4}) {

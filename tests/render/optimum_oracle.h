@@ -83,10 +83,17 @@ struct OracleWeights {
   int correlated = 0;            // photos with y > 0
 };
 
-// `accuracy` of S's diagonal: `nugget` is added.
+// The geometry before it was rounded to float.
+struct ExactRay {
+  const std::vector<Eigen::Vector3d>* D = nullptr;  // photos' centres less the view's
+  Eigen::Vector3d direction;
+  double t = 0;
+};
+
+// `nugget` is added to S's diagonal. `exact`: angles are computed from this instead of the stored centres and ray.
 template <class Real>
 OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
-                                  const OracleLeaves<Real>& leaves, const Real& nugget = 0) {
+                                  const OracleLeaves<Real>& leaves, const Real& nugget = 0, const ExactRay* exact = nullptr) {
   using std::abs, std::atan2, std::sqrt;
   const RelativeSources& r = setup.sources;
   const RadianceSettings& s = setup.settings;
@@ -106,7 +113,8 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
     const Real x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
     return Real(atan2(Real(sqrt(Real(x * x + y * y + z * z))), Real(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])));
   };
-  const Real p[3] = {Real(t) * direction[0], Real(t) * direction[1], Real(t) * direction[2]};
+  Real p[3];
+  for (int c = 0; c < 3; ++c) p[c] = exact ? Real(exact->t) * Real(exact->direction[c]) : Real(t) * Real(direction[c]);
   Photo view{};
   const Real back[3] = {-p[0], -p[1], -p[2]};
   unit(back, view.u);
@@ -119,7 +127,9 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
     photo.fv = Real(m.f[j]) * Real(m.v[j]);
     photo.f = additive ? Real(r.enabled[j]) : photo.fv;
     if (photo.f == 0) continue;
-    const Real to[3] = {Real(r.dx[j]) - p[0], Real(r.dy[j]) - p[1], Real(r.dz[j]) - p[2]};
+    Real to[3] = {Real(r.dx[j]) - p[0], Real(r.dy[j]) - p[1], Real(r.dz[j]) - p[2]};
+    if (exact)
+      for (int c = 0; c < 3; ++c) to[c] = Real((*exact->D)[j][c]) - p[c];
     unit(to, photo.u);
     photo.res = s.resolution != Resolution::kOff ? Real(m.r[j]) : Real(1);
     photo.tau = s.time ? Real(m.tau[j]) : Real(0);

@@ -13,6 +13,7 @@
 #include "render/radiance/optimum/duplicates.h"
 #include "render/radiance/optimum/keep_largest.h"
 #include "render/radiance/reconstruct.h"
+#include "render/visibility_maps.h"
 
 namespace lumi {
 namespace {
@@ -49,13 +50,16 @@ double WeightOf(const WeightTable& t, std::size_t i, int camera) {
   return 0;
 }
 
-// Largest error over `count` samples of a desk-like scene; times where `times` is set.
-double WorstError(const RadianceSettings& s, int photos, int count, bool times = false) {
+// Largest error over `count` samples of a desk-like scene, random ones or blocks of 4x4 pixels; times where `times` is set.
+double WorstError(const RadianceSettings& s, int photos, int count, bool times = false, bool neighbours = false) {
   test::DeskLike desk = test::MakeDeskLike(photos);
   if (times)
     for (std::size_t j = 0; j < desk.sources.views.size(); ++j) desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
-  const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(count, 3));
+  std::vector<Eigen::Vector2d> pixels = RandomPixels(count, 3);
+  if (neighbours)
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
+  const RaySamples rays = test::RaysThrough(desk, setup, pixels);
   WeightTable table;
   OptimumCounts counts;
   WeighOptimal(setup, nullptr, rays, table, counts);
@@ -86,6 +90,11 @@ TEST(Optimum, SolvesTheFullSystemToTheWantedAccuracy) {
     s.accuracy = 1e-9;  // Cholesky; weights are stored in float
     EXPECT_LT(WorstError(s, 100, 10), 1.2e-7) << Name(sum);
   }
+}
+
+TEST(Optimum, SolvesItForNeighbouringPixels) {
+  EXPECT_LT(WorstError(Full(1e-3), 200, 64, false, true), 1e-3);
+  EXPECT_LT(WorstError(Full(1e-6), 200, 64, false, true), 1e-6);
 }
 
 TEST(Optimum, SolvesItWithEveryMeasure) {
@@ -184,6 +193,36 @@ TEST(Optimum, LeftOutPhotosAreLeftOut) {
     EXPECT_GT(table.camera.size(), 0u);
     for (const std::int32_t c : table.camera) EXPECT_TRUE(use[static_cast<std::size_t>(c)]);
   }
+}
+
+TEST(Optimum, BlockedPhotosCountLess) {
+  const test::Capture c = test::MakeCapture(14, 40);
+  const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
+  const Sources sources = MakeSources(c.scene);
+  RadianceSettings s = Full(1e-6);
+  s.r_max_rad = 12 * kRadiansPerDegree;
+  const ViewSetup setup = MakeViewSetup(sources, view, s);
+  const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
+  const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
+  RaySamples rays;
+  for (double y = 0.5; y < 30; y += 3)
+    for (double x = 0.5; x < 40; x += 3) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
+  rays.t.resize(rays.size());
+  tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
+  WeightTable seen, all;
+  OptimumCounts counts;
+  WeighOptimal(setup, &maps, rays, seen, counts);
+  WeighOptimal(setup, nullptr, rays, all, counts);
+  const test::OracleLeaves<long double> leaves(s.r_min_rad, s.r_max_rad);
+  int different = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!std::isfinite(rays.t[i])) continue;
+    EXPECT_LT(test::LargestError(seen, i, test::OracleOptimum<long double>(setup, &maps, rays.direction[i], rays.t[i], leaves)), 1e-6);
+    bool differs = false;
+    for (int j = 0; j < 14; ++j) differs |= std::abs(WeightOf(seen, i, j) - WeightOf(all, i, j)) > 0.01;
+    different += differs;
+  }
+  EXPECT_GT(different, 3);
 }
 
 TEST(Optimum, PixelsArePlannedWithIt) {

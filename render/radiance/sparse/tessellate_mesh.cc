@@ -7,6 +7,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "render/radiance/sparse/hidden.h"
 #include "render/radiance/sparse/tessellate.h"
 
 namespace lumi {
@@ -166,9 +167,10 @@ class MeshCutter {
 
 }  // namespace
 
-void TessellateMesh(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges&, SparseGeometry& out) {
+void TessellateMesh(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges, SparseGeometry& out) {
   MeshCutter cutter(setup, proxy, out);
   for (std::size_t f = 0; f < proxy.faces().size(); ++f) cutter.Add(f);
+  DropHidden(setup, for_ranges, out);
 }
 
 }  // namespace lumi

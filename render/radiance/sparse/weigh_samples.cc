@@ -26,6 +26,23 @@ void SortByCamera(WeightTable& table) {
 
 }  // namespace
 
+RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
+  const std::size_t n = geometry.offset.size();
+  const Eigen::Vector2d low(kInsidePx, kInsidePx), high = setup.desired.size_px.cast<double>() - low;
+  RaySamples rays;
+  rays.direction.resize(n);
+  rays.t.resize(n);
+  rays.normal = geometry.normal;
+  for (std::size_t i = 0; i < n; ++i) {
+    rays.t[i] = geometry.offset[i].norm();
+    rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(geometry.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
+    const Eigen::Vector2d x = geometry.x_px[i].cast<double>(), inside = x.cwiseMax(low).cwiseMin(high);
+    // A fine mesh's vertices outside the view stay there.
+    if (x != inside && (x - inside).cwiseAbs().maxCoeff() <= kInsidePx) rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
+  }
+  return rays;
+}
+
 void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, const ForRanges& for_ranges,
                   WeightTable& table, OptimumCounts& counts) {
   const std::size_t chunks = (rays.size() + kChunk - 1) / kChunk;
