@@ -18,7 +18,10 @@ constexpr double kNearlyFull = 0.85;
 }  // namespace
 
 FramePainter::FramePainter(GlLumigraph& lumigraph, const PainterOptions& options)
-    : lumigraph_(lumigraph), options_(options), moving_rate_(GlIsSoftware() ? kSoftwarePixelsPerMs : kHardwarePixelsPerMs), refining_rate_(moving_rate_) {}
+    : lumigraph_(lumigraph),
+      options_(options),
+      moving_rate_(GlIsSoftware() ? kSoftwarePixelsPerMs : kHardwarePixelsPerMs),
+      refining_rate_(moving_rate_) {}
 
 Eigen::Vector2i FramePainter::PreviewSize(const Eigen::Vector2i& full) const {
   const double scale = std::sqrt(options_.moving_ms * moving_rate_ / (static_cast<double>(full.x()) * full.y()));

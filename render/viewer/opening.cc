@@ -44,7 +44,8 @@ void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decid
   }
 }
 
-void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings) {
+void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided,
+                     RadianceSettings& settings) {
   if (list == "auto") return ApplyEffects(choice, decided, settings);
   std::set<std::string> wanted;
   std::istringstream in(list == "none" ? "" : list);
@@ -64,7 +65,8 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   open.rescale_cameras = options.rescale_cameras;
   o.scene = OpenScene(options.scene, open, progress);
   if (o.scene.views.empty()) throw DataError("the scene has no photos", "", options.scene);
-  if (o.scene.frame != Frame::kMetric) throw DataError("the viewer shows metric scenes, this one is " + std::string(Name(o.scene.frame)), "", options.scene);
+  if (o.scene.frame != Frame::kMetric)
+    throw DataError("the viewer shows metric scenes, this one is " + std::string(Name(o.scene.frame)), "", options.scene);
   if (!options.view.empty()) FindView(o.scene, options.view);
   if (!options.path.empty()) o.path = ReadCameraPath(options.path, PathDetail::kKeyframes);
   std::string name = options.proxy.empty() ? o.scene.active_proxy : options.proxy;
@@ -75,7 +77,8 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
   RadianceSettings settings = options.settings;
   settings.period_s = o.scene.period_s.value_or(0);
-  o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {}, settings, {}, 1.0);
+  o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {},
+                            settings, {}, 1.0);
   return o;
 }
 

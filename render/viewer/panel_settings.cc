@@ -75,7 +75,8 @@ void Weights(RadianceSettings& s) {
   {
     const Row row(s, "k");
     int k = s.k == 0 ? kMaxBlend + 1 : s.k;
-    if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp)) s.k = k > kMaxBlend ? 0 : k;
+    if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp))
+      s.k = k > kMaxBlend ? 0 : k;
   }
   Choice(s, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
   Slider(s, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
@@ -88,7 +89,8 @@ void Weights(RadianceSettings& s) {
     const Row row(s, "accuracy");
     constexpr int kFinest = -8, kCoarsest = -1;
     int exponent = std::clamp(static_cast<int>(std::lround(std::log10(s.accuracy))), kFinest, kCoarsest);
-    if (ImGui::SliderInt("accuracy", &exponent, kFinest, kCoarsest, "1e%d", ImGuiSliderFlags_AlwaysClamp)) s.accuracy = std::pow(10.0, exponent);
+    if (ImGui::SliderInt("accuracy", &exponent, kFinest, kCoarsest, "1e%d", ImGuiSliderFlags_AlwaysClamp))
+      s.accuracy = std::pow(10.0, exponent);
   }
 }
 
@@ -160,11 +162,13 @@ void Time(const PanelFacts& facts, ViewerSettings& settings) {
   ImGui::BeginDisabled(!s.time);
   if (facts.period_s > 0) {
     auto phase = static_cast<float>(s.time_s / facts.period_s - std::floor(s.time_s / facts.period_s));
-    if (ImGui::SliderFloat("phase", &phase, 0, 1, "%.3f", ImGuiSliderFlags_AlwaysClamp)) s.time_s = static_cast<double>(phase) * facts.period_s;
+    if (ImGui::SliderFloat("phase", &phase, 0, 1, "%.3f", ImGuiSliderFlags_AlwaysClamp))
+      s.time_s = static_cast<double>(phase) * facts.period_s;
     Tooltip(fmt::format("Of the scene's period of {:.3f} s", facts.period_s));
   } else {
     auto t = static_cast<float>(s.time_s);
-    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s", ImGuiSliderFlags_AlwaysClamp))
+    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s",
+                           ImGuiSliderFlags_AlwaysClamp))
       s.time_s = static_cast<double>(t);
   }
   if (ImGui::Button(settings.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) settings.play_time = !settings.play_time;
@@ -194,7 +198,9 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::BeginDisabled(facts.measuring || facts.recording || facts.nearest_photo < 0);
   wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
   ImGui::EndDisabled();
-  Tooltip("Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all pixels, a hole is black).");
+  Tooltip(
+      "Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all "
+      "pixels, a hole is black).");
   constexpr std::size_t kLines = 3;
   const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
   for (std::size_t i = facts.errors.size(); i-- > first;) {

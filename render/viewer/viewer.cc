@@ -63,7 +63,6 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   facts_.period_s = s.period_s;
   if (!times.empty() && decided_.count("time-s") == 0) s.time_s = facts_.times.first;
   ApplyEffectList(options.effects, effects_, decided_, s);
-  exposures_wanted_ = options.effects == "auto" || s.exposure;
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
   loader_.SetFocus(home_.cam_from_world);
@@ -103,7 +102,8 @@ bool Viewer::Paint() {
     const RenderRequest request = Request(size_px_, wanted);
     const bool moved = !drawn_ || drawn_->view.P != request.view.P;
     const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
-    const RadianceSettings quick = motion_.active() ? motion_.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted) : wanted;
+    const RadianceSettings quick =
+        motion_.active() ? motion_.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted) : wanted;
     try {
       painter_.Paint(request, Request(painter_.PreviewSize(size_px_), quick), changed, may_refine);
     } catch (const UsageError& e) {
@@ -135,7 +135,8 @@ bool Viewer::Paint() {
 void Viewer::KeepBudget() {
   if (settings_.budget_ms > 0) {
     if (settings_.budget_ms != motion_.budget_ms())
-      motion_.Begin(settings_.budget_ms, scene_.folder, {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()}, settings_.radiance);
+      motion_.Begin(settings_.budget_ms, scene_.folder, {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()},
+                    settings_.radiance);
   } else if (motion_.active()) {
     motion_.End();
     motion_probe_.Cancel();
@@ -157,7 +158,8 @@ void Viewer::StepBudgetProbe() {
     motion_probe_warm_ = false;
     return motion_.Probed(std::nullopt);
   }
-  if (motion_probe_warm_) motion_.Probed(motion_probe_.picture_ms() * static_cast<double>(size_px_.prod()) / static_cast<double>(size.prod()));
+  if (motion_probe_warm_)
+    motion_.Probed(motion_probe_.picture_ms() * static_cast<double>(size_px_.prod()) / static_cast<double>(size.prod()));
   motion_probe_warm_ = !motion_probe_warm_;
 }
 
@@ -232,7 +234,8 @@ void Viewer::TakePhotos() {
 
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || proxy_loading_.valid()) return;
-  proxy_loading_ = std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
+  proxy_loading_ =
+      std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
 }
 
 void Viewer::TakeProxy() {
@@ -486,13 +489,17 @@ nlohmann::json Viewer::Run() {
       // Smoothed over pictures of the same settings.
       const bool others = !(cost_settings_ == accepted_);
       cost_settings_ = accepted_;
-      facts_.picture_ms = facts_.picture_ms == 0 || others ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+      facts_.picture_ms = facts_.picture_ms == 0 || others ? painter_.picture_ms()
+                                                           : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
     }
     facts_.complete = painter_.complete();
     facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
     window_.BeginUi();
     if (options_.show_ui) {
-      Grant(DrawPanel(facts_, settings_));
+      const bool exposure = settings_.radiance.exposure;
+      const PanelWishes wishes = DrawPanel(facts_, settings_);
+      if (settings_.radiance.exposure != exposure) decided_.insert("exposure");  // before the photos' own word came
+      Grant(wishes);
       if (window_.Dragging() && drag_pivot_)
         if (const auto x = Project(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()).P, *drag_pivot_))
           DrawPivot(x->x(), x->y(), 1.0);

@@ -239,7 +239,9 @@ TEST(SettingRules, AnOptionSaysWhyItHasNoEffect) {
 // Frame times are simulated: what a setting costs on some machine, times a load that changes.
 class Budget : public testing::Test {
  protected:
-  static double Cost(const RadianceSettings& s) { return !s.Sparse() ? 90 : s.sampling == Sampling::kInterpolated ? 8.0 * s.k : 14.0 + 3.0 * s.k; }
+  static double Cost(const RadianceSettings& s) {
+    return !s.Sparse() ? 90 : s.sampling == Sampling::kInterpolated ? 8.0 * s.k : 14.0 + 3.0 * s.k;
+  }
   static void ProbeAll(MotionBudget& budget) {
     while (const RadianceSettings* s = budget.ToProbe()) budget.Probed(Cost(*s));
   }
@@ -280,7 +282,8 @@ TEST_F(Budget, AMovingCameraGetsWhatFitsAndARestingOneTheUsersSettings) {
 TEST_F(Budget, WhatTheBackendRefusesIsPassedOver) {
   MotionBudget budget;
   budget.Begin(40, "/nonexistent", nowhere_, {});
-  while (const RadianceSettings* s = budget.ToProbe()) budget.Probed(s->sampling == Sampling::kInterpolated ? std::nullopt : std::optional(Cost(*s)));
+  while (const RadianceSettings* s = budget.ToProbe())
+    budget.Probed(s->sampling == Sampling::kInterpolated ? std::nullopt : std::optional(Cost(*s)));
   for (int i = 0; i < 20; ++i) {
     const RadianceSettings s = budget.Next(0.04 * i, true, {});
     EXPECT_EQ(s.sampling, Sampling::kCandidates);
