@@ -109,7 +109,8 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
   std::vector<std::size_t> order(n);
   if (is_video) {
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return *scene.views[a].frame_index < *scene.views[b].frame_index; });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return *scene.views[a].frame_index < *scene.views[b].frame_index; });
   } else {
     order = ShortWalk(centres);
   }
@@ -205,7 +206,8 @@ std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int hei
 static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& file) {
   CameraPath path;
   if (j.at("version").get<int>() > kVersion)
-    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) + "; this program reads up to " + std::to_string(kVersion));
+    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) + "; this program reads up to " +
+                               std::to_string(kVersion));
   path.fps = j.value("fps", 30.0);
   path.width_px = j.value("width", 0);
   path.height_px = j.value("height", 0);
@@ -215,7 +217,8 @@ static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& 
     const auto q = k.at("cam_from_world_xyzw").get<std::array<double, 4>>();
     key.cam_from_world.rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
     const double norm = key.cam_from_world.rotation.norm();
-    if (!(norm > 1e-9) || !std::isfinite(norm)) throw InputError(file, "key " + std::to_string(path.keys.size()) + ": the rotation is zero");
+    if (!(norm > 1e-9) || !std::isfinite(norm))
+      throw InputError(file, "key " + std::to_string(path.keys.size()) + ": the rotation is zero");
     key.cam_from_world.rotation.normalize();
     key.cam_from_world.translation = -(key.cam_from_world.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
     key.vertical_fov_rad = k.at("vertical_fov_deg").get<double>() * kRadPerDeg;
@@ -245,7 +248,8 @@ CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) 
     const PathKey& key = path.keys[i];
     if (!key.cam_from_world.translation.allFinite() || !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < kMaxFov_rad) ||
         !std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
-      throw InputError(file, "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, all numbers be finite");
+      throw InputError(file,
+                       "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, all numbers be finite");
   }
   if (!(path.fps > 0 && path.fps <= 1000)) throw InputError(file, "fps must lie in (0, 1000]");
   if (path.width_px < 0 || path.height_px < 0 || path.width_px > 32768 || path.height_px > 32768)

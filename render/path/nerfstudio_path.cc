@@ -38,7 +38,8 @@ Rigid3 CamFromWorld(const Json& matrix, const std::filesystem::path& file, const
     c[row] = m[static_cast<std::size_t>(4 * row + 3)];
   }
   const bool affine = m.size() == 12 || (m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1);
-  if (!affine || !R.allFinite() || !c.allFinite() || !((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRigid) || R.determinant() < 0)
+  if (!affine || !R.allFinite() || !c.allFinite() || !((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRigid) ||
+      R.determinant() < 0)
     throw InputError(file, fmt::format("{}: camera_to_world is no rotation and position, row by row", where));
   Rigid3 cam;
   cam.rotation = Eigen::Quaterniond(Eigen::Matrix3d((R * kFlip.asDiagonal()).transpose())).normalized();
@@ -64,7 +65,9 @@ PathKey Key(const Json& entry, const char* matrix, const std::filesystem::path& 
 }
 
 // Numbers that may be missing or null.
-double Or(const Json& j, const char* name, double otherwise) { return j.contains(name) && j[name].is_number() ? j[name].get<double>() : otherwise; }
+double Or(const Json& j, const char* name, double otherwise) {
+  return j.contains(name) && j[name].is_number() ? j[name].get<double>() : otherwise;
+}
 
 // Older viewers kept keyframes as text, without times.
 bool HasTimedKeyframes(const Json& j) {

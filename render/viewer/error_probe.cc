@@ -29,7 +29,8 @@ void ErrorProbe::Start(ViewId view, const RadianceSettings& settings) {
   result_.photo = v.name;
   result_.settings = settings;
   if (v.time_s) result_.settings.time_s = *v.time_s;
-  result_.size_px = {std::max(1, static_cast<int>(std::lround(camera.width_px * scale))), std::max(1, static_cast<int>(std::lround(camera.height_px * scale)))};
+  result_.size_px = {std::max(1, static_cast<int>(std::lround(camera.width_px * scale))),
+                     std::max(1, static_cast<int>(std::lround(camera.height_px * scale)))};
   reading_ = std::async(std::launch::async, [file = scene_.ImagePath(v), size = result_.size_px] {
     Image8 photo = ReadImage8(file, 3);
     return photo.width == size.x() && photo.height == size.y() ? photo : Resize(photo, size.x(), size.y());

@@ -13,6 +13,9 @@ struct PainterOptions {
   double min_scale = 0.125;  // of the window's side
 };
 
+// Interpolated samples are triangles: each strip would pay for all of them, so their picture is drawn in one go.
+inline bool InOneGo(const RadianceSettings& s) { return s.Sparse() && s.sampling == Sampling::kInterpolated; }
+
 class FramePainter {
  public:
   // Must outlive the painter. The current context's thread.
@@ -34,21 +37,23 @@ class FramePainter {
   bool empty() const { return shown_ == nullptr; }
   const GlTarget& shown() const { return *shown_; }
   const Eigen::Vector2i& shown_size_px() const { return shown_size_px_; }
+  // Of the preview that the last call drew, and 0 where it drew none: what it takes, at the full size.
+  double preview_ms() const { return preview_ms_; }
   double picture_ms() const { return picture_ms_; }        // of the last picture, in one go or in strips
   bool painted() const { return painted_; }                // the last call drew something
 
  private:
-  double Timed(const RenderRequest& request, GlTarget& target, int first_row, int last_row, bool begin);
+  double Timed(const RenderRequest& request, GlTarget& target, int first_row, int last_row, bool begin, double& rate);
 
   GlLumigraph& lumigraph_;
   PainterOptions options_;
   GlTarget preview_, full_;
   const GlTarget* shown_ = nullptr;
   Eigen::Vector2i shown_size_px_ = Eigen::Vector2i::Zero();
-  double pixels_per_ms_;
+  double moving_rate_, refining_rate_;  // pixels a millisecond: the two may be drawn by different settings
   int refined_rows_ = 0;
   bool complete_ = false, painted_ = false, begun_ = false;
-  double picture_ms_ = 0, refining_ms_ = 0;
+  double picture_ms_ = 0, refining_ms_ = 0, preview_ms_ = 0;
 };
 
 }  // namespace lumi

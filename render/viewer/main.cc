@@ -16,9 +16,14 @@ int main(int argc, char** argv) {
   app.add_option("--view", o.view, "Start at this photo's camera: name, or position from 0; default: the middle photo");
   app.add_option("--width", o.width_px, "Of the window, pixels")->check(CLI::Range(64, 16384))->capture_default_str();
   app.add_option("--height", o.height_px, "Of the window, pixels")->check(CLI::Range(64, 16384))->capture_default_str();
-  app.add_option("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this")->check(CLI::Range(16, 1 << 20))->capture_default_str();
-  app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
-  app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")->check(CLI::Range(1.0, 1e4));
+  app.add_option("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this")
+      ->check(CLI::Range(16, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--effects", o.effects,
+                 "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
+      ->capture_default_str();
+  app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")
+      ->check(CLI::Range(1.0, 1e4));
   app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's");
   app.add_option("--screenshot", o.screenshot, "When all is loaded, write this picture and end");
   app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");

@@ -28,11 +28,11 @@ int FindView(const Scene& scene, const std::string& name) {
                    fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name, scene.views.size() - 1));
 }
 
-PreparedProxy PrepareProxy(const Scene& scene, const std::string& name) {
+PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name) {
   PreparedProxy p;
   p.name = name;
   p.mesh = LoadProxy(scene, name);
-  p.visibility = ProxyVisibility(MakeSources(scene), p.mesh);
+  p.visibility = ProxyVisibility(sources, p.mesh);
   return p;
 }
 
@@ -44,7 +44,8 @@ void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decid
   }
 }
 
-void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings) {
+void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided,
+                     RadianceSettings& settings) {
   if (list == "auto") return ApplyEffects(choice, decided, settings);
   std::set<std::string> wanted;
   std::istringstream in(list == "none" ? "" : list);
@@ -64,18 +65,20 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   open.rescale_cameras = options.rescale_cameras;
   o.scene = OpenScene(options.scene, open, progress);
   if (o.scene.views.empty()) throw DataError("the scene has no photos", "", options.scene);
-  if (o.scene.frame != Frame::kMetric) throw DataError("the viewer shows metric scenes, this one is " + std::string(Name(o.scene.frame)), "", options.scene);
+  if (o.scene.frame != Frame::kMetric)
+    throw DataError("the viewer shows metric scenes, this one is " + std::string(Name(o.scene.frame)), "", options.scene);
   if (!options.view.empty()) FindView(o.scene, options.view);
   if (!options.path.empty()) o.path = ReadCameraPath(options.path, PathDetail::kKeyframes);
   std::string name = options.proxy.empty() ? o.scene.active_proxy : options.proxy;
   // A workspace that is not ours has no active proxy: any one shows more than none.
   if (const auto names = ListProxies(o.scene.folder); name.empty() && !names.empty()) name = names.front();
   progress.Report("preparing the proxy", 0, 0, 0, -1);
-  o.proxy = PrepareProxy(o.scene, name);
+  o.proxy = PrepareProxy(o.scene, MakeSources(o.scene), name);
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
   RadianceSettings settings = options.settings;
   settings.period_s = o.scene.period_s.value_or(0);
-  o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {}, settings, {}, 1.0);
+  o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {},
+                            settings, {}, 1.0);
   return o;
 }
 

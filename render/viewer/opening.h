@@ -8,6 +8,7 @@
 
 #include "render/effects/effects.h"
 #include "render/path/camera_path.h"
+#include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
 #include "render/viewer/viewer.h"
 #include "scene/geometry/mesh.h"
@@ -54,7 +55,7 @@ struct PreparedProxy {
   Mesh mesh;
   VisibilityMaps visibility;
 };
-PreparedProxy PrepareProxy(const Scene& scene, const std::string& name);
+PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name);
 
 struct Opened {
   Scene scene;

@@ -71,8 +71,10 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
     ImGui::EndCombo();
   }
   Tooltip(facts.proxy_loading ? "loading the proxy ..." : fmt::format("{} faces", facts.faces));
-  constexpr std::pair<Show, const char*> kShows[] = {{Show::kColor, "colours"}, {Show::kFalseColor, "false"}, {Show::kTessellation, "samples"}};
-  constexpr const char* kHelp[] = {"As the photos are", "One colour a photo, blended with the same weights", "The sparse samples' triangles or cells over the picture"};
+  constexpr std::pair<Show, const char*> kShows[] = {
+      {Show::kColor, "colours"}, {Show::kFalseColor, "false"}, {Show::kTessellation, "samples"}};
+  constexpr const char* kHelp[] = {"As the photos are", "One colour a photo, blended with the same weights",
+                                   "The sparse samples' triangles or cells over the picture"};
   for (std::size_t i = 0; i < std::size(kShows); ++i) {
     if (i > 0) ImGui::SameLine();
     const bool applies = kShows[i].first != Show::kTessellation || settings.radiance.Sparse();
@@ -96,7 +98,8 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
 }  // namespace
 
 const std::vector<std::string>& PanelGroups() {
-  static const std::vector<std::string> names = {"scene", "cost and error", "weights", "samples", "effects", "time", "camera path", "recording"};
+  static const std::vector<std::string> names = {"scene",   "cost and error", "weights",     "samples",
+                                                 "effects", "time",           "camera path", "recording"};
   return names;
 }
 

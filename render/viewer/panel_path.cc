@@ -57,11 +57,13 @@ void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
 void Playback(const PanelFacts& facts, PanelWishes& wishes) {
   const CameraPath& path = facts.path;
   ImGui::BeginDisabled(path.keys.size() < 2);
-  if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0})) wishes.path = facts.playing ? PathWish::kStop : PathWish::kPlay;
+  if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0}))
+    wishes.path = facts.playing ? PathWish::kStop : PathWish::kPlay;
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   auto t = static_cast<float>(facts.play_s);
-  if (ImGui::SliderFloat("##scrub", &t, 0, static_cast<float>(std::max(Duration(path), 0.01)), "%.2f s", ImGuiSliderFlags_AlwaysClamp)) wishes.scrub_s = static_cast<double>(t);
+  if (ImGui::SliderFloat("##scrub", &t, 0, static_cast<float>(std::max(Duration(path), 0.01)), "%.2f s", ImGuiSliderFlags_AlwaysClamp))
+    wishes.scrub_s = static_cast<double>(t);
   double seconds = Duration(path);
   if (ImGui::InputDouble("seconds", &seconds, 0, 0, "%.2f", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_seconds = seconds;
   ImGui::EndDisabled();

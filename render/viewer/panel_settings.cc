@@ -75,7 +75,8 @@ void Weights(RadianceSettings& s) {
   {
     const Row row(s, "k");
     int k = s.k == 0 ? kMaxBlend + 1 : s.k;
-    if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp)) s.k = k > kMaxBlend ? 0 : k;
+    if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp))
+      s.k = k > kMaxBlend ? 0 : k;
   }
   Choice(s, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
   Slider(s, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
@@ -84,6 +85,13 @@ void Weights(RadianceSettings& s) {
   Choice(s, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
   Choice(s, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
   Slider(s, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
+  {
+    const Row row(s, "accuracy");
+    constexpr int kFinest = -8, kCoarsest = -1;
+    int exponent = std::clamp(static_cast<int>(std::lround(std::log10(s.accuracy))), kFinest, kCoarsest);
+    if (ImGui::SliderInt("accuracy", &exponent, kFinest, kCoarsest, "1e%d", ImGuiSliderFlags_AlwaysClamp))
+      s.accuracy = std::pow(10.0, exponent);
+  }
 }
 
 void Samples(RadianceSettings& s) {
@@ -154,11 +162,13 @@ void Time(const PanelFacts& facts, ViewerSettings& settings) {
   ImGui::BeginDisabled(!s.time);
   if (facts.period_s > 0) {
     auto phase = static_cast<float>(s.time_s / facts.period_s - std::floor(s.time_s / facts.period_s));
-    if (ImGui::SliderFloat("phase", &phase, 0, 1, "%.3f", ImGuiSliderFlags_AlwaysClamp)) s.time_s = static_cast<double>(phase) * facts.period_s;
+    if (ImGui::SliderFloat("phase", &phase, 0, 1, "%.3f", ImGuiSliderFlags_AlwaysClamp))
+      s.time_s = static_cast<double>(phase) * facts.period_s;
     Tooltip(fmt::format("Of the scene's period of {:.3f} s", facts.period_s));
   } else {
     auto t = static_cast<float>(s.time_s);
-    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s", ImGuiSliderFlags_AlwaysClamp))
+    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s",
+                           ImGuiSliderFlags_AlwaysClamp))
       s.time_s = static_cast<double>(t);
   }
   if (ImGui::Button(settings.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) settings.play_time = !settings.play_time;
@@ -171,7 +181,7 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::Text("%.1f ms a picture", facts.picture_ms);
   if (facts.plan_ms > 0) {
     ImGui::SameLine();
-    Dim(fmt::format("{:.1f} processor, {:.1f} graphics", facts.plan_ms, std::max(0.0, facts.picture_ms - facts.plan_ms)));
+    Dim(fmt::format("CPU {:.1f}, GPU {:.1f}", facts.plan_ms, std::max(0.0, facts.picture_ms - facts.plan_ms)));
   }
   bool held = settings.budget_ms > 0;
   constexpr double kUsualBudget = 33;
@@ -188,8 +198,10 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::BeginDisabled(facts.measuring || facts.recording || facts.nearest_photo < 0);
   wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
   ImGui::EndDisabled();
-  Tooltip("Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all pixels, a hole is black).");
-  constexpr std::size_t kLines = 4;
+  Tooltip(
+      "Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all "
+      "pixels, a hole is black).");
+  constexpr std::size_t kLines = 3;
   const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
   for (std::size_t i = facts.errors.size(); i-- > first;) {
     const MeasuredLine& e = facts.errors[i];

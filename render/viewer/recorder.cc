@@ -39,7 +39,8 @@ static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
 
 Recorder::Recorder(const fs::path& wanted, double fps) : wanted_(wanted), fps_(fps) {
   if (wanted.extension() != ".mp4") throw UsageError("a video is an .mp4, not " + wanted.filename().string(), "name it FILE.mp4");
-  if (!FindProgram("ffmpeg")) throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", wanted);
+  if (!FindProgram("ffmpeg"))
+    throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", wanted);
   thread_ = std::thread([this] { Work(); });
 }
 

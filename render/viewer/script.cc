@@ -40,7 +40,8 @@ constexpr std::array kGrammar{
     Grammar{"zoom", ScriptVerb::kZoom, Takes::kNumbers, 1, "zoom FACTOR (below 1: narrower)"},
     Grammar{"k", ScriptVerb::kK, Takes::kText, 0, "k 1..16|all"},
     Grammar{"set", ScriptVerb::kSet, Takes::kOption, 0, "set OPTION VALUE (an option of lumi-render's reconstruction, without dashes)"},
-    Grammar{"effects", ScriptVerb::kEffects, Takes::kText, 0, "effects auto|none|LIST (of fov, resolution, visibility, time, exposure, prefilter)"},
+    Grammar{"effects", ScriptVerb::kEffects, Takes::kText, 0,
+            "effects auto|none|LIST (of fov, resolution, visibility, time, exposure, prefilter)"},
     Grammar{"show", ScriptVerb::kShow, Takes::kText, 0, "show color|false-color|tessellation"},
     Grammar{"frusta", ScriptVerb::kFrusta, Takes::kOnOff, 0, "frusta on|off"},
     Grammar{"mesh", ScriptVerb::kMesh, Takes::kOnOff, 0, "mesh on|off"},
@@ -155,7 +156,8 @@ ScriptStep ParseStatement(const std::string& statement) {
       } catch (const UsageError& e) {
         problem = e.what();
       }
-      if (!problem.empty()) throw UsageError(fmt::format("the script's '{}' does not fit: {}", statement, problem), fmt::format("write: {}", g.usage));
+      if (!problem.empty())
+        throw UsageError(fmt::format("the script's '{}' does not fit: {}", statement, problem), fmt::format("write: {}", g.usage));
     }
     if (fits && step.verb == ScriptVerb::kEffects && !OneOf(step.word, {"auto", "none"})) {
       std::istringstream list(step.word);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "render/viewer/frame_painter.h"
+
 namespace lumi {
 
 void StripPainter::Start(const RenderRequest& request) {
@@ -35,7 +37,8 @@ std::optional<ImageF> StripPainter::Step(double step_ms, bool undisturbed) {
     }
     begun_ = true;
   }
-  const int wanted = step_ms <= 0 ? size.y() : std::max(4, static_cast<int>(step_ms * pixels_per_ms_ / size.x()));
+  const int wanted =
+      step_ms <= 0 || InOneGo(request_->settings) ? size.y() : std::max(4, static_cast<int>(step_ms * pixels_per_ms_ / size.x()));
   const int last = std::min(size.y(), rows_ + wanted);
   lumigraph_.Blend(target_, rows_, last);
   glFinish();

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <thread>
 
 #include "render/path/path_editing.h"
 #include "render/settings_json.h"
@@ -47,6 +48,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       effects_(opened.effects),
       decided_(options.decided),
       small_photos_(scene_.views.size()),
+      motion_probe_(lumigraph_),
       path_(opened.path),
       probe_(scene_, lumigraph_),
       script_(script.begin(), script.end()),
@@ -61,7 +63,6 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   facts_.period_s = s.period_s;
   if (!times.empty() && decided_.count("time-s") == 0) s.time_s = facts_.times.first;
   ApplyEffectList(options.effects, effects_, decided_, s);
-  exposures_wanted_ = options.effects == "auto" || s.exposure;
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
   loader_.SetFocus(home_.cam_from_world);
@@ -91,22 +92,27 @@ static bool Same(const RenderRequest& a, const RenderRequest& b) {
 }
 
 // Settings that are invalid are not tried; settings that the backend does not do keep what was drawn before.
-bool Viewer::Paint(bool moving) {
-  (void)moving;
+bool Viewer::Paint() {
   const std::string problem = Validate(settings_.radiance);
   const bool usable = problem.empty() && !(refused_ && *refused_ == settings_.radiance);
-  if (problem.empty() && usable) refused_.reset();
+  if (usable) refused_.reset();
   facts_.problem = !problem.empty() ? problem : refused_ ? refusal_ : "";
+  const bool may_refine = !Loading() && !path_recording_ && !probe_.drawing();
   for (RadianceSettings wanted = usable ? settings_.radiance : accepted_;;) {
     const RenderRequest request = Request(size_px_, wanted);
+    const bool moved = !drawn_ || drawn_->view.P != request.view.P;
     const bool changed = !drawn_ || !Same(*drawn_, request) || drawn_generation_ != generation_;
+    const RadianceSettings quick =
+        motion_.active() ? motion_.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted) : wanted;
     try {
-      painter_.Paint(request, Request(painter_.PreviewSize(size_px_), wanted), changed, !Loading() && !path_recording_ && !probe_.drawing());
-      accepted_ = wanted;
-      drawn_ = request;
-      drawn_generation_ = generation_;
-      return changed;
+      painter_.Paint(request, Request(painter_.PreviewSize(size_px_), quick), changed, may_refine);
     } catch (const UsageError& e) {
+      if (!(quick == wanted)) {
+        motion_.End();
+        settings_.budget_ms = 0;
+        Say(e.what());
+        continue;
+      }
       // Not even what was drawn before: the defaults are what every backend does.
       if (wanted == RadianceSettings{}) throw;
       refusal_ = e.what();
@@ -115,8 +121,46 @@ bool Viewer::Paint(bool moving) {
       if (wanted == accepted_ || painter_.empty()) accepted_ = {};
       if (wanted == settings_.radiance) refused_ = wanted;
       wanted = accepted_;
+      continue;
     }
+    if (painter_.preview_ms() > 0) motion_.Measured(painter_.preview_ms());
+    accepted_ = wanted;
+    drawn_ = request;
+    drawn_generation_ = generation_;
+    return changed;
   }
+}
+
+// Begins to hold a frame time, or ends it, as the settings say.
+void Viewer::KeepBudget() {
+  if (settings_.budget_ms > 0) {
+    if (settings_.budget_ms != motion_.budget_ms())
+      motion_.Begin(settings_.budget_ms, scene_.folder, {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()},
+                    settings_.radiance);
+  } else if (motion_.active()) {
+    motion_.End();
+    motion_probe_.Cancel();
+  }
+  painter_.SetMovingTime(motion_.active() ? motion_.budget_ms() : PainterOptions{}.moving_ms);
+  facts_.budget_now = motion_.ToProbe() != nullptr ? "measuring what settings cost ..." : motion_.name();
+}
+
+// One setting after another at the moving picture's size, twice each: the first pays for its shaders.
+void Viewer::StepBudgetProbe() {
+  const RadianceSettings* wanted = motion_.ToProbe();
+  if (wanted == nullptr || !Settled()) return;
+  const Eigen::Vector2i size = painter_.PreviewSize(size_px_);
+  try {
+    motion_probe_.Start(Request(size, *wanted));
+    painter_.Disturbed();
+    motion_probe_.Step(0, false);
+  } catch (const UsageError&) {
+    motion_probe_warm_ = false;
+    return motion_.Probed(std::nullopt);
+  }
+  if (motion_probe_warm_)
+    motion_.Probed(motion_probe_.picture_ms() * static_cast<double>(size_px_.prod()) / static_cast<double>(size.prod()));
+  motion_probe_warm_ = !motion_probe_warm_;
 }
 
 void Viewer::SetProxy(PreparedProxy proxy) {
@@ -190,7 +234,8 @@ void Viewer::TakePhotos() {
 
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || proxy_loading_.valid()) return;
-  proxy_loading_ = std::async(std::launch::async, [this, name] { return PrepareProxy(scene_, name); });
+  proxy_loading_ =
+      std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
 }
 
 void Viewer::TakeProxy() {
@@ -433,18 +478,28 @@ nlohmann::json Viewer::Run() {
     moving |= Play(dt);
     if (scripted_) RunScript();
     loader_.SetFocus(navigator_.state().cam_from_world);
-    const bool changed = Paint(moving);
+    KeepBudget();
+    const bool changed = Paint();
     StepJobs();
 
     if (Clock::now() > message_until_) facts_.message.clear();
     facts_.nearest_photo = NearestView(scene_, navigator_.state());
-    if (painter_.complete() && painter_.painted())
-      facts_.picture_ms = facts_.picture_ms == 0 ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+    if (painter_.complete() && painter_.painted()) {
+      facts_.plan_ms = lumigraph_.statistics().plan_ms;
+      // Smoothed over pictures of the same settings.
+      const bool others = !(cost_settings_ == accepted_);
+      cost_settings_ = accepted_;
+      facts_.picture_ms = facts_.picture_ms == 0 || others ? painter_.picture_ms()
+                                                           : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+    }
     facts_.complete = painter_.complete();
     facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
     window_.BeginUi();
     if (options_.show_ui) {
-      Grant(DrawPanel(facts_, settings_));
+      const bool exposure = settings_.radiance.exposure;
+      const PanelWishes wishes = DrawPanel(facts_, settings_);
+      if (settings_.radiance.exposure != exposure) decided_.insert("exposure");  // before the photos' own word came
+      Grant(wishes);
       if (window_.Dragging() && drag_pivot_)
         if (const auto x = Project(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()).P, *drag_pivot_))
           DrawPivot(x->x(), x->y(), 1.0);
@@ -471,6 +526,13 @@ nlohmann::json Viewer::Run() {
       wait_s = !Settled() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
   }
 
+  // What was seen until the window closed is kept.
+  if (live_recording_) {
+    live_recording_->recorder->Finish();
+    while (!live_recording_->recorder->Ended()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    CloseRecording(*live_recording_->recorder);
+  }
+
   nlohmann::json j;
   j["frames"] = frames;
   std::sort(frame_ms_.begin(), frame_ms_.end());
@@ -485,6 +547,7 @@ nlohmann::json Viewer::Run() {
   j["screenshots"] = screenshots_;
   j["settings"] = ToJson(settings_.radiance);
   j["refused"] = facts_.problem;
+  j["moving"] = motion_.name();
   j["keys"] = path_.keys.size();
   j["effects"] = nlohmann::json::array();
   for (const Effect& e : effects_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});

@@ -5,12 +5,13 @@ pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 # Without a window: testable on its own.
 lumi_library(lumi_view_core
   SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/motion_budget.cc
     ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
     ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
     ${CMAKE_CURRENT_LIST_DIR}/script.cc
     ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc
-  PUBLIC lumi_render lumi_scene
+  PUBLIC lumi_render lumi_render_tradeoff lumi_scene
   PRIVATE nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
 
 lumi_library(lumi_view

@@ -19,6 +19,7 @@
 #include "render/gl/gl_lumigraph.h"
 #include "render/viewer/error_probe.h"
 #include "render/viewer/frame_painter.h"
+#include "render/viewer/motion_budget.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/opening.h"
 #include "render/viewer/overlay.h"
@@ -96,13 +97,15 @@ class Viewer {
   void Grant(const PanelWishes& wishes);
 
   RenderRequest Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const;
-  bool Paint(bool moving);       // returns whether the picture changed
+  bool Paint();                  // returns whether the picture changed
+  void KeepBudget();
+  void StepBudgetProbe();
   void Compose();
   void DrawPath(const Overlay::Eye& eye);
   void Screenshot(const std::filesystem::path& file, bool with_ui);
   std::filesystem::path FreeScreenshotName() const;
   bool Loading() const { return loader_.outstanding() > 0 || new_photos_; }
-  bool Settled() const { return !Loading() && !exposing_.valid() && !exposures_wanted_; }
+  bool Settled() const { return !Loading() && !exposing_.valid() && !exposures_wanted_; }  // nothing changes by itself
   bool Working() const { return probe_.busy() || path_recording_ || live_recording_; }
 
   // viewer_path.cc: the camera path, time, recording, measuring.
@@ -153,8 +156,13 @@ class Viewer {
   Clock::time_point message_until_ = Clock::now();
 
   RadianceSettings accepted_;                   // that were drawn last
+  RadianceSettings cost_settings_;              // that facts_.picture_ms belongs to
   std::optional<RadianceSettings> refused_;     // that the backend does not do
   std::string refusal_;
+
+  MotionBudget motion_;
+  StripPainter motion_probe_;
+  bool motion_probe_warm_ = false;              // the setting was drawn once: its shaders are compiled
 
   CameraPath path_;
   std::optional<double> playing_s_;             // since the path's first key

@@ -52,7 +52,8 @@ void Viewer::AddKey(std::optional<double> time_s) {
 }
 
 std::size_t Viewer::KeyCalled(double index) const {
-  if (index >= static_cast<double>(path_.keys.size())) throw UsageError(fmt::format("the path has {} keys, none is called {:.0f}", path_.keys.size(), index));
+  if (index >= static_cast<double>(path_.keys.size()))
+    throw UsageError(fmt::format("the path has {} keys, none is called {:.0f}", path_.keys.size(), index));
   return static_cast<std::size_t>(index);
 }
 
@@ -118,7 +119,8 @@ bool Viewer::Play(double dt_s) {
   facts_.playing = playing_s_.has_value();
   RadianceSettings& s = settings_.radiance;
   if (settings_.play_time && s.time && facts_.times.second > facts_.times.first) {
-    const double first = facts_.period_s > 0 ? 0 : facts_.times.first, span = facts_.period_s > 0 ? facts_.period_s : facts_.times.second - first;
+    const double first = facts_.period_s > 0 ? 0 : facts_.times.first,
+                 span = facts_.period_s > 0 ? facts_.period_s : facts_.times.second - first;
     s.time_s = first + std::fmod(s.time_s + dt_s - first + span, span);
     changed = true;
   }
@@ -141,8 +143,10 @@ void Viewer::DrawPath(const Overlay::Eye& eye) {
     const bool chosen = static_cast<int>(k) == settings_.selected_key;
     const Eigen::Vector4f color = chosen ? Eigen::Vector4f(1, 1, 1, 1) : Eigen::Vector4f(1.0F, 0.75F, 0.25F, 0.9F);
     const Rigid3 world_from_cam = key.cam_from_world.Inverse();
-    const double h = std::tan(0.5 * key.vertical_fov_rad), w = h * eye.window_px.x() / eye.window_px.y(), depth = kKeyDepth / normalized.scale;
+    const double h = std::tan(0.5 * key.vertical_fov_rad), w = h * eye.window_px.x() / eye.window_px.y(),
+                 depth = kKeyDepth / normalized.scale;
     const Eigen::Vector3d centre = normalized * world_from_cam.translation;
+    if ((centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its lines would run through the picture
     Eigen::Vector3d corner[4];
     int i = 0;
     for (const Eigen::Vector2d& c : {Eigen::Vector2d(-w, -h), Eigen::Vector2d(w, -h), Eigen::Vector2d(w, h), Eigen::Vector2d(-w, h)})
@@ -280,6 +284,7 @@ void Viewer::StepJobs() {
         facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
       }
     }
+    if (undisturbed && !Working()) StepBudgetProbe();
   } catch (const Error& e) {
     path_recording_.reset();
     Complain(e);

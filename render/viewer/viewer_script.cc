@@ -63,7 +63,10 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       decided_.insert(s.word);
       Reconcile(radiance, s.word);
       break;
-    case ScriptVerb::kEffects: ApplyEffectList(s.word, effects_, {}, radiance); break;
+    case ScriptVerb::kEffects:
+      if (!Settled()) return false;  // the data's word comes first
+      ApplyEffectList(s.word, effects_, {}, radiance);
+      break;
     case ScriptVerb::kShow:
       settings_.show = s.word == "color" ? Show::kColor : s.word == "false-color" ? Show::kFalseColor : Show::kTessellation;
       break;
@@ -142,9 +145,12 @@ void Viewer::AfterPainting() {
     if (!waiting_) waiting_since_ = Clock::now();
     waiting_ = true;
     const double waited = SecondsSince(waiting_since_);
-    const bool done = s.numbers.empty() ? Settled() && painter_.complete() && drawn_generation_ == generation_ : waited >= s.numbers[0];
+    const bool done = s.numbers.empty()
+                          ? Settled() && motion_.ToProbe() == nullptr && painter_.complete() && drawn_generation_ == generation_
+                          : waited >= s.numbers[0];
     if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
-    if (!done) throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
+    if (!done)
+      throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
   } else if (s.verb == ScriptVerb::kScreenshot) {
     if (!painter_.complete()) return;
     Screenshot(s.word, settings_.panel);

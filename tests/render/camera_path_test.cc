@@ -80,9 +80,10 @@ TEST(CameraPath, BadFilesAreRefusedWithTheirReason) {
   write(R"({"format": "lumigraph-path", "version": 1, "keys": [)" + key + "]}");
   EXPECT_NO_THROW(ReadCameraPath(file.path));
   for (const std::string& text :
-       {std::string("{"), std::string("[]"), std::string(R"({"format": "other"})"), R"({"format": "lumigraph-path", "version": 9, "keys": [)" + key + "]}",
+       {std::string("{"), std::string("[]"), std::string(R"({"format": "other"})"),
+        R"({"format": "lumigraph-path", "version": 9, "keys": [)" + key + "]}",
         std::string(R"({"format": "lumigraph-path", "version": 1, "keys": []})"),
-        R"({"format": "lumigraph-path", "version": 1, "keys": [)" + key + "," + key + "]}",   // times do not ascend
+        R"({"format": "lumigraph-path", "version": 1, "keys": [)" + key + "," + key + "]}",  // times do not ascend
         R"({"format": "lumigraph-path", "version": 1, "fps": 0, "keys": [)" + key + "]}"}) {
     write(text);
     EXPECT_THROW(ReadCameraPath(file.path), InputError) << text;
@@ -93,7 +94,8 @@ CameraPath Arc(int keys) {
   CameraPath path;
   path.fps = 24;
   for (int i = 0; i < keys; ++i)
-    path.keys.push_back({LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1 + 0.2 * i}, {0.1, 0, 0.3}, {0, 0, 1}), 0.7 + 0.05 * i, 0.5 * i * (i + 1)});
+    path.keys.push_back(
+        {LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1 + 0.2 * i}, {0.1, 0, 0.3}, {0, 0, 1}), 0.7 + 0.05 * i, 0.5 * i * (i + 1)});
   return path;
 }
 
@@ -156,14 +158,17 @@ TEST(NerfstudioPath, ItsCameraLooksAlongMinusZWithYUp) {
 TEST(NerfstudioPath, BadFilesAreRefusedInOneLineThatNamesThem) {
   TemporaryFile file;
   const std::string head = R"({"camera_type": "perspective", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )";
-  const auto frame = [](const std::string& matrix, const std::string& fov) { return R"([{"camera_to_world": )" + matrix + R"(, "fov": )" + fov + "}]}"; };
+  const auto frame = [](const std::string& matrix, const std::string& fov) {
+    return R"([{"camera_to_world": )" + matrix + R"(, "fov": )" + fov + "}]}";
+  };
   const std::string unit = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
   std::ofstream(file.path) << head + frame(unit, "50");
   EXPECT_NO_THROW(ReadCameraPath(file.path));
   for (const std::string& text :
-       {head + "[]}", head + "7}", head + "[7]}", head + frame("[1,2,3]", "50"), head + frame("[1,0,0,0, 0,1,0,0, 0,0,-1,0, 0,0,0,1]", "50"),
-        head + frame("[2,0,0,0, 0,2,0,0, 0,0,2,0, 0,0,0,1]", "50"), head + frame("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]", "50"),
-        head + frame("\"text\"", "50"), head + frame(unit, "0"), head + frame(unit, "180"), head + frame(unit, "null"),
+       {head + "[]}", head + "7}", head + "[7]}", head + frame("[1,2,3]", "50"),
+        head + frame("[1,0,0,0, 0,1,0,0, 0,0,-1,0, 0,0,0,1]", "50"), head + frame("[2,0,0,0, 0,2,0,0, 0,0,2,0, 0,0,0,1]", "50"),
+        head + frame("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]", "50"), head + frame("\"text\"", "50"), head + frame(unit, "0"),
+        head + frame(unit, "180"), head + frame(unit, "null"),
         R"({"camera_type": "equirectangular", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )" + frame(unit, "50"),
         R"({"render_height": -1, "render_width": 200, "camera_path": )" + frame(unit, "50"),
         R"({"render_height": 100, "render_width": 200, "seconds": 1e-9, "camera_path": )" + frame(unit, "50"),

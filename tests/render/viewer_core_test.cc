@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "render/settings_json.h"
+#include "render/viewer/motion_budget.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/photo_loader.h"
 #include "render/viewer/recorder.h"
@@ -233,6 +234,65 @@ TEST(SettingRules, AnOptionSaysWhyItHasNoEffect) {
   EXPECT_EQ(WhyWithoutEffect(s, "r-min-deg"), "");
   s.grid_columns = s.grid_rows = 25;
   EXPECT_EQ(WhyWithoutEffect(s, "epipoles"), "");
+}
+
+// Frame times are simulated: what a setting costs on some machine, times a load that changes.
+class Budget : public testing::Test {
+ protected:
+  static double Cost(const RadianceSettings& s) {
+    return !s.Sparse() ? 90 : s.sampling == Sampling::kInterpolated ? 8.0 * s.k : 14.0 + 3.0 * s.k;
+  }
+  static void ProbeAll(MotionBudget& budget) {
+    while (const RadianceSettings* s = budget.ToProbe()) budget.Probed(Cost(*s));
+  }
+  const FrontKey nowhere_{"none", "gl", "a machine", 640, 480};
+};
+
+TEST_F(Budget, AMovingCameraGetsWhatFitsAndARestingOneTheUsersSettings) {
+  RadianceSettings base;
+  base.visibility = false;
+  MotionBudget budget;
+  EXPECT_FALSE(budget.active());
+  budget.Begin(40, "/nonexistent", nowhere_, base);
+  ASSERT_NE(budget.ToProbe(), nullptr);
+  EXPECT_EQ(budget.Next(0, true, base), base);  // nothing is known yet
+  ProbeAll(budget);
+  double now = 0, slowest = 0;
+  for (int i = 0; i < 100; ++i, now += 0.04) {
+    const RadianceSettings s = budget.Next(now, true, base);
+    EXPECT_FALSE(s.visibility);  // what a user switched off stays off
+    EXPECT_EQ(Validate(s), "");
+    slowest = std::max(slowest, Cost(s));
+    budget.Measured(Cost(s));
+  }
+  EXPECT_LE(slowest, 40);
+  EXPECT_GT(slowest, 15);  // nor is the time left unused
+  // The machine becomes slower by half: within frames it fits again, as far as anything does.
+  double last = 0;
+  for (int i = 0; i < 60; ++i, now += 0.04) {
+    last = 1.5 * Cost(budget.Next(now, true, base));
+    budget.Measured(last);
+  }
+  EXPECT_LE(last, 40 * 1.15);
+  EXPECT_EQ(budget.Next(now + 1, false, base), base);
+  budget.End();
+  EXPECT_EQ(budget.Next(now + 2, true, base), base);
+}
+
+TEST_F(Budget, WhatTheBackendRefusesIsPassedOver) {
+  MotionBudget budget;
+  budget.Begin(40, "/nonexistent", nowhere_, {});
+  while (const RadianceSettings* s = budget.ToProbe())
+    budget.Probed(s->sampling == Sampling::kInterpolated ? std::nullopt : std::optional(Cost(*s)));
+  for (int i = 0; i < 20; ++i) {
+    const RadianceSettings s = budget.Next(0.04 * i, true, {});
+    EXPECT_EQ(s.sampling, Sampling::kCandidates);
+    budget.Measured(Cost(s));
+  }
+  MotionBudget none;
+  none.Begin(40, "/nonexistent", nowhere_, {});
+  while (none.ToProbe() != nullptr) none.Probed(std::nullopt);
+  EXPECT_EQ(none.Next(0, true, {}), RadianceSettings{});
 }
 
 class Recording : public testing::Test {

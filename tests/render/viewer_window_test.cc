@@ -139,7 +139,8 @@ TEST_F(ViewerWindow, FollowsAScript) {
                              "; show color; k 4; orbit 20 5; screenshot " + file("orbit.png") + "; home; mesh on; frusta on; screenshot " +
                              file("over.png") + "; mesh off; frusta off; proxy floor; wait; screenshot " + file("floor.png") +
                              "; fly-to 0; screenshot " + file("flown.png");
-  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility,prefilter", "--view", "1", "--width", "240", "--height", "180", "--script", script});
+  const Result r = RunViewer(
+      {"--no-ui", "--effects", "fov,visibility,prefilter", "--view", "1", "--width", "240", "--height", "180", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["screenshots"].size(), 6U);
@@ -164,10 +165,11 @@ TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
   if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   std::ofstream(file("clip.mp4")) << "a user's own";
-  const std::string script = "set visibility off; wait; jump 1; key-add; jump 3; key-add; jump 5; key-add 9; key-time 2 1; key-delete 1; jump 6; key-update 1;"
-                             "path-size 160 120; path-fps 10; path-seconds 1; path-save " + file("path.json") + "; path-save-nerfstudio " + file("studio.json") +
-                             "; record " + file("clip.mp4") + "; play; screenshot " + file("end.png") + "; keys-clear; path-load " + file("studio.json") +
-                             "; key-jump 0; screenshot " + file("first.png");
+  const std::string script =
+      "set visibility off; wait; jump 1; key-add; jump 3; key-add; jump 5; key-add 9; key-time 2 1; key-delete 1; jump 6; key-update 1;"
+      "path-size 160 120; path-fps 10; path-seconds 1; path-save " +
+      file("path.json") + "; path-save-nerfstudio " + file("studio.json") + "; record " + file("clip.mp4") + "; play; screenshot " +
+      file("end.png") + "; keys-clear; path-load " + file("studio.json") + "; key-jump 0; screenshot " + file("first.png");
   const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
@@ -207,8 +209,9 @@ TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLas
   if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   const fs::path out = folder_ / "out";
   fs::create_directories(out);
-  const std::string script = "wait; jump 1; key-add; jump 5; key-add 60; record-start " + (out / "long.mp4").string() + "; wait 0.3; record-cancel; record-live " +
-                             (out / "seen.mp4").string() + "; wait 0.5; orbit 10 0; wait 0.5; record-stop; screenshot " + (folder_ / "a.png").string();
+  const std::string script = "wait; jump 1; key-add; jump 5; key-add 60; record-start " + (out / "long.mp4").string() +
+                             "; wait 0.3; record-cancel; record-live " + (out / "seen.mp4").string() +
+                             "; wait 0.5; orbit 10 0; wait 0.5; record-stop; screenshot " + (folder_ / "a.png").string();
   const Result r = RunViewer({"--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
@@ -245,12 +248,83 @@ TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {
 
 TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "jump 3; wait; screenshot " + file("before.png") + "; set resolution-range 0,0.5; screenshot " + file("after.png");
+  const std::string script =
+      "jump 3; wait; screenshot " + file("before.png") + "; set resolution-range 0,0.5; screenshot " + file("after.png");
   const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_THAT(r.json["refused"].get<std::string>(), HasSubstr("resolution-range"));
   EXPECT_EQ(Compare(ReadImage8(file("before.png")), ReadImage8(file("after.png"))).mse, 0);
+}
+
+TEST_F(ViewerWindow, WhatTheBackendDoesNotDoIsSaidAndTheCameraStillMoves) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; set k 3; wait; screenshot " + file("before.png") + "; set similarity full; screenshot " +
+                             file("refused.png") + "; jump 5; screenshot " + file("moved.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_THAT(r.json["refused"].get<std::string>(), HasSubstr("optimum"));
+  EXPECT_EQ(Compare(ReadImage8(file("before.png")), ReadImage8(file("refused.png"))).mse, 0);
+  RadianceSettings last;
+  last.k = 3;
+  last.prefilter = false;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("moved.png")), CpuPicture(StateOfView(world_.scene, {5}), 160, 120, last)), kAgreementDb);
+}
+
+TEST_F(ViewerWindow, SparseSamplesAreDrawnAndTheOptimumFromThem) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; orbit 4 1; set grid 16x12; set sampling interpolated; wait; screenshot " + file("samples.png") +
+                             "; show tessellation; screenshot " + file("triangles.png") +
+                             "; show color; set similarity full; wait; screenshot " + file("optimum.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_EQ(r.json["refused"], "");
+  EXPECT_EQ(r.json["settings"]["similarity"], "full");
+  EXPECT_EQ(r.json["settings"]["correlation"], "falling-leaves");  // followed
+  const Image8 samples = ReadImage8(file("samples.png"));
+  EXPECT_LT(Compare(samples, ReadImage8(file("triangles.png"))).psnr_db, 30);  // lines are over it
+  const double optimum = Compare(samples, ReadImage8(file("optimum.png"))).psnr_db;
+  EXPECT_GT(optimum, 20);  // the same scene ...
+  EXPECT_LT(optimum, 70);  // ... by other weights
+}
+
+TEST_F(ViewerWindow, TimeMovesThePhotosOfItsWindowToTheFront) {
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i) world_.scene.views[i].time_s = 0.5 * static_cast<double>(i);
+  WriteScene(world_.scene, folder_);
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; show false-color; set time on; set time-window-s 0.8; time 0; wait; screenshot " + file("early.png") +
+                             "; time 3; wait; screenshot " + file("late.png") + "; play-time on; wait 0.4; play-time off";
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  RadianceSettings settings = SettingsOf(r.json["settings"]);
+  const ViewState third = StateOfView(world_.scene, {3});
+  settings.time_s = 0;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("early.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  settings.time_s = 3;
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("late.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  EXPECT_LT(Compare(ReadImage8(file("early.png")), ReadImage8(file("late.png"))).psnr_db, 25);
+  // It goes round: from the last photo's time on to the first's.
+  EXPECT_NE(r.json["settings"]["time-s"].get<double>(), 3.0);
+  EXPECT_LE(r.json["settings"]["time-s"].get<double>(), 3.0);
+  EXPECT_GE(r.json["settings"]["time-s"].get<double>(), 0.0);
+}
+
+TEST_F(ViewerWindow, ABudgetIsHeldWithSettingsOfItsOwnAndAtRestTheUsersAreDrawn) {
+  const fs::path shot = folder_ / "rest.png";
+  const std::string script = "wait; jump 1; key-add; jump 5; key-add; path-seconds 1; path-save " + (folder_ / "path.json").string() +
+                             "; budget 20; wait; play; wait; screenshot " + shot.string();
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--k", "3", "--width", "320", "--height", "240", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_NE(r.json["moving"], "");
+  EXPECT_EQ(r.json["settings"]["grid"], "pixel");  // the user's
+  RenderRequest request;
+  request.view = SamplePath(ReadCameraPath(folder_ / "path.json"), 320, 240).back();
+  request.settings = SettingsOf(r.json["settings"]);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(shot), MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request)), kAgreementDb);
 }
 
 TEST_F(ViewerWindow, PhotosAreHalvedToStayWithinMemory) {
