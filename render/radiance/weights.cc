@@ -126,7 +126,7 @@ class WithVisibility {
     if (!(w > 0)) return h;  // field of view is off, and the point behind the camera
     const float u = (r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z) / w;
     const float v = (r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z) / w;
-    seen = maps_->Visibility(camera, u, v, r_.width_px[j], r_.height_px[j], w);
+    seen = maps_->Visibility(r_.view[j], u, v, r_.width_px[j], r_.height_px[j], w);
     return h * (1 + gamma_ * (1 / (f * seen) - 1)) / (1 + gamma_ * (1 / f - 1));
   }
 
@@ -240,7 +240,7 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
       double v = static_cast<double>(found.seen[n]);
       // Between the two ends v follows the pixel; at them it is what it is.
       if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1)
-        v = visible.maps()->Visibility(camera, e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
+        v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
       h *= 1 + settings.gamma * (1 / (f * v) - 1);
     }
     int at = count++;
