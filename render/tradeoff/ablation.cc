@@ -74,7 +74,8 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
     return s;
   }
   if (!o.view.empty()) {
-    const auto found = std::find_if(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.name == o.view || OutputName(v.name) == o.view; });
+    const auto found = std::find_if(scene.views.begin(), scene.views.end(),
+                                    [&](const View& v) { return v.name == o.view || OutputName(v.name) == o.view; });
     if (found == scene.views.end()) throw UsageError("no photo is called " + o.view, "the first is " + scene.views.front().name);
     Camera camera = scene.CameraOf(*found);
     Image8 photo = ReadImage8(scene.ImagePath(*found), 3);
@@ -102,9 +103,11 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
 std::string Html(const Json& j) {
   std::string html = fmt::format(
       "<!doctype html><html lang='en'><meta charset='utf-8'><title>Fig. 5-3: {0}</title>\n"
-      "<style>body{{font:15px/1.45 system-ui,sans-serif;margin:2rem;color:#24292f}}table{{border-collapse:collapse}}td,th{{padding:.4rem .6rem;text-align:left;"
+      "<style>body{{font:15px/1.45 system-ui,sans-serif;margin:2rem;color:#24292f}}table{{border-collapse:collapse}}td,th{{padding:.4rem "
+      ".6rem;text-align:left;"
       "vertical-align:top;border-bottom:1px solid #e4e7ea}}img{{width:300px;display:block}}small{{color:#6a737d}}</style>\n"
-      "<h1>What each optimisation costs</h1><p>{0}, {1} px wide, proxy {2}, {3}. Differences are from the first row, times 4; the squared error is summed over the "
+      "<h1>What each optimisation costs</h1><p>{0}, {1} px wide, proxy {2}, {3}. Differences are from the first row, times 4; the squared "
+      "error is summed over the "
       "channels, mean over pixels.</p>\n<table><tr><th>row<th>picture<th>false colours<th>difference<th>figures\n",
       Escaped(j["view"]), j["width"].get<int>(), Escaped(j["proxy"]), Escaped(j["device"]));
   for (const Json& r : j["rows"]) {
@@ -115,8 +118,8 @@ std::string Html(const Json& j) {
     }
     const auto image = [&](const char* key) { return fmt::format("<td><img src='{0}' alt='{0}'>", r[key].get<std::string>()); };
     html += image("image") + image("false_color") + image("difference");
-    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}", r["ms"].get<double>(), r["psnr_db"].get<double>(),
-                        r["mse"].get<double>(), r["false_color_mse"].get<double>());
+    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}", r["ms"].get<double>(),
+                        r["psnr_db"].get<double>(), r["mse"].get<double>(), r["false_color_mse"].get<double>());
     if (r["psnr_photo_db"].is_number()) html += fmt::format("<br>photo {:.2f} dB", r["psnr_photo_db"].get<double>());
     html += "\n";
   }
@@ -133,8 +136,13 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   Renderer& renderer = bench.Measured(proxy);
   const std::vector<Row> rows = Rows(bench.settings());
 
-  Json j = {{"view", subject.name}, {"proxy", proxy.empty() ? bench.scene().active_proxy : proxy}, {"backend", o.backend}, {"device", renderer.Device()},
-            {"width", subject.request.view.size_px.x()}, {"height", subject.request.view.size_px.y()}, {"rows", Json::array()}};
+  Json j = {{"view", subject.name},
+            {"proxy", proxy.empty() ? bench.scene().active_proxy : proxy},
+            {"backend", o.backend},
+            {"device", renderer.Device()},
+            {"width", subject.request.view.size_px.x()},
+            {"height", subject.request.view.size_px.y()},
+            {"rows", Json::array()}};
   std::string csv = "row,what,ms,psnr_db,mse,false_color_mse,ssim,psnr_photo_db,coverage\n";
   std::vector<std::pair<std::filesystem::path, Image8>> pictures;
   std::optional<ImageF> first, first_false_color;
@@ -197,9 +205,10 @@ std::string DescribeAblation(const std::string& json) {
   for (const Json& r : j["rows"])
     text += r.contains("refused") ? fmt::format("{:<12} not available: {}\n", r["name"].get<std::string>(), r["refused"].get<std::string>())
                                   : fmt::format("{:<12} {:<58} {:>10.2f} {:>9.2f} {:>12.4g} {:>12.4g}\n", r["name"].get<std::string>(),
-                                                r["what"].get<std::string>(), r["ms"].get<double>(), r["psnr_db"].get<double>(), r["mse"].get<double>(),
-                                                r["false_color_mse"].get<double>());
-  text += fmt::format("{}, {} px wide, against the row \"{}\"", j["view"].get<std::string>(), j["width"].get<int>(), j["compared_with"].get<std::string>());
+                                                r["what"].get<std::string>(), r["ms"].get<double>(), r["psnr_db"].get<double>(),
+                                                r["mse"].get<double>(), r["false_color_mse"].get<double>());
+  text += fmt::format("{}, {} px wide, against the row \"{}\"", j["view"].get<std::string>(), j["width"].get<int>(),
+                      j["compared_with"].get<std::string>());
   return text;
 }
 

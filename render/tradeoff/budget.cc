@@ -40,8 +40,9 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
     Method method;
     int grid, k;
   };
-  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kCandidates, 16, 3}, {Method::kCandidates, 25, 4},
-                           {Method::kCandidates, 32, 4}, {Method::kPixel, 0, 4},          {Method::kOptimumGrid, 64, 4}, {Method::kOptimumPixel, 0, 4}};
+  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kCandidates, 16, 3},
+                           {Method::kCandidates, 25, 4},  {Method::kCandidates, 32, 4},   {Method::kPixel, 0, 4},
+                           {Method::kOptimumGrid, 64, 4}, {Method::kOptimumPixel, 0, 4}};
   std::vector<FrontPoint> table;
   for (const Row& row : kRows) {
     FrontPoint p;
@@ -95,7 +96,8 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   }
   if (choice.tried.empty()) throw DataError("no setting could be rendered: " + last_failure);
   if (!choice.fits) {
-    const auto fastest = std::min_element(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+    const auto fastest =
+        std::min_element(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
     choice.name = fastest->name;
     choice.settings = fastest->settings;
     choice.expected_ms = fastest->ms;
@@ -105,8 +107,8 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   return choice;
 }
 
-BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy, Renderer& renderer,
-                             const RenderRequest& request, const FixedOptions& fixed, double budget_ms) {
+BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy,
+                             Renderer& renderer, const RenderRequest& request, const FixedOptions& fixed, double budget_ms) {
   if (!(budget_ms > 0) || !std::isfinite(budget_ms)) throw UsageError("--budget-ms must be above 0");
   const Eigen::Vector2i size = request.view.size_px;
   std::string why;

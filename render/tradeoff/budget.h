@@ -35,8 +35,8 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
                    double seconds = 2);
 
 // From the scene's front where it has one that agrees with `fixed`, else by a probe at `request`.
-BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy, Renderer& renderer,
-                             const RenderRequest& request, const FixedOptions& fixed, double budget_ms);
+BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy,
+                             Renderer& renderer, const RenderRequest& request, const FixedOptions& fixed, double budget_ms);
 
 // Steps along a front while the camera moves, and refines when it rests. Times are given, never taken: a test simulates them.
 // Not thread-safe.

@@ -41,7 +41,9 @@ class Scale {
       const bool few = high_ - low_ > 2.2;
       const bool many = high_ - low_ < 1.1;
       for (int e = static_cast<int>(std::floor(low_)); e <= static_cast<int>(std::ceil(high_)); ++e)
-        for (const double m : many ? std::vector<double>{1, 1.5, 2, 3, 5, 7} : few ? std::vector<double>{1} : std::vector<double>{1, 2, 5}) {
+        for (const double m : many  ? std::vector<double>{1, 1.5, 2, 3, 5, 7}
+                              : few ? std::vector<double>{1}
+                                    : std::vector<double>{1, 2, 5}) {
           const double v = m * std::pow(10.0, e), l = std::log10(v);
           if (l >= low_ - 1e-9 && l <= high_ + 1e-9) ticks_.push_back(v);
         }
@@ -66,7 +68,8 @@ std::string MarkerSvg(Marker marker, double x, double y, const std::string& colo
     case Marker::kCircle:
       return fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y, color, color);
     case Marker::kSquare:
-      return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='7' height='7' fill='{}' fill-opacity='.75' stroke='{}'/>", x - 3.5, y - 3.5, color, color);
+      return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='7' height='7' fill='{}' fill-opacity='.75' stroke='{}'/>", x - 3.5, y - 3.5,
+                         color, color);
     case Marker::kDiamond:
       return fmt::format("<path d='M{:.1f} {:.1f}l5 5l-5 5l-5-5z' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y - 5, color, color);
     case Marker::kCross:
@@ -87,25 +90,28 @@ std::string Panel(const Plot& plot, double offset_x) {
   const double x0 = kLeft, x1 = kWidth - kRight, y0 = kHeight - kBottom, y1 = kTop;
   const Scale sx(plot.x, xs, x0, x1), sy(plot.y, ys, y0, y1);
   std::string svg = fmt::format("<g transform='translate({:.0f} 0)'>\n", offset_x);
-  svg += fmt::format("<text x='{}' y='24' class='title'>{}</text>\n<text x='{}' y='42' class='soft'>{}</text>\n", kLeft, Escaped(plot.title), kLeft,
-                     Escaped(plot.subtitle));
+  svg += fmt::format("<text x='{}' y='24' class='title'>{}</text>\n<text x='{}' y='42' class='soft'>{}</text>\n", kLeft,
+                     Escaped(plot.title), kLeft, Escaped(plot.subtitle));
   for (const double t : sx.ticks())
-    svg += fmt::format("<path d='M{0:.1f} {1}V{2}' class='grid'/><text x='{0:.1f}' y='{3}' class='tick' text-anchor='middle'>{4:g}</text>\n", sx(t), y1, y0,
-                       y0 + 17, t);
+    svg +=
+        fmt::format("<path d='M{0:.1f} {1}V{2}' class='grid'/><text x='{0:.1f}' y='{3}' class='tick' text-anchor='middle'>{4:g}</text>\n",
+                    sx(t), y1, y0, y0 + 17, t);
   for (const double t : sy.ticks())
-    svg += fmt::format("<path d='M{1} {0:.1f}H{2}' class='grid'/><text x='{3}' y='{4:.1f}' class='tick' text-anchor='end'>{5:g}</text>\n", sy(t), x0, x1,
-                       x0 - 7, sy(t) + 4, t);
+    svg += fmt::format("<path d='M{1} {0:.1f}H{2}' class='grid'/><text x='{3}' y='{4:.1f}' class='tick' text-anchor='end'>{5:g}</text>\n",
+                       sy(t), x0, x1, x0 - 7, sy(t) + 4, t);
   svg += fmt::format("<path d='M{} {}V{}H{}' class='axis'/>\n", x0, y1, y0, x1);
   svg += fmt::format("<text x='{}' y='{}' class='label' text-anchor='middle'>{}</text>\n", 0.5 * (x0 + x1), y0 + 36, Escaped(plot.x.label));
   svg += fmt::format("<text transform='translate(17 {:.1f}) rotate(-90)' class='label' text-anchor='middle'>{}</text>\n", 0.5 * (y0 + y1),
                      Escaped(plot.y.label));
-  if (empty) svg += fmt::format("<text x='{}' y='{}' class='soft' text-anchor='middle'>no measurement</text>\n", 0.5 * (x0 + x1), 0.5 * (y0 + y1));
+  if (empty)
+    svg += fmt::format("<text x='{}' y='{}' class='soft' text-anchor='middle'>no measurement</text>\n", 0.5 * (x0 + x1), 0.5 * (y0 + y1));
   std::vector<Box> taken;
   for (const PlotMark& m : plot.marks) {
     if (!sx.Has(m.x)) continue;
     const double x = sx(m.x);
     if (x < x0 || x > x1) continue;
-    svg += fmt::format("<path d='M{0:.1f} {1}V{2}' class='mark'/><text x='{3:.1f}' y='{4}' class='soft'>{5}</text>\n", x, y1, y0, x + 4, y0 - 6, Escaped(m.label));
+    svg += fmt::format("<path d='M{0:.1f} {1}V{2}' class='mark'/><text x='{3:.1f}' y='{4}' class='soft'>{5}</text>\n", x, y1, y0, x + 4,
+                       y0 - 6, Escaped(m.label));
     taken.push_back({x, y0 - 18, x + 8 + kCharacter * static_cast<double>(m.label.size()), y0});
   }
   for (const PlotSeries& s : plot.series) {
@@ -121,11 +127,13 @@ std::string Panel(const Plot& plot, double offset_x) {
           d += fmt::format("L{:.1f} {:.1f}", sx(p.x), sy(p.y));
       }
       if (s.steps && !d.empty()) d += fmt::format("H{:.1f}", x1);
-      svg += fmt::format("<path d='{}' fill='none' stroke='{}' stroke-width='1.8'{}/>\n", d, s.color, s.dashed ? " stroke-dasharray='5 4'" : "");
+      svg += fmt::format("<path d='{}' fill='none' stroke='{}' stroke-width='1.8'{}/>\n", d, s.color,
+                         s.dashed ? " stroke-dasharray='5 4'" : "");
     }
     for (const PlotPoint& p : s.points) {
       if (!sx.Has(p.x) || !sy.Has(p.y) || s.marker == Marker::kNone) continue;
-      svg += fmt::format("<g>{}<title>{}</title></g>\n", MarkerSvg(s.marker, sx(p.x), sy(p.y), s.color), Escaped(p.tip.empty() ? p.label : p.tip));
+      svg += fmt::format("<g>{}<title>{}</title></g>\n", MarkerSvg(s.marker, sx(p.x), sy(p.y), s.color),
+                         Escaped(p.tip.empty() ? p.label : p.tip));
       taken.push_back({sx(p.x) - 4, sy(p.y) - 4, sx(p.x) + 4, sy(p.y) + 4});
     }
   }
@@ -134,9 +142,14 @@ std::string Panel(const Plot& plot, double offset_x) {
     for (const PlotPoint& p : s.points) {
       if (p.label.empty() || !sx.Has(p.x) || !sy.Has(p.y)) continue;
       const double w = kCharacter * static_cast<double>(p.label.size()), h = kLabelHeight, x = sx(p.x), y = sy(p.y);
-      const Box places[] = {{x - w - 8, y - h / 2, x - 8, y + h / 2},      {x + 8, y - h / 2, x + 8 + w, y + h / 2}, {x - w, y - h - 7, x, y - 7},
-                            {x, y + 7, x + w, y + 7 + h},                  {x - w / 2, y - h - 7, x + w / 2, y - 7}, {x - w / 2, y + 7, x + w / 2, y + 7 + h},
-                            {x - w - 6, y - 2 * h - 8, x - 6, y - h - 8},  {x + 6, y + h + 8, x + 6 + w, y + 2 * h + 8}};
+      const Box places[] = {{x - w - 8, y - h / 2, x - 8, y + h / 2},
+                            {x + 8, y - h / 2, x + 8 + w, y + h / 2},
+                            {x - w, y - h - 7, x, y - 7},
+                            {x, y + 7, x + w, y + 7 + h},
+                            {x - w / 2, y - h - 7, x + w / 2, y - 7},
+                            {x - w / 2, y + 7, x + w / 2, y + 7 + h},
+                            {x - w - 6, y - 2 * h - 8, x - 6, y - h - 8},
+                            {x + 6, y + h + 8, x + 6 + w, y + 2 * h + 8}};
       for (const Box& b : places) {
         if (b.x0 < x0 + 2 || b.x1 > x1 || b.y0 < y1 || b.y1 > y0) continue;
         if (std::any_of(taken.begin(), taken.end(), [&](const Box& t) { return t.Meets(b); })) continue;
@@ -154,7 +167,9 @@ std::string Panel(const Plot& plot, double offset_x) {
       lx = x0;
       ly += 17;
     }
-    if (s.line) svg += fmt::format("<path d='M{:.1f} {:.1f}h16' stroke='{}' stroke-width='1.8'{}/>", lx, ly, s.color, s.dashed ? " stroke-dasharray='5 4'" : "");
+    if (s.line)
+      svg += fmt::format("<path d='M{:.1f} {:.1f}h16' stroke='{}' stroke-width='1.8'{}/>", lx, ly, s.color,
+                         s.dashed ? " stroke-dasharray='5 4'" : "");
     svg += MarkerSvg(s.marker, lx + 8, ly, s.color);
     svg += fmt::format("<text x='{:.1f}' y='{:.1f}' class='tick'>{}</text>\n", lx + 20, ly + 4, Escaped(s.name));
     lx += w;

@@ -85,7 +85,8 @@ class Properties {
     };
     const Json own = Epipoles();
     add("unstructured input", "photos that some pixel shows, of all", {{"used", own["cameras_used"]}, {"cameras", own["cameras"]}});
-    add("natural navigation", "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
+    add("natural navigation",
+        "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
     add("real-time performance", "milliseconds a frame", RealTime());
     add("use of correspondence", "held-out PSNR with the proxy, with a plane, with a plane at infinity", Correspondence());
     add("angle-based view dependence", "rank correlation of weight and angle (-1: monotone)", ViewDependence());
@@ -93,14 +94,20 @@ class Properties {
     add("radiance consistency", "largest difference of a weight for one ray from two viewpoints", RadianceConsistency());
     add("continuity", "largest change of a weight a step", Continuity());
     add("sensitivity to non-ideal effects", "held-out PSNR and coverage with an effect, and without", NonIdeal());
-    Json j = {{"scene", o_.scene.generic_string()}, {"proxy", proxy_.empty() ? bench_.scene().active_proxy : proxy_}, {"backend", o_.backend},
-              {"device", bench_.Measured(proxy_).Device()}, {"settings", SettingsWithBackend(settings_, o_.backend)}, {"properties", rows}};
+    Json j = {{"scene", o_.scene.generic_string()},
+              {"proxy", proxy_.empty() ? bench_.scene().active_proxy : proxy_},
+              {"backend", o_.backend},
+              {"device", bench_.Measured(proxy_).Device()},
+              {"settings", SettingsWithBackend(settings_, o_.backend)},
+              {"properties", rows}};
     if (!o_.output.empty()) WriteTextAtomically(o_.output / kMarker, j.dump(1) + "\n");
     return j.dump();
   }
 
  private:
-  const VisibilityMaps* Visibility(const RadianceSettings& s) const { return s.visibility && !visibility_.empty() ? &visibility_ : nullptr; }
+  const VisibilityMaps* Visibility(const RadianceSettings& s) const {
+    return s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+  }
   const Scene& scene() const { return bench_.scene(); }
 
   // A ray of the lumigraph in the normalised frame: from a point near a source camera to the proxy.
@@ -148,7 +155,8 @@ class Properties {
   }
 
   // All cameras' weights at p, seen from `eye` by a camera with this matrix.
-  std::vector<double> WeightsAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& p, const RadianceSettings& s, const Eigen::Matrix3d& KR) const {
+  std::vector<double> WeightsAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& p, const RadianceSettings& s,
+                                const Eigen::Matrix3d& KR) const {
     RenderView desired;
     desired.P.leftCols<3>() = KR;
     desired.P.col(3) = -KR * eye;
@@ -161,7 +169,8 @@ class Properties {
     const Eigen::Vector3d pixel = KR * (p - eye);
     WeighScratch scratch;
     std::vector<double> weights(sources_.views.size(), 0.0);
-    const Eigen::Vector3d direction = (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
+    const Eigen::Vector3d direction =
+        (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
     const double t = (p - eye).norm();
     if (s.k == 0) {
       std::vector<float> all;
@@ -194,7 +203,8 @@ class Properties {
       const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
       // Rolled, sheared, off centre, another focal length: the ray to p is the same.
       Eigen::Matrix3d change;
-      change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random), 1 + 0.5 * both(random), 200 * both(random), 0, 0, 1;
+      change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random), 1 + 0.5 * both(random),
+          200 * both(random), 0, 0, 1;
       worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, facing), WeightsAt(ray.eye, ray.p, s, change * facing)));
     }
     // A picture turned by 90 degrees: pixel (x, y) of one is (h - 1 - y, x) of the other.
@@ -270,7 +280,8 @@ class Properties {
       const std::vector<double> d = PointDepths(scene(), {static_cast<std::int32_t>(i)});
       if (!d.empty()) depths.push_back(d[d.size() / 2]);
     }
-    if (forward.norm() < 1e-6 * static_cast<double>(scene().views.size())) forward = scene().views.front().cam_from_world.R().row(2).transpose();
+    if (forward.norm() < 1e-6 * static_cast<double>(scene().views.size()))
+      forward = scene().views.front().cam_from_world.R().row(2).transpose();
     const double depth = times * (depths.empty() ? 1.0 / scene().normalized_from_world.scale : Median(depths));
     const Eigen::Vector3d n = forward.normalized(), x = n.unitOrthogonal(), y = n.cross(x), c = centre + depth * n;
     const double side = 20 * depth;
@@ -282,7 +293,8 @@ class Properties {
 
   Json Correspondence() {
     const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
-    const auto with_plane = MakeCpuRenderer(scene(), plane, bench_.photos()), with_infinity = MakeCpuRenderer(scene(), infinity, bench_.photos());
+    const auto with_plane = MakeCpuRenderer(scene(), plane, bench_.photos()),
+               with_infinity = MakeCpuRenderer(scene(), infinity, bench_.photos());
     return {{"proxy_psnr_db", HeldOutPsnr(bench_.Cpu(proxy_), settings_)},
             {"plane_psnr_db", HeldOutPsnr(*with_plane, settings_)},
             {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
@@ -312,7 +324,8 @@ class Properties {
     return {{"rank_correlation_worst", worst}, {"rank_correlation_with_effects_mean", mean_used}};
   }
   static double RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
-    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be ranked.
+    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be
+    // ranked.
     std::vector<double> w, a;
     for (std::size_t i = 0; i < weights.size(); ++i)
       if (weights[i] > 0) {
@@ -343,8 +356,10 @@ class Properties {
       long pixels = 0;
       std::string refused = {};
     };
-    Case cases[] = {{"pixel", pixel, false}, {"interpolated_25", WithMethod(pixel, Method::kInterpolated), false},
-                    {"candidates_25", WithMethod(pixel, Method::kCandidates), false}, {"optimum_25", WithMethod(clear, Method::kOptimumGrid), true},
+    Case cases[] = {{"pixel", pixel, false},
+                    {"interpolated_25", WithMethod(pixel, Method::kInterpolated), false},
+                    {"candidates_25", WithMethod(pixel, Method::kCandidates), false},
+                    {"optimum_25", WithMethod(clear, Method::kOptimumGrid), true},
                     {"optimum_pixel", WithMethod(clear, Method::kOptimumPixel), true, kOptimumCameras}};
     int used = 0;
     for (std::size_t j = 0; j < photos.size(); ++j) {
@@ -386,7 +401,8 @@ class Properties {
     Json j = {{"cameras", photos.size()}, {"cameras_used", used}};
     for (const Case& c : cases) {
       j[std::string(c.key) + "_weight_min"] = c.refused.empty() && c.pixels > 0 ? Json(c.smallest) : Json(nullptr);
-      j[std::string(c.key) + "_weight_mean"] = c.refused.empty() && c.pixels > 0 ? Json(c.sum / static_cast<double>(c.pixels)) : Json(nullptr);
+      j[std::string(c.key) + "_weight_mean"] =
+          c.refused.empty() && c.pixels > 0 ? Json(c.sum / static_cast<double>(c.pixels)) : Json(nullptr);
     }
     return j;
   }
@@ -394,7 +410,8 @@ class Properties {
   // interpolates what holds there.
   static bool Inner(int x, int y, const ImageF& image, const RadianceSettings& s) {
     const double border = s.field_of_view ? s.fov_feather * std::min(image.width, image.height) : 0;
-    const double cell_x = s.Sparse() ? image.width / (s.grid_columns - 1.0) : 0, cell_y = s.Sparse() ? image.height / (s.grid_rows - 1.0) : 0;
+    const double cell_x = s.Sparse() ? image.width / (s.grid_columns - 1.0) : 0,
+                 cell_y = s.Sparse() ? image.height / (s.grid_rows - 1.0) : 0;
     return std::min(x + 0.5, image.width - x - 0.5) > border + cell_x && std::min(y + 0.5, image.height - y - 0.5) > border + cell_y;
   }
 
@@ -405,7 +422,8 @@ class Properties {
     for (const Ray& ray : RandomRays(kRays))
       for (const double share : {0.2, 0.5, 0.8}) {
         const Eigen::Vector3d nearer = ray.eye + share * (ray.p - ray.eye);
-        worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)), WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
+        worst = std::max(worst,
+                         Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)), WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
       }
     return {{"weight_difference_max", worst}};
   }
@@ -421,7 +439,8 @@ class Properties {
     long measured = 0;
     const auto passes = [&](const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
       const Eigen::Vector3d d = (p - eye).normalized();
-      return std::any_of(sources_.views.begin(), sources_.views.end(), [&](const RenderView& v) { return (v.centre - eye).cross(d).norm() < clear; });
+      return std::any_of(sources_.views.begin(), sources_.views.end(),
+                         [&](const RenderView& v) { return (v.centre - eye).cross(d).norm() < clear; });
     };
     const std::vector<Ray> rays = RandomRays(40);
     for (std::size_t i = 0; i + 1 < rays.size(); i += 2) {
@@ -447,7 +466,11 @@ class Properties {
       }
     }
     if (measured == 0) return {{"stretches", 0}};
-    return {{"stretches", measured}, {"clear_of_epipoles", clear}, {"change_at_step_1e-2", largest[0]}, {"change_at_step_1e-3", largest[1]}, {"change_at_step_1e-4", largest[2]},
+    return {{"stretches", measured},
+            {"clear_of_epipoles", clear},
+            {"change_at_step_1e-2", largest[0]},
+            {"change_at_step_1e-3", largest[1]},
+            {"change_at_step_1e-4", largest[2]},
             {"ratio_1e-2_1e-3", largest[1] > 0 ? Json(largest[0] / largest[1]) : Json(nullptr)},
             {"ratio_1e-3_1e-4", largest[2] > 0 ? Json(largest[1] / largest[2]) : Json(nullptr)}};
   }
@@ -498,7 +521,10 @@ std::string DescribeProperties(const std::string& json) {
     text += fmt::format("{}: {}\n", row["property"].get<std::string>(), row["figure"].get<std::string>());
     for (const auto& [key, value] : row.items())
       if (key != "property" && key != "figure")
-        text += fmt::format("    {:<40} {}\n", key, value.is_null() ? "not available" : value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump());
+        text += fmt::format("    {:<40} {}\n", key,
+                            value.is_null()           ? "not available"
+                            : value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
+                                                      : value.dump());
   }
   text += fmt::format("proxy {}, {}", j["proxy"].get<std::string>(), j["device"].get<std::string>());
   return text;

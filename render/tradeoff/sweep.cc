@@ -59,8 +59,11 @@ std::string PointName(const RadianceSettings& s, const RadianceSettings& base) {
   if (!optimum) name += s.k == 0 ? ", k all" : fmt::format(", k {}", s.k);
   if (!optimum && s.correlation != Correlation::kInverse) name += ", falling leaves";
   const nlohmann::ordered_json now = ToJson(s), then = ToJson(base);
-  for (const char* option : {"resolution", "resolution-range", "cutoff-deg", "sum", "combine", "fov", "visibility", "prefilter", "time", "exposure"})
-    if (now[option] != then[option]) name += fmt::format(", {} {}", option, now[option].is_string() ? now[option].get<std::string>() : fmt::format("{:g}", now[option].get<double>()));
+  for (const char* option :
+       {"resolution", "resolution-range", "cutoff-deg", "sum", "combine", "fov", "visibility", "prefilter", "time", "exposure"})
+    if (now[option] != then[option])
+      name += fmt::format(", {} {}", option,
+                          now[option].is_string() ? now[option].get<std::string>() : fmt::format("{:g}", now[option].get<double>()));
   return name;
 }
 
@@ -79,7 +82,8 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   };
   const auto plain = [](RadianceSettings&) {};
 
-  for (const Method m : {Method::kCandidates, Method::kInterpolated, Method::kPixel, Method::kOptimumGrid, Method::kOptimumPixel}) with(m, grid, plain);
+  for (const Method m : {Method::kCandidates, Method::kInterpolated, Method::kPixel, Method::kOptimumGrid, Method::kOptimumPixel})
+    with(m, grid, plain);
   if (size == SweepSize::kMethods) return table;
 
   const std::vector<int> grids = size == SweepSize::kQuick ? std::vector<int>{8, 16, 32} : kGrids;
@@ -100,7 +104,8 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
   for (const Resolution r : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
-    for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid}) with(m, grid, [&](RadianceSettings& s) { s.resolution = r; });
+    for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid})
+      with(m, grid, [&](RadianceSettings& s) { s.resolution = r; });
   if (size == SweepSize::kQuick) return table;
 
   // Effects off, one at a time: what each costs, and what it is worth here.

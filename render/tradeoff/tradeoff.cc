@@ -141,7 +141,9 @@ class Tradeoff {
   // Whether the optimum is there, and how large its reference pictures may be: by a small picture's time.
   void DecideReference() {
     const std::string& proxy = bench_.proxies().front();
-    reference_width_ = std::min(width_, o_.reference_width_px > 0 ? o_.reference_width_px : o_.quick ? kReferenceWidth / 2 : kReferenceWidth);
+    reference_width_ = std::min(width_, o_.reference_width_px > 0 ? o_.reference_width_px
+                                        : o_.quick                ? kReferenceWidth / 2
+                                                                  : kReferenceWidth);
     RenderRequest request = Request(views_.front(), ReferenceSettings(bench_.settings()), false);
     const int small = std::min(kProbeWidth, width_);
     request.view = views_.front().AtWidth(small, ViewOf(views_.front()).cam_from_world);
@@ -219,7 +221,9 @@ class Tradeoff {
       if (!optimum.empty()) m.optimum = Mean(optimum);
       if (!pixel.empty()) {
         m.pixel = Mean(pixel);
-        m.pixel_worst_db = std::min_element(pixel.begin(), pixel.end(), [](const FrameError& a, const FrameError& b) { return a.psnr_db < b.psnr_db; })->psnr_db;
+        m.pixel_worst_db = std::min_element(pixel.begin(), pixel.end(), [](const FrameError& a, const FrameError& b) {
+                             return a.psnr_db < b.psnr_db;
+                           })->psnr_db;
       }
       points_.push_back(std::move(m));
     } catch (const Interrupted&) {
@@ -316,9 +320,15 @@ class Tradeoff {
     const std::string& first = bench_.proxies().front();
     device_ = bench_.Measured(first).Device();
     front_ = FrontOf("");
-    Json j = {{"scene", o_.scene.generic_string()}, {"backend", o_.backend}, {"device", device_},
-              {"width", width_}, {"height", views_.front().camera.height_px}, {"reference_width", optimum_ || !o_.quick ? reference_width_ : 0},
-              {"holdout", o_.holdout}, {"fold", "choose"}, {"repeats", o_.repeats}};
+    Json j = {{"scene", o_.scene.generic_string()},
+              {"backend", o_.backend},
+              {"device", device_},
+              {"width", width_},
+              {"height", views_.front().camera.height_px},
+              {"reference_width", optimum_ || !o_.quick ? reference_width_ : 0},
+              {"holdout", o_.holdout},
+              {"fold", "choose"},
+              {"repeats", o_.repeats}};
     if (!optimum_) j["no_optimum"] = no_optimum_;
     for (const TestView& t : views_) j["views"].push_back(t.name);
     j["figure_view"] = o_.path.empty() ? Json(nullptr) : Json(o_.path.stem().string());
@@ -360,9 +370,10 @@ class Tradeoff {
       const auto error = [](const std::optional<FrameError>& e, double false_color) {
         return e ? fmt::format("{:.4f},{:.6f},{:.6g},{:.6g}", e->psnr_db, e->ssim, e->mse, false_color) : std::string(",,,");
       };
-      csv += fmt::format("\"{}\",{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6g},{:.5f},{},{}\n", p.name, Name(MethodOf(p.settings)), p.proxy,
-                         text("k"), text("grid"), text("epipoles"), text("resolution"), p.ms, p.plan_ms, p.holdout.psnr_db, p.holdout.ssim, p.holdout.mse,
-                         p.coverage, error(p.optimum, p.false_color_optimum), error(p.pixel, p.false_color_pixel));
+      csv += fmt::format("\"{}\",{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6g},{:.5f},{},{}\n", p.name, Name(MethodOf(p.settings)),
+                         p.proxy, text("k"), text("grid"), text("epipoles"), text("resolution"), p.ms, p.plan_ms, p.holdout.psnr_db,
+                         p.holdout.ssim, p.holdout.mse, p.coverage, error(p.optimum, p.false_color_optimum),
+                         error(p.pixel, p.false_color_pixel));
     }
     return csv;
   }
@@ -392,8 +403,15 @@ class Tradeoff {
     plot.series.push_back(front);
     const bool several = bench_.proxies().size() > 1;
     for (const auto& [method, color] : kColors) {
-      PlotSeries s{std::string(Name(method)), color, method == Method::kInterpolated ? Marker::kDiamond : method == Method::kCandidates ? Marker::kSquare : Marker::kCircle,
-                   false, false, false, {}};
+      PlotSeries s{std::string(Name(method)),
+                   color,
+                   method == Method::kInterpolated ? Marker::kDiamond
+                   : method == Method::kCandidates ? Marker::kSquare
+                                                   : Marker::kCircle,
+                   false,
+                   false,
+                   false,
+                   {}};
       for (const MeasuredPoint& p : points_) {
         if (MethodOf(p.settings) != method || (against_optimum && !p.optimum)) continue;
         const bool labelled = std::any_of(best.begin(), best.end(), [&](const FrontPoint& f) { return f.name == p.proxy + "\n" + p.name; });
@@ -433,7 +451,8 @@ class Tradeoff {
           alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
           if (!(alike == p.settings)) continue;
           const double error = false_color ? p.false_color_pixel : p.pixel->mse;
-          s.points.push_back({static_cast<double>(p.settings.grid_columns), std::max(error, kLeastShown), {}, fmt::format("{}: {:.4g}", p.name, error)});
+          s.points.push_back(
+              {static_cast<double>(p.settings.grid_columns), std::max(error, kLeastShown), {}, fmt::format("{}: {:.4g}", p.name, error)});
         }
         std::sort(s.points.begin(), s.points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
         if (!s.points.empty()) plot.series.push_back(std::move(s));
@@ -487,21 +506,29 @@ std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
 
 std::string DescribeTradeoff(const std::string& json) {
   const Json j = Json::parse(json);
-  const auto number = [](const Json& v, int digits) { return v.is_number() ? fmt::format("{:.{}f}", v.get<double>(), digits) : std::string("-"); };
+  const auto number = [](const Json& v, int digits) {
+    return v.is_number() ? fmt::format("{:.{}f}", v.get<double>(), digits) : std::string("-");
+  };
   std::string text = fmt::format("{:<52} {:>9} {:>13} {:>13}\n", "setting (proxy)", "ms", "optimum dB", "held-out dB");
   for (const Json& p : j["points"])
-    text += fmt::format("{:<52} {:>9} {:>13} {:>13}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["ms"], 2),
-                        number(p["psnr_optimum_db"], 2), number(p["psnr_holdout_db"], 2));
-  if (!j["sparse"].empty()) text += fmt::format("\n{:<52} {:>9} {:>13} {:>13} {:>12}\n", "samples against pixels", "speed-up", "PSNR dB", "worst view dB", "false colour");
+    text += fmt::format("{:<52} {:>9} {:>13} {:>13}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()),
+                        number(p["ms"], 2), number(p["psnr_optimum_db"], 2), number(p["psnr_holdout_db"], 2));
+  if (!j["sparse"].empty())
+    text += fmt::format("\n{:<52} {:>9} {:>13} {:>13} {:>12}\n", "samples against pixels", "speed-up", "PSNR dB", "worst view dB",
+                        "false colour");
   for (const Json& p : j["sparse"])
-    text += fmt::format("{:<52} {:>9} {:>13} {:>13} {:>12.4g}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["speed_up"], 1),
+    text += fmt::format("{:<52} {:>9} {:>13} {:>13} {:>12.4g}\n",
+                        fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["speed_up"], 1),
                         number(p["psnr_pixel_db"], 2), number(p["psnr_pixel_worst_db"], 2), p["false_color_mse_pixel"].get<double>());
   text += fmt::format("\n{:<12} {:<44} {:>9} {:>13} {:>12}\n", "budget", "recommended", "ms", "chosen on dB", "reported dB");
   for (const Json& r : j["recommended"])
-    text += fmt::format("{:<12} {:<44} {:>9} {:>13} {:>12}{}\n", r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>()),
-                        fmt::format("{} ({})", r["name"].get<std::string>(), r["proxy"].get<std::string>()), number(r["ms"], 2), number(r["psnr_holdout_db"], 2),
-                        number(r["report"]["psnr_db"], 2), r["fits"].get<bool>() ? "" : "  (does not fit: the fastest)");
-  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", number(j["report_nearest_photo"]["psnr_db"], 2), j["width"].get<int>(), j["device"].get<std::string>());
+    text += fmt::format("{:<12} {:<44} {:>9} {:>13} {:>12}{}\n",
+                        r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>()),
+                        fmt::format("{} ({})", r["name"].get<std::string>(), r["proxy"].get<std::string>()), number(r["ms"], 2),
+                        number(r["psnr_holdout_db"], 2), number(r["report"]["psnr_db"], 2),
+                        r["fits"].get<bool>() ? "" : "  (does not fit: the fastest)");
+  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", number(j["report_nearest_photo"]["psnr_db"], 2), j["width"].get<int>(),
+                      j["device"].get<std::string>());
   return text;
 }
 

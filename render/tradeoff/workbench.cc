@@ -45,7 +45,8 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
     if (proxies_.empty()) proxies_ = {""};  // LoadProxy says what is missing
   }
   for (std::size_t i = 0; i < proxies_.size(); ++i)
-    if (std::find(proxies_.begin(), proxies_.begin() + static_cast<std::ptrdiff_t>(i), proxies_[i]) != proxies_.begin() + static_cast<std::ptrdiff_t>(i))
+    if (std::find(proxies_.begin(), proxies_.begin() + static_cast<std::ptrdiff_t>(i), proxies_[i]) !=
+        proxies_.begin() + static_cast<std::ptrdiff_t>(i))
       throw UsageError("--proxy " + proxies_[i] + " is given twice");
   for (const std::string& p : proxies_) meshes_[p] = std::make_unique<Mesh>(LoadProxy(scene_, p));
   photos_ = LoadPhotos(scene_, {}, sink);

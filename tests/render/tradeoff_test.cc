@@ -43,7 +43,8 @@ FrontPoint At(double ms, double db, int k = 4) {
 // A folder of its own that goes with it.
 struct Folder {
   fs::path path;
-  explicit Folder(const std::string& name) : path(fs::temp_directory_path() / ("lumi-tradeoff-" + name + "-" + std::to_string(::getpid()))) {
+  explicit Folder(const std::string& name)
+      : path(fs::temp_directory_path() / ("lumi-tradeoff-" + name + "-" + std::to_string(::getpid()))) {
     fs::remove_all(path);
     fs::create_directories(path);
   }
@@ -56,7 +57,8 @@ struct SceneOnDisk {
   test::Capture capture;
   explicit SceneOnDisk(const std::string& name, int views) : folder(name), capture(test::MakeCapture(views, 64)) {
     capture.scene.image_folder = Scene() / "images";
-    for (std::size_t i = 0; i < capture.photos.size(); ++i) WriteImage(Scene() / "images" / capture.scene.views[i].name, capture.photos[i].levels[0]);
+    for (std::size_t i = 0; i < capture.photos.size(); ++i)
+      WriteImage(Scene() / "images" / capture.scene.views[i].name, capture.photos[i].levels[0]);
     capture.scene.active_proxy = "truth";
     WriteScene(capture.scene, Scene());
     WriteMesh(ProxyPath(Scene(), "truth"), capture.proxy);
@@ -75,7 +77,8 @@ struct SceneOnDisk {
 };
 
 TEST(Front, KeepsWhatNothingElseBeatsInBothTimeAndQuality) {
-  const std::vector<FrontPoint> front = ParetoFront({At(10, 30, 1), At(5, 31, 2), At(20, 33, 3), At(20, 32, 4), At(40, 33, 5), At(1, 10, 6)});
+  const std::vector<FrontPoint> front =
+      ParetoFront({At(10, 30, 1), At(5, 31, 2), At(20, 33, 3), At(20, 32, 4), At(40, 33, 5), At(1, 10, 6)});
   ASSERT_EQ(front.size(), 3u);
   EXPECT_EQ(front[0].settings.k, 6);
   EXPECT_EQ(front[1].settings.k, 2);
@@ -162,7 +165,8 @@ TEST(Front, ThatIsCorruptIsNamedAndPassedOver) {
   Stored s;
   const fs::path file = WriteFront(s.folder.path, s.front);
   const std::string text = ReadText(file);
-  for (const std::string& bad : {std::string("{"), std::string("[]"), text.substr(0, text.size() / 2), std::string("{\"format\": \"lumigraph-front\", \"version\": 99}")}) {
+  for (const std::string& bad : {std::string("{"), std::string("[]"), text.substr(0, text.size() / 2),
+                                 std::string("{\"format\": \"lumigraph-front\", \"version\": 99}")}) {
     std::ofstream(file) << bad;
     EXPECT_THROW(ReadFront(file), InputError) << bad;
     std::string why;
@@ -385,7 +389,8 @@ TEST(Probe, ServesWhereTheSceneHasNoFrontAndTheFrontWhereItHas) {
   EXPECT_EQ(choice.settings.k, 1);
   EXPECT_FALSE(choice.settings.visibility) << "what the scene decided stays";
   // An option that no point of the front has.
-  EXPECT_THAT(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {{"k", "9"}}, 10).why, testing::HasSubstr("no point of the scene's front"));
+  EXPECT_THAT(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {{"k", "9"}}, 10).why,
+              testing::HasSubstr("no point of the scene's front"));
   EXPECT_THROW(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 0), UsageError);
 }
 
@@ -395,7 +400,8 @@ TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
   SceneOnDisk d("whole", 13);
   const MeasureOptions o = d.Options("out");
   const Json j = Json::parse(RunTradeoff(o, SilentProgress()));
-  for (const char* file : {"tradeoff.csv", "tradeoff.json", "tradeoff.svg", "figure-5-4.svg"}) EXPECT_GT(fs::file_size(o.output / file), 500u) << file;
+  for (const char* file : {"tradeoff.csv", "tradeoff.json", "tradeoff.svg", "figure-5-4.svg"})
+    EXPECT_GT(fs::file_size(o.output / file), 500u) << file;
   ASSERT_GE(j["points"].size(), 3u);
   ASSERT_FALSE(j["front"].empty());
   ASSERT_EQ(j["recommended"].size(), 5u);
@@ -539,7 +545,8 @@ TEST(Properties, EachHasItsFigure) {
   EXPECT_LT(figure("natural navigation", "turned_difference_max"), 0.05);
   EXPECT_GT(figure("use of correspondence", "proxy_psnr_db"), figure("use of correspondence", "infinity_psnr_db") + 3);
   EXPECT_LT(figure("angle-based view dependence", "rank_correlation_worst"), -0.999);
-  for (const char* key : {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min"})
+  for (const char* key :
+       {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min"})
     EXPECT_GE(figure("epipole consistency", key), 0.99) << key;
   EXPECT_LE(figure("radiance consistency", "weight_difference_max"), 1e-6);
   EXPECT_NEAR(figure("continuity", "ratio_1e-3_1e-4"), 10, 2);
