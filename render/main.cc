@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   tradeoff->add_flag("--ablation", ablation, "Instead: the thesis's Fig. 5-3, one optimisation after the other, at one view");
   tradeoff->add_flag("--properties", properties, "Instead: as lumi-render properties");
   tradeoff->add_option("--view", m.view, "With --ablation: this photo's camera, without the photo; default: the first held-out one");
-  tradeoff->add_option("--path", m.path, "With --ablation: the first frame of this camera path");
+  tradeoff->add_option("--path", m.path, "The first frame of this camera path: what --ablation shows, or where figure-5-4.svg measures; default: held-out views");
   CLI::App* properties_command = measuring("properties", "A figure for each of the nine properties of Table 3.2");
   return program.Run(
       argc, argv,
@@ -116,7 +116,8 @@ int main(int argc, char** argv) {
         if (tradeoff->parsed() || properties) {
           if (*budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
           if (tradeoff->parsed() && m.output.empty() && !properties) throw lumi::UsageError("-o says where the tables go");
-          if (!ablation && (!m.view.empty() || !m.path.empty())) throw lumi::UsageError("--view and --path go with --ablation");
+          if (!ablation && !m.view.empty()) throw lumi::UsageError("tradeoff's --view goes with --ablation");
+          if (properties && !m.path.empty()) throw lumi::UsageError("tradeoff's --path does not go with --properties");
           if (ablation && properties) throw lumi::UsageError("--ablation and --properties do not go together");
           m.backend = o.backend;
           m.settings = o.settings;

@@ -106,6 +106,7 @@ class Job {
     if (settings_.similarity == Similarity::kFull)
       j["optimum"] = {{"samples", statistics.optimum.samples},
                       {"cameras_mean", statistics.optimum.samples > 0 ? static_cast<double>(statistics.optimum.cameras) / static_cast<double>(statistics.optimum.samples) : 0},
+                      {"dense", statistics.optimum.dense},
                       {"nugget_raised", statistics.optimum.nugget_raised},
                       {"indefinite", statistics.optimum.indefinite},
                       {"small_sums", statistics.optimum.small_sums}};

@@ -126,7 +126,7 @@ desk() {
     close_row
   done
   section fig-5-4 'Figure 5-4: what sparse samples cost' 'Squared error against a weight a pixel, over samples a side, with and without epipoles; and accuracy against time.'
-  quietly "$bin/lumi-render" tradeoff "$out/captures/desk" -o "$out/fig-5-4" --proxy plane --width "$width" --reference-width "$(least 320 "$width")" --backend "$backend" --views 2 ${quick:+--quick}
+  quietly "$bin/lumi-render" tradeoff "$out/captures/desk" -o "$out/fig-5-4" --proxy plane --width "$width" --reference-width "$(least 320 "$width")" --path "$views_folder/desk.json" --backend "$backend" --views 2 ${quick:+--quick}
   open_row; show_file fig-5-4/figure-5-4.svg 'Figure 5-4'; close_row
   open_row; show_file fig-5-4/tradeoff.svg 'accuracy against time'; close_row
   note '<a href="fig-5-4/tradeoff.csv">All points</a>'

@@ -48,7 +48,8 @@ Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
   return (1 - a) * at(l) + a * at(l + 1);
 }
 
-void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains, ImageF& image) {
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
+                ImageF& image) {
   const auto k = static_cast<std::size_t>(plan.k);
   const RelativeSources& r = setup.sources;
   const bool fading = setup.settings.field_of_view;

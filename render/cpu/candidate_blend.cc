@@ -18,8 +18,8 @@ struct Workspace {
   std::vector<CandidateRay> rays;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
-  std::vector<float> nearest;            // inverse depths of a cell's pixels
-  std::vector<std::int32_t> triangle;    // and whose they are; or 0 where a fine mesh is hit
+  std::vector<float> nearest;  // inverse depths of a cell's pixels
+  std::vector<std::int32_t> triangle;  // and whose they are
   std::vector<Eigen::Vector3f> direction;
   std::vector<float> t;
 };
@@ -33,8 +33,13 @@ class CandidateBlender {
  public:
   CandidateBlender(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
                    const BlendSources& sources, ImageF& image)
-      : plan_(plan), setup_(setup), tracer_(tracer), maps_(setup), shader_(setup, sources),
-        axis_(setup.desired.P.row(2).head<3>().cast<float>()), image_(image) {
+      : plan_(plan),
+        setup_(setup),
+        tracer_(tracer),
+        maps_(setup),
+        shader_(setup, sources),
+        axis_(setup.desired.P.row(2).head<3>().cast<float>()),
+        image_(image) {
     const RelativeSources& r = setup.sources;
     candidates_.resize(static_cast<std::size_t>(r.count));
     for (std::size_t j = 0; j < candidates_.size(); ++j) {
@@ -78,7 +83,8 @@ class CandidateBlender {
 
   TriangleRows Rows(const SparseTriangle& t) const {
     const auto& x = plan_.geometry.x_px;
-    return TriangleRows({x[static_cast<std::size_t>(t.vertex[0])], x[static_cast<std::size_t>(t.vertex[1])], x[static_cast<std::size_t>(t.vertex[2])]});
+    return TriangleRows(
+        {x[static_cast<std::size_t>(t.vertex[0])], x[static_cast<std::size_t>(t.vertex[1])], x[static_cast<std::size_t>(t.vertex[2])]});
   }
 
   // The plane of a triangle; its area, 0 where it has none.
@@ -98,9 +104,11 @@ class CandidateBlender {
   // A facet at a time: its triangles in the cell lie in one plane, and share batches.
   void FacetCell(int cell, const PixelRect& rect, Workspace& work) const {
     const auto c = static_cast<std::size_t>(cell);
-    const auto from = static_cast<std::size_t>(plan_.geometry.first_of_cell[c]), to = static_cast<std::size_t>(plan_.geometry.first_of_cell[c + 1]);
+    const auto from = static_cast<std::size_t>(plan_.geometry.first_of_cell[c]),
+               to = static_cast<std::size_t>(plan_.geometry.first_of_cell[c + 1]);
     const auto& triangles = plan_.geometry.triangles;
-    if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(from), triangles.begin() + static_cast<std::ptrdiff_t>(to), [](const auto& t) { return !t.alone; }))
+    if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(from), triangles.begin() + static_cast<std::ptrdiff_t>(to),
+                    [](const auto& t) { return !t.alone; }))
       TestDepths(from, to, rect, work);
     std::vector<bool> drawn(to - from, false);
     for (std::size_t first = from; first < to; ++first) {
@@ -122,6 +130,7 @@ class CandidateBlender {
         continue;
       }
       Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.Layer(photo, best, corners, best_linear, rect.x0, rect.y0); });
+      for (std::size_t i = 0; i < work.rays.size(); ++i) work.rays[i].inner = Inner(work.layers[i], rect);
       LayerBatch& b = work.batch;
       b.n = 0;
       b.depths = false;
@@ -135,7 +144,8 @@ class CandidateBlender {
           auto [x0, x1] = rows.Span(y, image_.width);
           x0 = std::max(x0, rect.x0);
           x1 = std::min(x1, rect.x1);
-          const std::int32_t* owner = triangles[t].alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width() - rect.x0;
+          const std::int32_t* owner =
+              triangles[t].alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width() - rect.x0;
           for (int x = x0; x < x1; ++x) {
             if (owner && owner[x] != static_cast<std::int32_t>(t)) continue;
             const auto dx = static_cast<float>(x - rect.x0), dy = static_cast<float>(y - rect.y0);
@@ -149,6 +159,23 @@ class CandidateBlender {
       }
       Flush(work);
     }
+  }
+
+  // Whether a photo contains a cell's pixels, feather excluded. Its inner region is convex, and the map to it a homography
+  // wherever w > 0: the cell's corners speak for the cell.
+  bool Inner(const PhotoLayer& layer, const PixelRect& rect) const {
+    const RelativeSources& r = setup_.sources;
+    const std::size_t j = layer.photo;
+    constexpr float kRoundingPx = 0.01F;
+    const float margin = r.feather_px[j] + kRoundingPx;
+    for (const int x : {0, rect.x1 - 1 - rect.x0})
+      for (const int y : {0, rect.y1 - 1 - rect.y0}) {
+        const auto at = [&](const Linear& f) { return f.c + f.x * static_cast<float>(x) + f.y * static_cast<float>(y); };
+        const float u = at(layer.map.u), v = at(layer.map.v), w = at(layer.map.w);
+        if (!(w > 0 && u >= margin * w && v >= margin * w && r.width_px[j] * w - u >= margin * w && r.height_px[j] * w - v >= margin * w))
+          return false;
+      }
+    return true;
   }
 
   void TestDepths(std::size_t from, std::size_t to, const PixelRect& rect, Workspace& work) const {
@@ -182,7 +209,8 @@ class CandidateBlender {
     work.t.resize(n);
     std::size_t i = 0;
     for (int y = rect.y0; y < rect.y1; ++y)
-      for (int x = rect.x0; x < rect.x1; ++x) work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
+      for (int x = rect.x0; x < rect.x1; ++x)
+        work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
     tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t);
     // The pyramids' levels are the middle hit's.
     float middle = 0;
@@ -211,7 +239,8 @@ class CandidateBlender {
   void Prepare(int cell, const PixelRect& rect, Workspace& work, MakeLayer&& layer) const {
     work.rays.clear();
     work.layers.clear();
-    for (auto i = static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell)]); i < static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell) + 1]); ++i) {
+    for (auto i = static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell)]);
+         i < static_cast<std::size_t>(plan_.first[static_cast<std::size_t>(cell) + 1]); ++i) {
       const auto photo = static_cast<std::size_t>(plan_.camera[i]);
       work.rays.push_back(candidates_[photo]);
       work.rays.back().map = maps_.AtDepths(photo, rect.x0, rect.y0);
@@ -255,13 +284,14 @@ bool CanBlendCandidates(const RadianceSettings& s) {
 void BlendCandidates(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
                      const BlendSources& sources, ImageF& image) {
   const CandidateBlender blender(plan, setup, tracer, visibility, sources, image);
-  ParallelFor(static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows), 1, [&](std::size_t begin, std::size_t end) {
-    const auto work = std::make_unique<Workspace>();
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      if (InterruptRequested()) return;
-      blender.Cell(static_cast<int>(cell), *work);
-    }
-  });
+  ParallelFor(static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows), 1,
+              [&](std::size_t begin, std::size_t end) {
+                const auto work = std::make_unique<Workspace>();
+                for (std::size_t cell = begin; cell < end; ++cell) {
+                  if (InterruptRequested()) return;
+                  blender.Cell(static_cast<int>(cell), *work);
+                }
+              });
 }
 
 }  // namespace lumi

@@ -18,8 +18,8 @@ constexpr int kLanes = 16;
 constexpr float kTied = 1 - std::numeric_limits<float>::epsilon() / 2;
 
 struct RayBatch {
-  alignas(64) float x[kBatch], y[kBatch], z[kBatch];   // rays times 1, and
-  alignas(64) float squared[kBatch];                   // their squared length
+  alignas(64) float x[kBatch], y[kBatch], z[kBatch];  // rays times 1, and
+  alignas(64) float squared[kBatch];  // their squared length
   alignas(64) float h1[kBatch], edge[kBatch], sum[kBatch], f[kBatch];
 };
 
@@ -40,8 +40,9 @@ LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& 
 
 // h of one candidate at every pixel, without visibility; u_px, v_px and depth where visibility is to be looked up.
 template <bool kSoft>
-[[gnu::always_inline]] inline void Measure(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* __restrict h_out,
-                                           float* __restrict f_out, float* __restrict u_out, float* __restrict v_out, float* __restrict w_out) {
+[[gnu::always_inline]] inline void Measure(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
+                                           float* __restrict h_out, float* __restrict f_out, float* __restrict u_out,
+                                           float* __restrict v_out, float* __restrict w_out) {
   const float dx = c.dx, dy = c.dy, dz = c.dz, gamma = rule.gamma;
   const Linear mu = c.map.u, mv = c.map.v, mw = c.map.w;
   const float width = c.width_px, height = c.height_px, feather = 1 / c.feather_px;
@@ -79,10 +80,12 @@ template <bool kSoft>
   }
 }
 
-LUMI_KERNEL void MeasureSoft(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
+LUMI_KERNEL void MeasureSoft(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f,
+                             float* u, float* v, float* w) {
   Measure<true>(b, c, rule, rays, h, f, u, v, w);
 }
-LUMI_KERNEL void MeasureHard(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
+LUMI_KERNEL void MeasureHard(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f,
+                             float* u, float* v, float* w) {
   Measure<false>(b, c, rule, rays, h, f, u, v, w);
 }
 
@@ -111,6 +114,24 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float value = soft ? f[i] : 1.0F;
     const float factor = value > 0 ? (1 + gamma * (1 / (value * seen) - 1)) / (1 + gamma * (1 / value - 1)) : 1.0F;
     h[i] = (h[i] > 0) & (f[i] > 0) ? h[i] * factor : h[i];
+  }
+}
+
+// The same for a photo that contains all pixels, feather excluded: the angle alone.
+LUMI_KERNEL void MeasureInner(int n, const CandidateRay& c, const float* __restrict depth, RayBatch& rays, float* __restrict h_out,
+                              float* __restrict f_out) {
+  const float dx = c.dx, dy = c.dy, dz = c.dz;
+  const float* __restrict rx = rays.x;
+  const float* __restrict ry = rays.y;
+  const float* __restrict rz = rays.z;
+  const float* __restrict squared = rays.squared;
+  float* __restrict f_largest = rays.f;
+  for (int i = 0; i < n; ++i) {
+    const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
+    const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
+    h_out[i] = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
+    f_out[i] = 1;
+    f_largest[i] = 1;
   }
 }
 
@@ -158,10 +179,18 @@ template <int kFixed>
   }
 }
 
-LUMI_KERNEL void WindowAny(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<0>(n, candidates, k, h, h1, edge); }
-LUMI_KERNEL void Window3(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<3>(n, candidates, k, h, h1, edge); }
-LUMI_KERNEL void Window4(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<4>(n, candidates, k, h, h1, edge); }
-LUMI_KERNEL void Window5(int n, int candidates, int k, const float* h, float* h1, float* edge) { SmallestAndLast<5>(n, candidates, k, h, h1, edge); }
+LUMI_KERNEL void WindowAny(int n, int candidates, int k, const float* h, float* h1, float* edge) {
+  SmallestAndLast<0>(n, candidates, k, h, h1, edge);
+}
+LUMI_KERNEL void Window3(int n, int candidates, int k, const float* h, float* h1, float* edge) {
+  SmallestAndLast<3>(n, candidates, k, h, h1, edge);
+}
+LUMI_KERNEL void Window4(int n, int candidates, int k, const float* h, float* h1, float* edge) {
+  SmallestAndLast<4>(n, candidates, k, h, h1, edge);
+}
+LUMI_KERNEL void Window5(int n, int candidates, int k, const float* h, float* h1, float* edge) {
+  SmallestAndLast<5>(n, candidates, k, h, h1, edge);
+}
 
 // h to h_1/h_j - h_1/h_{k+1}; their sum.
 LUMI_KERNEL void Weights(int n, float* __restrict h, const float* __restrict h1, const float* __restrict edge, float* __restrict sum) {
@@ -190,6 +219,10 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
   Rays(b, rule, rays);
   for (std::size_t c = 0; c < rows; ++c) {
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
+    if (candidates[c].inner && !candidates[c].depth_map) {
+      MeasureInner(n, candidates[c], b.inverse_depth, rays, h, f);
+      continue;
+    }
     (rule.field_of_view ? MeasureSoft : MeasureHard)(b, candidates[c], rule, rays, h, f, u, v, w);
     if (candidates[c].depth_map && rule.gamma > 0) Visibility(n, candidates[c], rule, f, u, v, w, h);
   }

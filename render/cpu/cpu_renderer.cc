@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <mutex>
 #include <optional>
 
 #include "render/cpu/blend.h"
@@ -40,7 +41,10 @@ class CpuRenderer : public Renderer {
     ImageF image(width, height, 4);
     statistics_ = {};
     const RadianceSettings& settings = request.settings;
-    if (settings.Sparse() && (settings.sampling == Sampling::kInterpolated || CanBlendCandidates(settings)))
+    const bool candidates = settings.Sparse() && settings.sampling == Sampling::kCandidates && settings.k > 0;
+    if (candidates && !CanBlendCandidates(settings))
+      RenderCells(request, setup, visibility, image);
+    else if (candidates || (settings.Sparse() && settings.sampling == Sampling::kInterpolated))
       RenderSparse(request, setup, visibility, image);
     else
       RenderPixels(request, setup, visibility, image);
@@ -61,21 +65,54 @@ class CpuRenderer : public Renderer {
     const int width = image.width, height = image.height;
     const std::vector<float> gains = Gains(setup);
     const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
+    std::mutex counting;
     ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
       FramePlan plan;
       WeighScratch scratch;
+      OptimumCounts counts;
       for (std::size_t tile = begin; tile < end; ++tile) {
         if (InterruptRequested()) return;
         const int x = static_cast<int>(tile) % columns * kTileWidth, y = static_cast<int>(tile) / columns * kTileHeight;
         const PixelWindow window{x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)};
         PlanPixels(setup, proxy_, visibility, window, plan, scratch);
+        counts += plan.optimum;
         if (request.show == Show::kFalseColor)
           BlendConstants(plan, colors_, image);
         else
           BlendColor(plan, setup, photos_, gains, image);
       }
+      const std::lock_guard lock(counting);
+      statistics_.optimum += counts;
     });
     statistics_.blend_ms = Milliseconds(start, Clock::now());
+  }
+
+  // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh all.
+  void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+    if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
+    const std::vector<float> gains = Gains(setup);
+    const Clock::time_point start = Clock::now();
+    PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
+    const Clock::time_point planned = Clock::now();
+    ParallelFor(static_cast<std::size_t>(candidates_.cell_columns) * static_cast<std::size_t>(candidates_.cell_rows), 1,
+                [&](std::size_t begin, std::size_t end) {
+                  ViewSetup cell_setup;
+                  FramePlan plan;
+                  WeighScratch scratch;
+                  for (std::size_t cell = begin; cell < end; ++cell) {
+                    if (InterruptRequested()) return;
+                    PlanCellPixels(setup, proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan, scratch);
+                    if (request.show == Show::kFalseColor)
+                      BlendConstants(plan, colors_, image);
+                    else
+                      BlendColor(plan, setup, photos_, gains, image);
+                  }
+                });
+    statistics_.samples = candidates_.samples;
+    statistics_.plan_ms = Milliseconds(start, planned);
+    statistics_.blend_ms = Milliseconds(planned, Clock::now());
+    if (request.show == Show::kTessellation)
+      DrawGrid(request.settings.grid_columns, request.settings.grid_rows, candidates_.geometry.epipoles_px, image);
   }
 
   void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {

@@ -65,7 +65,8 @@ PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, const Eigen::Vector2d& 
   if (!sources_.photos || !setup_.settings.prefilter) return layer;
   const double ratio = maps_.DepthRatio(photo, LinearD(0, 0, inverse_depth), x_px);
   const int last = sources_.photos->count(photo) - 1;
-  const double level = std::clamp<double>((ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
+  const double level = std::clamp<double>(
+      (ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
   if (!(level > kLevelZero)) return layer;
   layer.first_level = static_cast<int>(level);
   layer.last_level = static_cast<int>(std::ceil(level));
@@ -100,7 +101,7 @@ void LayerShader::Store(LayerBatch& b, bool normalised, float* rgba) const {
     return StoreConstants(b, rgba);
   }
   if (normalised && sources_.gains.empty())
-    for (int i = 0; i < b.n; ++i) b.scale[i] = b.sum[i] > 0 ? b.alpha[i] / (255.0F * static_cast<float>(b.sum[i])) : 0.0F;
+    ScaleBySum(b);
   else
     for (int i = 0; i < b.n; ++i) b.scale[i] = (normalised ? b.alpha[i] : 1.0F) / (255.0F * weight_one_);
   StoreColors(b, rgba);
@@ -109,7 +110,7 @@ void LayerShader::Store(LayerBatch& b, bool normalised, float* rgba) const {
 void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch,
                         float* rgba) const {
   b.Pad();
-  b.Clear();
+  b.Clear(!sources_.photos);
   const int n = b.padded();
   if (sums_to_one) {
     for (const PhotoLayer& layer : layers) {
@@ -155,8 +156,9 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   Store(b, renormalise, rgba);
 }
 
-void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const {
-  b.Clear();
+void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights,
+                                float* rgba) const {
+  b.Clear(!sources_.photos);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const float* w = weights.data() + l * kBatch;
     // Most candidates count in a part of the batch only: runs of 16 pixels in which this one does.

@@ -13,10 +13,10 @@ namespace lumi {
 // A photo over the pixels of one plane. All functions about the same reference pixel.
 struct PhotoLayer {
   std::size_t photo = 0;
-  PhotoMap map;                   // in the photo's pixels
-  Linear weight;                  // read by Shade with interpolated weights
-  bool ends = false;              // its weight is gated
-  Linear level;                   // of its pyramid
+  PhotoMap map;  // in the photo's pixels
+  Linear weight;  // read by Shade with interpolated weights
+  bool ends = false;  // its weight is gated
+  Linear level;  // of its pyramid
   int first_level = 0, last_level = 0;
 };
 
@@ -42,11 +42,11 @@ class LayerShader {
   const ViewSetup& setup_;
   const BlendSources& sources_;
   const PhotoMaps maps_;
-  float weight_one_ = kWeightOne;   // lower where a gain above 1 must fit
+  float weight_one_ = kWeightOne;  // lower where a gain above 1 must fit
 };
 
 // Coefficients of the function that is linear in the image and takes given values at three corners: value = (a, b, c) M.
-// nullopt-like: false for corners on a line.
+// False for corners on a line.
 bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& out);
 
 }  // namespace lumi

@@ -46,11 +46,14 @@ void LayerBatch::Pad() {
   }
 }
 
-void LayerBatch::Clear() {
+void LayerBatch::Clear(bool constants) {
   const auto m = static_cast<std::size_t>(padded());
+  if (constants) {
+    std::memset(rgb, 0, 4 * m * sizeof(rgb[0]));
+    return;
+  }
   std::memset(sum, 0, m * sizeof(sum[0]));
   std::memset(color, 0, 4 * m * sizeof(color[0]));
-  std::memset(rgb, 0, 4 * m * sizeof(rgb[0]));
 }
 
 LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float* __restrict out) {
@@ -61,7 +64,8 @@ LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float* __
   for (int i = 0; i < n; ++i) out[i] = std::max(0.0F, c + fx * x[i] + fy * y[i]);
 }
 
-LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px, float* __restrict out) {
+LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px,
+                              float* __restrict out) {
   const float* __restrict x = b.x;
   const float* __restrict y = b.y;
   const Linear mu = map.u, mv = map.v, mw = map.w;
@@ -130,10 +134,12 @@ template <bool kDepths>
   }
 }
 
-LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                          float weight_one) {
   Map<false>(b, begin, end, map, level, weight, weight_one);
 }
-LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                           float weight_one) {
   Map<true>(b, begin, end, map, level, weight, weight_one);
 }
 
@@ -171,7 +177,10 @@ __attribute__((target("arch=x86-64-v3"), noipa)) void FetchV3(LayerBatch& b, int
     const std::ptrdiff_t o = offset[i];
     const __m128i p = _mm_shuffle_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(base + o)), pick_top);
     const __m128i q = _mm_shuffle_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(next + o)), pick_bottom);
-    const __m128i s = _mm_add_epi32(_mm_madd_epi16(p, _mm_set1_epi32(top[i])), _mm_madd_epi16(q, _mm_set1_epi32(bottom[i])));
+    // Broadcast by the load itself, not by a shuffle.
+    const __m128i above = _mm_castps_si128(_mm_broadcast_ss(reinterpret_cast<const float*>(top + i)));
+    const __m128i below = _mm_castps_si128(_mm_broadcast_ss(reinterpret_cast<const float*>(bottom + i)));
+    const __m128i s = _mm_add_epi32(_mm_madd_epi16(p, above), _mm_madd_epi16(q, below));
     __m128i* c = reinterpret_cast<__m128i*>(color + 4 * i);
     _mm_store_si128(c, _mm_add_epi32(_mm_load_si128(c), s));
   }
@@ -193,6 +202,14 @@ LUMI_KERNEL void AddConstant(LayerBatch& b, int begin, int end, const float* __r
   float* __restrict out = b.rgb;
   for (int i = begin; i < end; ++i)
     for (int c = 0; c < 3; ++c) out[4 * i + c] += weight[i] * rgb[c];
+}
+
+LUMI_KERNEL void ScaleBySum(LayerBatch& b) {
+  float* __restrict scale = b.scale;
+  const float* __restrict alpha = b.alpha;
+  const std::int32_t* __restrict sum = b.sum;
+  const int n = b.padded();
+  for (int i = 0; i < n; ++i) scale[i] = sum[i] > 0 ? alpha[i] / (255.0F * static_cast<float>(std::max(sum[i], 1))) : 0.0F;
 }
 
 LUMI_KERNEL void StoreColors(const LayerBatch& b, float* __restrict rgba) {

@@ -69,7 +69,7 @@ struct LayerBatch {
 
   int padded() const { return (n + 15) / 16 * 16; }
   void Pad();     // repeats the last pixel
-  void Clear();   // sum, color, rgb
+  void Clear(bool constants);   // rgb, or sum and color
 };
 
 // out = max(0, f)
@@ -86,6 +86,8 @@ void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const Le
 void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level);
 // b.rgb += weight * rgb
 void AddConstant(LayerBatch& b, int begin, int end, const float* weight, const float* rgb);
+// b.scale = b.alpha / (255 b.sum), 0 where there is nothing.
+void ScaleBySum(LayerBatch& b);
 // RGBA of the batch: b.color (or b.rgb) times b.scale, and b.alpha.
 void StoreColors(const LayerBatch& b, float* rgba);
 void StoreConstants(const LayerBatch& b, float* rgba);

@@ -11,7 +11,7 @@
 namespace lumi {
 
 // A linear function of the view's pixels, in double until it is moved to a reference pixel.
-using LinearD = Eigen::RowVector3d;   // times (x_px, y_px, 1)
+using LinearD = Eigen::RowVector3d;  // times (x_px, y_px, 1)
 
 // f about the centre of pixel (x, y).
 inline Linear About(const LinearD& f, int x, int y) {

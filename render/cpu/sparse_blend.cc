@@ -26,8 +26,8 @@ struct Workspace {
   LayerBatch batch;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
-  std::vector<float> nearest;            // inverse depths of a band
-  std::vector<std::int32_t> triangle;    // and whose they are
+  std::vector<float> nearest;  // inverse depths of a band
+  std::vector<std::int32_t> triangle;  // and whose they are
 };
 
 class Blender {
@@ -55,7 +55,8 @@ class Blender {
 
   void Band(int band, Workspace& work) const {
     const int begin = band * kBandRows, end = std::min(image_.height, begin + kBandRows);
-    const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]), to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
+    const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]),
+               to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
     bool tested = false;
     for (std::size_t i = from; i < to; ++i) {
       const std::int32_t t = in_band_[i];

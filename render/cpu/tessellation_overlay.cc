@@ -39,7 +39,8 @@ void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, con
   const int steps = std::max(1, static_cast<int>(std::ceil(length)));
   for (int i = 0; i <= steps; ++i) {
     // The view's own border lies on the last pixel's far side: drawn inside.
-    const Eigen::Vector2d x = (p + (from + (to - from) * i / steps) * d - Eigen::Vector2d(0.5, 0.5)).cwiseMax(0.0).cwiseMin((size.array() - 1).matrix());
+    const Eigen::Vector2d x =
+        (p + (from + (to - from) * i / steps) * d - Eigen::Vector2d(0.5, 0.5)).cwiseMax(0.0).cwiseMin((size.array() - 1).matrix());
     const int m = static_cast<int>(std::lround(x[major])), n = static_cast<int>(std::floor(x[1 - major]));
     const auto part = static_cast<float>(x[1 - major] - n);
     for (int s = 0; s < 2; ++s) Over(image, major == 0 ? m : n + s, major == 0 ? n + s : m, color, opacity * (s == 0 ? 1 - part : part));
@@ -58,7 +59,8 @@ void DrawTessellation(const SparseGeometry& geometry, ImageF& image) {
   std::set<std::array<float, 4>> drawn;  // triangles share edges, and facets share the image's
   for (const SparseTriangle& t : geometry.triangles)
     for (std::size_t i = 0; i < 3; ++i) {
-      Eigen::Vector2f a = geometry.x_px[static_cast<std::size_t>(t.vertex[i])], b = geometry.x_px[static_cast<std::size_t>(t.vertex[(i + 1) % 3])];
+      Eigen::Vector2f a = geometry.x_px[static_cast<std::size_t>(t.vertex[i])],
+                      b = geometry.x_px[static_cast<std::size_t>(t.vertex[(i + 1) % 3])];
       if (std::pair(b.x(), b.y()) < std::pair(a.x(), a.y())) std::swap(a, b);
       if (drawn.insert({a.x(), a.y(), b.x(), b.y()}).second) Line(image, a, b, kEdgeColor, kLineOpacity);
     }

@@ -12,7 +12,7 @@ layout(location = 0) out vec4 color;  // premultiplied
 uniform sampler2D depth_map;
 uniform mat3 ray_from_pixel;   // to the plane at depth 1
 uniform float focal_px;        // of the desired camera
-layout(std430, binding = 0) readonly buffer Lists { uint lists[]; };
+uniform usamplerBuffer lists;
 
 // One after the other: the list of the pixel's tile or cell, else all in order.
 struct Candidates {
@@ -21,7 +21,7 @@ struct Candidates {
 // x: camera, y: bucket.
 ivec2 Candidate(Candidates c, int i) {
   if (c.first < 0) return ivec2(i, 0);
-  uint entry = lists[c.first + i];
+  uint entry = texelFetch(lists, c.first + i).r;
   return ivec2(int(entry & 0xffffffu), int(entry >> 24));
 }
 
@@ -32,8 +32,8 @@ uniform vec2 cells_per_px;
 Candidates CandidatesHere() {
   ivec2 at = min(ivec2(gl_FragCoord.xy * cells_per_px), cell_count - 1);
   int cell = at.y * cell_count.x + at.x;
-  int first = int(lists[cell]);
-  return Candidates(cell_count.x * cell_count.y + 1 + first, int(lists[cell + 1]) - first);
+  int first = int(texelFetch(lists, cell).r);
+  return Candidates(cell_count.x * cell_count.y + 1 + first, int(texelFetch(lists, cell + 1).r) - first);
 }
 #else
 uniform int tile_columns, tile_words;  // tile_words 0: no lists
@@ -41,7 +41,7 @@ Candidates CandidatesHere() {
   if (tile_words == 0) return Candidates(-1, camera_count);
   ivec2 tile = ivec2(gl_FragCoord.xy) / TILE_PX;
   int base = (tile.y * tile_columns + tile.x) * tile_words;
-  return Candidates(base + 1, int(lists[base]));
+  return Candidates(base + 1, int(texelFetch(lists, base).r));
 }
 #endif
 

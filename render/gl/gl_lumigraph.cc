@@ -26,6 +26,7 @@ enum Unit {
   kFaceUnit,
   kCameraUnit,
   kVisibilityUnit,
+  kListUnit,
   kFirstPhotoUnit,
   kProjectionUnit = kVisibilityUnit,
   kRecordUnit = kDepthUnit,
@@ -111,6 +112,9 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
   GLint block_bytes = 16384;
   glGetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &block_bytes);
   uniform_capacity_ = std::min<int>(kMaxUniformRows, block_bytes / (kFloatsPerRow * static_cast<int>(sizeof(float))));
+  GLint texels = 65536;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+  max_list_words_ = std::min(kMaxListWords, static_cast<std::size_t>(texels));
   depth_program_ = GlProgram("depth", DepthVertexShader(), DepthFragmentShader(false));
   empty_array_ = GlVertexArray::Make();
   std::vector<Eigen::Vector3f> colors;
@@ -208,6 +212,7 @@ void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant)
   glUniform1i(program.Uniform("source_colors"), kColorUnit);
   glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
   glUniform1i(program.Uniform("face_map"), kFaceUnit);
+  glUniform1i(program.Uniform("lists"), kListUnit);
   glUniform1i(program.Uniform("projections"), kProjectionUnit);
   glUniform1i(program.Uniform("record_places"), kRecordUnit);
   if (variant.cameras_in_uniforms) {
@@ -414,11 +419,16 @@ void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
   glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
 }
 
-void GlLumigraph::FillLists(const std::vector<std::uint32_t>& words) {
+void GlLumigraph::ReserveLists(std::size_t words) {
   if (!list_buffer_) list_buffer_ = GlBuffer::Make();
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint32_t)), words.data(), GL_STREAM_DRAW);
-  list_words_ = words.size();
+  glBindBuffer(GL_TEXTURE_BUFFER, list_buffer_.id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_STREAM_DRAW);
+  list_words_ = words;
+  if (list_texture_) return;
+  list_texture_ = GlTexture::Make();
+  glActiveTexture(GL_TEXTURE0 + kListUnit);
+  glBindTexture(GL_TEXTURE_BUFFER, list_texture_.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, list_buffer_.id());
 }
 
 void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
@@ -463,13 +473,8 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   const int tile_count = tiles.prod();
   const std::size_t tile_words = packed_views_.size() + 1, all_words = tile_words * static_cast<std::size_t>(tile_count);
   // Without the field of view a photo counts where it does not see, too.
-  const bool culling = culling_ && request.settings.field_of_view && all_words <= kMaxListWords;
-  if (const std::size_t words = culling ? all_words : 1; words > list_words_) {
-    if (!list_buffer_) list_buffer_ = GlBuffer::Make();
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, list_buffer_.id());
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_DYNAMIC_COPY);
-    list_words_ = words;
-  }
+  const bool culling = culling_ && request.settings.field_of_view && all_words <= max_list_words_;
+  if (const std::size_t words = culling ? all_words : 1; words > list_words_) ReserveLists(words);
   for (const GlProgram* p : {&programs.blend, &programs.cull}) {
     SetUniforms(setup, *p, variant);
     glUniform1i(p->Uniform("tile_columns"), tiles.x());
@@ -481,7 +486,7 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
     glUniform2i(programs.cull.Uniform("size_px"), size_px_.x(), size_px_.y());
     glUniform1i(programs.cull.Uniform("tile_count"), tile_count);
     glDispatchCompute(static_cast<GLuint>((tile_count + kTilesPerGroup - 1) / kTilesPerGroup), 1, 1);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
   }
   CheckGl("drawing the proxy");
 }
@@ -502,7 +507,8 @@ void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setu
       if (const int p = packed[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(i)])]; p >= 0) words.push_back(static_cast<std::uint32_t>(p));
     words[cell + 1] = static_cast<std::uint32_t>(words.size() - cells - 1);
   }
-  FillLists(words);
+  ReserveLists(words.size());
+  glBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint32_t)), words.data());
   SetUniforms(setup, programs.blend, variant);
   glUniform2i(programs.blend.Uniform("cell_count"), plan.cell_columns, plan.cell_rows);
   glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px), static_cast<float>(1 / plan.cell_height_px));
@@ -560,7 +566,10 @@ void GlLumigraph::BindInputs(const GlTarget& target) const {
     bind(kRecordUnit, GL_TEXTURE_BUFFER, triangles_.place_texture());
   }
   if (camera_block_) glBindBufferBase(GL_UNIFORM_BUFFER, 0, camera_block_.id());
-  if (list_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());
+  if (list_buffer_) {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_buffer_.id());  // as it is written
+    bind(kListUnit, GL_TEXTURE_BUFFER, list_texture_.id());            // as it is read
+  }
   if (leaf_buffer_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, leaf_buffer_.id());
   if (normals_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());
   photos_.Bind(kFirstPhotoUnit);

@@ -105,7 +105,7 @@ class GlLumigraph {
   void BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target);
   void BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target);
   void UploadLeaves(const RadianceSettings& settings);
-  void FillLists(const std::vector<std::uint32_t>& words);
+  void ReserveLists(std::size_t words);
   void DrawLines(GlTarget& target);
 
   Sources sources_;
@@ -134,9 +134,9 @@ class GlLumigraph {
   GlBuffer leaf_buffer_;                              // of the radii, r_min and r_max
   std::pair<double, double> leaf_radii_;
   Eigen::Vector2d leaf_place_ = Eigen::Vector2d::Zero();
-  std::size_t list_words_ = 0;
+  std::size_t list_words_ = 0, max_list_words_ = 0;
   bool culling_ = true;
-  GlTexture camera_texture_, place_texture_, color_texture_;
+  GlTexture camera_texture_, place_texture_, color_texture_, list_texture_;
 
   // The picture begun last.
   RenderStatistics statistics_;

@@ -56,6 +56,6 @@ class PhotoTextures {
 };
 
 // Texture units that a shader needs beside the photos'.
-constexpr int kReservedTextureUnits = 5;
+constexpr int kReservedTextureUnits = 6;
 
 }  // namespace lumi

@@ -63,8 +63,10 @@ class Planner {
           for (int j = 0; i + j <= 4; ++j)
             if (i < 4 && j < 4 && i + j > 0)
               between.Add(static_cast<std::int32_t>(c),
-                          (static_cast<float>(i) * g.offset[static_cast<std::size_t>(v[0])] + static_cast<float>(j) * g.offset[static_cast<std::size_t>(v[1])] +
-                           static_cast<float>(4 - i - j) * g.offset[static_cast<std::size_t>(v[2])]) / 4,
+                          (static_cast<float>(i) * g.offset[static_cast<std::size_t>(v[0])] +
+                           static_cast<float>(j) * g.offset[static_cast<std::size_t>(v[1])] +
+                           static_cast<float>(4 - i - j) * g.offset[static_cast<std::size_t>(v[2])]) /
+                              4,
                           g.normal[static_cast<std::size_t>(v[0])]);
       }
     Weigh(between);
@@ -75,14 +77,19 @@ class Planner {
     const Eigen::Vector2i size = setup_.desired.size_px;
     std::vector<Eigen::Vector3f> direction(static_cast<std::size_t>(columns * rows));
     std::vector<float> t(direction.size());
+    std::vector<Eigen::Vector3f> normal(setup_.settings.resolution == Resolution::kJacobian ? direction.size() : 0);
     const auto inside = [](double x, int side) { return std::clamp(x, kInsidePx, side - kInsidePx); };
     for_ranges_(static_cast<std::size_t>(rows), 4, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y)
         for (int x = 0; x < columns; ++x)
           direction[y * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
-              (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()), inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1)).normalized().cast<float>();
+              (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()),
+                                                       inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1))
+                  .normalized()
+                  .cast<float>();
       const std::size_t from = begin * static_cast<std::size_t>(columns), n = (end - begin) * static_cast<std::size_t>(columns);
-      tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n), std::span(t).subspan(from, n));
+      tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n), std::span(t).subspan(from, n),
+                   normal.empty() ? std::span<Eigen::Vector3f>() : std::span(normal).subspan(from, n));
     });
     // Which rays become samples; those on a border serve both cells.
     std::vector<bool> sampled(t.size(), false);
@@ -90,7 +97,9 @@ class Planner {
       for (int r = 0; r < plan_.cell_rows; ++r)
         for (int c = 0; c < plan_.cell_columns; ++c) body(static_cast<std::size_t>(r * plan_.cell_columns + c), r * kProbes, c * kProbes);
     };
-    const auto at = [&](int y, int x) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x); };
+    const auto at = [&](int y, int x) {
+      return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
+    };
     cells([&](std::size_t, int y0, int x0) {
       float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
       std::size_t near = at(y0, x0), far = near;
@@ -114,7 +123,7 @@ class Planner {
         sample[i] = static_cast<std::int32_t>(rays.size());
         rays.direction.push_back(direction[i]);
         rays.t.push_back(t[i]);
-        rays.normal.push_back(Eigen::Vector3f::Zero());
+        rays.normal.push_back(normal.empty() ? Eigen::Vector3f::Zero() : normal[i]);
       }
     WeighSamples(setup_, visibility_, rays, for_ranges_, table_, counts_);
     plan_.samples = static_cast<int>(rays.size());
@@ -130,7 +139,7 @@ class Planner {
       if (!hole) return;
       for (int y = y0; y <= y0 + kProbes; ++y)
         for (int x = x0; x <= x0 + kProbes; ++x)
-          if (sample[at(y, x)] < 0) between.Add(static_cast<std::int32_t>(c), direction[at(y, x)] * t[at(y, x)], Eigen::Vector3f::Zero());
+          if (sample[at(y, x)] < 0) between.Add(static_cast<std::int32_t>(c), direction[at(y, x)] * t[at(y, x)], normal.empty() ? Eigen::Vector3f::Zero() : normal[at(y, x)]);
     });
     Weigh(between);
     if (setup_.settings.epipoles) AddEpipoles();
@@ -188,7 +197,8 @@ class Planner {
 void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer, const VisibilityMaps* visibility,
                     const ForRanges& for_ranges, CandidatePlan& plan) {
   const RadianceSettings& s = setup.settings;
-  if (!s.Sparse() || s.k == 0 || s.similarity != Similarity::kIdentity) throw std::invalid_argument("PlanCandidates: settings without candidates");
+  if (!s.Sparse() || s.k == 0 || s.similarity != Similarity::kIdentity)
+    throw std::invalid_argument("PlanCandidates: settings without candidates");
   plan.cell_columns = s.grid_columns - 1;
   plan.cell_rows = s.grid_rows - 1;
   plan.cell_width_px = static_cast<double>(setup.desired.size_px.x()) / plan.cell_columns;
@@ -202,6 +212,26 @@ void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const Prox
     planner.FromRays(tracer);
   }
   planner.Finish();
+}
+
+PixelWindow CellPixels(const CandidatePlan& plan, int cell, const Eigen::Vector2i& size_px) {
+  const int column = cell % plan.cell_columns, row = cell / plan.cell_columns;
+  const auto first = [](double edge, int size) { return std::clamp(static_cast<int>(std::ceil(edge - 0.5)), 0, size); };
+  const int x = first(column * plan.cell_width_px, size_px.x()), y = first(row * plan.cell_height_px, size_px.y());
+  return {x, y, first((column + 1) * plan.cell_width_px, size_px.x()) - x, first((row + 1) * plan.cell_height_px, size_px.y()) - y};
+}
+
+void PlanCellPixels(const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility, const CandidatePlan& plan, int cell,
+                    ViewSetup& cell_setup, FramePlan& out, WeighScratch& scratch) {
+  const auto from = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell)]), to = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell) + 1]);
+  cell_setup.desired = setup.desired;
+  cell_setup.settings = setup.settings;
+  cell_setup.ray_from_pixel = setup.ray_from_pixel;
+  cell_setup.focal_px = setup.focal_px;
+  Subset(setup.sources, std::span(plan.camera).subspan(from, to - from), cell_setup.sources);
+  PlanPixels(cell_setup, tracer, visibility, CellPixels(plan, cell, setup.desired.size_px), out, scratch);
+  for (std::int32_t& camera : out.camera)
+    if (camera >= 0) camera = cell_setup.sources.view[static_cast<std::size_t>(camera)];
 }
 
 }  // namespace lumi

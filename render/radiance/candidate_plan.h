@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/radiance/frame_plan.h"
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/sparse_plan.h"
 
@@ -29,5 +30,13 @@ struct CandidatePlan {
 // varies. Cells with a hole among their samples are sampled once more between them. Replaces `plan`.
 void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer, const VisibilityMaps* visibility,
                     const ForRanges& for_ranges, CandidatePlan& plan);
+
+// Pixels whose centres lie in a cell; empty ones have a width or height of 0.
+PixelWindow CellPixels(const CandidatePlan& plan, int cell, const Eigen::Vector2i& size_px);
+
+// A cell's pixels, each weighed on the cell's photos alone, by any settings that PlanCandidates takes. `cell_setup` is scratch: it
+// becomes `setup` with those photos. Replaces `out`.
+void PlanCellPixels(const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility, const CandidatePlan& plan, int cell,
+                    ViewSetup& cell_setup, FramePlan& out, WeighScratch& scratch);
 
 }  // namespace lumi

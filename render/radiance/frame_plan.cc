@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "render/radiance/optimum.h"
+#include "render/radiance/optimum/keep_largest.h"
 
 namespace lumi {
 
@@ -31,12 +32,16 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
 
 namespace {
 
+// Weights below this part of the optimum's accuracy are not blended: half of a row's photos, and none that shows.
+constexpr double kUnseenWeight = 0.01;
+
 // The optimum's rows, padded to the longest; plan.offset still holds unit directions.
 void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const std::vector<float>& t, std::vector<Eigen::Vector3f>&& normal,
                  FramePlan& plan) {
   const RaySamples rays{plan.offset, t, std::move(normal)};
   WeightTable table;
   WeighOptimal(setup, visibility, rays, table, plan.optimum);
+  DropSmall(table, static_cast<float>(kUnseenWeight * std::min(setup.settings.accuracy, 0.01)));
   std::size_t k = 0;
   for (std::size_t s = 0; s < table.size(); ++s) k = std::max(k, static_cast<std::size_t>(table.first[s + 1] - table.first[s]));
   plan.k = static_cast<int>(k);

@@ -165,7 +165,7 @@ void EvaluateVisibility(const RelativeSources& r, const VisibilityMaps* maps, co
     const float w = r.m[6][j] * x + r.m[7][j] * y + r.m[8][j] * z;
     if (!(w > 0)) continue;
     const float u = (r.m[0][j] * x + r.m[1][j] * y + r.m[2][j] * z) / w, v = (r.m[3][j] * x + r.m[4][j] * y + r.m[5][j] * z) / w;
-    out.v[j] = maps->Visibility(static_cast<int>(j), u, v, r.width_px[j], r.height_px[j], w);
+    out.v[j] = maps->Visibility(r.view[j], u, v, r.width_px[j], r.height_px[j], w);
   }
 }
 

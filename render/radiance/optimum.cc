@@ -27,8 +27,8 @@ constexpr double kResidual = 0.2;
 constexpr double kCutoffFeather = 0.1;
 
 // The factor of each photo in S and y from its measures; `any` gathers the largest over several rays. f is left as f v.
-LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v, const float* __restrict enabled, int n,
-                         float cutoff, float inverse_feather, bool additive, float* __restrict factor, float* __restrict any) {
+LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v, const float* __restrict enabled,
+                         int n, float cutoff, float inverse_feather, bool additive, float* __restrict factor, float* __restrict any) {
   if (v)
     for (int j = 0; j < n; ++j) f[j] *= v[j];
   for (int j = 0; j < n; ++j) {
@@ -64,8 +64,8 @@ struct Ray {
   Eigen::Vector3f direction, normal;
   float t = 0;
   Measures measures;
-  std::vector<float> factor;                // of each photo: f v and the cutoff's taper
-  std::vector<std::int32_t> mean_camera;    // the real-time weights
+  std::vector<float> factor;              // of each photo: f v and the cutoff's taper
+  std::vector<std::int32_t> mean_camera;  // the real-time weights
   std::vector<float> mean_weight;
   float alpha = 0;
 };
@@ -154,9 +154,9 @@ class Optimum {
     if (maps_) EvaluateVisibility(sources_, maps_, ray.direction, ray.t, ray.measures);
     ray.factor.resize(static_cast<std::size_t>(sources_.padded));
     const bool cut = settings_.cutoff_rad < std::numbers::pi;
-    Factors(ray.measures.theta.data(), ray.measures.f.data(), maps_ ? ray.measures.v.data() : nullptr, sources_.enabled.data(), sources_.padded,
-            static_cast<float>(settings_.cutoff_rad), cut ? static_cast<float>(1 / (kCutoffFeather * settings_.cutoff_rad)) : 0.0F, additive_,
-            ray.factor.data(), any_.data());
+    Factors(ray.measures.theta.data(), ray.measures.f.data(), maps_ ? ray.measures.v.data() : nullptr, sources_.enabled.data(),
+            sources_.padded, static_cast<float>(settings_.cutoff_rad),
+            cut ? static_cast<float>(1 / (kCutoffFeather * settings_.cutoff_rad)) : 0.0F, additive_, ray.factor.data(), any_.data());
     ++counts_.samples;
     return true;
   }
@@ -186,7 +186,8 @@ class Optimum {
   std::int32_t First(std::int32_t g) const { return groups_.member[static_cast<std::size_t>(groups_.first[static_cast<std::size_t>(g)])]; }
   std::span<const std::int32_t> Members(std::int32_t g) const {
     const auto i = static_cast<std::size_t>(g);
-    return std::span(groups_.member).subspan(static_cast<std::size_t>(groups_.first[i]), static_cast<std::size_t>(groups_.first[i + 1] - groups_.first[i]));
+    return std::span(groups_.member)
+        .subspan(static_cast<std::size_t>(groups_.first[i]), static_cast<std::size_t>(groups_.first[i + 1] - groups_.first[i]));
   }
 
   double Factor(const Ray& ray, std::int32_t g) {
@@ -223,8 +224,7 @@ class Optimum {
       LanePoints<T> p;
       for (std::size_t l = 0; l < kRays; ++l) {
         const Ray& from = ray[std::min(l, lanes - 1)];
-        for (std::size_t c = 0; c < 3; ++c)
-          p[c][l] = static_cast<T>(from.t) * static_cast<T>(from.direction[static_cast<Eigen::Index>(c)]);
+        for (std::size_t c = 0; c < 3; ++c) p[c][l] = static_cast<T>(from.t) * static_cast<T>(from.direction[static_cast<Eigen::Index>(c)]);
       }
       for (std::size_t i = 0; i < n; ++i) {
         const auto j = static_cast<std::size_t>(First(chosen_[i]));
@@ -281,7 +281,8 @@ class Optimum {
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const auto j = static_cast<std::size_t>(First(chosen_[k]));
-      const Eigen::Vector3d to = Eigen::Vector3d(static_cast<double>(centre_[0][k]), static_cast<double>(centre_[1][k]), static_cast<double>(centre_[2][k])) - p;
+      const Eigen::Vector3d to =
+          Eigen::Vector3d(static_cast<double>(centre_[0][k]), static_cast<double>(centre_[1][k]), static_cast<double>(centre_[2][k])) - p;
       const double length = to.norm();
       const Eigen::Vector3d u = length > 0 ? Eigen::Vector3d(to / length) : Eigen::Vector3d(back);
       dense_.u.col(i) = u;
@@ -392,7 +393,8 @@ OptimumCounts& OptimumCounts::operator+=(const OptimumCounts& o) {
   return *this;
 }
 
-void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table, OptimumCounts& counts) {
+void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
+                  OptimumCounts& counts) {
   Optimum optimum(setup, visibility, rays, counts);
   optimum.Run();
   optimum.Fill(table);

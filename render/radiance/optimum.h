@@ -27,12 +27,12 @@ constexpr double kSmallSum = 0.05;
 
 // What happened, for the summary.
 struct OptimumCounts {
-  long samples = 0;         // rays that some photo sees
-  long cameras = 0;         // photos that correlate with their ray (y > 0), over all samples
-  long dense = 0;           // samples that needed Cholesky in double although the lanes were asked
-  long nugget_raised = 0;   // S needed more than the standard nugget on its diagonal
-  long indefinite = 0;      // eigenvalues were clipped
-  long small_sums = 0;      // sum of the weights below kSmallSum before it was made 1
+  long samples = 0;        // rays that some photo sees
+  long cameras = 0;        // photos that correlate with their ray (y > 0), over all samples
+  long dense = 0;          // samples that needed Cholesky in double although the lanes were asked
+  long nugget_raised = 0;  // S needed more than the standard nugget on its diagonal
+  long indefinite = 0;     // eigenvalues were clipped
+  long small_sums = 0;     // sum of the weights below kSmallSum before it was made 1
   OptimumCounts& operator+=(const OptimumCounts& o);
 };
 

@@ -5,7 +5,8 @@
 namespace lumi {
 namespace {
 
-void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table, WeighScratch& scratch) {
+void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
+                   WeighScratch& scratch) {
   table.first.assign(1, 0);
   table.camera.clear();
   table.weight.clear();
@@ -34,8 +35,8 @@ void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, con
 
 }  // namespace
 
-void Reconstruct(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table, OptimumCounts& counts,
-                 WeighScratch& scratch) {
+void Reconstruct(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
+                 OptimumCounts& counts, WeighScratch& scratch) {
   if (setup.settings.similarity == Similarity::kFull)
     WeighOptimal(setup, visibility, rays, table, counts);
   else

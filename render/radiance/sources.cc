@@ -1,6 +1,9 @@
 #include "render/radiance/sources.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 #include <limits>
 
 namespace lumi {
@@ -38,6 +41,7 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
   r.feather_px.assign(n, 1.0F);
   r.focal_px.assign(n, 1.0F);
   r.exact.assign(RelativeSources::kExact * n, 0.0);
+  r.view.assign(n, -1);
   r.dt_s.assign(n, 0.0F);
   r.timed.assign(n, 0.0F);
   r.gain.assign(n, 1.0F);
@@ -73,9 +77,37 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
     exact[12] = s.size_px.x();
     exact[13] = s.size_px.y();
     exact[14] = fov_feather * s.size_px.minCoeff();
+    r.view[j] = static_cast<std::int32_t>(j);
     r.enabled[j] = use.empty() || use[j] ? 1.0F : 0.0F;
   }
   return r;
+}
+
+void Subset(const RelativeSources& all, std::span<const std::int32_t> photos, RelativeSources& subset) {
+  constexpr std::size_t kLanes = RelativeSources::kLanes, kExact = RelativeSources::kExact;
+  subset.time_origin_s = all.time_origin_s;
+  std::copy(std::begin(all.desired_m), std::end(all.desired_m), std::begin(subset.desired_m));
+  subset.desired_focal_px = all.desired_focal_px;
+  subset.count = static_cast<int>(photos.size());
+  const std::size_t n = (photos.size() + kLanes - 1) / kLanes * kLanes;
+  subset.padded = static_cast<int>(n);
+  const auto take = [&](const std::vector<float>& from, std::vector<float>& to, float padding) {
+    to.resize(n);
+    for (std::size_t i = 0; i < n; ++i) to[i] = i < photos.size() ? from[static_cast<std::size_t>(photos[i])] : padding;
+  };
+  for (const auto& [from, to] : {std::pair(&all.dx, &subset.dx), {&all.dy, &subset.dy}, {&all.dz, &subset.dz}, {&all.width_px, &subset.width_px},
+                                 {&all.height_px, &subset.height_px}, {&all.dt_s, &subset.dt_s}, {&all.timed, &subset.timed}, {&all.enabled, &subset.enabled}})
+    take(*from, *to, 0.0F);
+  for (const auto& [from, to] : {std::pair(&all.feather_px, &subset.feather_px), {&all.focal_px, &subset.focal_px}, {&all.gain, &subset.gain}})
+    take(*from, *to, 1.0F);
+  for (std::size_t i = 0; i < 9; ++i) take(all.m[i], subset.m[i], 0.0F);
+  subset.view.assign(n, -1);
+  subset.exact.assign(kExact * n, 0.0);
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    const auto j = static_cast<std::size_t>(photos[i]);
+    subset.view[i] = all.view[j];
+    std::copy_n(all.exact.begin() + static_cast<std::ptrdiff_t>(kExact * j), kExact, subset.exact.begin() + static_cast<std::ptrdiff_t>(kExact * i));
+  }
 }
 
 }  // namespace lumi

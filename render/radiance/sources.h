@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "scene/model/scene.h"
@@ -41,11 +43,15 @@ struct RelativeSources {
   // doubles weigh them.
   static constexpr std::size_t kExact = 15;
   std::vector<double> exact;
+  std::vector<std::int32_t> view;     // index into Sources::views: not j in a Subset
   std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
 };
 
 // `use[j]` false leaves camera j out (empty: all are used). `desired` in the normalised frame.
 RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, const std::vector<bool>& use,
                              double fov_feather);
+
+// Those of `all` that `photos` lists, in that order. Replaces `subset`, reusing its memory.
+void Subset(const RelativeSources& all, std::span<const std::int32_t> photos, RelativeSources& subset);
 
 }  // namespace lumi

@@ -61,7 +61,8 @@ void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, c
     bool open = true;
     for (std::size_t i = 0; i < 3; ++i) {
       weight[i] = 0;
-      if (at[i] < end[i] && table.camera[static_cast<std::size_t>(at[i])] == next) weight[i] = table.weight[static_cast<std::size_t>(at[i]++)];
+      if (at[i] < end[i] && table.camera[static_cast<std::size_t>(at[i])] == next)
+        weight[i] = table.weight[static_cast<std::size_t>(at[i]++)];
       open = open && gate.Open(next, plan.offset[static_cast<std::size_t>(triangle.vertex[i])]);
     }
     out.camera.push_back(next);

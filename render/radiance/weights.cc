@@ -5,8 +5,8 @@
 #include <numbers>
 #include <optional>
 
-#include "render/radiance/correlation.h"
 #include "render/radiance/kernel.h"
+#include "render/radiance/leaves_table.h"
 #include "render/radiance/measures/angle.h"
 #include "render/radiance/measures/field_of_view.h"
 
@@ -126,7 +126,7 @@ class WithVisibility {
     if (!(w > 0)) return h;  // field of view is off, and the point behind the camera
     const float u = (r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z) / w;
     const float v = (r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z) / w;
-    seen = maps_->Visibility(camera, u, v, r_.width_px[j], r_.height_px[j], w);
+    seen = maps_->Visibility(r_.view[j], u, v, r_.width_px[j], r_.height_px[j], w);
     return h * (1 + gamma_ * (1 / (f * seen) - 1)) / (1 + gamma_ * (1 / f - 1));
   }
 
@@ -240,7 +240,7 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
       double v = static_cast<double>(found.seen[n]);
       // Between the two ends v follows the pixel; at them it is what it is.
       if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1)
-        v = visible.maps()->Visibility(camera, e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
+        v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
       h *= 1 + settings.gamma * (1 / (f * v) - 1);
     }
     int at = count++;
@@ -252,16 +252,18 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
 
 // R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must lead all
 // the same: a trace of 1/h, which shows only there.
-class LeafWeight {
- public:
-  explicit LeafWeight(const RadianceSettings& s) : leaves_(s.r_min_rad, s.r_max_rad), r_max_(s.r_max_rad) {}
-  double operator()(double h) const { return leaves_.PSame(h) + kTrace * r_max_ / (r_max_ + h); }
+double LeafWeight(const LeavesTable& leaves, double h) {
+  constexpr double kTrace = 1e-6;
+  return leaves(h) + kTrace * leaves.r_max_rad() / (leaves.r_max_rad() + h);
+}
 
- private:
-  static constexpr double kTrace = 1e-6;
-  FallingLeaves leaves_;
-  double r_max_;
-};
+// nullptr where R is 1/h. A thread keeps the table that it last used: making one takes as long as thousands of weights.
+const LeavesTable* Leaves(const RadianceSettings& s) {
+  if (s.correlation != Correlation::kFallingLeaves) return nullptr;
+  thread_local std::optional<LeavesTable> table;
+  if (!table || !table->Is(s.r_min_rad, s.r_max_rad)) table.emplace(s.r_min_rad, s.r_max_rad);
+  return &*table;
+}
 
 // How opaque the pixel is: fades with the best view of the point, full for a photo's own ray (h = 0).
 float Alpha(float f_largest, float h_smallest) {
@@ -294,11 +296,10 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
   const int n = std::min(ranked, k);
   double sum = 0;
   std::array<double, kMaxBlend> weight;
-  std::optional<LeafWeight> leaf;
-  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
+  const LeavesTable* leaves = Leaves(settings);
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double w = leaf ? (*leaf)(best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
+    const double w = leaves ? LeafWeight(*leaves, best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
     if (!(w > 0)) break;
     out.camera[at] = best[at].camera;
     weight[at] = w;
@@ -334,12 +335,11 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   }
   weights_out.assign(n, 0.0F);
   if (!(h1 < kInfinity)) return 0;
-  std::optional<LeafWeight> leaf;
-  if (settings.correlation == Correlation::kFallingLeaves) leaf.emplace(settings);
+  const LeavesTable* leaves = Leaves(settings);
   double sum = 0;
   for (std::size_t j = 0; j < n; ++j) {
-    if (leaf)
-      weights_out[j] = h[j] < kInfinity ? static_cast<float>((*leaf)(static_cast<double>(h[j]))) : 0.0F;
+    if (leaves)
+      weights_out[j] = h[j] < kInfinity ? static_cast<float>(LeafWeight(*leaves, static_cast<double>(h[j]))) : 0.0F;
     else
       weights_out[j] = h[j] == h1 ? 1.0F : h1 / h[j];
     sum += static_cast<double>(weights_out[j]);

@@ -6,7 +6,6 @@
 
 #include "render/convert.h"
 #include "render/output_name.h"
-#include "render/path/camera_path.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
@@ -70,12 +69,8 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
   const Scene& scene = bench.scene();
   const int width = bench.Width();
   if (!o.path.empty()) {
-    const CameraPath path = ReadCameraPath(o.path);
-    const int height = path.width_px > 0 && path.height_px > 0 ? std::max(1, width * path.height_px / path.width_px)
-                                                              : HeightFor(scene.CameraOf(scene.views.front()), width);
-    const std::vector<RenderView> views = SamplePath(path, width, height);
     s.name = o.path.stem().string();
-    s.request.view = views.front();
+    s.request.view = FirstOfPath(scene, o.path, width);
     return s;
   }
   if (!o.view.empty()) {

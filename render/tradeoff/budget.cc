@@ -18,7 +18,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kLoadShare = 0.25;     // of a new frame in the smoothed load
-constexpr double kHopeless = 2;         // a probe stops where a frame takes this times the budget
+constexpr double kHopeless = 2;         // a frame that takes this times the budget is not repeated ...
+constexpr int kHopelessRows = 2;        // ... and a probe ends after so many settings of which none came nearer
 constexpr double kFarTooSlow = 2;
 
 RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
@@ -40,7 +41,7 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
     int grid, k;
   };
   constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kCandidates, 16, 3}, {Method::kCandidates, 25, 4},
-                           {Method::kCandidates, 32, 5}, {Method::kPixel, 0, 5},          {Method::kOptimumGrid, 32, 5}, {Method::kOptimumPixel, 0, 5}};
+                           {Method::kCandidates, 32, 4}, {Method::kPixel, 0, 4},          {Method::kOptimumGrid, 64, 4}, {Method::kOptimumPixel, 0, 4}};
   std::vector<FrontPoint> table;
   for (const Row& row : kRows) {
     FrontPoint p;
@@ -61,6 +62,7 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   const auto spent_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   BudgetChoice choice;
   std::string last_failure;
+  int hopeless = 0;
   for (FrontPoint& p : ProbeTable(base, fixed)) {
     request.settings = p.settings;
     try {
@@ -72,6 +74,7 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
         const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         best = i == 0 ? ms : std::min(best, ms);
         if (spent_s() > seconds && (i > 0 || !choice.tried.empty())) break;
+        if (i > 0 && ms > kHopeless * budget_ms) break;
       }
       p.ms = best;
     } catch (const Interrupted&) {
@@ -87,7 +90,8 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
       choice.settings = p.settings;
       choice.expected_ms = p.ms;
     }
-    if (p.ms > kHopeless * budget_ms || spent_s() > seconds) break;
+    hopeless = p.ms > kHopeless * budget_ms ? hopeless + 1 : 0;
+    if (hopeless >= kHopelessRows || spent_s() > seconds) break;
   }
   if (choice.tried.empty()) throw DataError("no setting could be rendered: " + last_failure);
   if (!choice.fits) {

@@ -30,7 +30,7 @@ using FixedOptions = std::vector<std::pair<std::string, std::string>>;
 std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOptions& fixed);
 
 // Renders `request` (its settings are replaced) with each of the table's settings in turn until about `seconds` have gone or
-// a frame takes over twice the budget; the best that fits. What a backend cannot do is passed over.
+// two in a row took over twice the budget; the last that fits. What a backend cannot do is passed over.
 BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed, double budget_ms,
                    double seconds = 2);
 

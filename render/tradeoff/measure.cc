@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "render/path/camera_path.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -74,6 +75,14 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
   return views;
 }
 
+RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px) {
+  const CameraPath path = ReadCameraPath(file);
+  const int height = path.width_px > 0 && path.height_px > 0
+                         ? std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * path.height_px / path.width_px)))
+                         : HeightFor(scene.CameraOf(scene.views.front()), width_px);
+  return SamplePath(path, width_px, height).front();
+}
+
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms) {
   using Clock = std::chrono::steady_clock;
   TimedFrame result;
@@ -83,11 +92,11 @@ TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repea
     result.image = renderer.Render(request);
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
-  const double first = once();
-  if (first > alone_ms) {
-    result.all_ms = {first};
+  result.first_ms = once();
+  if (result.first_ms > alone_ms || repeats == 0) {
+    result.all_ms = {result.first_ms};
   } else {
-    if (first > kSlowMs) repeats = 1;
+    if (result.first_ms > kSlowMs) repeats = 1;
     for (int i = 0; i < repeats; ++i) result.all_ms.push_back(once());
   }
   result.ms = Median(result.all_ms);

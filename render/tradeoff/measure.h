@@ -1,7 +1,7 @@
 // Held-out views to measure on, and the time of a frame.
 #pragma once
 
-#include <optional>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -28,13 +28,17 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
 
 struct TimedFrame {
   ImageF image;
-  double ms = 0;             // median of the repeats
+  double first_ms = 0;
+  double ms = 0;             // median of the repeats, or the first
   std::vector<double> all_ms;
 };
 
 // A frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. A frame beyond two seconds is its own
 // measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms = 4000);
+
+// The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera.
+RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px);
 
 double Median(std::vector<double> values);  // 0 for none
 

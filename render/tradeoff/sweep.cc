@@ -60,7 +60,7 @@ std::string PointName(const RadianceSettings& s, const RadianceSettings& base) {
   if (!optimum && s.correlation != Correlation::kInverse) name += ", falling leaves";
   const nlohmann::ordered_json now = ToJson(s), then = ToJson(base);
   for (const char* option : {"resolution", "resolution-range", "cutoff-deg", "sum", "combine", "fov", "visibility", "prefilter", "time", "exposure"})
-    if (now[option] != then[option]) name += fmt::format(", {} {}", option, now[option].is_string() ? now[option].get<std::string>() : now[option].dump());
+    if (now[option] != then[option]) name += fmt::format(", {} {}", option, now[option].is_string() ? now[option].get<std::string>() : fmt::format("{:g}", now[option].get<double>()));
   return name;
 }
 

@@ -6,8 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <ctime>
 #include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -33,7 +34,7 @@ struct World {
   Mesh proxy;
   std::vector<Photo> photos;
   RenderView view;
-  std::vector<bool> use;   // empty: all
+  std::vector<bool> use;  // empty: all
 };
 
 Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return LookAt(from, at, {0, -1, 0}); }
@@ -41,8 +42,10 @@ Rigid3 Looking(const Eigen::Vector3d& from, const Eigen::Vector3d& at) { return 
 // Things that stand before the proxy's plane and a background behind it, so that photos disagree by their parallax.
 std::array<std::uint8_t, 3> Shade(const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
   const auto texture = [](double x, double y, double s) -> std::array<std::uint8_t, 3> {
-    const double a = std::sin(s * x + std::sin(0.7 * s * y)), b = std::sin(1.3 * s * y - 0.4 * s * x), c = std::sin(9 * s * x) * std::sin(8 * s * y);
-    return {static_cast<std::uint8_t>(128 + 60 * a + 40 * c), static_cast<std::uint8_t>(128 + 60 * b + 40 * c), static_cast<std::uint8_t>(128 - 50 * a * b + 40 * c)};
+    const double a = std::sin(s * x + std::sin(0.7 * s * y)), b = std::sin(1.3 * s * y - 0.4 * s * x),
+                 c = std::sin(9 * s * x) * std::sin(8 * s * y);
+    return {static_cast<std::uint8_t>(128 + 60 * a + 40 * c), static_cast<std::uint8_t>(128 + 60 * b + 40 * c),
+            static_cast<std::uint8_t>(128 - 50 * a * b + 40 * c)};
   };
   double nearest = (0.25 - o.z()) / d.z();
   Eigen::Vector3d x = o + nearest * d;
@@ -101,7 +104,8 @@ World MakeWorld(int views, int width) {
     w.scene.points.push_back(p);
   }
   UpdateFrameOfReference(w.scene);
-  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.1 * kWidth, 1.1 * kWidth, 0.5 * kWidth, 0.5 * kHeight), Looking({0.5, -0.2, -3.2}, {0.1, 0, 0}));
+  w.view = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 1.9 * kWidth, 1.9 * kWidth, 0.5 * kWidth, 0.5 * kHeight),
+                          Looking({1.0, -0.4, -7}, {0.1, 0, 0}));
   w.photos.resize(w.scene.views.size());
   ParallelFor(w.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -136,6 +140,13 @@ double Milliseconds(const std::function<void()>& body) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Of all threads together: what other programs take does not count.
+double CpuMilliseconds(const std::function<void()>& body) {
+  const std::clock_t start = std::clock();
+  body();
+  return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
 double Median(std::vector<double> v) {
   std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
   return v[v.size() / 2];
@@ -163,7 +174,7 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
           b.alpha[i] = 1;
         }
         b.Pad();
-        b.Clear();
+        b.Clear(false);
         std::fill_n(b.weight, b.padded(), 1.0F / static_cast<float>(layers));
         std::fill_n(b.scale, b.padded(), 1.0F / (255.0F * kWeightOne));
         for (int l = 0; l < layers; ++l) {
@@ -177,28 +188,38 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
 }
 
 struct Timing {
-  double frame, plan, blend, bare, ratio;
+  double frame, plan, blend, bare, ratio, cpu_ratio;
   RenderStatistics statistics;
 };
 
 // Frame and bare loop by turns, so that what else the machine does meets both; the ratio is the median of the pairs'.
-Timing Time(const World& w, const RenderRequest& request, int layers) {
+Timing Time(const World& w, const RenderRequest& request, double layers) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   const PhotoLevels levels(w.photos);
-  std::vector<double> frame, plan, blend, bare, ratio;
+  std::vector<double> frame, plan, blend, bare, ratio, cpu_ratio;
   Timing t{};
   for (int i = -2; i < kRepeats; ++i) {
-    const double f = Milliseconds([&] { const ImageF image = renderer->Render(request); });
-    const double b = Milliseconds([&] {
-      ImageF image(kWidth, kHeight, 4);
-      BareLoop(w, setup, levels, layers, image);
-    });
+    double f = 0, low = 0, high = 0;
+    const double f_cpu = CpuMilliseconds([&] { f = Milliseconds([&] { const ImageF image = renderer->Render(request); }); });
+    // Between whole numbers of layers: linear.
+    const auto bare_with = [&](int n, double& ms) {
+      return CpuMilliseconds([&] {
+        ms = Milliseconds([&] {
+          ImageF image(kWidth, kHeight, 4);
+          BareLoop(w, setup, levels, n, image);
+        });
+      });
+    };
+    const int whole = static_cast<int>(layers);
+    const double part = layers - whole, low_cpu = bare_with(whole, low), high_cpu = bare_with(whole + 1, high);
+    const double b = (1 - part) * low + part * high;
     if (i < 0) continue;
     t.statistics = renderer->Statistics();
     frame.push_back(f);
     bare.push_back(b);
     ratio.push_back(f / b);
+    cpu_ratio.push_back(f_cpu / ((1 - part) * low_cpu + part * high_cpu));
     plan.push_back(t.statistics.plan_ms);
     blend.push_back(t.statistics.blend_ms);
   }
@@ -207,6 +228,7 @@ Timing Time(const World& w, const RenderRequest& request, int layers) {
   t.blend = Median(blend);
   t.bare = Median(bare);
   t.ratio = Median(ratio);
+  t.cpu_ratio = Median(cpu_ratio);
   return t;
 }
 
@@ -238,8 +260,11 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 }
 
 void TimeTable(const World& w) {
-  std::printf("Whole frame against a bare blending loop, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, median of %d\n", kWidth, kHeight, kThreads, kRepeats);
-  std::printf("  field of view  epipoles  layers a pixel  frame ms  plan ms  blend ms  bare ms (layers)  ratio\n");
+  std::printf(
+      "Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, "
+      "median of %d\n",
+      kWidth, kHeight, kThreads, kRepeats);
+  std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
       RenderRequest r = Request(w, 4, 25);
@@ -247,27 +272,44 @@ void TimeTable(const World& w) {
       r.settings.epipoles = epipoles;
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
-      const int rounded = static_cast<int>(std::lround(layers));
-      const Timing t = Time(w, r, rounded);
-      std::printf("  %-13s  %-8s  %14.2f  %8.2f  %7.2f  %8.2f  %12.2f (%d)  %5.2f\n", fov ? "on" : "off", epipoles ? "on" : "off", layers, t.frame, t.plan, t.blend, t.bare, rounded, t.ratio);
+      const Timing t = Time(w, r, layers);
+      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off", epipoles ? "on" : "off",
+                  t.statistics.samples, layers, t.frame, t.plan, t.blend, t.bare, t.ratio, t.cpu_ratio);
     }
 }
 
-void ViewsTable(const World& w) {
-  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, epipoles on and off\n");
-  std::printf("  photos  epipoles  samples  triangles  plan ms  blend ms  frame ms\n");
-  World few = MakeWorld(50, 640);
+// By turns, as above.
+void ViewsTable(const World& many) {
+  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, median of %d pairs\n", kRepeats);
+  std::printf("  epipoles  photos  samples  triangles  layers a pixel  plan ms  blend ms  frame ms  ratio\n");
+  const World few = MakeWorld(50, 640);
   for (const bool epipoles : {false, true}) {
-    double frame[2];
-    int i = 0;
-    for (const World* world : {static_cast<const World*>(&few), &w}) {
-      RenderRequest r = Request(*world, 5, 25);
-      r.settings.epipoles = epipoles;
-      const Timing t = Time(*world, r, 5);
-      frame[i++] = t.frame;
-      std::printf("  %6zu  %-8s  %7ld  %9ld  %7.2f  %8.2f  %8.2f\n", world->photos.size(), epipoles ? "on" : "off", t.statistics.samples, t.statistics.triangles, t.plan, t.blend, t.frame);
+    const World* worlds[2] = {&few, &many};
+    std::unique_ptr<Renderer> renderers[2];
+    RenderRequest requests[2];
+    std::vector<double> frame[2], plan[2], blend[2], ratio;
+    for (int i = 0; i < 2; ++i) {
+      renderers[i] = MakeCpuRenderer(worlds[i]->scene, worlds[i]->proxy, worlds[i]->photos);
+      requests[i] = Request(*worlds[i], 5, 25);
+      requests[i].settings.epipoles = epipoles;
     }
-    std::printf("  ratio 262 / 50, epipoles %s: %.2f\n", epipoles ? "on" : "off", frame[1] / frame[0]);
+    for (int repeat = -2; repeat < kRepeats; ++repeat) {
+      double ms[2];
+      for (int i = 0; i < 2; ++i) {
+        ms[i] = Milliseconds([&] { const ImageF image = renderers[i]->Render(requests[i]); });
+        if (repeat < 0) continue;
+        frame[i].push_back(ms[i]);
+        plan[i].push_back(renderers[i]->Statistics().plan_ms);
+        blend[i].push_back(renderers[i]->Statistics().blend_ms);
+      }
+      if (repeat >= 0) ratio.push_back(ms[1] / ms[0]);
+    }
+    for (int i = 0; i < 2; ++i) {
+      const RenderStatistics s = renderers[i]->Statistics();
+      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off", worlds[i]->photos.size(),
+                  s.samples, s.triangles, LayersAPixel(*worlds[i], requests[i]), Median(plan[i]), Median(blend[i]), Median(frame[i]),
+                  i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
+    }
   }
 }
 
@@ -280,7 +322,8 @@ void PsnrTable(const World& w) {
   const double exact_ms = Milliseconds([&] { exact = renderer->Render(reference); });
   reference.show = Show::kFalseColor;
   exact_false = renderer->Render(reference);
-  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms, w.photos.size(), w.proxy.faces.size());
+  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on\n", exact_ms,
+              w.photos.size(), w.proxy.faces.size());
   std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
@@ -294,32 +337,41 @@ void PsnrTable(const World& w) {
         const RenderStatistics statistics = renderer->Statistics();
         r.show = Show::kFalseColor;
         const ImageF false_color = renderer->Render(r);
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
-                    epipoles ? "on" : "off", Psnr(image, exact), Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(),
+                    (std::to_string(grid) + "x" + std::to_string(grid)).c_str(), epipoles ? "on" : "off", Psnr(image, exact),
+                    Psnr(false_color, exact_false), statistics.samples, statistics.plan_ms, statistics.blend_ms, Median(ms),
+                    exact_ms / Median(ms));
       }
 }
 
-// For a profiler: candidates only.
-void Repeat(const World& w) {
+// For a profiler: one way only.
+void Repeat(const World& w, Sampling sampling) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest r = Request(w, 4, 25);
-  r.settings.sampling = Sampling::kCandidates;
-  std::vector<double> ms, plan;
+  r.settings.sampling = sampling;
+  std::vector<double> ms, plan, cpu;
   for (int i = 0; i < 60; ++i) {
-    ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); }));
+    cpu.push_back(CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
     plan.push_back(renderer->Statistics().plan_ms);
   }
-  std::printf("candidates 25x25: frame %.2f ms, plan %.2f ms\n", Median(ms), Median(plan));
+  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(), Median(ms), Median(plan),
+              Median(cpu));
 }
 
 void Pictures(const World& w, const std::string& folder) {
   const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
-  for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
+  for (const auto& [name, show] :
+       {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
     for (const int sampling : {0, 1, 2}) {
       RenderRequest r = Request(w, 4, sampling == 0 ? 0 : 25);
       r.settings.sampling = sampling == 2 ? Sampling::kCandidates : Sampling::kInterpolated;
       r.show = show;
-      WriteImage(folder + "/" + name + "-" + (sampling == 0 ? "pixel" : sampling == 1 ? "interpolated" : "candidates") + ".png", ToRgba8(renderer->Render(r)));
+      WriteImage(folder + "/" + name + "-" +
+                     (sampling == 0   ? "pixel"
+                      : sampling == 1 ? "interpolated"
+                                      : "candidates") +
+                     ".png",
+                 ToRgba8(renderer->Render(r)));
     }
 }
 
@@ -335,7 +387,9 @@ int main(int argc, char** argv) {
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
   if (wanted("psnr")) lumi::PsnrTable(world);
-  if (wanted("candidates")) lumi::Repeat(world);
-  if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end()) lumi::Pictures(world, at[1]);
+  for (const lumi::Sampling sampling : {lumi::Sampling::kInterpolated, lumi::Sampling::kCandidates})
+    if (!what.empty() && wanted(std::string(Name(sampling)).c_str())) lumi::Repeat(world, sampling);
+  if (const auto at = std::find(what.begin(), what.end(), "--pictures"); at != what.end() && at + 1 != what.end())
+    lumi::Pictures(world, at[1]);
   return 0;
 }

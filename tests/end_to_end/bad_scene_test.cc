@@ -153,5 +153,31 @@ TEST_F(BadScene, AProxyThatIsNotThere) {
   ExpectRefusal({{"lumi-render", path_.string(), "-o", output.string(), "--proxy", "hull"}, 2, {"hull", "wall"}, output, {path_}});
 }
 
+TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
+  const fs::path output = folder_ / "out";
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"--k", "0"}, "--k"},
+      {{"--k", "17"}, "--k"},
+      {{"--budget-ms", "-5"}, "--budget-ms"},
+      {{"--resolution", "sharpness"}, "--resolution"},
+      {{"--grid", "1"}, "--grid"},
+      {{"--grid", "8x1"}, "--grid"},
+      {{"--alpha", "-1"}, "--alpha"},
+      {{"--r-min-deg", "6"}, "--r-min-deg"},
+      {{"--effects", "fov,shine"}, "shine"},
+      {{"--similarity", "full", "--correlation", "inverse"}, "--correlation"},
+      {{"--similarity", "full", "--grid", "8", "--sampling", "candidates"}, "--sampling"},
+      {{"--phase", "0.5"}, "--phase"},
+      {{"--show", "x-ray"}, "--show"},
+      {{"--show", "cameras"}, "--view"},
+      {{"--of", "photo00.png"}, "--of"}};
+  for (const auto& [options, named] : cases) {
+    std::vector<std::string> argv = {"lumi-render", path_.string(), "-o", output.string()};
+    argv.insert(argv.end(), options.begin(), options.end());
+    // The scene has no period: that is the data's, not the line's.
+    ExpectRefusal({argv, named == "--phase" ? 1 : 2, {named}, output, {path_}});
+  }
+}
+
 }  // namespace
 }  // namespace lumi

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "optimum_oracle.h"
+#include "render/radiance/leaves_table.h"
 #include "render/radiance/optimum/leaves_fit_lanes.h"
 
 namespace lumi {
@@ -189,6 +190,18 @@ TEST(Correlation, FallingLeavesImagesHaveIt) {
     const double tolerance = 4 * std::sqrt(variance / kImages) + 1e-12;
     EXPECT_NEAR(mean, leaves.PSame(distance[k]), tolerance) << distance[k] << " px";
     EXPECT_LT(tolerance, 0.02);
+  }
+}
+
+TEST(LeavesTable, IsTheCorrelationToWhatItPromises) {
+  for (const auto& [r_min, r_max] : {std::pair(0.001, 5.0), {0.5, 5.0}, {4.9, 5.0}, {5.0, 5.0}, {1e-6, 60.0}}) {
+    const FallingLeaves leaves(r_min * kDeg, r_max * kDeg);
+    const LeavesTable table(r_min * kDeg, r_max * kDeg);
+    double worst = 0;
+    for (double h = 1e-14; h < 4; h *= 1.013) worst = std::max(worst, std::abs(table(h) - leaves.PSame(h)));
+    EXPECT_LT(worst, r_min > 4 ? 1e-4 : 1e-5) << r_min << " " << r_max;  // leaves of one size fall within few octaves
+    EXPECT_EQ(table(0), 1);
+    EXPECT_EQ(table(std::numeric_limits<double>::infinity()), 0);
   }
 }
 

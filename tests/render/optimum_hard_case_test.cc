@@ -72,7 +72,8 @@ TEST(HardCase, WeightsOfTheFullSystemAgainstFiftyDigits) {
     const RaySamples rays = test::RaysThrough(desk, setup, pixels);
     if (truth.empty()) {
       const test::OracleLeaves<Decimal> leaves(Decimal(setup.settings.r_min_rad), Decimal(setup.settings.r_max_rad));
-      for (std::size_t i = 0; i < rays.size(); ++i) truth.push_back(test::OracleOptimum<Decimal>(setup, nullptr, rays.direction[i], rays.t[i], leaves));
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        truth.push_back(test::OracleOptimum<Decimal>(setup, nullptr, rays.direction[i], rays.t[i], leaves));
     }
     WeightTable table;
     OptimumCounts counts;
@@ -157,7 +158,8 @@ TEST(HardCase, APhotosOwnViewIsThatPhoto) {
       std::size_t good = 0;
       for (std::size_t i = 0; i < rays.size(); ++i)
         for (std::int32_t k = table.first[i]; k < table.first[i + 1]; ++k)
-          good += table.camera[static_cast<std::size_t>(k)] == static_cast<std::int32_t>(own) && table.weight[static_cast<std::size_t>(k)] > 0.99F;
+          good += table.camera[static_cast<std::size_t>(k)] == static_cast<std::int32_t>(own) &&
+                  table.weight[static_cast<std::size_t>(k)] > 0.99F;
       EXPECT_EQ(good, rays.size());
     }
   }
@@ -361,7 +363,8 @@ TEST(HardCase, WeightsChangeInProportionToTheStep) {
   std::vector<double> largest;
   for (const double step : {1e-2, 1e-3, 1e-4}) {
     std::vector<Eigen::Vector2d> pixels;
-    for (int i = 0; i < 400; ++i) pixels.emplace_back(100 + 640 * step * i * (step > 5e-3 ? 0.15 : 1), 200 + 100 * step * i * (step > 5e-3 ? 0.15 : 1));
+    for (int i = 0; i < 400; ++i)
+      pixels.emplace_back(100 + 640 * step * i * (step > 5e-3 ? 0.15 : 1), 200 + 100 * step * i * (step > 5e-3 ? 0.15 : 1));
     const RaySamples rays = test::RaysThrough(desk, setup, pixels);
     WeightTable table;
     OptimumCounts counts;
@@ -371,7 +374,8 @@ TEST(HardCase, WeightsChangeInProportionToTheStep) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       std::fill(now.begin(), now.end(), 0.0);
       for (std::int32_t k = table.first[i]; k < table.first[i + 1]; ++k)
-        now[static_cast<std::size_t>(table.camera[static_cast<std::size_t>(k)])] = static_cast<double>(table.weight[static_cast<std::size_t>(k)]);
+        now[static_cast<std::size_t>(table.camera[static_cast<std::size_t>(k)])] =
+            static_cast<double>(table.weight[static_cast<std::size_t>(k)]);
       if (!before.empty())
         for (std::size_t j = 0; j < 120; ++j) change = std::max(change, std::abs(now[j] - before[j]));
       before = now;

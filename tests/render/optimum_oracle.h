@@ -78,9 +78,9 @@ std::vector<std::vector<Real>> OracleCholesky(std::vector<std::vector<Real>> S, 
 
 template <class Real>
 struct OracleWeights {
-  std::vector<Real> w, y;        // of every photo, before the sum is made 1
-  std::vector<Real> weight;      // after it; empty where no photo sees the point
-  int correlated = 0;            // photos with y > 0
+  std::vector<Real> w, y;    // of every photo, before the sum is made 1
+  std::vector<Real> weight;  // after it; empty where no photo sees the point
+  int correlated = 0;        // photos with y > 0
 };
 
 // The geometry before it was rounded to float.
@@ -105,11 +105,11 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
     std::size_t j;
     Real u[3], f, fv, res, tau;
   };
-  const auto unit = [](const Real (&v)[3], Real (&out)[3]) {
+  const auto unit = [](const Real(&v)[3], Real(&out)[3]) {
     const Real length = sqrt(Real(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
     for (int c = 0; c < 3; ++c) out[c] = v[c] / length;
   };
-  const auto angle = [](const Real (&a)[3], const Real (&b)[3]) {
+  const auto angle = [](const Real(&a)[3], const Real(&b)[3]) {
     const Real x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
     return Real(atan2(Real(sqrt(Real(x * x + y * y + z * z))), Real(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])));
   };
@@ -139,7 +139,8 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   const auto correlation = [&](const Photo& a, const Photo& b) -> Real {
     // Far beyond reach the angle's digits do not matter.
     if (s.alpha >= 1 && a.u[0] * b.u[0] + a.u[1] * b.u[1] + a.u[2] * b.u[2] < Real(std::cos(std::min(3.2, 2.001 * s.r_max_rad)))) return 0;
-    Real h = Real(s.alpha) * angle(a.u, b.u) + two_r * (Real(s.beta) * abs(Real(a.res - b.res)) + Real(s.epsilon) * abs(Real(a.tau - b.tau)));
+    Real h =
+        Real(s.alpha) * angle(a.u, b.u) + two_r * (Real(s.beta) * abs(Real(a.res - b.res)) + Real(s.epsilon) * abs(Real(a.tau - b.tau)));
     if (additive) h += two_r * Real(s.gamma) * abs(Real(a.fv - b.fv));
     return leaves(h);
   };
@@ -176,7 +177,8 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   } else {
     const RayWeights near = Weigh(r, maps, direction, t, s, scratch);
     if (!(near.alpha > 0)) return out;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i) mean[static_cast<std::size_t>(near.camera[i])] = Real(near.weight[i]);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i)
+      mean[static_cast<std::size_t>(near.camera[i])] = Real(near.weight[i]);
   }
   out.weight = out.w;
   const Real floor = Real(1) / 1000;
@@ -209,9 +211,9 @@ double LargestError(const WeightTable& table, std::size_t sample, const OracleWe
 // around the objects, looking at them, and a slanted plane for a proxy.
 struct DeskLike {
   Sources sources;
-  RenderView view;               // 640x480
+  RenderView view;  // 640x480
   Eigen::Vector3d normal{0.05, 0.12, 1};
-  double offset = 0;             // of the plane normal.x = offset
+  double offset = 0;  // of the plane normal.x = offset
 
   // Distance along a unit ray of the view to the plane; not positive where it is missed.
   double Distance(const Eigen::Vector3d& direction) const { return (offset - normal.dot(view.centre)) / normal.dot(direction); }
@@ -232,7 +234,8 @@ inline DeskLike MakeDeskLike(int photos = 262) {
     const double azimuth = (-40 + 80 * std::fmod(0.5 + 0.618033988749895 * place, 1.0)) * deg;
     const double elevation = (4 + 18.0 * place / places) * deg;
     const double distance = 1.8 + 0.25 * std::sin(7.7 * place);
-    Eigen::Vector3d centre(distance * std::sin(azimuth) * std::cos(elevation), -distance * std::sin(elevation), -distance * std::cos(azimuth) * std::cos(elevation));
+    Eigen::Vector3d centre(distance * std::sin(azimuth) * std::cos(elevation), -distance * std::sin(elevation),
+                           -distance * std::cos(azimuth) * std::cos(elevation));
     centre += Eigen::Vector3d(0.01 * noise(), -0.07 * (i % kALine - 2) + 0.01 * noise(), 0.01 * noise());
     const Eigen::Vector3d at(0.08 * noise(), 0.08 * noise(), 0.08 * noise());
     d.sources.views.push_back(MakeRenderView(camera, LookAt(centre, at, {0, -1, 0})));

@@ -58,7 +58,8 @@ double WorstError(const RadianceSettings& s, int photos, int count, bool times =
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
   std::vector<Eigen::Vector2d> pixels = RandomPixels(count, 3);
   if (neighbours)
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      pixels[i] = pixels[i / 16] + Eigen::Vector2d(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4));
   const RaySamples rays = test::RaysThrough(desk, setup, pixels);
   WeightTable table;
   OptimumCounts counts;
@@ -206,7 +207,8 @@ TEST(Optimum, BlockedPhotosCountLess) {
   const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
   RaySamples rays;
   for (double y = 0.5; y < 30; y += 3)
-    for (double x = 0.5; x < 40; x += 3) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
+    for (double x = 0.5; x < 40; x += 3)
+      rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
   rays.t.resize(rays.size());
   tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
   WeightTable seen, all;
@@ -226,6 +228,7 @@ TEST(Optimum, BlockedPhotosCountLess) {
 }
 
 TEST(Optimum, PixelsArePlannedWithIt) {
+  // As WeighOptimal gives them, but for weights that do not show.
   const test::Capture c = test::MakeCapture(12, 40);
   const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
   const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), view, Full());
@@ -235,11 +238,25 @@ TEST(Optimum, PixelsArePlannedWithIt) {
   PlanPixels(setup, tracer, nullptr, {3, 5, 20, 12}, plan, scratch);
   ASSERT_EQ(plan.alpha.size(), 240u);
   const auto k = static_cast<std::size_t>(plan.k);
+  RaySamples rays;
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 20; ++x)
+      rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
+  rays.t.resize(240);
+  tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
+  WeightTable table;
+  OptimumCounts counts;
+  WeighOptimal(setup, nullptr, rays, table, counts);
   for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
     if (!(plan.alpha[s] > 0)) continue;
     double sum = 0;
     for (std::size_t i = 0; i < k; ++i)
-      if (plan.camera[s * k + i] >= 0) sum += static_cast<double>(plan.weight[s * k + i]);
+      if (plan.camera[s * k + i] >= 0) {
+        sum += static_cast<double>(plan.weight[s * k + i]);
+        EXPECT_NEAR(static_cast<double>(plan.weight[s * k + i]), WeightOf(table, s, plan.camera[s * k + i]), 1e-4);
+      }
+    EXPECT_EQ(plan.alpha[s], table.alpha[s]);
+    EXPECT_NEAR((plan.offset[s] - rays.t[s] * rays.direction[s]).norm(), 0, 1e-6);
     EXPECT_NEAR(sum, 1, 1e-5);
     EXPECT_GT(plan.offset[s].norm(), 1e-3F);
   }
@@ -266,7 +283,8 @@ TEST(Reconstruct, IdentityIsTheRealTimeWeight) {
       } else {
         const RayWeights r = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch);
         EXPECT_EQ(table.first[i + 1] - table.first[i], r.count);
-        for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c) EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));
+        for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c)
+          EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));
       }
     }
   }
@@ -321,6 +339,19 @@ TEST(KeepLargest, DoesNotJumpWhereTheKthChanges) {
     }
     before = now;
   }
+}
+
+TEST(DropSmall, ChangesNoWeightByMuchAndKeepsTheSum) {
+  WeightTable t{{0, 4, 4, 6}, {0, 1, 2, 3, 4, 5}, {0.7F, -0.2F, 0.5F - 0.001F, 0.001F, 0.002F, 0.998F}, {1, 0, 1}};
+  const WeightTable before = t;
+  DropSmall(t, 0.0015F);
+  EXPECT_EQ(t.first, (std::vector<std::int32_t>{0, 3, 3, 5}));
+  EXPECT_NEAR(RowSum(t, 0), 1, 1e-6);
+  EXPECT_NEAR(RowSum(t, 2), 1, 1e-6);
+  for (int c = 0; c < 6; ++c)
+    for (const std::size_t i : {0u, 2u}) EXPECT_NEAR(WeightOf(t, i, c), WeightOf(before, i, c), 0.004);
+  // Just above the threshold is hardly there.
+  EXPECT_NEAR(WeightOf(t, 2, 4), 0.0005, 1e-5);
 }
 
 TEST(Duplicates, ActAsOnePhotoOfTheirCombinedFactor) {

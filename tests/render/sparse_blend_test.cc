@@ -118,6 +118,36 @@ TEST(SparseBlend, ABoxBeforeAPlaneOccludesAsPerPixel) {
   }
 }
 
+TEST(SparseBlend, FacetsThatCrossAndFineMeshesInDepthShowTheNearest) {
+  // One photo: its weight is 1 on every path, and pictures differ by where it is read alone.
+  test::Capture c = test::MakeCapture(1, 160);
+  const auto wall = [](double slope, double z) {
+    Mesh m;
+    m.vertices = {{-3, -3, z - 3 * slope}, {3, -3, z + 3 * slope}, {3, 3, z + 3 * slope}, {-3, 3, z - 3 * slope}};
+    m.faces = {{0, 1, 2}, {0, 2, 3}};
+    return m;
+  };
+  // No edge of theirs lies where they cross: only the depth test parts them there.
+  Mesh crossing = wall(0.5, 1), sheets = test::Sheet(20);
+  Append(crossing, wall(-0.5, 1));
+  Mesh before = test::Sheet(20);
+  for (auto& v : before.vertices) v = Eigen::Vector3d(0.3 * v.x(), 0.3 * v.y(), v.z() - 1.5);
+  Append(before, sheets);
+  for (const Mesh& proxy : {crossing, before}) {
+    c.proxy = proxy;
+    const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+    RenderRequest exact = test::SparseRequest(test::ViewOf(c, {1.6, 0.4, -4}, {0.5, 0.2, 1}), 1, 0, Sampling::kInterpolated);
+    exact.settings.visibility = false;
+    const Image8 reference = ToRgb8(renderer->Render(exact));
+    for (const Sampling sampling : kBoth) {
+      RenderRequest r = exact;
+      r.settings.grid_columns = r.settings.grid_rows = 3;
+      r.settings.sampling = sampling;
+      EXPECT_GT(Compare(ToRgb8(renderer->Render(r)), reference).psnr_db, 45) << Name(sampling) << " of " << proxy.faces.size() << " faces";
+    }
+  }
+}
+
 TEST(SparseBlend, ADenserGridConvergesToPerPixel) {
   test::Capture c = test::MakeCapture(13, 160);
   for (const bool fine : {false, true}) {

@@ -19,7 +19,8 @@ void ExpectSound(const test::Capture& c, const RenderView& view, const std::stri
       RenderRequest r = test::SparseRequest(view, 3, grid, Sampling::kInterpolated);
       r.settings.epipoles = epipoles;
       SparsePlan plan;
-      PlanSparse(MakeViewSetup(MakeSources(c.scene), view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr, test::InTurn, plan);
+      PlanSparse(MakeViewSetup(MakeSources(c.scene), view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr,
+                 test::InTurn, plan);
       ASSERT_EQ(test::Wrong(plan), "") << what;
       for (const bool field_of_view : {true, false}) {
         r.settings.field_of_view = field_of_view;
@@ -53,10 +54,12 @@ TEST(HardCase, CollinearAndCoincidentSamplesAndSegments) {
   };
   for (double d = 1e-1; d >= 1e-15; d /= 10) {
     std::vector<Eigen::Vector2d> points = square;
-    for (int i = 0; i <= 8; ++i) points.emplace_back(0.5 + i * d / 8, 0.5);        // on a line
-    for (int i = 0; i < 5; ++i) points.emplace_back(0.25, 0.25 + i * d * 1e-3);     // all but coincident
-    const std::vector<Segment> segments{{Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)}, {Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)},
-                                        {Eigen::Vector2d(0.2, 0.5), Eigen::Vector2d(0.7, 0.5)}, {Eigen::Vector2d(0, 0.5 - d), Eigen::Vector2d(1, 0.5 + d)},
+    for (int i = 0; i <= 8; ++i) points.emplace_back(0.5 + i * d / 8, 0.5);  // on a line
+    for (int i = 0; i < 5; ++i) points.emplace_back(0.25, 0.25 + i * d * 1e-3);  // all but coincident
+    const std::vector<Segment> segments{{Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)},
+                                        {Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)},
+                                        {Eigen::Vector2d(0.2, 0.5), Eigen::Vector2d(0.7, 0.5)},
+                                        {Eigen::Vector2d(0, 0.5 - d), Eigen::Vector2d(1, 0.5 + d)},
                                         {Eigen::Vector2d(0.3, 0.3), Eigen::Vector2d(0.3, 0.3)}};
     TriangulateConstrained(points, segments, t);
     EXPECT_NEAR(area(), 1, 1e-9) << d;
@@ -130,7 +133,7 @@ TEST(HardCase, ZeroAreaAndSliverTriangles) {
     Append(c.proxy, Quad({-2, -1 + d, 1}, {2, -1 + d, 1}, {2, 2, 1}, {-2, 2, 1}));
     c.proxy.faces.push_back({0, 1, 1});
     c.proxy.faces.push_back({3, 3, 3});
-    c.proxy.vertices.push_back({0, -1, 1});     // on the line of an edge
+    c.proxy.vertices.push_back({0, -1, 1});  // on the line of an edge
     c.proxy.faces.push_back({0, 1, static_cast<std::int32_t>(c.proxy.vertices.size()) - 1});
     ExpectSound(c, test::ViewOf(c, {0.2, 0.1, -4}), "height " + std::to_string(d));
     test::Capture fine = c;
@@ -186,7 +189,8 @@ TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
     const Similarity3 s{scale, Eigen::Quaterniond::Identity(), {offset, -offset, offset}};
     Transform(moved.scene, s);
     for (auto& v : moved.proxy.vertices) v = s * v;
-    ExpectSound(moved, MakeRenderView(c.scene.cameras[0], TransformPose(pose, s)), "scale " + std::to_string(scale) + " offset " + std::to_string(offset));
+    ExpectSound(moved, MakeRenderView(c.scene.cameras[0], TransformPose(pose, s)),
+                "scale " + std::to_string(scale) + " offset " + std::to_string(offset));
   }
 }
 

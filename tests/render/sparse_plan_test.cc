@@ -24,7 +24,8 @@ SparsePlan PlanOf(const test::Capture& c, const RenderRequest& request) {
 std::vector<int> Covered(const SparseGeometry& g, const Eigen::Vector2i& size) {
   std::vector<int> count(static_cast<std::size_t>(size.x() * size.y()), 0);
   for (const SparseTriangle& t : g.triangles) {
-    const TriangleRows rows({g.x_px[static_cast<std::size_t>(t.vertex[0])], g.x_px[static_cast<std::size_t>(t.vertex[1])], g.x_px[static_cast<std::size_t>(t.vertex[2])]});
+    const TriangleRows rows({g.x_px[static_cast<std::size_t>(t.vertex[0])], g.x_px[static_cast<std::size_t>(t.vertex[1])],
+                             g.x_px[static_cast<std::size_t>(t.vertex[2])]});
     const auto [low, high] = rows.Rows(size.y());
     for (int y = low; y < high; ++y) {
       const auto [x0, x1] = rows.Span(y, size.x());
@@ -38,7 +39,8 @@ std::vector<bool> Hit(const test::Capture& c, const RenderView& view) {
   const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), view, {});
   std::vector<Eigen::Vector3f> rays;
   for (int y = 0; y < view.size_px.y(); ++y)
-    for (int x = 0; x < view.size_px.x(); ++x) rays.push_back((setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>());
+    for (int x = 0; x < view.size_px.x(); ++x)
+      rays.push_back((setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>());
   std::vector<float> t(rays.size());
   ProxyTracer(c.proxy, c.scene.normalized_from_world).Trace(setup.desired.centre.cast<float>(), rays, t);
   std::vector<bool> hit;
@@ -49,7 +51,8 @@ std::vector<bool> Hit(const test::Capture& c, const RenderView& view) {
 TEST(TriangulateConstrained, CrossingSegmentsGetAVertexAndPartTheirSides) {
   PlanarTriangulation t;
   const std::vector<Eigen::Vector2d> square{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
-  const std::vector<std::array<Eigen::Vector2d, 2>> cross{{Eigen::Vector2d(0, 1), Eigen::Vector2d(4, 3)}, {Eigen::Vector2d(1, 0), Eigen::Vector2d(3, 4)}};
+  const std::vector<std::array<Eigen::Vector2d, 2>> cross{{Eigen::Vector2d(0, 1), Eigen::Vector2d(4, 3)},
+                                                          {Eigen::Vector2d(1, 0), Eigen::Vector2d(3, 4)}};
   TriangulateConstrained(square, cross, t);
   EXPECT_TRUE(std::any_of(t.points.begin(), t.points.end(), [](const auto& p) { return (p - Eigen::Vector2d(2, 2)).norm() < 1e-12; }));
   double area = 0;
@@ -78,7 +81,8 @@ TEST(SparseProxy, MergesCoplanarNeighbours) {
 
 TEST(SparsePlan, TrianglesOfAConvexSceneCoverEachPixelOnce) {
   test::Capture c = test::MakeCapture(3, 24);
-  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1.3, 0.4, -4.2), Eigen::Vector3d(-2, 1.5, -2), Eigen::Vector3d(0, 0, -1.1), Eigen::Vector3d(6, 3, 2.5)}) {
+  for (const Eigen::Vector3d& eye :
+       {Eigen::Vector3d(1.3, 0.4, -4.2), Eigen::Vector3d(-2, 1.5, -2), Eigen::Vector3d(0, 0, -1.1), Eigen::Vector3d(6, 3, 2.5)}) {
     const RenderView view = MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt(eye, {0, 0, 0.5}, {0, -1, 0}));
     const std::vector<bool> hit = Hit(c, view);
     for (const int grid : {2, 7, 25}) {
@@ -141,7 +145,7 @@ TEST(SparsePlan, EpipolesInFrontAndBehindAreSamplesOfTheirPhotoAlone) {
 
 TEST(SparsePlan, AFineMeshIsSplitToTheGridWithoutGaps) {
   test::Capture c = test::MakeCapture(3, 24);
-  c.proxy = test::Sheet(16);   // 512 facets of some 15 pixels
+  c.proxy = test::Sheet(16);  // 512 facets of some 15 pixels
   const RenderView view = MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt({0.3, 0.2, -1.5}, {0, 0, 0.5}, {0, -1, 0}));
   const SparsePlan coarse = PlanOf(c, test::SparseRequest(view, 3, 4, Sampling::kInterpolated));
   const SparsePlan fine = PlanOf(c, test::SparseRequest(view, 3, 40, Sampling::kInterpolated));
@@ -158,7 +162,8 @@ TEST(SparsePlan, AFineMeshIsSplitToTheGridWithoutGaps) {
   const Eigen::Vector2f cell(320.0F / 39, 240.0F / 39);
   for (const SparseTriangle& t : fine.triangles)
     for (std::size_t i = 0; i < 3; ++i) {
-      const Eigen::Vector2f d = fine.x_px[static_cast<std::size_t>(t.vertex[i])] - fine.x_px[static_cast<std::size_t>(t.vertex[(i + 1) % 3])];
+      const Eigen::Vector2f d =
+          fine.x_px[static_cast<std::size_t>(t.vertex[i])] - fine.x_px[static_cast<std::size_t>(t.vertex[(i + 1) % 3])];
       // Of those that leave the view their part in it counts.
       const auto outside = [&](std::size_t k) {
         const Eigen::Vector2f& x = fine.x_px[static_cast<std::size_t>(t.vertex[k])];
@@ -174,7 +179,8 @@ TEST(SparsePlan, ItDoesNotDependOnHowTheLoopIsSplit) {
   const RenderRequest r = test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -4}), 4, 17, Sampling::kInterpolated);
   const SparsePlan a = PlanOf(c, r);
   SparsePlan b;
-  PlanSparse(MakeViewSetup(MakeSources(c.scene), r.view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr, ParallelFor, b);
+  PlanSparse(MakeViewSetup(MakeSources(c.scene), r.view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr,
+             ParallelFor, b);
   EXPECT_EQ(a.camera, b.camera);
   EXPECT_EQ(a.weight, b.weight);
   EXPECT_EQ(a.x_px, b.x_px);
@@ -187,7 +193,8 @@ TEST(CandidatePlan, ListsThePhotosOfEachCellsSamplesForFewFacetsAndMany) {
     const RenderRequest r = test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -3}), 3, 9, Sampling::kCandidates);
     const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), r.view, r.settings);
     CandidatePlan plan;
-    PlanCandidates(setup, SparseProxy(c.proxy, c.scene.normalized_from_world), ProxyTracer(c.proxy, c.scene.normalized_from_world), nullptr, InTurn, plan);
+    PlanCandidates(setup, SparseProxy(c.proxy, c.scene.normalized_from_world), ProxyTracer(c.proxy, c.scene.normalized_from_world), nullptr,
+                   InTurn, plan);
     ASSERT_EQ(plan.first.size(), 65U);
     for (std::size_t cell = 0; cell < 64; ++cell) {
       EXPECT_GE(plan.first[cell + 1] - plan.first[cell], 6);

@@ -49,10 +49,11 @@ inline std::string Wrong(const ImageF& image) {
     for (int x = 0; x < image.width; ++x) {
       const float a = image.At(x, y, 3);
       bool good = std::isfinite(a) && a >= 0 && a <= 1;
-      for (int c = 0; c < 3; ++c) good = good && std::isfinite(image.At(x, y, c)) && image.At(x, y, c) >= 0 && image.At(x, y, c) <= a + 1e-3F;
+      for (int c = 0; c < 3; ++c)
+        good = good && std::isfinite(image.At(x, y, c)) && image.At(x, y, c) >= 0 && image.At(x, y, c) <= a + 1e-3F;
       if (!good)
-        return "pixel " + std::to_string(x) + ", " + std::to_string(y) + ": " + std::to_string(image.At(x, y, 0)) + " " + std::to_string(image.At(x, y, 1)) + " " +
-               std::to_string(image.At(x, y, 2)) + " " + std::to_string(a);
+        return "pixel " + std::to_string(x) + ", " + std::to_string(y) + ": " + std::to_string(image.At(x, y, 0)) + " " +
+               std::to_string(image.At(x, y, 1)) + " " + std::to_string(image.At(x, y, 2)) + " " + std::to_string(a);
     }
   return {};
 }
@@ -60,7 +61,8 @@ inline std::string Wrong(const ImageF& image) {
 // What is wrong with a plan's numbers; weights at corners lie in [0,1] and sum to 1 or to 0.
 inline std::string Wrong(const SparsePlan& plan) {
   for (std::size_t v = 0; v < plan.x_px.size(); ++v)
-    if (!plan.x_px[v].allFinite() || !plan.offset[v].allFinite() || !plan.normal[v].allFinite() || !(plan.alpha[v] >= 0 && plan.alpha[v] <= 1))
+    if (!plan.x_px[v].allFinite() || !plan.offset[v].allFinite() || !plan.normal[v].allFinite() ||
+        !(plan.alpha[v] >= 0 && plan.alpha[v] <= 1))
       return "vertex " + std::to_string(v);
   for (std::size_t t = 0; t < plan.triangles.size(); ++t) {
     const SparseTriangle& s = plan.triangles[t];

@@ -23,9 +23,8 @@ void Split(std::span<Key> keys, std::size_t group) {
   (hi - lo).maxCoeff(&axis);
   const std::size_t groups = (keys.size() + group - 1) / group, half = groups / 2 * group;
   // Ties by index: the same order on every machine.
-  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(half), keys.end(), [axis](const Key& a, const Key& b) {
-    return a.p[axis] != b.p[axis] ? a.p[axis] < b.p[axis] : a.ray < b.ray;
-  });
+  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(half), keys.end(),
+                   [axis](const Key& a, const Key& b) { return a.p[axis] != b.p[axis] ? a.p[axis] < b.p[axis] : a.ray < b.ray; });
   Split(keys.first(half), group);
   Split(keys.subspan(half), group);
 }

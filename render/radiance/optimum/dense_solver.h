@@ -17,16 +17,16 @@ constexpr double kSmallestEigenvalue = 1e-6;
 
 // One ray's photos, `Eigen::Index` n of them.
 struct DenseSystem {
-  Eigen::Matrix<double, 3, Eigen::Dynamic> u;               // unit directions from the proxy point to the photos
-  Eigen::VectorXd f;                                        // S_ij = f_i f_j R(h_ij) off the diagonal
+  Eigen::Matrix<double, 3, Eigen::Dynamic> u;  // unit directions from the proxy point to the photos
+  Eigen::VectorXd f;                           // S_ij = f_i f_j R(h_ij) off the diagonal
   Eigen::VectorXd y;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> channel;  // n x channels; h_ij / (2 r_max) grows by each |difference|
 };
 
 struct DenseResult {
-  Eigen::VectorXd w, z;       // S w = y, S z = f
-  double nugget = kNugget;    // that S took
-  bool clipped = false;       // eigenvalues were
+  Eigen::VectorXd w, z;     // S w = y, S z = f
+  double nugget = kNugget;  // that S took
+  bool clipped = false;     // eigenvalues were
 };
 
 // alpha: h_ij = alpha theta_ij + 2 r_max sum |channel_i - channel_j|.

@@ -26,9 +26,11 @@ PhotoGroups GroupByCentre(const RelativeSources& r, bool single) {
       const auto i = static_cast<std::size_t>(j);
       return std::tuple(r.dx[i], r.dy[i], r.dz[i]);
     };
-    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return std::tuple(centre(a), a) < std::tuple(centre(b), b); });
+    std::sort(order.begin(), order.end(),
+              [&](std::int32_t a, std::int32_t b) { return std::tuple(centre(a), a) < std::tuple(centre(b), b); });
     for (std::size_t i = 1; i < n; ++i)
-      if (centre(order[i]) == centre(order[i - 1])) leader[static_cast<std::size_t>(order[i])] = leader[static_cast<std::size_t>(order[i - 1])];
+      if (centre(order[i]) == centre(order[i - 1]))
+        leader[static_cast<std::size_t>(order[i])] = leader[static_cast<std::size_t>(order[i - 1])];
   }
   std::int32_t groups = 0;
   for (std::size_t j = 0; j < n; ++j)
@@ -38,7 +40,8 @@ PhotoGroups GroupByCentre(const RelativeSources& r, bool single) {
   std::partial_sum(g.first.begin(), g.first.end(), g.first.begin());
   g.member.resize(n);
   std::vector<std::int32_t> next(g.first.begin(), g.first.end() - 1);
-  for (std::size_t j = 0; j < n; ++j) g.member[static_cast<std::size_t>(next[static_cast<std::size_t>(g.group[j])]++)] = static_cast<std::int32_t>(j);
+  for (std::size_t j = 0; j < n; ++j)
+    g.member[static_cast<std::size_t>(next[static_cast<std::size_t>(g.group[j])]++)] = static_cast<std::int32_t>(j);
   return g;
 }
 

@@ -13,9 +13,9 @@
 namespace lumi {
 
 struct PhotoGroups {
-  std::vector<std::int32_t> group;    // of each photo
-  std::vector<std::int32_t> first;    // groups + 1, into member
-  std::vector<std::int32_t> member;   // photos, ascending in a group; groups ascend by their first member
+  std::vector<std::int32_t> group;   // of each photo
+  std::vector<std::int32_t> first;   // groups + 1, into member
+  std::vector<std::int32_t> member;  // photos, ascending in a group; groups ascend by their first member
   int count() const { return static_cast<int>(first.size()) - 1; }
 };
 

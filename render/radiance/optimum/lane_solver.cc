@@ -34,8 +34,9 @@ LUMI_INLINE void MeanAndSpread(LaneSystem<T>& s) {
   }
 }
 
-LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restrict mx, const float* __restrict my, const float* __restrict mz,
-                           const float* __restrict spread, std::int32_t* __restrict near_flag, std::int32_t* __restrict out) {
+LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restrict mx, const float* __restrict my,
+                           const float* __restrict mz, const float* __restrict spread, std::int32_t* __restrict near_flag,
+                           std::int32_t* __restrict out) {
   const float x = mx[i], y = my[i], z = mz[i], own = reach + spread[i];
   for (int j = i + 1; j < count; ++j) {
     const float dx = mx[j] - x, dy = my[j] - y, dz = mz[j] - z, bound = own + spread[j];
@@ -60,7 +61,8 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::i
   std::size_t used = 0;
   for (int i = 0; i < n; ++i) {
     system.first[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(used);
-    const int found = Candidates(i, n, reach, system.mean[0].data(), system.mean[1].data(), system.mean[2].data(), system.spread.data(), flag, candidate);
+    const int found =
+        Candidates(i, n, reach, system.mean[0].data(), system.mean[1].data(), system.mean[2].data(), system.spread.data(), flag, candidate);
     if (system.s.size() < used + static_cast<std::size_t>(found)) {
       system.s.resize(2 * used + static_cast<std::size_t>(found));
       system.column.resize(system.s.size());
@@ -154,7 +156,8 @@ LUMI_INLINE void ConjugateGradients(LaneSystem<T>& system, const LaneBlock<T>* b
 }
 
 template <class T>
-LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T>& system, std::int32_t* flag, std::int32_t* candidate) {
+LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T>& system, std::int32_t* flag,
+                            std::int32_t* candidate) {
   MeanAndSpread(system);
   Assemble(fit, system, flag, candidate);
   system.solved.fill(true);
@@ -172,7 +175,8 @@ LUMI_KERNEL void SolveDouble(const LeavesFit<double>& fit, double tolerance, boo
   SolveLanes<double>(fit, tolerance, also_z, system, flag, candidate);
 }
 template <class T>
-LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T>& p, const T* desired, LaneSystem<T>& system) {
+LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T>& p, const T* desired,
+                            LaneSystem<T>& system) {
   using V = Lanes<T>;
   V point[3];
   for (std::size_t c = 0; c < 3; ++c)
@@ -240,10 +244,12 @@ void Solve(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSyst
   std::int32_t* lists = system.first.data() + system.count + 1;
   SolveDouble(fit, tolerance, also_z, system, lists, lists + system.count);
 }
-void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3], LaneSystem<float>& system) {
+void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3],
+           LaneSystem<float>& system) {
   PlaceFloat(fit, D, p, desired, system);
 }
-void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3], LaneSystem<double>& system) {
+void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3],
+           LaneSystem<double>& system) {
   PlaceDouble(fit, D, p, desired, system);
 }
 

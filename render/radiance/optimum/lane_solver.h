@@ -29,23 +29,23 @@ struct LaneSystem {
 
   // Set by the caller, `count` entries each.
   int count = 0;
-  std::vector<Block> u[3];                 // unit directions from the proxy point to the photos' centres
-  std::vector<Block> f;                    // the factor of a row and a column: S_ij = f_i f_j R(h_ij)
-  std::vector<Block> y;                    // right-hand side
-  std::vector<Block> channel[kChannels];   // h_ij / (2 r_max) grows by |difference| of each of the first `channels`
+  std::vector<Block> u[3];                // unit directions from the proxy point to the photos' centres
+  std::vector<Block> f;                   // the factor of a row and a column: S_ij = f_i f_j R(h_ij)
+  std::vector<Block> y;                   // right-hand side
+  std::vector<Block> channel[kChannels];  // h_ij / (2 r_max) grows by |difference| of each of the first `channels`
   int channels = 0;
 
   // Results.
-  std::vector<Block> w;                    // S w = y
-  std::vector<Block> z;                    // S z = f, where it was asked for
-  std::array<bool, kRays> solved;          // false: not positive definite along the way, or too many steps
-  int steps = 0;                           // of conjugate gradients, the most of the lanes
-  std::size_t pairs = 0;                   // of photos that correlate for some lane
+  std::vector<Block> w;            // S w = y
+  std::vector<Block> z;            // S z = f, where it was asked for
+  std::array<bool, kRays> solved;  // false: not positive definite along the way, or too many steps
+  int steps = 0;                   // of conjugate gradients, the most of the lanes
+  std::size_t pairs = 0;           // of photos that correlate for some lane
 
   // Memory.
-  std::vector<Block> s, r, p, q;           // S's entries right of the diagonal, row by row; CG's vectors
+  std::vector<Block> s, r, p, q;  // S's entries right of the diagonal, row by row; CG's vectors
   std::vector<std::int32_t> first, column;
-  std::vector<float> mean[3], spread;      // of u over the lanes
+  std::vector<float> mean[3], spread;  // of u over the lanes
 
   void Resize(int photos, int channels_used);
 };
@@ -57,8 +57,10 @@ using LanePoints = std::array<std::array<T, kLaneCount<T>>, 3>;
 // Fills u from the photos' centres D less the view's (`count` of each), then turns y from the angle between the ray and the photo
 // into the right-hand side f R(alpha angle + 2 r_max sum |desired_c - channel_c|). In float the caller's angles are used: formed
 // from D x d they are ten times better than those from u; in double y is not read and the chord serves.
-void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3], LaneSystem<float>& system);
-void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3], LaneSystem<double>& system);
+void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3],
+           LaneSystem<float>& system);
+void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3],
+           LaneSystem<double>& system);
 
 // Fills w (and z). `tolerance`: of the residual, relative to the right-hand side.
 void Solve(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system);

@@ -12,8 +12,8 @@ namespace lumi {
 
 template <class T>
 struct LeavesFit {
-  static constexpr int kQ = sizeof(T) == 4 ? 8 : 26;   // degree of Q in 2 q - 1
-  static constexpr int kA = sizeof(T) == 4 ? 4 : 9;    // degree of A in 2 c^2/c2_max - 1
+  static constexpr int kQ = sizeof(T) == 4 ? 8 : 26;  // degree of Q in 2 q - 1
+  static constexpr int kA = sizeof(T) == 4 ? 4 : 9;   // degree of A in 2 c^2/c2_max - 1
   // Largest error of P_same over [0, 2 r_max] that a fit may have to be usable.
   static constexpr double kTolerance = sizeof(T) == 4 ? 4e-6 : 1e-8;
 

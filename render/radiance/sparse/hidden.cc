@@ -32,7 +32,9 @@ class Buffer {
         low = std::min(low, X(t, i).y());
         high = std::max(high, X(t, i).y());
       }
-      const auto band = [&](float y) { return static_cast<int>(std::clamp(std::floor(y / kBandRows), 0.0F, static_cast<float>(bands_ - 1))); };
+      const auto band = [&](float y) {
+        return static_cast<int>(std::clamp(std::floor(y / kBandRows), 0.0F, static_cast<float>(bands_ - 1)));
+      };
       return std::pair(band(low), band(high));
     };
     for (const SparseTriangle& t : g.triangles)
@@ -51,7 +53,8 @@ class Buffer {
   void Seen(int band, std::vector<float>& nearest, std::vector<std::int32_t>& out) const {
     const int begin = band * kBandRows, end = std::min(size_.y(), begin + kBandRows);
     nearest.assign(static_cast<std::size_t>((end - begin) * size_.x()), 0.0F);
-    const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]), to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
+    const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]),
+               to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
     const auto at = [&](int x, int y) -> float& { return nearest[static_cast<std::size_t>((y - begin) * size_.x() + x)]; };
     const auto rows = [&](const SparseTriangle& t, auto&& body) {
       InverseDepth z;
@@ -78,7 +81,10 @@ class Buffer {
       });
       // Between pixels' centres: by the pixel that a corner lies in.
       for (std::size_t k = 0; k < 3 && !any && !seen; ++k) {
-        const int x = static_cast<int>(std::floor(std::clamp(X(t, k).x(), -1.0F, size_.x() + 1.0F))), y = static_cast<int>(std::floor(std::clamp(X(t, k).y(), -1.0F, size_.y() + 1.0F)));
+        const auto pixel = [](float v, int side) {
+          return static_cast<int>(std::floor(std::clamp(v, -1.0F, static_cast<float>(side) + 1.0F)));
+        };
+        const int x = pixel(X(t, k).x(), size_.x()), y = pixel(X(t, k).y(), size_.y());
         seen = x >= 0 && x < size_.x() && y >= begin && y < end && Z(t, k) >= kNearEnough * at(x, y);
       }
       if (seen) out.push_back(in_band_[i]);

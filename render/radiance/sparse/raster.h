@@ -21,7 +21,8 @@ class TriangleRows {
   // Rows that may hold pixels, of a view `height` rows high.
   std::pair<int, int> Rows(int height) const {
     const double h = height;
-    return {static_cast<int>(std::clamp(std::ceil(x_[0].y() - 0.5), 0.0, h)), static_cast<int>(std::clamp(std::ceil(x_[2].y() - 0.5), 0.0, h))};
+    return {static_cast<int>(std::clamp(std::ceil(x_[0].y() - 0.5), 0.0, h)),
+            static_cast<int>(std::clamp(std::ceil(x_[2].y() - 0.5), 0.0, h))};
   }
 
   // Pixels [first, second) of a row within [0, width).

@@ -27,13 +27,13 @@ using Point = Eigen::Matrix<std::int64_t, 2, 1>;  // lattice
 // A facet in this view.
 struct SeenFacet {
   const Facet* facet = nullptr;
-  Eigen::Vector3d inverse_depth;         // dot (x_px, y_px, 1)
-  double nearest = 0, farthest = 0;      // inverse depths of its corners: largest, smallest
-  Eigen::Vector2d low, high;             // its bounds, px
+  Eigen::Vector3d inverse_depth;  // dot (x_px, y_px, 1)
+  double nearest = 0, farthest = 0;  // inverse depths of its corners: largest, smallest
+  Eigen::Vector2d low, high;  // its bounds, px
 };
 
 struct Cell {
-  std::vector<Eigen::Vector2d> points;   // px, beside its corners
+  std::vector<Eigen::Vector2d> points;  // px, beside its corners
   std::vector<std::array<Eigen::Vector2d, 2>> segments;
 };
 
@@ -46,7 +46,10 @@ struct LocalTriangle {
 class Tessellation {
  public:
   Tessellation(const ViewSetup& setup, const SparseProxy& proxy)
-      : setup_(setup), proxy_(proxy), M_(setup.desired.P.leftCols<3>()), columns_(setup.settings.grid_columns),
+      : setup_(setup),
+        proxy_(proxy),
+        M_(setup.desired.P.leftCols<3>()),
+        columns_(setup.settings.grid_columns),
         rows_(setup.settings.grid_rows) {
     const Eigen::Vector2i size = setup.desired.size_px;
     for (int i = 0; i < columns_; ++i) grid_x_.push_back(std::llround(SamplePx(i, columns_, size.x()) * kLattice));
@@ -54,7 +57,8 @@ class Tessellation {
     cells_.resize(static_cast<std::size_t>(CellCount()));
     Project();
     for (const auto& e : proxy.edges())
-      if (wanted_[static_cast<std::size_t>(&e - proxy.edges().data())]) AddEdge(camera_[static_cast<std::size_t>(e.a)], camera_[static_cast<std::size_t>(e.b)]);
+      if (wanted_[static_cast<std::size_t>(&e - proxy.edges().data())])
+        AddEdge(camera_[static_cast<std::size_t>(e.a)], camera_[static_cast<std::size_t>(e.b)]);
   }
 
   int CellCount() const { return (columns_ - 1) * (rows_ - 1); }
@@ -82,7 +86,8 @@ class Tessellation {
     const Eigen::Vector2d a = Corner(i, j), b = Corner(i + 1, j), c = Corner(i + 1, j + 1), d = Corner(i, j + 1);
     std::vector<std::int32_t> near;
     for (std::size_t f = 0; f < seen_.size(); ++f)
-      if ((seen_[f].low.array() <= c.array()).all() && (seen_[f].high.array() >= a.array()).all()) near.push_back(static_cast<std::int32_t>(f));
+      if ((seen_[f].low.array() <= c.array()).all() && (seen_[f].high.array() >= a.array()).all())
+        near.push_back(static_cast<std::int32_t>(f));
     if (near.empty()) return;
     const Cell& own = cells_[static_cast<std::size_t>(cell)];
     std::vector<std::int32_t> facets;
@@ -138,7 +143,9 @@ class Tessellation {
     }
   }
 
-  double Depth(std::int32_t facet, const Eigen::Vector2d& x_px) const { return 1 / InverseDepth(seen_[static_cast<std::size_t>(facet)], x_px); }
+  double Depth(std::int32_t facet, const Eigen::Vector2d& x_px) const {
+    return 1 / InverseDepth(seen_[static_cast<std::size_t>(facet)], x_px);
+  }
   const Facet& At(std::int32_t facet) const { return *seen_[static_cast<std::size_t>(facet)].facet; }
 
  private:
@@ -277,7 +284,8 @@ class Tessellation {
 
   // A vertex of every cell it touches, unless it is their corner.
   void AddPoint(const Point& p) {
-    const bool on_x = std::binary_search(grid_x_.begin(), grid_x_.end(), p.x()), on_y = std::binary_search(grid_y_.begin(), grid_y_.end(), p.y());
+    const bool on_x = std::binary_search(grid_x_.begin(), grid_x_.end(), p.x()),
+               on_y = std::binary_search(grid_y_.begin(), grid_y_.end(), p.y());
     if (on_x && on_y) return;
     const auto [column, last_column] = Between(grid_x_, p.x(), p.x());
     const auto [row, last_row] = Between(grid_y_, p.y(), p.y());
@@ -329,7 +337,8 @@ class Tessellation {
       const SeenFacet& s = seen_[static_cast<std::size_t>(f)];
       layers.push_back({f, {InverseDepth(s, x_px[0]), InverseDepth(s, x_px[1]), InverseDepth(s, x_px[2])}});
     }
-    std::stable_sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.inverse_depth.sum() > b.inverse_depth.sum(); });
+    std::stable_sort(layers.begin(), layers.end(),
+                     [](const Layer& a, const Layer& b) { return a.inverse_depth.sum() > b.inverse_depth.sum(); });
     std::size_t kept = 0;
     for (const Layer& layer : layers) {
       bool hidden = false;
@@ -345,9 +354,9 @@ class Tessellation {
   const Eigen::Matrix3d M_;
   const int columns_, rows_;
   std::vector<std::int64_t> grid_x_, grid_y_;
-  std::vector<Eigen::Vector3d> camera_;   // M (x - centre) of the proxy's vertices
+  std::vector<Eigen::Vector3d> camera_;  // M (x - centre) of the proxy's vertices
   std::vector<SeenFacet> seen_;
-  std::vector<bool> wanted_;              // of SparseProxy::edges()
+  std::vector<bool> wanted_;  // of SparseProxy::edges()
   std::vector<Cell> cells_;
 };
 
@@ -361,8 +370,8 @@ class VertexTable {
   }
   // The vertex, or a new one's number: `next`.
   std::int32_t Find(const Eigen::Vector2d& x, std::int32_t facet, std::int32_t next) {
-    std::uint64_t h = std::bit_cast<std::uint64_t>(x.x()) * 0x9E3779B97F4A7C15U ^ std::bit_cast<std::uint64_t>(x.y()) * 0xC2B2AE3D27D4EB4FU ^
-                      static_cast<std::uint64_t>(facet) * 0x165667B19E3779F9U;
+    std::uint64_t h = std::bit_cast<std::uint64_t>(x.x()) * 0x9E3779B97F4A7C15U ^
+                      std::bit_cast<std::uint64_t>(x.y()) * 0xC2B2AE3D27D4EB4FU ^ static_cast<std::uint64_t>(facet) * 0x165667B19E3779F9U;
     h ^= h >> 29;
     h *= 0xBF58476D1CE4E5B9U;
     for (std::size_t i = (h >> 20) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {

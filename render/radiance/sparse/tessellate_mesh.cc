@@ -17,7 +17,7 @@ namespace {
 constexpr int kDeepest = 16;
 
 struct Corner {
-  Eigen::Vector3d camera;    // M (x - centre): pixels times depth, and depth
+  Eigen::Vector3d camera;  // M (x - centre): pixels times depth, and depth
   Eigen::Vector3f normal;
   std::int32_t sample = -1;  // in SparseGeometry
 };

@@ -38,7 +38,8 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
     rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(geometry.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
     const Eigen::Vector2d x = geometry.x_px[i].cast<double>(), inside = x.cwiseMax(low).cwiseMin(high);
     // A fine mesh's vertices outside the view stay there.
-    if (x != inside && (x - inside).cwiseAbs().maxCoeff() <= kInsidePx) rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
+    if (x != inside && (x - inside).cwiseAbs().maxCoeff() <= kInsidePx)
+      rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
   }
   return rays;
 }
