@@ -251,6 +251,7 @@ class Budget : public testing::Test {
 TEST_F(Budget, AMovingCameraGetsWhatFitsAndARestingOneTheUsersSettings) {
   RadianceSettings base;
   base.visibility = false;
+  base.k = 7;  // no setting that is probed
   MotionBudget budget;
   EXPECT_FALSE(budget.active());
   budget.Begin(40, "/nonexistent", nowhere_, base);
