@@ -48,8 +48,11 @@ Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
   return (1 - a) * at(l) + a * at(l + 1);
 }
 
-void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
-                ImageF& image) {
+namespace {
+
+// radiance(j, u_px, v_px, depth in the photo, depth in the view): RGB in [0,1].
+template <typename Radiance>
+void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const Radiance& radiance) {
   const auto k = static_cast<std::size_t>(plan.k);
   const RelativeSources& r = setup.sources;
   const bool fading = setup.settings.field_of_view;
@@ -78,11 +81,10 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
         if (!fading && !(w > 0 && u >= 0 && v >= 0 && u <= r.width_px[j] && v <= r.height_px[j])) continue;
         const float weight = plan.weight[s * k + i];
         contained += weight;
-        const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
-        color += (gains.empty() ? weight : weight * gains[j]) * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level);
+        color += weight * radiance(j, u, v, w, depth);
       }
       // What is missing is a hole, neither black nor made up for by the others.
-      color *= alpha / 255.0F;
+      color *= alpha;
       out[0] = color[0];
       out[1] = color[1];
       out[2] = color[2];
@@ -91,23 +93,20 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
   }
 }
 
-void BlendConstants(const FramePlan& plan, const std::vector<Eigen::Vector3f>& colors, ImageF& image) {
-  const auto k = static_cast<std::size_t>(plan.k);
-  std::size_t s = 0;
-  for (int y = 0; y < plan.window.height; ++y) {
-    float* out = image.Row(plan.window.y + y) + 4 * plan.window.x;
-    for (int x = 0; x < plan.window.width; ++x, ++s, out += 4) {
-      Eigen::Vector3f color = Eigen::Vector3f::Zero();
-      for (std::size_t i = 0; i < k; ++i)
-        if (const std::int32_t j = plan.camera[s * k + i]; j >= 0)
-          color += plan.weight[s * k + i] * colors[static_cast<std::size_t>(j)];
-      color *= plan.alpha[s];
-      out[0] = color[0];
-      out[1] = color[1];
-      out[2] = color[2];
-      out[3] = plan.alpha[s];
-    }
-  }
+}  // namespace
+
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
+                ImageF& image) {
+  const RelativeSources& r = setup.sources;
+  Blend(plan, setup, image, [&](std::size_t j, float u, float v, float w, float depth) {
+    const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
+    const float scale = (gains.empty() ? 1.0F : gains[j]) / 255.0F;
+    return Eigen::Array3f(scale * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level));
+  });
+}
+
+void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors, ImageF& image) {
+  Blend(plan, setup, image, [&](std::size_t j, float, float, float, float) { return colors[j].array(); });
 }
 
 }  // namespace lumi

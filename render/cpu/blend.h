@@ -23,6 +23,6 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
                 ImageF& image);
 
 // The same with a constant colour for each source (false colour); colors[j] is RGB in [0,1].
-void BlendConstants(const FramePlan& plan, const std::vector<Eigen::Vector3f>& colors, ImageF& image);
+void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors, ImageF& image);
 
 }  // namespace lumi

@@ -77,7 +77,7 @@ class CpuRenderer : public Renderer {
         PlanPixels(setup, proxy_, visibility, window, plan, scratch);
         counts += plan.optimum;
         if (request.show == Show::kFalseColor)
-          BlendConstants(plan, colors_, image);
+          BlendConstants(plan, setup, colors_, image);
         else
           BlendColor(plan, setup, photos_, gains, image);
       }
@@ -103,7 +103,7 @@ class CpuRenderer : public Renderer {
                     if (InterruptRequested()) return;
                     PlanCellPixels(setup, proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan, scratch);
                     if (request.show == Show::kFalseColor)
-                      BlendConstants(plan, colors_, image);
+                      BlendConstants(plan, setup, colors_, image);
                     else
                       BlendColor(plan, setup, photos_, gains, image);
                   }
