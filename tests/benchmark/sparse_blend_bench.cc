@@ -90,7 +90,7 @@ World ReadWorld(const std::string& folder, const std::string& proxy) {
     for (const char* silhouettes : {"truth/silhouettes", "silhouettes"}) {
       const auto file = w.scene.folder / silhouettes / (view.name + ".png"), bare = w.scene.folder / silhouettes / std::filesystem::path(view.name).replace_extension(".png");
       for (const auto& mask : {file, bare})
-        if (t.mask.empty() && std::filesystem::exists(mask)) t.mask = Resize(ReadImage8(mask, 1), scaled.width_px, scaled.height_px);
+        if (t.mask.empty() && std::filesystem::exists(mask)) t.mask = Resize(ReadImage8(mask, 3), scaled.width_px, scaled.height_px);
     }
     w.views.push_back(std::move(t));
   }
@@ -258,7 +258,7 @@ double Psnr(const ImageF& a, const ImageF& b, const Image8& mask) {
   double sum = 0;
   std::size_t n = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i)
-    if (i % 4 != 3 && (mask.empty() || mask.data[i / 4] > 127)) {
+    if (i % 4 != 3 && (mask.empty() || mask.data[i / 4 * 3] > 127)) {
       sum += (a.data[i] - b.data[i]) * (a.data[i] - b.data[i]);
       ++n;
     }
