@@ -4,25 +4,65 @@
 #   ./bench.sh               on a desk that lumi-simulate photographs
 #   ./bench.sh --data DIR    also on fountain, sceaux and fox below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
+#   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
+#                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
+#                            on fox and knights below DIR
 # Scenes are kept in build/bench: a second run measures again without finding the cameras again.
 set -euo pipefail
 start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=()
+arguments=() data='' only_speed='' only_quality=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
       [ -d "$data" ] || die "$data is no folder" 2
       arguments+=(--data "$data"); shift 2 ;;
+    --speed) only_speed=1; shift ;;
+    --only) only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
   esac
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures
-build/release/bin/bench_figures --work build/bench "${arguments[@]}"
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures optimum_bench sparse_blend_bench gl_blend_bench
+bin=build/release/bin work=build/bench
+mkdir -p "$work"
+[ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -z "$only_quality" ] || exit 0
+
+heading() { printf '\n## %s\n\n' "$1"; }
+# table TITLE COMMAND...: as it prints.
+table() {
+  heading "$1"
+  shift
+  printf '```\n'
+  "$@"
+  printf '```\n'
+}
+table 'The optimum (2 threads)' "$bin/optimum_bench"
+table 'Sparse samples, CPU (2 threads)' "$bin/sparse_blend_bench" time views
+table 'Sparse samples, OpenGL' "$bin/gl_blend_bench"
+
+if [ ! -d "$work/desk-262" ]; then
+  "$bin/lumi-simulate" --example desk -o "$work/desk-262"
+  "$bin/lumi-proxy" plane "$work/desk-262"
+fi
+table 'Sparse samples against a weight a pixel: desk, foreground, plane' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane
+table 'The same, true mesh' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth
+if [ -d "$work/fox" ]; then
+  for proxy in plane mesh; do table "The same: fox, $proxy" "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy"; done
+fi
+if [ -n "$data" ] && [ -d "$data/knights" ]; then
+  if [ ! -d "$work/knights" ]; then
+    # A rectified camera grid whose focal length is not given: 300 px is assumed.
+    "$bin/lumi-reconstruct" "$data/knights/images" -o "$work/knights" --rig grid --grid-positions "$data/knights/positions.csv" --focal-px 300
+    "$bin/lumi-proxy" plane "$work/knights"
+  fi
+  table 'The same: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
+fi
+table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane --quiet
