@@ -110,6 +110,10 @@ class Job {
                       {"nugget_raised", statistics.optimum.nugget_raised},
                       {"indefinite", statistics.optimum.indefinite},
                       {"small_sums", statistics.optimum.small_sums}};
+    if (settings_.similarity == Similarity::kFull && 2 * statistics.optimum.small_sums > statistics.optimum.samples)
+      sink_.Message(fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x --r-max-deg, and the "
+                                "optimum falls back to the local mean; a larger --r-max-deg gives it something to say",
+                                100.0 * static_cast<double>(statistics.optimum.small_sums) / static_cast<double>(statistics.optimum.samples)));
     if (!o_.output.empty() && o_.output.extension() != ".mp4") WriteTextAtomically(o_.output / kMarker, j.dump(2) + "\n");
     return j.dump();
   }

@@ -167,6 +167,7 @@ void SwitchEffect(RadianceSettings& s, const std::string& name, bool on) {
 
 void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std::set<std::string>& decided) {
   if (effects == "auto") return;
+  if (effects.empty()) throw UsageError("--effects takes auto, none, or a list; not nothing");
   std::set<std::string> wanted;
   std::istringstream list(effects == "none" ? "" : effects);
   for (std::string name; std::getline(list, name, ',');) {

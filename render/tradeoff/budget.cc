@@ -40,8 +40,8 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
     Method method;
     int grid, k;
   };
-  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kCandidates, 16, 3},
-                           {Method::kCandidates, 25, 4},  {Method::kCandidates, 32, 4},   {Method::kPixel, 0, 4},
+  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kInterpolated, 32, 4},
+                           {Method::kCandidates, 16, 3},  {Method::kCandidates, 25, 4},  {Method::kCandidates, 32, 4},   {Method::kPixel, 0, 4},
                            {Method::kOptimumGrid, 64, 4}, {Method::kOptimumPixel, 0, 4}};
   std::vector<FrontPoint> table;
   for (const Row& row : kRows) {
@@ -56,6 +56,9 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
   }
   return table;
 }
+
+// Of the budget: frames along a path differ from the first view's by this much and more.
+constexpr double kHeadroom = 0.9;
 
 BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed, double budget_ms,
                    double seconds) {
@@ -85,7 +88,7 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
       continue;
     }
     choice.tried.push_back(p);
-    if (p.ms <= budget_ms) {
+    if (p.ms <= kHeadroom * budget_ms) {
       choice.fits = true;
       choice.name = p.name;
       choice.settings = p.settings;

@@ -28,11 +28,12 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   if (!file.empty() && message.find(file) == std::string::npos) line += file + ": ";
   line += message;
   if (!hint.empty()) line += " (" + hint + ")";
-  fmt::print(stderr, "{}\n", line);
+  // Without fmt::print, which throws where nobody reads any more.
+  std::fputs((line + "\n").c_str(), stderr);
   if (json) {
     nlohmann::ordered_json error;
     error["error"] = {{"code", static_cast<int>(code)}, {"file", file}, {"message", message}, {"hint", hint}};
-    fmt::print("{}\n", WithSchema(name, error).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    std::fputs((WithSchema(name, error).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
   }
   return static_cast<int>(code);
 }
@@ -66,9 +67,9 @@ int Program::Run(int argc, char** argv, const std::function<std::string()>& body
   try {
     const std::string text = body();
     if (json_)
-      fmt::print("{}\n", WithSchema(name_, nlohmann::ordered_json::parse(text)).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+      std::fputs((WithSchema(name_, nlohmann::ordered_json::parse(text)).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
     else if (for_people && !quiet_)
-      fmt::print("{}\n", for_people(text));
+      std::fputs((for_people(text) + "\n").c_str(), stdout);
     if (std::fflush(stdout) != 0) throw MachineError("cannot write to standard output");
     return 0;
   } catch (const Error& e) {

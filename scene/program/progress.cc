@@ -27,6 +27,9 @@ class Silent : public ProgressSink {
   void Message(const std::string&) override {}
 };
 
+// Nobody may be reading any more: that is no reason to stop.
+void Print(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
 class Stderr : public ProgressSink {
  public:
   explicit Stderr(bool quiet) : quiet_(quiet), terminal_(isatty(2) != 0), pipe_(std::getenv("LUMI_PROGRESS_PIPE") != nullptr) {}
@@ -34,7 +37,7 @@ class Stderr : public ProgressSink {
   void Report(const std::string& task, long done, long total, double seconds, double seconds_left) override {
     const std::lock_guard lock(mutex_);
     if (pipe_) {
-      fmt::print(stderr, "@progress {} {} {}\n", done, total, task);
+      Print(fmt::format("@progress {} {} {}\n", done, total, task));
       return;
     }
     if (quiet_) return;
@@ -51,9 +54,9 @@ class Stderr : public ProgressSink {
       line += fmt::format(" {}  {}", done, Clock(seconds));
     }
     if (terminal_)
-      fmt::print(stderr, "\r\033[K{}", line);
+      Print(fmt::format("\r\033[K{}", line));
     else
-      fmt::print(stderr, "{}\n", line);
+      Print(fmt::format("{}\n", line));
     std::fflush(stderr);
     drawn_ = terminal_;
   }
@@ -61,8 +64,8 @@ class Stderr : public ProgressSink {
   void Finish(const std::string& task, long done, double seconds) override {
     const std::lock_guard lock(mutex_);
     if (quiet_ || pipe_) return;
-    if (drawn_) fmt::print(stderr, "\r\033[K");
-    if (seconds >= kQuietTaskSeconds) fmt::print(stderr, "{}: {} in {:.1f} s\n", task, done, seconds);
+    if (drawn_) Print("\r\033[K");
+    if (seconds >= kQuietTaskSeconds) Print(fmt::format("{}: {} in {:.1f} s\n", task, done, seconds));
     drawn_ = false;
     last_logged_ = 0;
     last_task_.clear();
@@ -71,9 +74,9 @@ class Stderr : public ProgressSink {
   void Message(const std::string& line) override {
     const std::lock_guard lock(mutex_);
     if (quiet_) return;
-    if (drawn_) fmt::print(stderr, "\r\033[K");
+    if (drawn_) Print("\r\033[K");
     drawn_ = false;
-    fmt::print(stderr, "{}\n", line);
+    Print(fmt::format("{}\n", line));
   }
 
  private:

@@ -2,6 +2,7 @@
 // occlusion edges.
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <random>
 
 #include "capture.h"
@@ -125,7 +126,8 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesWithEveryMeasureOn) {
   }
   EXPECT_LT(largest[1], 0.3 * largest[0]);
   EXPECT_LT(largest[2], 0.3 * largest[1]);
-  std::cout << "largest change of a weight at steps 1e-2, 1e-3, 1e-4: " << largest[0] << " " << largest[1] << " " << largest[2] << "\n";
+  std::cout << "largest change of a weight at steps 1e-2, 1e-3, 1e-4: " << largest[0] << " " << largest[1] << " " << largest[2] << "; ratios "
+            << largest[0] / largest[1] << " " << largest[1] / largest[2] << "\n";
 }
 
 }  // namespace

@@ -51,6 +51,30 @@ TEST(SparseBlend, AtASourceCameraThatPhotoHasNearlyAllTheWeight) {
     }
 }
 
+// The same on a fine mesh that reaches beyond the view on every side and hides parts of itself: its triangles end at the
+// view's borders, where the photo still contains them.
+TEST(SparseBlend, AtASourceCameraThatPhotoHasAllTheWeightOnAFineMeshToo) {
+  test::Capture c = test::MakeCapture(9, 96);
+  c.proxy = test::Sheet(40);
+  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  for (const Sampling sampling : kBoth)
+    for (std::size_t i = 0; i < c.scene.views.size(); i += 2) {
+      RenderRequest r = test::SparseRequest(MakeRenderView(c.scene, c.scene.views[i]), 4, 8, sampling);
+      r.settings.visibility = true;
+      r.show = Show::kFalseColor;
+      const ImageF image = renderer->Render(r);
+      r.settings.grid_columns = r.settings.grid_rows = 0;
+      const ImageF pixels = renderer->Render(r);
+      const Eigen::Vector3f color = SourceColor(static_cast<int>(i));
+      for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+          if (!(pixels.At(x, y, 3) > 0)) continue;
+          ASSERT_GT(image.At(x, y, 3), 0.99F) << "a hole where every pixel has its photo: " << x << " " << y;
+          for (int k = 0; k < 3; ++k) ASSERT_NEAR(image.At(x, y, k), color[k], 0.01) << x << " " << y;
+        }
+    }
+}
+
 // Whether a view sees the proxy's point of a pixel inside its photo; by margin_px > 0 from its border.
 bool Sees(const test::Capture& c, std::size_t photo, const RenderView& view, int x, int y, double margin_px, bool& hit) {
   const Eigen::Vector3d d = RayDirection(view.P, {x + 0.5, y + 0.5})->normalized();

@@ -1,8 +1,9 @@
-// Fine proxies are sampled at their vertices (thesis Examples #4 and #5): the mesh's triangles in the view, cut at the near
-// plane, and split where they are larger than a grid cell. Which edges are split depends on the edge alone, and by how much
+// Fine proxies are sampled at their vertices (thesis Examples #4 and #5): the mesh's triangles, cut at the near plane and at the
+// view's borders, and split where they are larger than a grid cell. Which edges are split depends on the edge alone, and by how much
 // as well, so that neighbours agree: no cracks.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
@@ -15,6 +16,11 @@ namespace {
 
 // Halvings of an edge; the view's diagonal holds 2^13 cells at most.
 constexpr int kDeepest = 16;
+
+// Edges that were cut lie on a border up to rounding, and are in the view.
+constexpr double kOnBorderPx = 1e-3;
+constexpr int kSides = 5;                        // the near plane, and the view's borders
+constexpr std::size_t kMostCorners = 3 + kSides;  // of a triangle that each of them cuts
 
 struct Corner {
   Eigen::Vector3d camera;  // M (x - centre): pixels times depth, and depth
@@ -37,34 +43,53 @@ class MeshCutter {
   void Add(std::size_t face) {
     face_ = proxy_.face_ids()[face];
     const auto& f = proxy_.faces()[face];
-    std::array<std::int32_t, 4> kept;
-    std::size_t n = 0;
-    // At the near plane: a triangle, or two.
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::int32_t a = f[i], b = f[(i + 1) % 3];
-      const bool in = Front(a);
-      if (in) kept[n++] = a;
-      if (in != Front(b)) kept[n++] = in ? AtNearPlane(a, b) : AtNearPlane(b, a);
+    std::array<std::int32_t, kMostCorners> polygon = {f[0], f[1], f[2]}, kept;
+    std::size_t n = 3;
+    // At the near plane and at the view's borders: a sample outside the view is one that the photo taken from here does not contain.
+    for (int side = 0; side < kSides && n >= 3; ++side) {
+      std::size_t m = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::int32_t a = polygon[i], b = polygon[(i + 1) % n];
+        const bool in = Inside(a, side);
+        if (in) kept[m++] = a;
+        if (in != Inside(b, side)) kept[m++] = in ? Cut(a, b, side) : Cut(b, a, side);
+      }
+      polygon = kept;
+      n = m;
     }
-    if (n >= 3) Split({kept[0], kept[1], kept[2]}, 0);
-    if (n == 4) Split({kept[0], kept[2], kept[3]}, 0);
+    for (std::size_t i = 2; i < n; ++i) Split({polygon[0], polygon[i - 1], polygon[i]}, 0);
   }
 
  private:
   const Corner& At(std::int32_t v) const { return corners_[static_cast<std::size_t>(v)]; }
-  bool Front(std::int32_t v) const { return At(v).camera.z() >= kNearPlane; }
+  // How far inside a side of what is seen: the near plane, then left, right, top, bottom. Linear in space.
+  double Room(const Eigen::Vector3d& x, int side) const {
+    switch (side) {
+      case 0: return x.z() - kNearPlane;
+      case 1: return x.x();
+      case 2: return size_.x() * x.z() - x.x();
+      case 3: return x.y();
+      default: return size_.y() * x.z() - x.y();
+    }
+  }
+  bool Inside(std::int32_t v, int side) const { return Room(At(v).camera, side) >= 0; }
   static std::uint64_t Key(std::int32_t a, std::int32_t b) {
     return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) | static_cast<std::uint32_t>(std::max(a, b));
   }
 
   // Always from the same end: both faces of the edge get the same point.
-  std::int32_t AtNearPlane(std::int32_t front, std::int32_t behind) {
-    const auto [at, fresh] = cut_.try_emplace(Key(front, behind), static_cast<std::int32_t>(corners_.size()));
+  std::int32_t Cut(std::int32_t in, std::int32_t out, int side) {
+    const auto [at, fresh] = cut_[static_cast<std::size_t>(side)].try_emplace(Key(in, out), static_cast<std::int32_t>(corners_.size()));
     if (fresh) {
-      const Corner &p = At(front), &q = At(behind);
-      const double s = (p.camera.z() - kNearPlane) / (p.camera.z() - q.camera.z());
-      Corner c{p.camera + s * (q.camera - p.camera), p.normal, -1};
-      c.camera.z() = kNearPlane;
+      const Corner &p = At(in), &q = At(out);
+      const double room = Room(p.camera, side), u = room / (room - Room(q.camera, side));
+      Corner c{p.camera + u * (q.camera - p.camera), p.normal, -1};
+      // On the side to the last digit, so that what comes after agrees.
+      if (side == 0) c.camera.z() = kNearPlane;
+      if (side == 1) c.camera.x() = 0;
+      if (side == 2) c.camera.x() = size_.x() * c.camera.z();
+      if (side == 3) c.camera.y() = 0;
+      if (side == 4) c.camera.y() = size_.y() * c.camera.z();
       corners_.push_back(c);
     }
     return at->second;
@@ -83,10 +108,10 @@ class MeshCutter {
     double from = 0, to = 1;
     for (int k = 0; k < 2; ++k) {
       if (d[k] == 0) {
-        if (a[k] < 0 || a[k] > size_[k]) return 0;
+        if (a[k] < -kOnBorderPx || a[k] > size_[k] + kOnBorderPx) return 0;
         continue;
       }
-      const double low = -a[k] / d[k], high = (size_[k] - a[k]) / d[k];
+      const double low = (-kOnBorderPx - a[k]) / d[k], high = (size_[k] + kOnBorderPx - a[k]) / d[k];
       from = std::max(from, std::min(low, high));
       to = std::min(to, std::max(low, high));
     }
@@ -161,7 +186,8 @@ class MeshCutter {
   Eigen::Vector2d cell_px_;
   SparseGeometry& out_;
   std::vector<Corner> corners_;
-  std::unordered_map<std::uint64_t, std::int32_t> cut_, middle_;
+  std::array<std::unordered_map<std::uint64_t, std::int32_t>, kSides> cut_;
+  std::unordered_map<std::uint64_t, std::int32_t> middle_;
   std::int32_t face_ = -1;
 };
 

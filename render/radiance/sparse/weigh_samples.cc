@@ -37,8 +37,7 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
     rays.t[i] = geometry.offset[i].norm();
     rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(geometry.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
     const Eigen::Vector2d x = geometry.x_px[i].cast<double>(), inside = x.cwiseMax(low).cwiseMin(high);
-    // A fine mesh's vertices outside the view stay there.
-    if (x != inside && (x - inside).cwiseAbs().maxCoeff() <= kInsidePx)
+    if (x != inside)
       rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
   }
   return rays;
