@@ -11,6 +11,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures.h"
+#include "render/radiance/measures/own_ray.h"
 #include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/dense_solver.h"
 #include "render/radiance/optimum/duplicates.h"
@@ -30,7 +31,7 @@ constexpr double kCutoffFeather = 0.1;
 LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v, const float* __restrict enabled,
                          int n, float cutoff, float inverse_feather, bool additive, float* __restrict factor, float* __restrict any) {
   if (v)
-    for (int j = 0; j < n; ++j) f[j] *= v[j];
+    for (int j = 0; j < n; ++j) f[j] *= VisibilityNearOwnRay(v[j], theta[j]);
   for (int j = 0; j < n; ++j) {
     const float taper = inverse_feather > 0 ? RaisedCosine((cutoff - theta[j]) * inverse_feather) : 1.0F;
     const float out = taper * (additive ? enabled[j] : f[j]);
