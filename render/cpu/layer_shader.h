@@ -20,10 +20,6 @@ struct PhotoLayer {
   int first_level = 0, last_level = 0;
 };
 
-// The optimum's weights may be negative. What they take away is held to half of what the others bring, continuously: a gate that closes
-// a positive weight would leave sums about 0.
-constexpr float kMostTaken = 0.5F;
-
 class LayerShader {
  public:
   LayerShader(const ViewSetup& setup, const BlendSources& sources);

@@ -79,7 +79,8 @@ TEST(EpipoleConsistency, TheOptimumGivesAPhotoAtLeast99PercentOfItsOwnViewBeside
         blocked += m.v[v] < 0.9F;
         double own = 0;
         for (std::int32_t k = table.first[i]; k < table.first[i + 1]; ++k)
-          if (table.camera[static_cast<std::size_t>(k)] == static_cast<int>(v)) own = static_cast<double>(table.weight[static_cast<std::size_t>(k)]);
+          if (table.camera[static_cast<std::size_t>(k)] == static_cast<int>(v))
+            own = static_cast<double>(table.weight[static_cast<std::size_t>(k)]);
         least = std::min(least, own);
       }
     }
