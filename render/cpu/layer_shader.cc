@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lumi {
 namespace {
@@ -33,6 +34,11 @@ LayerShader::LayerShader(const ViewSetup& setup, const BlendSources& sources) : 
   float largest = 1;
   for (const float g : sources.gains) largest = std::max(largest, g);
   weight_one_ = kWeightOne / largest;
+  if (setup.settings.similarity == Similarity::kFull) {
+    // Positive weights that sum to P are divided by P (1 - kMostTaken) at least.
+    weight_one_ *= 1 - kMostTaken;
+    lowest_weight_ = -std::numeric_limits<float>::infinity();
+  }
 }
 
 PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth, const std::array<Eigen::Vector2d, 3>& corners_px,
@@ -76,7 +82,7 @@ PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, const Eigen::Vector2d& 
 
 void LayerShader::Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const {
   if (!sources_.photos) return AddConstant(b, begin, end, weight, (*sources_.colors)[layer.photo].data());
-  const float one = sources_.gains.empty() ? kWeightOne : weight_one_ * sources_.gains[layer.photo];
+  const float one = sources_.gains.empty() ? weight_one_ : weight_one_ * sources_.gains[layer.photo];
   const float width = setup_.sources.width_px[layer.photo], height = setup_.sources.height_px[layer.photo];
   const auto last = static_cast<float>(sources_.photos->count(layer.photo) - 1);
   alignas(64) float share[kBatch];
@@ -114,7 +120,7 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   const int n = b.padded();
   if (sums_to_one) {
     for (const PhotoLayer& layer : layers) {
-      EvaluateWeights(b, layer.weight, b.weight);
+      EvaluateWeights(b, layer.weight, lowest_weight_, b.weight);
       Add(b, 0, b.n, layer, b.weight);
     }
     std::fill_n(b.alpha, n, 1.0F);
@@ -122,14 +128,16 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
   }
   // Each weight times its photo's gate, made to sum to 1 again; with field of view off what is missing stays missing.
   const bool renormalise = setup_.settings.field_of_view;
-  scratch.resize(std::max(scratch.size(), (layers.size() + 1) * kBatch));
-  float* total = scratch.data() + layers.size() * kBatch;
+  scratch.resize(std::max(scratch.size(), (layers.size() + 2) * kBatch));
+  float* total = scratch.data() + layers.size() * kBatch;  // of the positive weights
+  float* taken = total + kBatch;                           // by the negative ones
   std::fill_n(total, n, 0.0F);
+  std::fill_n(taken, n, 0.0F);
   std::fill_n(b.alpha, n, 0.0F);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const PhotoLayer& layer = layers[l];
     float* w = scratch.data() + l * kBatch;
-    EvaluateWeights(b, layer.weight, w);
+    EvaluateWeights(b, layer.weight, lowest_weight_, w);
     if (layer.ends) {
       const RelativeSources& r = setup_.sources;
       const std::size_t j = layer.photo;
@@ -142,15 +150,21 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
       // Alpha follows the best view of the point among the photos that count there.
       b.alpha[i] = std::max(b.alpha[i], w[i] > 0 ? b.weight[i] : 0.0F);
       w[i] *= b.weight[i];
-      total[i] += w[i];
+      total[i] += std::max(w[i], 0.0F);
+      taken[i] -= std::min(w[i], 0.0F);
     }
   }
-  if (renormalise) {
-    for (int i = 0; i < n; ++i) total[i] = total[i] > 0 ? 1 / total[i] : 0.0F;
-    for (std::size_t l = 0; l < layers.size(); ++l)
-      for (int i = 0; i < n; ++i) scratch[l * kBatch + static_cast<std::size_t>(i)] *= total[i];
-  } else {
-    for (int i = 0; i < n; ++i) b.alpha[i] = std::min(1.0F, total[i]);
+  // From now on: the factors of the positive and of the negative weights.
+  for (int i = 0; i < n; ++i) {
+    const float most = kMostTaken * total[i], share = taken[i] > most ? most / taken[i] : 1.0F;
+    const float left = total[i] - share * taken[i];
+    if (!renormalise) b.alpha[i] = std::min(1.0F, left);
+    total[i] = !renormalise ? 1 / std::max(1.0F, left) : left > 0 ? 1 / left : 0.0F;
+    taken[i] = share * total[i];
+  }
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    float* w = scratch.data() + l * kBatch;
+    for (int i = 0; i < n; ++i) w[i] *= w[i] < 0 ? taken[i] : total[i];
   }
   for (std::size_t l = 0; l < layers.size(); ++l) Add(b, 0, b.n, layers[l], scratch.data() + l * kBatch);
   Store(b, renormalise, rgba);

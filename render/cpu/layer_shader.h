@@ -28,7 +28,7 @@ class LayerShader {
   PhotoLayer Layer(std::size_t photo, const LinearD& inverse_depth, const std::array<Eigen::Vector2d, 3>& corners_px,
                    const Eigen::Matrix3d& linear_from_corners, int x, int y) const;
 
-  // Interpolated weights. `sums_to_one`: no layer is gated and the weights sum to 1.
+  // Interpolated weights. `sums_to_one`: no layer is gated, the weights sum to 1 and the negative ones to -1 or more.
   void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch, float* rgba) const;
   // A layer for a batch of pixels with depths of their own, at the level that `depth` (of the middle of them) calls for.
   PhotoLayer LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const;
@@ -42,7 +42,8 @@ class LayerShader {
   const ViewSetup& setup_;
   const BlendSources& sources_;
   const PhotoMaps maps_;
-  float weight_one_ = kWeightOne;  // lower where a gain above 1 must fit
+  float weight_one_ = kWeightOne;  // lower where a gain above 1, or a weight of 2, must fit
+  float lowest_weight_ = 0;        // of interpolated ones
 };
 
 // Coefficients of the function that is linear in the image and takes given values at three corners: value = (a, b, c) M.

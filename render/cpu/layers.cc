@@ -56,12 +56,12 @@ void LayerBatch::Clear(bool constants) {
   std::memset(color, 0, 4 * m * sizeof(color[0]));
 }
 
-LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float* __restrict out) {
+LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float lowest, float* __restrict out) {
   const float* __restrict x = b.x;
   const float* __restrict y = b.y;
   const float c = f.c, fx = f.x, fy = f.y;
   const int n = b.padded();
-  for (int i = 0; i < n; ++i) out[i] = std::max(0.0F, c + fx * x[i] + fy * y[i]);
+  for (int i = 0; i < n; ++i) out[i] = std::max(lowest, c + fx * x[i] + fy * y[i]);
 }
 
 LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px,
@@ -122,14 +122,14 @@ template <bool kDepths>
     const float v = std::min(std::max(0.0F, vs * iw - 0.5F), low);
     const std::int32_t x0 = std::min(static_cast<std::int32_t>(u), last_x), y0 = std::min(static_cast<std::int32_t>(v), last_y);
     const float ax = u - static_cast<float>(x0), ay = v - static_cast<float>(y0);
-    const auto all = static_cast<std::int32_t>(std::min(weight[i] * weight_one, kWeightOne) + 0.5F);
+    const auto all = static_cast<std::int32_t>(std::min(std::max(weight[i] * weight_one, -kWeightOne), kWeightOne) + 0.5F);
     const auto below = static_cast<std::int32_t>(static_cast<float>(all) * ay + 0.5F);
     const std::int32_t above = all - below;
     const auto above_right = static_cast<std::int32_t>(static_cast<float>(above) * ax + 0.5F);
     const auto below_right = static_cast<std::int32_t>(static_cast<float>(below) * ax + 0.5F);
     offset[i] = y0 * stride + 3 * x0;
-    top[i] = (above - above_right) | (above_right << 16);
-    bottom[i] = (below - below_right) | (below_right << 16);
+    top[i] = ((above - above_right) & 0xFFFF) | (above_right << 16);
+    bottom[i] = ((below - below_right) & 0xFFFF) | (below_right << 16);
     sum[i] += all;
   }
 }
@@ -158,7 +158,8 @@ void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
   const std::ptrdiff_t stride = 3 * static_cast<std::ptrdiff_t>(level.width);
   for (int i = begin; i < end; ++i) {
     const std::uint8_t *p = level.base + b.offset[i], *q = p + stride;
-    const std::int32_t t0 = b.top[i] & 0xFFFF, t1 = b.top[i] >> 16, b0 = b.bottom[i] & 0xFFFF, b1 = b.bottom[i] >> 16;
+    const std::int32_t t0 = static_cast<std::int16_t>(b.top[i] & 0xFFFF), t1 = b.top[i] >> 16;
+    const std::int32_t b0 = static_cast<std::int16_t>(b.bottom[i] & 0xFFFF), b1 = b.bottom[i] >> 16;
     std::int32_t* c = b.color + 4 * i;
     for (int k = 0; k < 3; ++k) c[k] += t0 * p[k] + t1 * p[k + 3] + b0 * q[k] + b1 * q[k + 3];
   }

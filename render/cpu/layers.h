@@ -72,15 +72,15 @@ struct LayerBatch {
   void Clear(bool constants);   // rgb, or sum and color
 };
 
-// out = max(0, f)
-void EvaluateWeights(const LayerBatch& b, const Linear& f, float* out);
+// out = max(lowest, f)
+void EvaluateWeights(const LayerBatch& b, const Linear& f, float lowest, float* out);
 // Feathered gate: min(1, f / kAlphaFullAt) at each pixel, f the raised cosine over feather_px at the photo's border; for
 // feather_px = 0 whether the photo contains the point. 0 behind the camera.
 void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px, float* out);
 // out *= max(0, 1 - |clamp(f, 0, last) - level|): this level's share of a trilinear sample.
 void ScaleByLevel(const LayerBatch& b, const Linear& f, float last, float level, float* out);
 // Where each pixel of [begin, end), multiples of 16 or the batch's end, falls in a level (`map` in the level's own pixels) and
-// with which integer weights; adds to b.sum.
+// with which integer weights, negative ones, too (weight * weight_one within +-kWeightOne); adds to b.sum.
 void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one);
 // Adds what MapToLevel found to b.color.
 void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level);

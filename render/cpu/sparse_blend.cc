@@ -118,8 +118,9 @@ class Blender {
     LayerBatch& b = work.batch;
     b.n = 0;
     int x = -1, y = 0;  // the reference pixel, once there is one
+    const bool sums_to_one = t.inside && !TakesMuch(t);
     const auto flush = [&] {
-      if (b.n > 0) shader_.Shade(b, work.layers, t.inside, work.weights, image_.data.data());
+      if (b.n > 0) shader_.Shade(b, work.layers, sums_to_one, work.weights, image_.data.data());
       b.n = 0;
     };
     for (int row = low; row < high; ++row) {
@@ -153,6 +154,14 @@ class Blender {
     b.x[at] = static_cast<float>(x);
     b.y[at] = static_cast<float>(y);
     b.pixel[at] = pixel;
+  }
+
+  // Whether the negative weights sum to less than -1 somewhere in the triangle: what they take is limited (kMostTaken).
+  bool TakesMuch(const SparseTriangle& t) const {
+    std::array<float, 3> taken{};
+    for (auto i = static_cast<std::size_t>(t.first); i < static_cast<std::size_t>(t.first + t.count); ++i)
+      for (std::size_t c = 0; c < 3; ++c) taken[c] -= std::min(plan_.weight[i][c], 0.0F);
+    return std::max({taken[0], taken[1], taken[2]}) > kMostTaken / (1 - kMostTaken);
   }
 
   bool PrepareLayers(const SparseTriangle& t, int x, int y, std::vector<PhotoLayer>& layers) const {

@@ -529,6 +529,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   variant.blend.prefilter = all.prefilter;
   variant.blend.cameras_in_uniforms = all.cameras_in_uniforms;
   variant.blend.camera_capacity = all.camera_capacity;
+  variant.negative = request.settings.similarity == Similarity::kFull;
   variant.ends = request.settings.field_of_view ? PhotoEnds::kFeather : PhotoEnds::kCut;
   variant.blend.whole_layers = all.whole_layers;
   UploadCameras(setup, variant.blend);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "render/gl/shader_parts.h"
+#include "render/radiance/sparse_plan.h"
 
 namespace lumi {
 namespace {
@@ -15,11 +16,18 @@ layout(location = 1) out float depth;
 constexpr const char* kAdd = R"(
 vec3 mean = vec3(0.0);
 float sum = 0.0;   // of the weights
+#ifdef NEGATIVE
+vec4 taken = vec4(0.0);  // by the negative ones: colour, sum
+#endif
 float best = 0.0;  // view of the point among the photos that count
 
 // q: the photo's projection and weight.
 void Add(vec4 q, uint place) {
+#ifdef NEGATIVE
+  float w = q.w;
+#else
   float w = max(q.w, 0.0);
+#endif
   vec2 x = q.xy / q.z;
   int j = int(place >> 16);
 #if defined(FEATHER) || defined(CUT)
@@ -36,16 +44,27 @@ void Add(vec4 q, uint place) {
 #endif
   w *= gate;
 #endif
-  sum += w;
 #ifdef PREFILTER
   float level = max(0.0, -log2(max(q.z, 1e-30)));
 #else
   float level = 0.0;
 #endif
-  mean += w * Radiance(j, int(place >> 11) & 31, int(place & 2047u), x, level);
+  vec3 c = Radiance(j, int(place >> 11) & 31, int(place & 2047u), x, level);
+#ifdef NEGATIVE
+  taken -= min(w, 0.0) * vec4(c, 1.0);
+  w = max(w, 0.0);
+#endif
+  sum += w;
+  mean += w * c;
 }
 
 void Close() {
+#ifdef NEGATIVE
+  // kMostTaken of sparse_plan.h.
+  float share = taken.a > MOST_TAKEN * sum ? MOST_TAKEN * sum / taken.a : 1.0;
+  mean -= share * taken.rgb;
+  sum -= share * taken.a;
+#endif
 #if defined(CUT)
   // The weights summed to 1: what is missing stays empty.
   color = vec4(mean, sum) / max(1.0, sum);
@@ -112,6 +131,7 @@ std::string SparseFragmentShader(const SparseVariant& variant) {
   std::string text = shader::Defines(variant.blend);
   if (variant.ends == PhotoEnds::kFeather) text += "#define FEATHER\n";
   if (variant.ends == PhotoEnds::kCut) text += "#define CUT\n";
+  if (variant.negative) text += fmt::format("#define NEGATIVE\n#define MOST_TAKEN {:.6f}\n", kMostTaken);
   text += shader::kCameras;
   text += kHead;
   text += shader::Photos(variant.blend);

@@ -19,6 +19,7 @@ enum class PhotoEnds {
 struct SparseVariant {
   BlendVariant blend;       // false_color, groups, whole_layers, cameras_*, exposure and prefilter count
   PhotoEnds ends = PhotoEnds::kNever;
+  bool negative = false;      // weights may be (the optimum's)
   int layers = 0;             // photos a triangle, at most; 0: any number, looked up pixel by pixel
   auto operator<=>(const SparseVariant&) const = default;
 };

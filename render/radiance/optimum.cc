@@ -11,6 +11,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures.h"
+#include "render/radiance/measures/own_ray.h"
 #include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/dense_solver.h"
 #include "render/radiance/optimum/duplicates.h"
@@ -30,7 +31,7 @@ constexpr double kCutoffFeather = 0.1;
 LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v, const float* __restrict enabled,
                          int n, float cutoff, float inverse_feather, bool additive, float* __restrict factor, float* __restrict any) {
   if (v)
-    for (int j = 0; j < n; ++j) f[j] *= v[j];
+    for (int j = 0; j < n; ++j) f[j] *= VisibilityNearOwnRay(v[j], theta[j]);
   for (int j = 0; j < n; ++j) {
     const float taper = inverse_feather > 0 ? RaisedCosine((cutoff - theta[j]) * inverse_feather) : 1.0F;
     const float out = taper * (additive ? enabled[j] : f[j]);
@@ -42,7 +43,7 @@ LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, con
 // What a photo's dissimilarities from others are measured by, beside the angle, each in units of 2 r_max.
 struct Channels {
   int count = 0;
-  float desired[LaneSystem<float>::kChannels] = {};
+  float desired[kMaxChannels] = {};
   bool resolution = false, time = false, view = false;
 };
 
@@ -91,7 +92,7 @@ class Optimum {
     alpha_.assign(rays.size(), 0.0F);
   }
 
-  void Run() {
+  void Run(LaneWidth width) {
     const double accuracy = settings_.accuracy;
     std::optional<LeavesFit<float>> single;
     std::optional<LeavesFit<double>> precise;
@@ -100,9 +101,9 @@ class Optimum {
       if (accuracy >= kLaneAccuracy && !(single && single->usable)) precise.emplace(leaves_, settings_.alpha);
     }
     if (single && single->usable)
-      RunLanes<float>(*single);
+      RunLanes(*single, width);
     else if (precise && precise->usable)
-      RunLanes<double>(*precise);
+      RunLanes(*precise, width);
     else
       RunDense();
   }
@@ -205,9 +206,18 @@ class Optimum {
   }
 
   template <class T>
+  void RunLanes(const LeavesFit<T>& fit, LaneWidth width) {
+    switch (width) {
+      case LaneWidth::k64: return RunLanes<64>(fit);
+      case LaneWidth::k32: return RunLanes<32>(fit);
+      case LaneWidth::k16: return RunLanes<16>(fit);
+    }
+  }
+
+  template <int kBytes, class T>
   void RunLanes(const LeavesFit<T>& fit) {
-    constexpr std::size_t kRays = static_cast<std::size_t>(kLaneCount<T>);
-    LaneSystem<T> system;
+    constexpr std::size_t kRays = static_cast<std::size_t>(kLaneCount<T, kBytes>);
+    LaneSystem<T, kBytes> system;
     std::array<Ray, kRays> ray;
     const std::vector<std::uint32_t> order = CoherentOrder(rays_, kRays);
     const auto tolerance = static_cast<T>(kResidual * settings_.accuracy);
@@ -221,14 +231,14 @@ class Optimum {
       Choose();
       const std::size_t n = chosen_.size();
       system.Resize(static_cast<int>(n), channels_.count);
-      LanePoints<T> p;
+      LanePoints<T, kBytes> p;
       for (std::size_t l = 0; l < kRays; ++l) {
         const Ray& from = ray[std::min(l, lanes - 1)];
         for (std::size_t c = 0; c < 3; ++c) p[c][l] = static_cast<T>(from.t) * static_cast<T>(from.direction[static_cast<Eigen::Index>(c)]);
       }
       for (std::size_t i = 0; i < n; ++i) {
         const auto j = static_cast<std::size_t>(First(chosen_[i]));
-        Lanes<T> f{}, theta{};
+        Lanes<T, kBytes> f{}, theta{};
         for (std::size_t l = 0; l < lanes; ++l) {
           f[l] = static_cast<T>(Factor(ray[l], chosen_[i]));
           theta[l] = static_cast<T>(ray[l].measures.theta[j]);
@@ -236,7 +246,7 @@ class Optimum {
         system.f[i].v = f;
         system.y[i].v = theta;
         for (int c = 0; c < channels_.count; ++c) {
-          Lanes<T> e{};
+          Lanes<T, kBytes> e{};
           for (std::size_t l = 0; l < lanes; ++l) e[l] = static_cast<T>(Channel(ray[l], c, j));
           system.channel[c][i].v = e;
         }
@@ -383,6 +393,16 @@ class Optimum {
 
 }  // namespace
 
+std::span<const LaneWidth> LaneWidths() {
+  static constexpr LaneWidth kWidths[] = {LaneWidth::k64, LaneWidth::k32, LaneWidth::k16};
+#if defined(__x86_64__) && !defined(__clang__)
+  static const std::size_t narrower = __builtin_cpu_supports("x86-64-v4") ? 0 : __builtin_cpu_supports("x86-64-v3") ? 1 : 2;
+#else
+  static const std::size_t narrower = 2;
+#endif
+  return std::span(kWidths).subspan(narrower);
+}
+
 OptimumCounts& OptimumCounts::operator+=(const OptimumCounts& o) {
   samples += o.samples;
   cameras += o.cameras;
@@ -395,8 +415,13 @@ OptimumCounts& OptimumCounts::operator+=(const OptimumCounts& o) {
 
 void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
                   OptimumCounts& counts) {
+  WeighOptimal(setup, visibility, rays, table, counts, LaneWidths().front());
+}
+
+void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
+                  OptimumCounts& counts, LaneWidth width) {
   Optimum optimum(setup, visibility, rays, counts);
-  optimum.Run();
+  optimum.Run(width);
   optimum.Fill(table);
 }
 

@@ -5,11 +5,12 @@
 // R the falling leaves' P_same, h_ij = alpha theta_ij + 2 r_max (beta |r_i - r_j| + epsilon |tau_i - tau_j|), the view itself
 // having f = r = 1 and tau = 0, and f standing for field of view times visibility.
 //
-// Three paths, chosen by settings.accuracy: 16 rays at a time in float (to kFloatAccuracy), 8 in double (to kLaneAccuracy), or
-// ray by ray with Cholesky in double. The parts are in optimum/, one idea a file.
+// Three paths, chosen by settings.accuracy: as many rays at a time as a register holds in float (to kFloatAccuracy) or double (to
+// kLaneAccuracy), or ray by ray with Cholesky in double. The parts are in optimum/, one idea a file.
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "render/radiance/rays.h"
 #include "render/radiance/settings.h"
@@ -41,5 +42,13 @@ struct OptimumCounts {
 // A ray that misses the proxy, or that no photo sees, has alpha 0 and no entries. settings.correlation is not read.
 void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
                   OptimumCounts& counts);
+
+// Registers of 64 bytes are AVX-512's, of 32 AVX2's, of 16 everyone's.
+enum class LaneWidth { k16 = 16, k32 = 32, k64 = 64 };  // bytes
+// What this machine has, widest first: the first is what WeighOptimal takes.
+std::span<const LaneWidth> LaneWidths();
+// The same by narrower registers, for tests and measurements. `width`: one of LaneWidths().
+void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
+                  OptimumCounts& counts, LaneWidth width);
 
 }  // namespace lumi

@@ -44,6 +44,10 @@ struct SparseGeometry {
   std::vector<Eigen::Vector2f> epipoles_px;  // samples that are photos' centres
 };
 
+// The optimum's weights may be negative. What they take away is held to half of what the others bring, continuously: a gate that closes
+// a positive weight would leave sums about 0.
+constexpr float kMostTaken = 0.5F;
+
 struct SparsePlan : SparseGeometry {
   std::vector<float> alpha;                // of a vertex; 0: no photo sees it
   // For each triangle, the union of its vertices' photos (at most 3k), ascending: weights at the three vertices, to be

@@ -1,6 +1,7 @@
 // What the optimum costs, and how exact it is (docs/optimum.md quotes it): the thesis's Example #1 in its proportions, 262 photos,
 // a plane for a proxy, 640x480, on two threads. Errors are the largest over a sample's photos, against the full system.
-//   optimum_bench [--quick]
+//   optimum_bench [--quick | --widths]
+// --widths: the narrower registers of other machines only. Measures and the real-time weights are compiled for this one all the same.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -64,11 +65,11 @@ std::vector<RaySamples> Tiles(const DeskLike& desk, const ViewSetup& setup) {
   return tiles;
 }
 
-OptimumCounts WeighAllTiles(const ViewSetup& setup, const std::vector<RaySamples>& tiles) {
+OptimumCounts WeighAllTiles(const ViewSetup& setup, const std::vector<RaySamples>& tiles, LaneWidth width = LaneWidths().front()) {
   std::vector<OptimumCounts> counts(tiles.size());
   ParallelFor(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     WeightTable table;
-    for (std::size_t i = begin; i < end; ++i) WeighOptimal(setup, nullptr, tiles[i], table, counts[i]);
+    for (std::size_t i = begin; i < end; ++i) WeighOptimal(setup, nullptr, tiles[i], table, counts[i], width);
   });
   OptimumCounts sum;
   for (const OptimumCounts& c : counts) sum += c;
@@ -144,17 +145,64 @@ Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count
   return {time.median_ms / static_cast<double>(count), time.cpu_ms / static_cast<double>(count)};
 }
 
+struct Speed {
+  Time frame, sparse;  // 640x480; 25x25
+};
+
+Speed MeasureSpeed(const DeskLike& desk, const ViewSetup& setup, int frames, int grids, LaneWidth width) {
+  const std::vector<RaySamples> tiles = Tiles(desk, setup);
+  std::vector<Eigen::Vector2d> grid;
+  for (int y = 0; y < 25; ++y)
+    for (int x = 0; x < 25; ++x) grid.emplace_back((x + 0.0) * kWidth / 24, (y + 0.0) * kHeight / 24);
+  const RaySamples on_grid = RaysThrough(desk, setup, grid);
+  // Cells of the k-d tree for the threads, as a planner of sparse samples would cut them.
+  const std::vector<std::uint32_t> order = CoherentOrder(on_grid, 16);
+  std::vector<RaySamples> parts;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i % 80 == 0) parts.emplace_back();
+    parts.back().direction.push_back(on_grid.direction[order[i]]);
+    parts.back().t.push_back(on_grid.t[order[i]]);
+  }
+  return {Measure([&] { WeighAllTiles(setup, tiles, width); }, frames), Measure([&] { WeighAllTiles(setup, parts, width); }, grids)};
+}
+
+std::vector<Eigen::Vector2d> RandomPixels(std::size_t count) {
+  std::mt19937 engine(7);
+  std::uniform_real_distribution<double> ux(0, kWidth), uy(0, kHeight);
+  std::vector<Eigen::Vector2d> pixels;
+  while (pixels.size() < count) pixels.emplace_back(ux(engine), uy(engine));
+  return pixels;
+}
+
+void Widths() {
+  SetThreadCount(2);
+  const DeskLike desk = MakeDeskLike();
+  constexpr std::size_t kSamples = 40;
+  fmt::print("by registers; ms on the cores, a thread\n  accuracy cutoff bytes  error max    640x480     25x25\n");
+  Truth<long double> truth;
+  for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-6, 28.0}}) {
+    const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, Settings(accuracy, cutoff));
+    const RaySamples random = RaysThrough(desk, setup, RandomPixels(kSamples));
+    if (truth.samples.empty()) truth = MakeTruth<long double>(setup, random, kSamples);
+    for (const LaneWidth width : LaneWidths()) {
+      WeightTable table;
+      OptimumCounts counts;
+      WeighOptimal(setup, nullptr, random, table, counts, width);
+      const Speed speed = MeasureSpeed(desk, setup, 1, 21, width);
+      fmt::print("  {:8g} {:6g} {:5}   {:8.1e}   {:8.0f}  {:8.2f}\n", accuracy, cutoff, static_cast<int>(width), Compare(table, truth).largest,
+                 speed.frame.cpu_ms, speed.sparse.cpu_ms);
+    }
+  }
+}
+
 void Main(bool quick) {
   SetThreadCount(2);
   const DeskLike desk = MakeDeskLike();
   const auto setup_for = [&](const RadianceSettings& s) { return MakeViewSetup(desk.sources, desk.view, s); };
   const ViewSetup base = setup_for(Settings(1e-3, 20));
 
-  std::mt19937 engine(7);
-  std::uniform_real_distribution<double> ux(0, kWidth), uy(0, kHeight);
-  std::vector<Eigen::Vector2d> pixels;
   const std::size_t samples = quick ? 200 : 1000, decimal_samples = quick ? 6 : 60;
-  while (pixels.size() < samples) pixels.emplace_back(ux(engine), uy(engine));
+  const std::vector<Eigen::Vector2d> pixels = RandomPixels(samples);
   const RaySamples random = RaysThrough(desk, base, pixels);
 
   SetThreadCount(0);
@@ -216,9 +264,6 @@ void Main(bool quick) {
     fmt::print("\nray by ray ({}): {:.2f} ms a sample, one thread\n", what, ms);
   }
 
-  std::vector<Eigen::Vector2d> grid;
-  for (int y = 0; y < 25; ++y)
-    for (int x = 0; x < 25; ++x) grid.emplace_back((x + 0.0) * kWidth / 24, (y + 0.0) * kHeight / 24);
   fmt::print("\nms: the wall's median (on the cores, a thread); x: plain over it, both on the cores\n");
   fmt::print("  accuracy cutoff sum          error max   median      640x480 ms           x          25x25 ms       x   dense\n");
   const auto row = [&](double accuracy, double cutoff, WeightSum sum) {
@@ -229,18 +274,7 @@ void Main(bool quick) {
     OptimumCounts counts;
     WeighOptimal(setup, nullptr, random, table, counts);
     const Errors e = Compare(table, truth);
-    const std::vector<RaySamples> tiles = Tiles(desk, setup);
-    const Time frame = Measure([&] { WeighAllTiles(setup, tiles); }, quick ? 1 : 3);
-    const RaySamples on_grid = RaysThrough(desk, setup, grid);
-    // Cells of the k-d tree for the threads, as a planner of sparse samples would cut them.
-    const std::vector<std::uint32_t> order = CoherentOrder(on_grid, 16);
-    std::vector<RaySamples> parts;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      if (i % 80 == 0) parts.emplace_back();
-      parts.back().direction.push_back(on_grid.direction[order[i]]);
-      parts.back().t.push_back(on_grid.t[order[i]]);
-    }
-    const Time sparse = Measure([&] { WeighAllTiles(setup, parts); }, quick ? 7 : 41);
+    const auto [frame, sparse] = MeasureSpeed(desk, setup, quick ? 1 : 3, quick ? 7 : 41, LaneWidths().front());
     fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n", accuracy, cutoff,
                Name(sum), e.largest, e.median, frame.median_ms, frame.cpu_ms, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms,
                sparse.cpu_ms, plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
@@ -262,4 +296,10 @@ void Main(bool quick) {
 }  // namespace
 }  // namespace lumi::test
 
-int main(int argc, char** argv) { lumi::test::Main(argc > 1 && std::string(argv[1]) == "--quick"); }
+int main(int argc, char** argv) {
+  const std::string option = argc > 1 ? argv[1] : "";
+  if (option == "--widths")
+    lumi::test::Widths();
+  else
+    lumi::test::Main(option == "--quick");
+}

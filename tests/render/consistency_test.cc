@@ -7,6 +7,8 @@
 
 #include "capture.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/measures.h"
+#include "render/radiance/optimum.h"
 #include "render/visibility_maps.h"
 
 namespace lumi {
@@ -42,6 +44,50 @@ TEST(EpipoleConsistency, APhotosOwnViewGivesItAtLeast99PercentWhereverItSeesTheP
   }
   RecordProperty("least_own_weight", std::to_string(least));
   EXPECT_GE(least, 0.99);
+}
+
+// Beside a silhouette a photo's own depth map says that it is blocked; in its feather others help it by right.
+TEST(EpipoleConsistency, TheOptimumGivesAPhotoAtLeast99PercentOfItsOwnViewBesideSilhouettesToo) {
+  const test::Capture c = test::MakeCapture(12, 64);
+  const Sources sources = MakeSources(c.scene);
+  const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
+  const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
+  RadianceSettings settings;
+  settings.similarity = Similarity::kFull;
+  settings.correlation = Correlation::kFallingLeaves;
+  settings.r_max_rad = 12 * kRadiansPerDegree;  // photos correlate with their neighbours
+  int blocked = 0;
+  for (const WeightSum sum : {WeightSum::kLocalMean, WeightSum::kRenormalise, WeightSum::kConstrained}) {
+    settings.sum = sum;
+    double least = 1;
+    for (std::size_t v = 0; v < c.scene.views.size(); ++v) {
+      const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene, c.scene.views[v]), settings);
+      RaySamples rays;
+      for (double y = 0.5; y < 48; ++y)
+        for (double x = 0.05; x < 64; x += 0.1)  // 13 rays to a texel
+          rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x, y, 1)).normalized().cast<float>());
+      rays.t.resize(rays.size());
+      tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
+      WeightTable table;
+      OptimumCounts counts;
+      WeighOptimal(setup, &maps, rays, table, counts);
+      Measures m;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (!(table.alpha[i] > 0)) continue;
+        EvaluateMeasures(setup.sources, settings, rays.direction[i], rays.t[i], Eigen::Vector3f::Zero(), m);
+        if (m.f[v] < 0.99999F) continue;
+        EvaluateVisibility(setup.sources, &maps, rays.direction[i], rays.t[i], m);
+        blocked += m.v[v] < 0.9F;
+        double own = 0;
+        for (std::int32_t k = table.first[i]; k < table.first[i + 1]; ++k)
+          if (table.camera[static_cast<std::size_t>(k)] == static_cast<int>(v))
+            own = static_cast<double>(table.weight[static_cast<std::size_t>(k)]);
+        least = std::min(least, own);
+      }
+    }
+    EXPECT_GE(least, 0.99) << Name(sum);
+  }
+  EXPECT_GT(blocked, 1000);
 }
 
 TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
@@ -128,6 +174,53 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesWithEveryMeasureOn) {
   EXPECT_LT(largest[2], 0.3 * largest[1]);
   std::cout << "largest change of a weight at steps 1e-2, 1e-3, 1e-4: " << largest[0] << " " << largest[1] << " " << largest[2] << "; ratios "
             << largest[0] / largest[1] << " " << largest[1] / largest[2] << "\n";
+}
+
+// A view that passes through a photo's centre, at a point that the photo's depth map takes for blocked.
+TEST(Continuity, HoldsForTheOptimumWhereAViewPassesThroughABlockedPhoto) {
+  const test::Capture c = test::MakeCapture(24, 64);
+  const Sources sources = MakeSources(c.scene);
+  const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
+  const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
+  RadianceSettings settings;
+  settings.similarity = Similarity::kFull;
+  settings.correlation = Correlation::kFallingLeaves;
+  settings.accuracy = 1e-6;
+  settings.sum = WeightSum::kRenormalise;  // the real-time weights have no part: they turn to the photo within a hundredth of a degree
+  // Leaves so large that P_same changes little over the angles at hand: what remains is visibility's.
+  settings.r_min_rad = 2 * kRadiansPerDegree;
+  settings.r_max_rad = 8 * kRadiansPerDegree;
+  constexpr std::size_t kPhoto = 11;
+  const Eigen::Vector3d centre = c.scene.views[kPhoto].CentreInWorld();
+  // Behind the box.
+  const Eigen::Vector3d target = centre + (Eigen::Vector3d(0, 0, 0.2) - centre) * ((3 - centre.z()) / (0.2 - centre.z()));
+  const double distance = (target - centre).norm();
+  std::vector<double> largest;
+  double most = 0, least = 1;
+  for (const double step_deg : {0.02, 0.004, 0.0008}) {
+    double change = 0, before = -1;
+    for (double at = -0.4; at <= 0.4; at += step_deg) {
+      const Eigen::Vector3d eye = centre + Eigen::Vector3d(0, std::tan(at * kRadiansPerDegree) * distance, 0);
+      const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
+      const Eigen::Vector3d ray = c.scene.normalized_from_world * target - setup.desired.centre;
+      const RaySamples rays{{ray.normalized().cast<float>()}, {static_cast<float>(ray.norm())}, {}};
+      WeightTable table;
+      OptimumCounts counts;
+      WeighOptimal(setup, &maps, rays, table, counts);
+      double now = 0;
+      for (std::size_t k = 0; k < table.camera.size(); ++k)
+        if (table.camera[k] == static_cast<int>(kPhoto)) now = static_cast<double>(table.weight[k]);
+      if (before >= 0) change = std::max(change, std::abs(now - before));
+      before = now;
+      most = std::max(most, now);
+      least = std::min(least, now);
+    }
+    largest.push_back(change);
+  }
+  EXPECT_GT(most, 0.95);
+  EXPECT_LT(least, 0.3);
+  EXPECT_LT(largest[1], 0.4 * largest[0]);
+  EXPECT_LT(largest[2], 0.4 * largest[1]);
 }
 
 }  // namespace

@@ -112,27 +112,32 @@ TEST(Correlation, TheThesisCubicWithItsSignCorrectedIsClose) {
   EXPECT_GT(worst, 1e-5);
 }
 
-template <class T>
+template <class V>
 double WorstFit(double r_min_deg, double r_max_deg) {
+  using T = LaneValue<V>;
   const FallingLeaves leaves(r_min_deg * kDeg, r_max_deg * kDeg);
   const LeavesFit<T> fit(leaves, 1);
   EXPECT_TRUE(fit.usable);
   double worst = 0;
   for (double theta = 2.1 * leaves.r_max_rad(); theta > 1e-9; theta *= 0.999) {
     const T y = static_cast<T>(theta) * fit.y_from_theta;
-    const Lanes<T> p = FitPSame<T>(fit, Broadcast(y), true);
-    worst = std::max(worst, std::abs(static_cast<double>(p[3]) - leaves.PSame(static_cast<double>(static_cast<T>(theta)))));
+    const V p = FitPSame(fit, Broadcast<V>(y), true);
+    worst = std::max(worst, std::abs(static_cast<double>(p[1]) - leaves.PSame(static_cast<double>(static_cast<T>(theta)))));
   }
-  EXPECT_EQ(static_cast<double>(FitPSame<T>(fit, Broadcast(T(0)), true)[0]), 1);
-  EXPECT_EQ(static_cast<double>(FitPSame<T>(fit, Broadcast(T(1)), true)[0]), 0);
+  EXPECT_EQ(static_cast<double>(FitPSame(fit, Broadcast<V>(0), true)[0]), 1);
+  EXPECT_EQ(static_cast<double>(FitPSame(fit, Broadcast<V>(1), true)[0]), 0);
   return worst;
 }
 
 TEST(Correlation, KernelsFitItWithinTheirTolerance) {
   for (const double r_max : {1.0, 5.0, 30.0})
     for (const double r_min : {0.001, 0.05}) {
-      EXPECT_LT(WorstFit<float>(r_min, r_max), LeavesFit<float>::kTolerance);
-      EXPECT_LT(WorstFit<double>(r_min, r_max), LeavesFit<double>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<float, 64>>(r_min, r_max)), LeavesFit<float>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<float, 32>>(r_min, r_max)), LeavesFit<float>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<float, 16>>(r_min, r_max)), LeavesFit<float>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<double, 64>>(r_min, r_max)), LeavesFit<double>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<double, 32>>(r_min, r_max)), LeavesFit<double>::kTolerance);
+      EXPECT_LT((WorstFit<Lanes<double, 16>>(r_min, r_max)), LeavesFit<double>::kTolerance);
     }
   // Where it cannot: leaves of one size, angles over half the sphere.
   EXPECT_FALSE(LeavesFit<float>(FallingLeaves(0.05, 0.05), 1).usable);

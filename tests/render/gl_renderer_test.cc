@@ -187,11 +187,27 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
     });
     add("from afar", [](RenderRequest& r) { r.view = ArcView(0.5, 90, 70, 40, 1.3); });
     add("a photo's own view", [&](RenderRequest& r) { r.view = MakeRenderView(w.scene, w.scene.views[3]); });
-    if (request.settings.sampling == Sampling::kInterpolated && request.settings.Sparse())
-      add("the optimum", [](RenderRequest& r) {
+    if (request.settings.sampling == Sampling::kInterpolated && request.settings.Sparse()) {
+      const auto optimum = [](RenderRequest& r) {
         r.settings.similarity = Similarity::kFull;
         r.settings.correlation = Correlation::kFallingLeaves;
+      };
+      // Smooth leaves and a division by the sum: much of it is taken away by negative weights.
+      const auto negative = [optimum](RenderRequest& r) {
+        optimum(r);
+        r.show = Show::kFalseColor;  // photos differ
+        r.settings.k = 0;
+        r.settings.sum = WeightSum::kRenormalise;
+        r.settings.r_min_rad = 6 * kRadiansPerDegree;
+        r.settings.r_max_rad = 15 * kRadiansPerDegree;
+      };
+      add("the optimum", optimum);
+      add("negative weights", negative);
+      add("negative weights, no field of view", [negative](RenderRequest& r) {
+        negative(r);
+        r.settings.field_of_view = false;
       });
+    }
     for (const Case& c : cases) {
       SCOPED_TRACE(c.name);
       const ImageF a = gl->Render(c.request), b = cpu->Render(c.request);

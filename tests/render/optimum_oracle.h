@@ -124,7 +124,9 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   for (std::size_t j = 0; j < static_cast<std::size_t>(r.count); ++j) {
     Photo photo{};
     photo.j = j;
-    photo.fv = Real(m.f[j]) * Real(m.v[j]);
+    // On its own ray a photo sees; within 0.0035 rad of it nearly.
+    const Real off = m.theta[j] < 0.0035F ? Real(m.theta[j]) / Real(0.0035F) : Real(1);
+    photo.fv = Real(m.f[j]) * (1 - (1 - Real(m.v[j])) * off * off * (3 - 2 * off));
     photo.f = additive ? Real(r.enabled[j]) : photo.fv;
     if (photo.f == 0) continue;
     Real to[3] = {Real(r.dx[j]) - p[0], Real(r.dy[j]) - p[1], Real(r.dz[j]) - p[2]};

@@ -51,7 +51,8 @@ double WeightOf(const WeightTable& t, std::size_t i, int camera) {
 }
 
 // Largest error over `count` samples of a desk-like scene, random ones or blocks of 4x4 pixels; times where `times` is set.
-double WorstError(const RadianceSettings& s, int photos, int count, bool times = false, bool neighbours = false) {
+double WorstError(const RadianceSettings& s, int photos, int count, bool times = false, bool neighbours = false,
+                  LaneWidth width = LaneWidths().front()) {
   test::DeskLike desk = test::MakeDeskLike(photos);
   if (times)
     for (std::size_t j = 0; j < desk.sources.views.size(); ++j) desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
@@ -63,7 +64,7 @@ double WorstError(const RadianceSettings& s, int photos, int count, bool times =
   const RaySamples rays = test::RaysThrough(desk, setup, pixels);
   WeightTable table;
   OptimumCounts counts;
-  WeighOptimal(setup, nullptr, rays, table, counts);
+  WeighOptimal(setup, nullptr, rays, table, counts, width);
   EXPECT_EQ(counts.dense, 0);
   const test::OracleLeaves<long double> leaves(s.r_min_rad, s.r_max_rad);
   double worst = 0;
@@ -96,6 +97,29 @@ TEST(Optimum, SolvesTheFullSystemToTheWantedAccuracy) {
 TEST(Optimum, SolvesItForNeighbouringPixels) {
   EXPECT_LT(WorstError(Full(1e-3), 200, 64, false, true), 1e-3);
   EXPECT_LT(WorstError(Full(1e-6), 200, 64, false, true), 1e-6);
+}
+
+TEST(Optimum, SolvesItAtEveryWidthOfRegister) {
+  EXPECT_EQ(LaneWidths().back(), LaneWidth::k16);
+  RadianceSettings every = Full(1e-3);
+  every.resolution = Resolution::kDistance;
+  every.time = true;
+  every.epsilon = 0.4;
+  for (const LaneWidth width : LaneWidths()) {
+    SCOPED_TRACE(static_cast<int>(width));
+    // 37 rays fill no whole number of registers.
+    for (const bool neighbours : {false, true}) {
+      EXPECT_LT(WorstError(Full(1e-3), 150, 37, false, neighbours, width), 1e-3);
+      EXPECT_LT(WorstError(Full(1e-6), 150, 37, false, neighbours, width), 1e-6);
+    }
+    RadianceSettings s = Full(1e-3);
+    s.sum = WeightSum::kConstrained;
+    EXPECT_LT(WorstError(s, 150, 37, false, false, width), 1e-3);
+    for (const double accuracy : {1e-3, 1e-6}) {
+      every.accuracy = accuracy;
+      EXPECT_LT(WorstError(every, 100, 24, true, false, width), accuracy);
+    }
+  }
 }
 
 TEST(Optimum, SolvesItWithEveryMeasure) {

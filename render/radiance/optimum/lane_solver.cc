@@ -14,17 +14,17 @@ constexpr int kMaxSteps = sizeof(T) == 4 ? 64 : 256;
 
 // The directions' means over the lanes and their largest distance from it: by the triangle inequality two photos'
 // directions differ in every lane by at least the means' distance less both spreads.
-template <class T>
-LUMI_INLINE void MeanAndSpread(LaneSystem<T>& s) {
-  using V = Lanes<T>;
+template <class T, int kBytes>
+LUMI_INLINE void MeanAndSpread(LaneSystem<T, kBytes>& s) {
+  using V = Lanes<T, kBytes>;
   for (int i = 0; i < s.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     V d2{};
     for (std::size_t c = 0; c < 3; ++c) {
       const V u = s.u[c][k].v;
       T sum = 0;
-      for (int l = 0; l < kLaneCount<T>; ++l) sum += u[l];
-      const T m = sum / T(kLaneCount<T>);
+      for (int l = 0; l < kLaneCount<T, kBytes>; ++l) sum += u[l];
+      const T m = sum / T(kLaneCount<T, kBytes>);
       s.mean[c][k] = static_cast<float>(m);
       const V d = u - m;
       d2 += d * d;
@@ -50,14 +50,14 @@ LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restric
   return found;
 }
 
-template <class T>
-LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::int32_t* flag, std::int32_t* candidate) {
-  using V = Lanes<T>;
+template <class T, int kBytes>
+LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T, kBytes>& system, std::int32_t* flag, std::int32_t* candidate) {
+  using V = Lanes<T, kBytes>;
   const int n = system.count;
-  const LaneBlock<T>*ux = system.u[0].data(), *uy = system.u[1].data(), *uz = system.u[2].data(), *f = system.f.data();
+  const LaneBlock<T, kBytes>*ux = system.u[0].data(), *uy = system.u[1].data(), *uz = system.u[2].data(), *f = system.f.data();
   const float reach = std::sqrt(static_cast<float>(fit.c2_max)) * (1 + 1e-6F);
   const T near_chord = fit.y_near / fit.y_from_theta, c2_near = near_chord * near_chord;
-  const V c2_max = Broadcast(fit.c2_max);
+  const V c2_max = Broadcast<V>(fit.c2_max);
   std::size_t used = 0;
   for (int i = 0; i < n; ++i) {
     system.first[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(used);
@@ -67,7 +67,7 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::i
       system.s.resize(2 * used + static_cast<std::size_t>(found));
       system.column.resize(system.s.size());
     }
-    LaneBlock<T>* s = system.s.data();
+    LaneBlock<T, kBytes>* s = system.s.data();
     const V xi = ux[i].v, yi = uy[i].v, zi = uz[i].v, fi = f[i].v;
     for (int k = 0; k < found; ++k) {
       const int j = candidate[k];
@@ -76,13 +76,13 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::i
       const T smallest = Smallest(c2);
       if (!(smallest < fit.c2_max)) continue;
       c2 = LaneMin(c2, c2_max);
-      V y = LaneSqrt<T>(FitSquaredAngle(fit, c2)) * fit.y_from_theta;
+      V y = LaneSqrt(FitSquaredAngle(fit, c2)) * fit.y_from_theta;
       for (int c = 0; c < system.channels; ++c) {
-        const LaneBlock<T>* e = system.channel[c].data();
+        const LaneBlock<T, kBytes>* e = system.channel[c].data();
         const V d = e[i].v - e[j].v;
         y += LaneMax(d, -d);
       }
-      s[used].v = fi * f[j].v * FitPSame<T>(fit, y, smallest <= c2_near);
+      s[used].v = fi * f[j].v * FitPSame(fit, y, smallest <= c2_near);
       system.column[used] = j;
       ++used;
     }
@@ -92,12 +92,12 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T>& system, std::i
 }
 
 // out = S p
-template <class T>
-LUMI_INLINE void Multiply(const LaneSystem<T>& system, const LaneBlock<T>* p, LaneBlock<T>* out) {
-  using V = Lanes<T>;
+template <class T, int kBytes>
+LUMI_INLINE void Multiply(const LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* p, LaneBlock<T, kBytes>* out) {
+  using V = Lanes<T, kBytes>;
   const int n = system.count;
   const std::int32_t *first = system.first.data(), *column = system.column.data();
-  const LaneBlock<T>* s = system.s.data();
+  const LaneBlock<T, kBytes>* s = system.s.data();
   for (int i = 0; i < n; ++i) out[i].v = p[i].v;
   for (int i = 0; i < n; ++i) {
     const V pi = p[i].v;
@@ -112,11 +112,11 @@ LUMI_INLINE void Multiply(const LaneSystem<T>& system, const LaneBlock<T>* p, La
   }
 }
 
-template <class T>
-LUMI_INLINE void ConjugateGradients(LaneSystem<T>& system, const LaneBlock<T>* b, LaneBlock<T>* x, T tolerance) {
-  using V = Lanes<T>;
+template <class T, int kBytes>
+LUMI_INLINE void ConjugateGradients(LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* b, LaneBlock<T, kBytes>* x, T tolerance) {
+  using V = Lanes<T, kBytes>;
   const int n = system.count;
-  LaneBlock<T>*r = system.r.data(), *p = system.p.data(), *q = system.q.data();
+  LaneBlock<T, kBytes>*r = system.r.data(), *p = system.p.data(), *q = system.q.data();
   V rr{};
   for (int i = 0; i < n; ++i) {
     const V v = b[i].v;
@@ -125,7 +125,7 @@ LUMI_INLINE void ConjugateGradients(LaneSystem<T>& system, const LaneBlock<T>* b
     p[i].v = v;
     rr += v * v;
   }
-  const V stop = rr * (tolerance * tolerance), zero{}, one = Broadcast(T(1));
+  const V stop = rr * (tolerance * tolerance), zero{}, one = Broadcast<V>(1);
   V indefinite{};
   int step = 0;
   for (;; ++step) {
@@ -151,12 +151,12 @@ LUMI_INLINE void ConjugateGradients(LaneSystem<T>& system, const LaneBlock<T>* b
     rr = indefinite > zero ? zero : next;
   }
   system.steps = std::max(system.steps, step);
-  for (int l = 0; l < kLaneCount<T>; ++l)
+  for (int l = 0; l < kLaneCount<T, kBytes>; ++l)
     if (!(rr[l] <= stop[l]) || indefinite[l] > 0) system.solved[static_cast<std::size_t>(l)] = false;
 }
 
-template <class T>
-LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T>& system, std::int32_t* flag,
+template <class T, int kBytes>
+LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system, std::int32_t* flag,
                             std::int32_t* candidate) {
   MeanAndSpread(system);
   Assemble(fit, system, flag, candidate);
@@ -166,29 +166,21 @@ LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, L
   if (also_z) ConjugateGradients(system, system.f.data(), system.z.data(), tolerance);
 }
 
-LUMI_KERNEL void SolveFloat(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system, std::int32_t* flag,
-                            std::int32_t* candidate) {
-  SolveLanes<float>(fit, tolerance, also_z, system, flag, candidate);
-}
-LUMI_KERNEL void SolveDouble(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSystem<double>& system, std::int32_t* flag,
-                             std::int32_t* candidate) {
-  SolveLanes<double>(fit, tolerance, also_z, system, flag, candidate);
-}
-template <class T>
-LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T>& p, const T* desired,
-                            LaneSystem<T>& system) {
-  using V = Lanes<T>;
+template <class T, int kBytes>
+LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p, const T* desired,
+                            LaneSystem<T, kBytes>& system) {
+  using V = Lanes<T, kBytes>;
   V point[3];
   for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t l = 0; l < static_cast<std::size_t>(kLaneCount<T>); ++l) point[c][l] = p[c][l];
+    for (std::size_t l = 0; l < static_cast<std::size_t>(kLaneCount<T, kBytes>); ++l) point[c][l] = p[c][l];
   const V px = point[0], py = point[1], pz = point[2];
   // A photo (or the view) at the proxy point has no direction; any will do, but not 0/0.
-  const V tiny = Broadcast(T(1e-30)), one = Broadcast(T(1));
-  const V back = -one / LaneSqrt<T>(LaneMax(px * px + py * py + pz * pz, tiny));
-  const V c2_max = Broadcast(fit.c2_max);
+  const V tiny = Broadcast<V>(T(1e-30)), one = Broadcast<V>(1);
+  const V back = -one / LaneSqrt(LaneMax(px * px + py * py + pz * pz, tiny));
+  const V c2_max = Broadcast<V>(fit.c2_max);
   for (std::size_t i = 0; i < static_cast<std::size_t>(system.count); ++i) {
     const V x = T(D[0][i]) - px, y = T(D[1][i]) - py, z = T(D[2][i]) - pz;
-    const V scale = one / LaneSqrt<T>(LaneMax(x * x + y * y + z * z, tiny));
+    const V scale = one / LaneSqrt(LaneMax(x * x + y * y + z * z, tiny));
     const V ux = x * scale, uy = y * scale, uz = z * scale;
     system.u[0][i].v = ux;
     system.u[1][i].v = uy;
@@ -200,29 +192,45 @@ LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, cons
       const V dx = ux - px * back, dy = uy - py * back, dz = uz - pz * back;
       const V c2 = dx * dx + dy * dy + dz * dz;
       // Beyond reach the polynomial is not defined, and nothing correlates.
-      h = c2 < c2_max ? LaneSqrt<T>(FitSquaredAngle(fit, LaneMin(c2, c2_max))) * fit.y_from_theta : one;
+      h = c2 < c2_max ? LaneSqrt(FitSquaredAngle(fit, LaneMin(c2, c2_max))) * fit.y_from_theta : one;
     }
     for (int c = 0; c < system.channels; ++c) {
       const V d = system.channel[c][i].v - desired[c];
       h += LaneMax(d, -d);
     }
-    system.y[i].v = system.f[i].v * FitPSame<T>(fit, h, true);
+    system.y[i].v = system.f[i].v * FitPSame(fit, h, true);
   }
 }
 
-LUMI_KERNEL void PlaceFloat(const LeavesFit<float>& fit, const float* const* D, const LanePoints<float>& p, const float* desired,
-                            LaneSystem<float>& system) {
-  PlaceLanes<float>(fit, D, p, desired, system);
-}
-LUMI_KERNEL void PlaceDouble(const LeavesFit<double>& fit, const float* const* D, const LanePoints<double>& p, const double* desired,
-                             LaneSystem<double>& system) {
-  PlaceLanes<double>(fit, D, p, desired, system);
-}
+// For each width the machines that have it: no target_clones, since the width is the caller's.
+#if defined(__x86_64__) && !defined(__clang__)
+#define LUMI_LANES_64 __attribute__((target("arch=x86-64-v4")))
+#define LUMI_LANES_32 __attribute__((target("arch=x86-64-v3")))
+#else
+#define LUMI_LANES_64
+#define LUMI_LANES_32
+#endif
+#define LUMI_LANES_16
+#define LUMI_LANE_KERNELS(T, kBytes)                                                                                                  \
+  LUMI_LANES_##kBytes void SolveKernel(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system,              \
+                                       std::int32_t* lists) {                                                                         \
+    SolveLanes(fit, tolerance, also_z, system, lists, lists + system.count);                                                          \
+  }                                                                                                                                   \
+  LUMI_LANES_##kBytes void PlaceKernel(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p,                \
+                                       const T* desired, LaneSystem<T, kBytes>& system) {                                             \
+    PlaceLanes(fit, D, p, desired, system);                                                                                           \
+  }
+LUMI_LANE_KERNELS(float, 64)
+LUMI_LANE_KERNELS(float, 32)
+LUMI_LANE_KERNELS(float, 16)
+LUMI_LANE_KERNELS(double, 64)
+LUMI_LANE_KERNELS(double, 32)
+LUMI_LANE_KERNELS(double, 16)
 
 }  // namespace
 
-template <class T>
-void LaneSystem<T>::Resize(int photos, int channels_used) {
+template <class T, int kBytes>
+void LaneSystem<T, kBytes>::Resize(int photos, int channels_used) {
   const auto n = static_cast<std::size_t>(photos);
   count = photos;
   channels = channels_used;
@@ -233,24 +241,26 @@ void LaneSystem<T>::Resize(int photos, int channels_used) {
   first.resize(3 * n + 1);  // rows; then two lists of candidates
 }
 
-template struct LaneSystem<float>;
-template struct LaneSystem<double>;
+template <class T, int kBytes>
+void Solve(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system) {
+  SolveKernel(fit, tolerance, also_z, system, system.first.data() + system.count + 1);
+}
+template <class T, int kBytes>
+void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[3],
+           LaneSystem<T, kBytes>& system) {
+  PlaceKernel(fit, D, p, desired, system);
+}
 
-void Solve(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system) {
-  std::int32_t* lists = system.first.data() + system.count + 1;
-  SolveFloat(fit, tolerance, also_z, system, lists, lists + system.count);
-}
-void Solve(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSystem<double>& system) {
-  std::int32_t* lists = system.first.data() + system.count + 1;
-  SolveDouble(fit, tolerance, also_z, system, lists, lists + system.count);
-}
-void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3],
-           LaneSystem<float>& system) {
-  PlaceFloat(fit, D, p, desired, system);
-}
-void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3],
-           LaneSystem<double>& system) {
-  PlaceDouble(fit, D, p, desired, system);
-}
+#define LUMI_LANE_ENTRIES(T, kBytes)                                                                \
+  template struct LaneSystem<T, kBytes>;                                                            \
+  template void Solve(const LeavesFit<T>&, T, bool, LaneSystem<T, kBytes>&);                        \
+  template void Place(const LeavesFit<T>&, const float* const (&)[3], const LanePoints<T, kBytes>&, \
+                      const T (&)[3], LaneSystem<T, kBytes>&);
+LUMI_LANE_ENTRIES(float, 64)
+LUMI_LANE_ENTRIES(float, 32)
+LUMI_LANE_ENTRIES(float, 16)
+LUMI_LANE_ENTRIES(double, 64)
+LUMI_LANE_ENTRIES(double, 32)
+LUMI_LANE_ENTRIES(double, 16)
 
 }  // namespace lumi

@@ -14,25 +14,27 @@
 
 namespace lumi {
 
-template <class T>
-struct alignas(64) LaneBlock {
-  Lanes<T> v;
+template <class T, int kBytes>
+struct alignas(kBytes) LaneBlock {
+  Lanes<T, kBytes> v;
 };
+
+// Further terms of h, beside the angle.
+constexpr int kMaxChannels = 3;
 
 // Rays are lanes. A lane without a ray, or a photo that a lane's ray does not see, has f = 0: its row is the identity's,
 // and its weight exactly 0.
-template <class T>
+template <class T, int kBytes>
 struct LaneSystem {
-  static constexpr int kRays = kLaneCount<T>;
-  static constexpr int kChannels = 3;
-  using Block = LaneBlock<T>;
+  static constexpr int kRays = kLaneCount<T, kBytes>;
+  using Block = LaneBlock<T, kBytes>;
 
   // Set by the caller, `count` entries each.
   int count = 0;
   std::vector<Block> u[3];                // unit directions from the proxy point to the photos' centres
   std::vector<Block> f;                   // the factor of a row and a column: S_ij = f_i f_j R(h_ij)
   std::vector<Block> y;                   // right-hand side
-  std::vector<Block> channel[kChannels];  // h_ij / (2 r_max) grows by |difference| of each of the first `channels`
+  std::vector<Block> channel[kMaxChannels];  // h_ij / (2 r_max) grows by |difference| of each of the first `channels`
   int channels = 0;
 
   // Results.
@@ -51,19 +53,18 @@ struct LaneSystem {
 };
 
 // One ray a lane: the proxy point less the view's centre, p[coordinate][lane].
-template <class T>
-using LanePoints = std::array<std::array<T, kLaneCount<T>>, 3>;
+template <class T, int kBytes>
+using LanePoints = std::array<std::array<T, kLaneCount<T, kBytes>>, 3>;
 
 // Fills u from the photos' centres D less the view's (`count` of each), then turns y from the angle between the ray and the photo
 // into the right-hand side f R(alpha angle + 2 r_max sum |desired_c - channel_c|). In float the caller's angles are used: formed
 // from D x d they are ten times better than those from u; in double y is not read and the chord serves.
-void Place(const LeavesFit<float>& fit, const float* const (&D)[3], const LanePoints<float>& p, const float (&desired)[3],
-           LaneSystem<float>& system);
-void Place(const LeavesFit<double>& fit, const float* const (&D)[3], const LanePoints<double>& p, const double (&desired)[3],
-           LaneSystem<double>& system);
+template <class T, int kBytes>
+void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[3],
+           LaneSystem<T, kBytes>& system);
 
 // Fills w (and z). `tolerance`: of the residual, relative to the right-hand side.
-void Solve(const LeavesFit<float>& fit, float tolerance, bool also_z, LaneSystem<float>& system);
-void Solve(const LeavesFit<double>& fit, double tolerance, bool also_z, LaneSystem<double>& system);
+template <class T, int kBytes>
+void Solve(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system);
 
 }  // namespace lumi

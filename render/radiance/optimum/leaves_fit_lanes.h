@@ -25,20 +25,19 @@ LUMI_INLINE V FitSquaredAngle(const LeavesFit<T>& fit, V c2) {
 }
 
 // P_same at h = 2 r_max y, y >= 0. `near`: whether some lane may lie below y_near.
-template <class T>
-LUMI_INLINE Lanes<T> FitPSame(const LeavesFit<T>& fit, Lanes<T> y, bool near) {
-  using V = Lanes<T>;
-  const V one = Broadcast(T(1));
+template <class T, class V>
+LUMI_INLINE V FitPSame(const LeavesFit<T>& fit, V y, bool near) {
+  const V one = Broadcast<V>(1);
   const V yc = LaneMin(y, one), q = yc * yc;
   const V yQ = yc * FitQ(fit, q);
   constexpr T kTiny = sizeof(T) == 4 ? T(1e-36) : T(1e-300);
   // -ln(2 y) - 1/2
-  V B = T(-0.5) * LaneLog(LaneMax(q, Broadcast(kTiny))) - T(0.6931471805599453 + 0.5) + yQ;
+  V B = T(-0.5) * LaneLog(LaneMax(q, Broadcast<V>(kTiny))) - T(0.6931471805599453 + 0.5) + yQ;
   B = LaneMax(B, V{});
   if (near) {
     const V ys = LaneMin(y * fit.ratio, one);
     const V below = fit.log_ratio + yQ - ys * FitQ(fit, ys * ys);
-    B = y < fit.y_near ? LaneMin(below, Broadcast(fit.log_ratio)) : B;
+    B = y < fit.y_near ? LaneMin(below, Broadcast<V>(fit.log_ratio)) : B;
   }
   const V P = B / (T(2) * fit.log_ratio - B);
   return y < one ? P : V{};
