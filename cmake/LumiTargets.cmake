@@ -1,6 +1,6 @@
 # The three kinds of target this project has, so that every folder's CMakeLists.txt is a list of names.
 #
-#   lumi_library(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...])   a stage's library (or scene)
+#   lumi_library(NAME [COLD] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])   a stage's library (or scene)
 #   lumi_program(NAME main.cc [LIBS libs...])                           a program of a few lines
 #   lumi_test(NAME SOURCES ... [LIBS libs...] [LABELS labels...])       a GoogleTest executable, a ctest entry each
 
@@ -11,17 +11,22 @@ target_compile_options(lumi_warnings INTERFACE
 # Third-party headers are SYSTEM: their warnings are not ours to mend.
 set(CMAKE_NO_SYSTEM_FROM_IMPORTED OFF)
 
+# COLD: nothing in it is waited for; it is compiled quickly rather than for speed.
 function(lumi_library name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "COLD" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} lumi_warnings)
+  if(arg_COLD)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
 endfunction()
 
 function(lumi_program name main)
   cmake_parse_arguments(arg "" "" "LIBS" ${ARGN})
   add_executable(${name} ${main})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} CLI11::CLI11 lumi_warnings)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
 function(lumi_test name)

@@ -40,15 +40,7 @@ void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer&
           (ray_from_pixel * Eigen::Vector3d((x + 0.5) * sx, (y + 0.5) * sy, 1)).normalized().cast<float>();
   proxy.Trace(view.centre.cast<float>(), directions, depth);
   for (std::size_t i = 0; i < depth.size(); ++i) depth[i] *= axis.dot(directions[i]);
-  float* out = depth_.data() + static_cast<std::size_t>(camera) * texels();
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x) {
-      float nearest = std::numeric_limits<float>::infinity();
-      for (int v = std::max(0, y - 1); v <= std::min(height_ - 1, y + 1); ++v)
-        for (int u = std::max(0, x - 1); u <= std::min(width_ - 1, x + 1); ++u)
-          nearest = std::min(nearest, depth[static_cast<std::size_t>(v * width_ + u)]);
-      out[y * width_ + x] = nearest;
-    }
+  std::copy(depth.begin(), depth.end(), depth_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(camera) * texels()));
 }
 
 template <typename T>

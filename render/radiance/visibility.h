@@ -30,7 +30,7 @@ class VisibilityMaps {
   static int SuggestedSide(int count);
 
   // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity where
-  // there is no proxy; the nearest of 3x3 texels, so that a silhouette that is off by a texel still blocks.
+  // there is no proxy. Not thickened at silhouettes: a photo would then count as blocked beside every one of its own.
   void Fill(int camera, const RenderView& view, const ProxyTracer& proxy);
 
   bool empty() const { return count_ == 0; }

@@ -1,5 +1,5 @@
 # Accuracy against time. Included by render/CMakeLists.txt after gl.cmake.
-lumi_library(lumi_render_tradeoff
+lumi_library(lumi_render_tradeoff COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/ablation.cc
     ${CMAKE_CURRENT_LIST_DIR}/budget.cc

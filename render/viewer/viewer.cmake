@@ -3,7 +3,7 @@ find_package(glfw3 3.3 REQUIRED)
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 
 # Without a window: testable on its own.
-lumi_library(lumi_view_core
+lumi_library(lumi_view_core COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/motion_budget.cc
     ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
@@ -14,7 +14,7 @@ lumi_library(lumi_view_core
   PUBLIC lumi_render lumi_render_tradeoff lumi_scene
   PRIVATE nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
 
-lumi_library(lumi_view
+lumi_library(lumi_view COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/canvas.cc
     ${CMAKE_CURRENT_LIST_DIR}/error_probe.cc

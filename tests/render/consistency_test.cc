@@ -87,7 +87,7 @@ TEST(EpipoleConsistency, TheOptimumGivesAPhotoAtLeast99PercentOfItsOwnViewBeside
     }
     EXPECT_GE(least, 0.99) << Name(sum);
   }
-  EXPECT_GT(blocked, 1000);
+  EXPECT_GT(blocked, 500) << "too few rays beside silhouettes to say";
 }
 
 TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {

@@ -204,6 +204,11 @@ TEST(LeavesTable, IsTheCorrelationToWhatItPromises) {
     const LeavesTable table(r_min * kDeg, r_max * kDeg);
     double worst = 0;
     for (double h = 1e-14; h < 4; h *= 1.013) worst = std::max(worst, std::abs(table(h) - leaves.PSame(h)));
+    // Where it vanishes: what is left of it is normalised.
+    for (double y = 0.5; y < 1; y = 1 - 0.9 * (1 - y))
+      if (const double p = leaves.PSame(2 * r_max * kDeg * y); p > 1e-5) {
+        EXPECT_NEAR(table(2 * r_max * kDeg * y) / p, 1, 1e-3) << r_min << " " << r_max << " " << y;
+      }
     EXPECT_LT(worst, r_min > 4 ? 1e-4 : 1e-5) << r_min << " " << r_max;  // leaves of one size fall within few octaves
     EXPECT_EQ(table(0), 1);
     EXPECT_EQ(table(std::numeric_limits<double>::infinity()), 0);
