@@ -48,7 +48,7 @@ cv::Size SeenSize(const cv::Mat& grey) {
 
 }  // namespace
 
-BoardSearch FindBoard(const Image8& picture, const Board& board) {
+BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_window_px) {
   BoardSearch search;
   search.why_not = fmt::format("no {}x{} board is wholly in the picture", board.columns, board.rows);
   if (std::min(picture.width, picture.height) < kLeastSidePx) return search;
@@ -56,26 +56,23 @@ BoardSearch FindBoard(const Image8& picture, const Board& board) {
   const cv::Size size(board.columns, board.rows);
   std::vector<cv::Point2f> corners;
   try {
-    bool found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_ACCURACY);
+    bool found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE), by_older = false;
+    if (!found) found = by_older = cv::findChessboardCorners(grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
     if (!found) found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY);
-    if (!found) {
+    if (!found || by_older) {
       const cv::Size seen = SeenSize(grey);
       const int longer = std::max(board.columns, board.rows), shorter = std::min(board.columns, board.rows);
-      if (seen.width > 0 && (seen.width != longer || seen.height != shorter)) {
+      // The older detector takes a part of a larger board for the whole.
+      if (seen.width > longer || seen.height > shorter) found = false;
+      if (!found && seen.width > 0 && (seen.width != longer || seen.height != shorter)) {
         search.seen_columns = seen.width;
         search.seen_rows = seen.height;
         search.why_not = fmt::format("{}x{} corners are seen, not {}x{}", seen.width, seen.height, board.columns, board.rows);
       }
-      // The older detector would take a part of a larger board for the whole.
-      const bool larger = seen.width > longer || seen.height > shorter;
-      if (!larger) {
-        const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
-        found = cv::findChessboardCorners(grey, size, corners, flags);
-        if (found) {
-          const int window = SubPixelWindow(corners, board);
-          cv::cornerSubPix(grey, corners, {window, window}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 1e-4});
-        }
-      }
+    }
+    if (found && corners.size() == static_cast<std::size_t>(board.CornerCount())) {
+      const int window = corner_window_px > 0 ? corner_window_px : SubPixelWindow(corners, board);
+      cv::cornerSubPix(grey, corners, {window, window}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 1e-4});
     }
     if (!found || corners.size() != static_cast<std::size_t>(board.CornerCount())) return search;
 

@@ -1,5 +1,5 @@
-// A checkerboard found in a picture, at any rotation, with sub-pixel corners (OpenCV's sector-based detector, which also copes with blur and
-// wide lenses; where it finds nothing the older one with cornerSubPix).
+// A checkerboard found in a picture, at any rotation (OpenCV's sector-based detector; where it finds nothing the older one, which copes better
+// with wide lenses, then the former exhaustively), with corners refined to sub-pixels (cornerSubPix).
 #pragma once
 
 #include <optional>
@@ -23,8 +23,9 @@ struct BoardSearch {
   int seen_columns = 0, seen_rows = 0;
 };
 
-// rgb: 1 or 3 channels.
-BoardSearch FindBoard(const Image8& picture, const Board& board);
+// picture: 1, 3 or 4 channels. corner_window_px: half the side of the window that a corner is refined in; 0: 0.4 of the distance to the
+// nearest neighbour, up to 11 (a window that reaches the next corner spoils both).
+BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_window_px = 0);
 
 // How sharp a picture is: variance of the Laplacian over the variance, of its half. Comparable within a video only.
 double Sharpness(const Image8& picture);

@@ -399,7 +399,8 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
 
   // With few views the fullest model would take outliers along.
   const LensModel rich = result.views.size() < 5 ? simple : FullestModel(options.fix_aspect);
-  const Calibration robust = RefuseOutliers(board, *start, width_px, rich, result);
+  const Calibration robust = options.keep_outliers ? Refine(board, result.views, {rich, 0, 200}, Restrict(*start, rich))
+                                                   : RefuseOutliers(board, *start, width_px, rich, result);
   result.coverage = Coverage(result.views, width_px, height_px);
   judge(Refine(board, result.views, {simple, 0, 100}, Restrict(StartOf(robust), simple)));
 

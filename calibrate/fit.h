@@ -14,7 +14,8 @@ namespace lumi {
 struct FitOptions {
   std::string model;            // empty: chosen; else a name of LensModelFromName
   bool fix_aspect = false;      // fy = fx in every model
-  int folds = 5;                // of the cross-validation, >= 2
+  bool keep_outliers = false;   // no view and no corner is left out: plain least squares over all
+  int folds = 5;                 // of the cross-validation, >= 2
   double min_coverage = 0.3;    // share of the photo that the corners' hull has to cover, 0..1
   double max_focal_sigma = 0.03;  // relative standard deviation of fx beyond which nothing is answered, > 0
   std::string Problem() const;  // what is wrong with the options, or empty

@@ -33,6 +33,12 @@ class OtherBoards {
   void Add(const BoardSearch& search) {
     if (search.seen_columns > 0) ++seen_[{search.seen_columns, search.seen_rows}];
   }
+  // In how many pictures one and the same other board is seen.
+  int Count() const {
+    int most = 0;
+    for (const auto& [size, count] : seen_) most = std::max(most, count);
+    return most;
+  }
   // "a 9x6 board is seen in 11 of them", of the size seen most; empty: none.
   std::string Most() const {
     const auto most = std::max_element(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -45,14 +51,17 @@ class OtherBoards {
 };
 
 void RequireBoards(const Gathered& gathered, const Board& board, const OtherBoards& others) {
-  if (!gathered.views.empty()) return;
-  const std::string none = fmt::format("no {}x{} board was found in {} {}", board.columns, board.rows, gathered.searched, gathered.video ? "frames" : "photos");
+  const int found = gathered.searched - gathered.without_board;
+  // A part of a larger board passes for a smaller one now and then: the larger is seen in more.
+  if (found > 0 && others.Count() <= 2 * found) return;
+  const std::string none = fmt::format("the {}x{} board was found in {} of {} {}", board.columns, board.rows, found > 0 ? std::to_string(found) : "none",
+                                       gathered.searched, gathered.video ? "frames" : "photos");
   const std::string most = others.Most();
   if (!most.empty()) throw DataError(none + ": the board's size is wrong, " + most, "--board counts inner corners, where four squares meet");
   throw DataError(none, "--board counts inner corners; the whole board has to be in the picture, with a white margin");
 }
 
-Gathered FromPhotos(const fs::path& input, const Board& board, ProgressSink& progress) {
+Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptions& options, ProgressSink& progress) {
   const std::vector<fs::path> photos = PhotosOf(input);
   struct Outcome {
     int width = 0, height = 0;
@@ -67,7 +76,7 @@ Gathered FromPhotos(const fs::path& input, const Board& board, ProgressSink& pro
         const Image8 photo = ReadImage8(photos[i]);
         outcomes[i].width = photo.width;
         outcomes[i].height = photo.height;
-        outcomes[i].search = FindBoard(photo, board);
+        outcomes[i].search = FindBoard(photo, board, options.corner_window_px);
       } catch (const InputError& e) {
         outcomes[i].unreadable = e.what();
       }
@@ -139,7 +148,7 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   const auto search = [&] {
     std::vector<BoardSearch> found(batch.size());
     ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) found[i] = FindBoard(batch[i].rgb, board);
+      for (std::size_t i = begin; i < end; ++i) found[i] = FindBoard(batch[i].rgb, board, options.corner_window_px);
     });
     for (std::size_t i = 0; i < batch.size(); ++i) {
       ++gathered.searched;
@@ -219,7 +228,7 @@ Gathered GatherBoards(const fs::path& input, const Board& board, const GatherOpt
   const auto begin = std::chrono::steady_clock::now();
   const bool video = fs::is_regular_file(input) && HasVideoExtension(input);
   if (fs::is_regular_file(input) && !video && !HasImageExtension(input)) throw InputError(input, "neither a photo nor a video");
-  Gathered gathered = video ? FromVideo(input, board, options, progress) : FromPhotos(input, board, progress);
+  Gathered gathered = video ? FromVideo(input, board, options, progress) : FromPhotos(input, board, options, progress);
   gathered.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return gathered;
 }

@@ -12,6 +12,7 @@
 namespace lumi {
 
 struct GatherOptions {
+  int corner_window_px = 0;   // see FindBoard
   int max_frames = 40;        // of a video are used, >= 3
   int video_candidates = 160; // so many frames of a video, the sharpest each of its time, are searched, >= 3
 };

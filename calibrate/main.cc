@@ -16,6 +16,10 @@ int main(int argc, char** argv) {
                  "thesis (= skew-k1k2), or PIXELS-DISTORTION of square, rect, skew and none, k1, k1k2, k1k2p, k1k2k3, k1k2pk3 "
                  "[default: chosen by cross-validation]");
   app.add_flag("--fix-aspect", options.fit.fix_aspect, "Square pixels: fy = fx");
+  app.add_flag("--keep-outliers", options.fit.keep_outliers, "Plain least squares over all views and corners, as OpenCV's calibrateCamera has it");
+  app.add_option("--corner-window", options.gather.corner_window_px,
+                 "Half the window a corner is refined in, in pixels, 1 to 50 [default: 0.4 of the distance to the next corner, up to 11]")
+      ->check(CLI::Range(1, 50));
   app.add_option("--folds", options.fit.folds, "Folds of the cross-validation, >= 2")->capture_default_str();
   app.add_option("--min-coverage", options.fit.min_coverage, "Share of the picture that the corners have to cover, 0 to 1")->capture_default_str();
   app.add_option("--max-focal-sigma", options.fit.max_focal_sigma, "Relative standard deviation of the focal length that is still answered, > 0")
