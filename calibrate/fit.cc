@@ -122,24 +122,31 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
   return best;
 }
 
-// The largest angle between the normals of two boards, with a nominal focal length.
-double LargestTilt(const std::vector<Eigen::Matrix3d>& homographies, int width_px, int height_px) {
-  const double f = 1.2 * std::max(width_px, height_px);
+// The largest angle between the normals of two boards, with a nominal focal length and the distortion that goes with it: frontal boards are
+// frontal with any.
+double LargestTilt(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px) {
+  CalibrationStart start{NominalIntrinsics(1.2 * std::max(width_px, height_px), width_px, height_px), {}};
   Eigen::Matrix3d K;
-  K << f, 0, width_px / 2.0, 0, f, height_px / 2.0, 0, 0, 1;
-  std::vector<Eigen::Vector3d> normals;
-  for (const auto& H : homographies)
-    if (const auto pose = PoseFromHomography(K, H)) normals.emplace_back(pose->R().col(2));
+  K << start.intrinsics[kFx], 0, width_px / 2.0, 0, start.intrinsics[kFx], height_px / 2.0, 0, 0, 1;
+  for (const Eigen::Matrix3d& H : Homographies(board, views)) {
+    const auto pose = PoseFromHomography(K, H);
+    if (!pose) return 0;
+    start.cam_from_board.push_back(*pose);
+  }
+  LensModel distortion;
+  distortion.free[kK1] = distortion.free[kK2] = true;
+  const Calibration c = Refine(board, views, {distortion, kFirstRobustScalePx, 60}, start);
   double largest = 0;
-  for (std::size_t i = 0; i < normals.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) largest = std::max(largest, AngleBetween(normals[i], normals[j]));
+  for (std::size_t i = 0; i < views.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      largest = std::max(largest, AngleBetween(c.cam_from_board[i].R().col(2).eval(), c.cam_from_board[j].R().col(2).eval()));
   return largest;
 }
 
-[[noreturn]] void ThrowUndetermined(const std::vector<Eigen::Matrix3d>& homographies, int width_px, int height_px, const std::string& detail) {
-  const double tilt = LargestTilt(homographies, width_px, height_px);
+[[noreturn]] void ThrowUndetermined(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px, const std::string& detail) {
+  const double tilt = LargestTilt(board, views, width_px, height_px);
   if (tilt < kParallelRad)
-    throw DataError(fmt::format("all boards are parallel (within {:.1f} degrees): frontal views leave the focal length open", tilt / kRadPerDeg),
+    throw DataError(fmt::format("all boards are parallel (within {:.1f} degrees): such views leave the focal length open", tilt / kRadPerDeg),
                     "tilt the board by 20 to 45 degrees, about both of its axes");
   throw DataError("the views do not determine the focal length: " + detail, "photograph the board closer, tilted by 20 to 45 degrees about both of its axes");
 }
@@ -382,7 +389,7 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
                     fmt::format("move the board through all of the picture, corners included ({:.0f} % at least, --min-coverage)", 100 * options.min_coverage));
 
   auto start = FindStart(board, views, homographies, width_px, height_px);
-  if (!start) ThrowUndetermined(homographies, width_px, height_px, "no focal length explains them");
+  if (!start) ThrowUndetermined(board, views, width_px, height_px, "none explains them");
   const std::optional<LensModel> given = options.model.empty() ? std::nullopt : LensModelFromName(options.model);
   const LensModel simple = *LensModelFromName("square-k1k2");
   result.views = std::move(views);
@@ -391,7 +398,7 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
   const auto judge = [&](const Calibration& c) {
     const double relative = c.Sigma(kFx, std::max(c.noise_px, kNoiseFloorPx)) / c.intrinsics[kFx];
     if (c.usable && relative <= options.max_focal_sigma) return;
-    ThrowUndetermined(Homographies(board, result.views), width_px, height_px,
+    ThrowUndetermined(board, result.views, width_px, height_px,
                       c.usable ? fmt::format("its standard deviation would be {:.1f} %", 100 * relative) : c.why);
   };
   // Parallel boards are told before outliers are looked for: with the focal length open any view can be made one.
