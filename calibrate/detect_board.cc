@@ -58,7 +58,6 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
   try {
     bool found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE), by_older = false;
     if (!found) found = by_older = cv::findChessboardCorners(grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
-    if (!found) found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY);
     if (!found || by_older) {
       const cv::Size seen = SeenSize(grey);
       const int longer = std::max(board.columns, board.rows), shorter = std::min(board.columns, board.rows);

@@ -1,5 +1,5 @@
 // A checkerboard found in a picture, at any rotation (OpenCV's sector-based detector; where it finds nothing the older one, which copes better
-// with wide lenses, then the former exhaustively), with corners refined to sub-pixels (cornerSubPix).
+// with wide lenses), with corners refined to sub-pixels (cornerSubPix).
 #pragma once
 
 #include <optional>

@@ -27,7 +27,7 @@ Intrinsics SquareLens() {
   return k;
 }
 
-// Six boards, one photo without a board and one of another size, rendered once.
+// Seven boards, one photo without a board and one of another size, rendered once.
 const fs::path& Photos() {
   static const TemporaryFolder folder;
   static const fs::path photos = [] {
@@ -130,7 +130,10 @@ TEST(Program, RefusesWithOneLineAndTheRightCode) {
   refuses({(files / "text.txt").string()}, 3, "text.txt");
   refuses({(files / "empty").string()}, 1, "none of 1 photos");
   refuses({(files / "one").string()}, 1, "one view");
-  refuses({photos, "--board", "8x6"}, 1, "9x6");
+  fs::create_directories(files / "two");
+  for (const char* name : {"photo1.png", "photo2.png"}) fs::copy_file(Photos() / name, files / "two" / name);
+  refuses({(files / "two").string(), "--board", "8x6"}, 1, "9x6");
+  refuses({(files / "two").string()}, 1, "two views");
 }
 
 TEST(Program, LeavesAnothersReportAlone) {

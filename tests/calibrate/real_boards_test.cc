@@ -11,11 +11,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The project may lie in a folder beside shared/, or one deeper (a worktree).
+// Empty where it is not there.
 fs::path Data(const std::string& name) {
-  for (const char* up : {"..", "../.."})
-    if (const fs::path folder = fs::path(LUMI_SOURCE_DIR) / up / "shared/data" / name; fs::exists(folder)) return folder;
-  return {};
+  const fs::path folder = fs::path(LUMI_SOURCE_DIR) / ".." / "shared" / "data" / name;
+  return fs::exists(folder) ? folder : fs::path();
 }
 
 class RealBoards : public testing::Test {
@@ -33,7 +32,7 @@ class RealBoards : public testing::Test {
     options.output = folder_ / "camera.yaml";
     return Calibrate(options, SilentProgress());
   }
-  TemporaryFolder folder_;
+  const TemporaryFolder folder_;
 };
 
 constexpr double kPublishedFocalPx = 535.9157;  // left_intrinsics.yml: flags 2 (fixed aspect), five coefficients
