@@ -14,6 +14,16 @@ namespace {
 
 constexpr int kLeastSeen = 3;  // columns and rows of the smallest piece of a board that is recognised as one
 constexpr int kLeastSidePx = 32;
+constexpr double kSearchSidePx = 1600;  // boards are searched in pictures no larger: the refinement works on the photo itself
+constexpr double kNameSidePx = 480;     // and other boards named in ones no larger than this
+
+cv::Mat Shrunk(const cv::Mat& grey, double side_px) {
+  const double scale = side_px / std::max(grey.cols, grey.rows);
+  if (scale >= 1) return grey;
+  cv::Mat small;
+  cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  return small;
+}
 
 // A grey picture that shares no memory with `picture`.
 cv::Mat Grey(const Image8& picture) {
@@ -42,7 +52,7 @@ int SubPixelWindow(const std::vector<cv::Point2f>& corners, const Board& board) 
 cv::Size SeenSize(const cv::Mat& grey) {
   std::vector<cv::Point2f> corners;
   cv::Mat meta;
-  if (!cv::findChessboardCornersSB(grey, {kLeastSeen, kLeastSeen}, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta)) return {};
+  if (!cv::findChessboardCornersSB(Shrunk(grey, kNameSidePx), {kLeastSeen, kLeastSeen}, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta)) return {};
   return {std::max(meta.cols, meta.rows), std::min(meta.cols, meta.rows)};
 }
 
@@ -56,13 +66,15 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
   const cv::Size size(board.columns, board.rows);
   std::vector<cv::Point2f> corners;
   try {
-    bool found = cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE), by_older = false;
-    if (!found) found = by_older = cv::findChessboardCorners(grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
-    if (!found || by_older) {
+    const cv::Mat searched = Shrunk(grey, kSearchSidePx);
+    bool found = cv::findChessboardCornersSB(searched, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
+    if (!found) {
       const cv::Size seen = SeenSize(grey);
       const int longer = std::max(board.columns, board.rows), shorter = std::min(board.columns, board.rows);
-      // The older detector takes a part of a larger board for the whole.
-      if (seen.width > longer || seen.height > shorter) found = false;
+      // The older detector takes a part of a larger board for the whole: it is not asked then.
+      if (seen.width <= longer && seen.height <= shorter)
+        found = cv::findChessboardCorners(searched, size, corners,
+                                          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
       if (!found && seen.width > 0 && (seen.width != longer || seen.height != shorter)) {
         search.seen_columns = seen.width;
         search.seen_rows = seen.height;
@@ -70,6 +82,9 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
       }
     }
     if (found && corners.size() == static_cast<std::size_t>(board.CornerCount())) {
+      const float x_scale = static_cast<float>(grey.cols) / static_cast<float>(searched.cols);
+      const float y_scale = static_cast<float>(grey.rows) / static_cast<float>(searched.rows);
+      for (cv::Point2f& c : corners) c = {(c.x + 0.5F) * x_scale - 0.5F, (c.y + 0.5F) * y_scale - 0.5F};
       const int window = corner_window_px > 0 ? corner_window_px : SubPixelWindow(corners, board);
       cv::cornerSubPix(grey, corners, {window, window}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 1e-4});
     }

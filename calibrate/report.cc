@@ -94,7 +94,7 @@ std::string TradeoffSvg(const std::vector<ViewCountTrial>& trials) {
     svg += fmt::format("<path d='M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}' fill='none' stroke='#555'/>\n", x(0), y(1.1 * top), y(0), x(most));
     for (int i = 0; i <= 4; ++i) {
       svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='end'>{:.3g}</text>\n", x(0) - 5, y(i * top / 4) + 4, i * top / 4);
-      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:.0f}</text>\n", x(i * most / 4), y(0) + 16, i * most / 4);
+      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:.3g}</text>\n", x(i * most / 4), y(0) + 16, i * most / 4);
     }
     svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>views</text>\n", x(most / 2), y(0) + 32);
     for (const auto& [color, value] : series) {

@@ -38,6 +38,17 @@ TEST(Detection, FindsTheBoardAtAnyRotation) {
   }
 }
 
+// Searched in a smaller picture, refined in the photo itself.
+TEST(Detection, FindsTheBoardInALargePhoto) {
+  Intrinsics k = TrueIntrinsics();
+  for (const Term term : {kFx, kCx, kCy, kSkew}) k[term] *= 2.75;
+  const BoardRenderer renderer(k, 1760, 1320);
+  const Rigid3 pose = PoseOf({0.1, 0, 520, 15, -20, 30}, TrueIntrinsics());
+  const BoardSearch search = FindBoard(renderer(pose), kBoard);
+  ASSERT_TRUE(search.found) << search.why_not;
+  EXPECT_LT(MeanError(search.found->corners_px, Seen(pose, k, "").corners_px), 0.15);
+}
+
 TEST(Detection, RefusesAPartOfABoard) {
   const BoardSearch search = FindBoard(Renderer()(PoseOf({0.9, 0, 400, 5, 5, 0}, TrueIntrinsics())), kBoard);
   EXPECT_FALSE(search.found);
