@@ -87,6 +87,18 @@ Document Parse(const fs::path& file, std::string_view text) {
   return document;
 }
 
+// Plain YAML for ROS; its first line and the "dt" of each matrix are what OpenCV's FileStorage needs to read it. K: row by row, OpenCV's pixels.
+void WriteYaml(const fs::path& path, int width_px, int height_px, const std::vector<double>& K, const char* model, const std::vector<double>& distortion) {
+  const auto matrix = [](const char* name, int rows, int cols, const std::vector<double>& data) {
+    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  dt: d\n  data: [{}]\n", name, rows, cols, fmt::join(data, ", "));
+  };
+  WriteTextAtomically(path, fmt::format("%YAML 1.1\n---\nimage_width: {}\nimage_height: {}\ncamera_name: camera\n", width_px, height_px) +
+                                matrix("camera_matrix", 3, 3, K) + fmt::format("distortion_model: {}\n", model) +
+                                matrix("distortion_coefficients", 1, static_cast<int>(distortion.size()), distortion) +
+                                matrix("rectification_matrix", 3, 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+                                matrix("projection_matrix", 3, 4, {K[0], K[1], K[2], 0, K[3], K[4], K[5], 0, K[6], K[7], K[8], 0}));
+}
+
 }  // namespace
 
 Camera ReadCameraYaml(const fs::path& path) {
@@ -106,7 +118,7 @@ Camera ReadCameraYaml(const fs::path& path) {
   if (K.size() != 9) throw InputError(path, "camera_matrix is missing or does not have 9 numbers");
   if (K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) throw InputError(path, "camera_matrix is no upper triangular matrix with 1 at its end");
   if (K[1] != 0)
-    throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", K[1]), "undistort the photos first (OpenCV's undistort takes skew along)");
+    throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", K[1]), "undistort the photos first (lumi-calibrate --undistort resamples skew away)");
   std::vector<double> d = matrix("distortion_coefficients");
   if (d.empty()) d = matrix("dist_coeffs");
   const auto it = document.scalars.find("distortion_model");
@@ -148,17 +160,13 @@ void WriteCameraYaml(const Camera& camera, const fs::path& path) {
     case CameraModel::kOpenCVFisheye: d = {p[4], p[5], p[6], p[7]}; break;
   }
   const Eigen::Vector2d f = camera.FocalPx(), c = ToOpenCvPixel(camera.PrincipalPointPx());
-  // Plain YAML for ROS; its first line and the "dt" of each matrix are what OpenCV's FileStorage needs to read it.
-  const auto matrix = [](const char* name, int rows, int cols, const std::vector<double>& data) {
-    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  dt: d\n  data: [{}]\n", name, rows, cols, fmt::join(data, ", "));
-  };
-  const int count = static_cast<int>(d.size());
-  WriteTextAtomically(
-      path, fmt::format("%YAML 1.1\n---\nimage_width: {}\nimage_height: {}\ncamera_name: camera\n", camera.width_px, camera.height_px) +
-                matrix("camera_matrix", 3, 3, {f.x(), 0, c.x(), 0, f.y(), c.y(), 0, 0, 1}) +
-                fmt::format("distortion_model: {}\n", fisheye ? "fisheye" : "plumb_bob") + matrix("distortion_coefficients", 1, count, d) +
-                matrix("rectification_matrix", 3, 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
-                matrix("projection_matrix", 3, 4, {f.x(), 0, c.x(), 0, 0, f.y(), c.y(), 0, 0, 0, 1, 0}));
+  WriteYaml(path, camera.width_px, camera.height_px, {f.x(), 0, c.x(), 0, f.y(), c.y(), 0, 0, 1}, fisheye ? "fisheye" : "plumb_bob", d);
+}
+
+void WriteCameraYaml(const PlumbBobCamera& camera, const fs::path& path) {
+  const Eigen::Vector2d c = ToOpenCvPixel({camera.cx, camera.cy});
+  WriteYaml(path, camera.width_px, camera.height_px, {camera.fx, camera.skew, c.x(), 0, camera.fy, c.y(), 0, 0, 1}, "plumb_bob",
+            {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3});
 }
 
 }  // namespace lumi

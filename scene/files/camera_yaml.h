@@ -13,4 +13,13 @@ namespace lumi {
 Camera ReadCameraYaml(const std::filesystem::path& path);
 void WriteCameraYaml(const Camera& camera, const std::filesystem::path& path);
 
+// What a calibration can know beyond COLMAP's models. Pixels as everywhere here (first centre at (0.5, 0.5)).
+struct PlumbBobCamera {
+  int width_px = 0, height_px = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0, skew = 0;  // in pixels
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+};
+// OpenCV's own functions do not read the skew from camera_matrix, ROS's do.
+void WriteCameraYaml(const PlumbBobCamera& camera, const std::filesystem::path& path);
+
 }  // namespace lumi

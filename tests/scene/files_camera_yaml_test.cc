@@ -3,6 +3,8 @@
 #include <opencv2/core.hpp>
 
 #include "files_test_util.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi::test {
 namespace {
@@ -95,6 +97,18 @@ TEST(CameraYaml, OpenCvsOwnCalibrationIsReadButForItsK3) {
   EXPECT_EQ(camera.FocalPx().x(), 5.3591573396163199e+02);
   EXPECT_EQ(camera.PrincipalPointPx().x(), 3.4228315473308373e+02 + 0.5);
   EXPECT_EQ(camera.params[4], -2.6637260909660682e-01);
+}
+
+TEST(CameraYaml, SkewIsWrittenAndRefusedWhereItCannotBeHeld) {
+  const lumi::TemporaryFolder folder;
+  PlumbBobCamera camera{640, 480, 600, 610, 320.5, 240.5, 0, -0.2, 0.05, 1e-3, -2e-3, 0};
+  WriteCameraYaml(camera, folder / "plain.yaml");
+  const Camera read = ReadCameraYaml(folder / "plain.yaml");
+  EXPECT_EQ(read.params, (std::vector<double>{600, 610, 320.5, 240.5, -0.2, 0.05, 1e-3, -2e-3}));
+  camera.skew = 2.5;
+  WriteCameraYaml(camera, folder / "skew.yaml");
+  EXPECT_NE(ReadText(folder / "skew.yaml").find("data: [600, 2.5, 320, 0, 610, 240, 0, 0, 1]"), std::string::npos);
+  EXPECT_THROW(ReadCameraYaml(folder / "skew.yaml"), InputError);
 }
 
 }  // namespace

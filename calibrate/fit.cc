@@ -1,0 +1,553 @@
+#include "calibrate/fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "calibrate/zhang.h"
+#include "scene/geometry/angle.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+// Cauchy's scale while nothing is known of the noise, and its least: sub-pixel corners are no better on photographs.
+constexpr double kFirstRobustScalePx = 2, kLeastRobustScalePx = 0.02;
+constexpr double kCauchyScalePerSigma = 2.4;       // 95 % as efficient as least squares on Gaussian noise
+constexpr double kRayleighMedian = 1.1774;         // median distance of a corner over the standard deviation of a coordinate
+constexpr double kOutlierViewSpreads = 6;          // a view's RMS above the median's, in standard deviations (from the MAD) ...
+constexpr double kOutlierViewRatio = 1.6;          // ... and in medians: beyond both
+constexpr double kOutlierViewFloorPx = 0.1;        // no view is refused below
+constexpr double kTrimmedShare = 0.05;             // of a view's corners, the worst, that its RMS does not count: single corners are no view
+constexpr double kOutlierCornerSigmas = 8;         // one in 1e14 on Gaussian noise
+constexpr double kOutlierCornerFloorPx = 0.05;
+constexpr double kLargestOutlierShare = 0.5;       // of the views; beyond, nobody can tell which half is wrong
+constexpr double kNoiseFloorPx = 0.05;             // what a photograph's corners have at least: degenerate sets are judged with it
+constexpr double kParallelRad = 15 * kRadPerDeg;   // of an undetermined set: boards within this are called parallel
+constexpr double kSameErrorPx = 1e-4;              // cross-validated errors nearer than this are one
+constexpr std::size_t kLeastViews = 3;             // Zhang: five intrinsics, two equations a view
+constexpr std::size_t kLeastTrainingViews = 3;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> AllErrors(const Board& board, const std::vector<BoardView>& views, const CalibrationStart& at) {
+  std::vector<double> all;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto errors = CornerErrors(board, views[v], at.intrinsics, at.cam_from_board[v]);
+    all.insert(all.end(), errors.begin(), errors.end());
+  }
+  return all;
+}
+
+std::vector<Eigen::Matrix3d> Homographies(const Board& board, const std::vector<BoardView>& views) {
+  std::vector<Eigen::Matrix3d> homographies;
+  const auto on_board = board.Corners();
+  for (const BoardView& view : views) {
+    const auto H = PlaneHomography(on_board, view.corners_px);
+    if (!H) throw DataError(fmt::format("the corners of {} lie on a line", view.name), "leave that photo out");
+    homographies.push_back(*H);
+  }
+  return homographies;
+}
+
+CalibrationStart StartOf(const Calibration& c) { return {c.intrinsics, c.cam_from_board}; }
+
+// Held terms at their resting values.
+CalibrationStart Restrict(CalibrationStart start, const LensModel& model) {
+  const Intrinsics rest = NominalIntrinsics(start.intrinsics[kFx], 0, 0);
+  for (int term = 0; term < kTermCount; ++term)
+    if (!model.free[static_cast<std::size_t>(term)]) start.intrinsics[term] = rest[term];
+  return start;
+}
+
+// The closed form (with and without skew) and a sweep of focal lengths; the most promising are refined, robustly, and the one with the
+// smallest median error is taken. The closed form knows no distortion: a wide lens can lead it astray, or to no answer.
+std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<BoardView>& views, const std::vector<Eigen::Matrix3d>& homographies,
+                                          int width_px, int height_px) {
+  std::vector<Intrinsics> candidates;
+  for (const bool with_skew : {true, false})
+    if (const auto K = ClosedFormCalibration(homographies, with_skew, width_px, height_px)) {
+      Intrinsics k = NominalIntrinsics((*K)(0, 0), 0, 0);
+      k[kAspect] = (*K)(1, 1) / (*K)(0, 0);
+      k[kCx] = (*K)(0, 2);
+      k[kCy] = (*K)(1, 2);
+      candidates.push_back(k);
+    }
+  for (const double factor : {0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2, 7.0})
+    candidates.push_back(NominalIntrinsics(factor * std::max(width_px, height_px), width_px, height_px));
+
+  std::vector<std::pair<double, CalibrationStart>> ranked;
+  for (const Intrinsics& k : candidates) {
+    CalibrationStart start{k, {}};
+    Eigen::Matrix3d K;
+    K << k[kFx], 0, k[kCx], 0, k[kFx] * k[kAspect], k[kCy], 0, 0, 1;
+    for (const Eigen::Matrix3d& H : homographies)
+      if (const auto pose = PoseFromHomography(K, H); pose && pose->translation.allFinite()) start.cam_from_board.push_back(*pose);
+    if (start.cam_from_board.size() != views.size()) continue;
+    const double median = Median(AllErrors(board, views, start));
+    if (std::isfinite(median)) ranked.emplace_back(median, std::move(start));
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  constexpr std::size_t kRefined = 4;
+  if (ranked.size() > kRefined) ranked.resize(kRefined);
+  std::optional<CalibrationStart> best;
+  double best_median = std::numeric_limits<double>::infinity();
+  const RefineOptions options{*LensModelFromName("square-k1k2"), kFirstRobustScalePx, 60};
+  std::vector<std::optional<CalibrationStart>> refined(ranked.size());
+  ParallelFor(ranked.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Calibration c = Refine(board, views, options, Restrict(ranked[i].second, options.model));
+      if (c.intrinsics.allFinite() && c.intrinsics[kFx] > 0) refined[i] = StartOf(c);
+    }
+  });
+  for (const auto& start : refined) {
+    if (!start) continue;
+    const double median = Median(AllErrors(board, views, *start));
+    if (median < best_median) best_median = median, best = start;
+  }
+  return best;
+}
+
+// The largest angle between the normals of two boards, with a nominal focal length and the distortion that goes with it: frontal boards are
+// frontal with any.
+double LargestTilt(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px) {
+  CalibrationStart start{NominalIntrinsics(1.2 * std::max(width_px, height_px), width_px, height_px), {}};
+  Eigen::Matrix3d K;
+  K << start.intrinsics[kFx], 0, width_px / 2.0, 0, start.intrinsics[kFx], height_px / 2.0, 0, 0, 1;
+  for (const Eigen::Matrix3d& H : Homographies(board, views)) {
+    const auto pose = PoseFromHomography(K, H);
+    if (!pose) return 0;
+    start.cam_from_board.push_back(*pose);
+  }
+  LensModel distortion;
+  distortion.free[kK1] = distortion.free[kK2] = true;
+  const Calibration c = Refine(board, views, {distortion, kFirstRobustScalePx, 60}, start);
+  double largest = 0;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      largest = std::max(largest, AngleBetween(c.cam_from_board[i].R().col(2).eval(), c.cam_from_board[j].R().col(2).eval()));
+  return largest;
+}
+
+[[noreturn]] void ThrowUndetermined(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px, const std::string& detail) {
+  const double tilt = LargestTilt(board, views, width_px, height_px);
+  if (tilt < kParallelRad)
+    throw DataError(fmt::format("all boards are parallel (within {:.1f} degrees): such views leave the focal length open", tilt / kRadPerDeg),
+                    "tilt the board by 20 to 45 degrees, about both of its axes");
+  throw DataError("the views do not determine the focal length: " + detail, "photograph the board closer, tilted by 20 to 45 degrees about both of its axes");
+}
+
+double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
+}
+
+std::string PlaceOf(const std::vector<BoardView>& views, int width_px, int height_px) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double count = 0;
+  for (const auto& view : views)
+    for (const auto& c : view.corners_px) mean += c, ++count;
+  mean /= count;
+  const std::string across = mean.x() < 0.4 * width_px ? "left" : mean.x() > 0.6 * width_px ? "right" : "";
+  const std::string down = mean.y() < 0.4 * height_px ? "upper" : mean.y() > 0.6 * height_px ? "lower" : "";
+  if (across.empty() && down.empty()) return "around its middle";
+  if (!across.empty() && !down.empty()) return "in its " + down + " " + across + " corner";
+  return "in its " + down + across + " part";
+}
+
+// The view as its photo's mirror image would show it, in an order that runs the right way round.
+BoardView Mirrored(const Board& board, const BoardView& view, int width_px) {
+  BoardView mirrored = view;
+  for (int j = 0; j < board.rows; ++j)
+    for (int i = 0; i < board.columns; ++i) {
+      const auto& c = view.corners_px[static_cast<std::size_t>(j * board.columns + board.columns - 1 - i)];
+      mirrored.corners_px[static_cast<std::size_t>(j * board.columns + i)] = {width_px - c.x(), c.y()};
+    }
+  return mirrored;
+}
+
+double TrimmedRms(std::vector<double> errors) {
+  const auto kept = static_cast<std::size_t>(std::floor((1 - kTrimmedShare) * static_cast<double>(errors.size())));
+  std::sort(errors.begin(), errors.end());
+  double sum = 0;
+  for (std::size_t i = 0; i < kept; ++i) sum += errors[i] * errors[i];
+  return std::sqrt(sum / static_cast<double>(kept));
+}
+
+// The RMS beyond which a view is an outlier among these.
+double OutlierLimit(const std::vector<double>& rms) {
+  const double median = Median(rms);
+  std::vector<double> deviations;
+  for (const double r : rms) deviations.push_back(std::abs(r - median));
+  constexpr double kSigmaPerMad = 1.4826;
+  return std::max({median + kOutlierViewSpreads * kSigmaPerMad * Median(deviations), kOutlierViewRatio * median, kOutlierViewFloorPx});
+}
+
+std::string OutlierReason(const Board& board, const BoardView& view, const Calibration& c, double rms, double median, double limit, int width_px) {
+  const BoardView mirrored = Mirrored(board, view, width_px);
+  Eigen::Matrix3d K;
+  K << c.intrinsics[kFx], c.intrinsics[kSkew], c.intrinsics[kCx], 0, c.Fy(), c.intrinsics[kCy], 0, 0, 1;
+  if (const auto H = PlaneHomography(board.Corners(), mirrored.corners_px))
+    if (const auto pose = PoseFromHomography(K, *H)) {
+      const double other = TrimmedRms(CornerErrors(board, mirrored, c.intrinsics, RefinePose(board, mirrored, c.intrinsics, *pose)));
+      if (other <= limit && other < rms)
+        return fmt::format("the photo is mirrored: RMS {:.2f} px, turned round {:.2f} px", rms, other);
+    }
+  return fmt::format("outlier: RMS {:.2f} px, limit {:.2f} px (median of the views {:.2f} px, {:g} standard deviations by MAD above it)", rms, limit, median,
+                     kOutlierViewSpreads);
+}
+
+// Views that disagree with the others are moved to result.refused, single corners marked; the last robust fit is returned.
+Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width_px, const LensModel& model, FitResult& result) {
+  std::vector<BoardView>& views = result.views;
+  const std::size_t total = views.size();
+  for (;;) {
+    CheckInterrupted();
+    start = Restrict(start, model);
+    Calibration c = Refine(board, views, {model, kFirstRobustScalePx, 60}, start);
+    const double noise = Median(AllErrors(board, views, StartOf(c))) / kRayleighMedian;
+    c = Refine(board, views, {model, std::max(kCauchyScalePerSigma * noise, kLeastRobustScalePx), 100}, StartOf(c));
+    std::vector<double> rms;
+    for (std::size_t v = 0; v < views.size(); ++v) rms.push_back(TrimmedRms(CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v])));
+    const double median = Median(rms), limit = OutlierLimit(rms);
+    std::vector<BoardView> kept;
+    CalibrationStart kept_start{c.intrinsics, {}};
+    std::vector<RefusedView> refused;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      if (rms[v] <= limit) {
+        kept.push_back(views[v]);
+        kept_start.cam_from_board.push_back(c.cam_from_board[v]);
+      } else {
+        refused.push_back({views[v].name, OutlierReason(board, views[v], c, rms[v], median, limit, width_px)});
+      }
+    }
+    if (refused.empty()) {
+      const double sigma = Median(AllErrors(board, views, StartOf(c))) / kRayleighMedian;
+      for (std::size_t v = 0; v < views.size(); ++v) {
+        const auto errors = CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v]);
+        views[v].left_out.assign(errors.size(), false);
+        for (std::size_t i = 0; i < errors.size(); ++i)
+          if (errors[i] > std::max(kOutlierCornerSigmas * sigma, kOutlierCornerFloorPx)) views[v].left_out[i] = true, ++result.corners_left_out;
+      }
+      return c;
+    }
+    result.refused.insert(result.refused.end(), refused.begin(), refused.end());
+    if (static_cast<double>(kept.size()) < (1 - kLargestOutlierShare) * static_cast<double>(total) || kept.size() < kLeastViews)
+      throw DataError(fmt::format("the views contradict one another: {} of {} do not fit ({}: {})", result.refused.size(), total, result.refused[0].name,
+                                  result.refused[0].reason),
+                      "take all photos with one camera, focus and zoom fixed, and a board that is flat");
+    views = std::move(kept);
+    start = std::move(kept_start);
+  }
+}
+
+// Whether the terms that `rich` frees and `lean` holds are jointly zero within three standard deviations of rich's own fit.
+bool ExtraTermsAreNoise(const Calibration& rich, const LensModel& lean) {
+  constexpr std::array<double, 8> kThreeSigma = {0, 9, 11.83, 14.16, 16.25, 18.21, 20.06, 21.85};  // quantiles of chi^2 at 99.73 %
+  std::vector<int> extra;
+  for (int term = 0; term < kTermCount; ++term) {
+    const auto i = static_cast<std::size_t>(term);
+    if (lean.free[i] && !rich.model.free[i]) return false;  // not nested: nothing is known
+    if (rich.model.free[i] && !lean.free[i]) extra.push_back(term);
+  }
+  const Intrinsics rest = NominalIntrinsics(1, 0, 0);
+  const auto n = static_cast<Eigen::Index>(extra.size());
+  Eigen::MatrixXd covariance(n, n);
+  Eigen::VectorXd value(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int term = extra[static_cast<std::size_t>(i)];
+    value[i] = rich.intrinsics[term] - rest[term];
+    for (Eigen::Index j = 0; j < n; ++j) covariance(i, j) = std::pow(rich.noise_px, 2) * rich.unit_covariance(term, extra[static_cast<std::size_t>(j)]);
+  }
+  return value.dot(covariance.ldlt().solve(value)) <= kThreeSigma[extra.size()];
+}
+
+struct FoldOutcome {
+  bool usable = false;
+  std::string why;
+  std::vector<double> squares;  // one a view of the fold
+  double seconds = 0;
+};
+
+struct Fold {
+  std::vector<BoardView> training, held_out;
+  std::vector<std::size_t> training_index, held_out_index;
+};
+
+std::vector<Fold> MakeFolds(const std::vector<BoardView>& views, int folds) {
+  const std::size_t count = std::min(views.size(), static_cast<std::size_t>(folds));
+  std::vector<Fold> all(count);
+  for (std::size_t f = 0; f < count; ++f)
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const bool out = v % count == f;
+      (out ? all[f].held_out : all[f].training).push_back(views[v]);
+      (out ? all[f].held_out_index : all[f].training_index).push_back(v);
+    }
+  return all;
+}
+
+std::vector<Rigid3> Pick(const std::vector<Rigid3>& poses, const std::vector<std::size_t>& index) {
+  std::vector<Rigid3> picked;
+  for (const std::size_t i : index) picked.push_back(poses[i]);
+  return picked;
+}
+
+long UsedCorners(const std::vector<BoardView>& views) {
+  long count = 0;
+  for (const BoardView& view : views)
+    for (std::size_t i = 0; i < view.corners_px.size(); ++i) count += view.Used(i) ? 1 : 0;
+  return count;
+}
+
+}  // namespace
+
+std::string FitOptions::Problem() const {
+  if (!model.empty() && !LensModelFromName(model)) {
+    std::string names = "thesis";
+    for (const LensModel& m : LensModels()) names += ", " + m.name;
+    return fmt::format("there is no model \"{}\": {}", model, names);
+  }
+  if (!model.empty() && fix_aspect && !LensModelFromName(model)->name.starts_with("square"))
+    return fmt::format("the model \"{}\" frees the aspect that --fix-aspect holds", model);
+  if (folds < 2) return "the cross-validation needs two folds at least";
+  if (!(min_coverage >= 0 && min_coverage <= 1)) return "the coverage asked for is no share between 0 and 1";
+  if (!(max_focal_sigma > 0)) return "the largest standard deviation of the focal length has to be above 0";
+  return {};
+}
+
+double Coverage(const std::vector<BoardView>& views, int width_px, int height_px) {
+  std::vector<Eigen::Vector2d> points;
+  for (const BoardView& view : views) points.insert(points.end(), view.corners_px.begin(), view.corners_px.end());
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
+  if (points.size() < 3) return 0;
+  std::vector<Eigen::Vector2d> hull;  // Andrew's monotone chain
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::size_t base = hull.size();
+    for (const auto& p : points) {
+      while (hull.size() >= base + 2 && Cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  double area = 0;
+  for (std::size_t i = 0; i + 1 < hull.size(); ++i) area += Cross(hull[0], hull[i], hull[i + 1]) / 2;
+  return area / (static_cast<double>(width_px) * height_px);
+}
+
+std::vector<double> HeldOutSquares(const Board& board, const std::vector<BoardView>& views, const Intrinsics& intrinsics, const std::vector<Rigid3>& start) {
+  std::vector<double> squares;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto errors = CornerErrors(board, views[v], intrinsics, RefinePose(board, views[v], intrinsics, start[v]));
+    double sum = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      if (views[v].Used(i)) sum += errors[i] * errors[i];
+    squares.push_back(sum);
+  }
+  return squares;
+}
+
+FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, int height_px, const FitOptions& options) {
+  if (const std::string problem = options.Problem(); !problem.empty()) throw UsageError(problem);
+  const std::string more = "photograph the whole board from ten places or more, tilted, all over the picture";
+  if (views.empty()) throw DataError("no board was found", more);
+  if (views.size() < kLeastViews)
+    throw DataError(views.size() == 1 ? "the board was found in one view only: one plane leaves the focal length and the principal point open"
+                                      : "the board was found in two views only, at least three are needed",
+                    more);
+  FitResult result;
+  std::vector<Eigen::Matrix3d> homographies = Homographies(board, views);
+  const auto wrong_way = std::count_if(homographies.begin(), homographies.end(), [](const auto& H) { return H.determinant() < 0; });
+  if (2 * static_cast<std::size_t>(wrong_way) >= views.size())
+    throw DataError(fmt::format("the board is mirrored: its corners run the wrong way round in {} of {} views", wrong_way, views.size()),
+                    "turn mirrored photos round, or give columns and rows in the board's own order");
+  for (std::size_t v = views.size(); v-- > 0;)
+    if (homographies[v].determinant() < 0) {
+      result.refused.push_back({views[v].name, "mirrored: its corners run the wrong way round"});
+      views.erase(views.begin() + static_cast<std::ptrdiff_t>(v));
+      homographies.erase(homographies.begin() + static_cast<std::ptrdiff_t>(v));
+    }
+  if (views.size() < kLeastViews) throw DataError("fewer than three views are left without the mirrored ones", more);
+
+  result.coverage = Coverage(views, width_px, height_px);
+  if (result.coverage < options.min_coverage)
+    throw DataError(fmt::format("the boards cover {:.0f} % of the picture, all {}: nothing would be known of the rest", 100 * result.coverage,
+                                PlaceOf(views, width_px, height_px)),
+                    fmt::format("move the board through all of the picture, corners included ({:.0f} % at least, --min-coverage)", 100 * options.min_coverage));
+
+  auto start = FindStart(board, views, homographies, width_px, height_px);
+  if (!start) ThrowUndetermined(board, views, width_px, height_px, "none explains them");
+  const std::optional<LensModel> given = options.model.empty() ? std::nullopt : LensModelFromName(options.model);
+  const LensModel simple = *LensModelFromName("square-k1k2");
+  result.views = std::move(views);
+
+  // Judged with the fewest terms of use: what leaves these open leaves everything open.
+  const auto judge = [&](const Calibration& c) {
+    const double relative = c.Sigma(kFx, std::max(c.noise_px, kNoiseFloorPx)) / c.intrinsics[kFx];
+    if (c.usable && relative <= options.max_focal_sigma) return;
+    ThrowUndetermined(board, result.views, width_px, height_px,
+                      c.usable ? fmt::format("its standard deviation would be {:.1f} %", 100 * relative) : c.why);
+  };
+  // Parallel boards are told before outliers are looked for: with the focal length open any view can be made one.
+  judge(Refine(board, result.views, {simple, kFirstRobustScalePx, 100}, Restrict(*start, simple)));
+
+  // With few views the fullest model would take outliers along.
+  const LensModel rich = result.views.size() < 5 ? simple : FullestModel(options.fix_aspect);
+  const Calibration robust = options.keep_outliers ? Refine(board, result.views, {rich, 0, 200}, Restrict(*start, rich))
+                                                   : RefuseOutliers(board, *start, width_px, rich, result);
+  result.coverage = Coverage(result.views, width_px, height_px);
+  judge(Refine(board, result.views, {simple, 0, 100}, Restrict(StartOf(robust), simple)));
+
+  const std::vector<LensModel> models = given ? std::vector<LensModel>{*given} : LensModels(options.fix_aspect);
+  std::vector<Calibration> fits(models.size());
+  ParallelFor(models.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t m = begin; m < end; ++m) fits[m] = Refine(board, result.views, {models[m], 0, 200}, Restrict(StartOf(robust), models[m]));
+  });
+  CheckInterrupted();
+
+  std::vector<Fold> folds = MakeFolds(result.views, options.folds);
+  if (folds.empty() || std::any_of(folds.begin(), folds.end(), [](const Fold& f) { return f.training.size() < kLeastTrainingViews; })) folds.clear();
+  std::vector<FoldOutcome> outcomes(models.size() * folds.size());
+  ParallelFor(outcomes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t m = i / folds.size();
+      const Fold& fold = folds[i % folds.size()];
+      if (!fits[m].usable || InterruptRequested()) continue;
+      const Calibration c = Refine(board, fold.training, {models[m], 0, 200}, {fits[m].intrinsics, Pick(fits[m].cam_from_board, fold.training_index)});
+      outcomes[i].seconds = c.seconds;
+      outcomes[i].usable = c.usable;
+      outcomes[i].why = c.why;
+      if (c.usable) outcomes[i].squares = HeldOutSquares(board, fold.held_out, c.intrinsics, Pick(fits[m].cam_from_board, fold.held_out_index));
+    }
+  });
+  CheckInterrupted();
+
+  const auto corners = static_cast<double>(UsedCorners(result.views));
+  std::vector<std::vector<double>> squares(models.size());  // of each view, held out
+  std::optional<std::size_t> best;
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    ModelTrial trial{models[m], fits[m].rms_px, std::nullopt, fits[m].why, fits[m].seconds};
+    if (fits[m].usable && !folds.empty()) {
+      squares[m].assign(result.views.size(), 0);
+      bool all = true;
+      for (std::size_t f = 0; f < folds.size(); ++f) {
+        const FoldOutcome& outcome = outcomes[m * folds.size() + f];
+        trial.seconds += outcome.seconds;
+        if (!outcome.usable) {
+          all = false;
+          trial.why_not = fmt::format("without fold {}: {}", f + 1, outcome.why);
+          break;
+        }
+        for (std::size_t i = 0; i < outcome.squares.size(); ++i) squares[m][folds[f].held_out_index[i]] = outcome.squares[i];
+      }
+      if (all) trial.cross_validated_rms_px = std::sqrt(std::accumulate(squares[m].begin(), squares[m].end(), 0.0) / corners);
+    }
+    result.trials.push_back(trial);
+    if (trial.cross_validated_rms_px && (!best || *trial.cross_validated_rms_px < *result.trials[*best].cross_validated_rms_px)) best = m;
+  }
+
+  std::size_t chosen = 0;
+  if (given) {
+    result.choice = "as asked";
+  } else if (!best) {
+    const auto simplest = std::find_if(models.begin(), models.end(), [&](const LensModel& m) { return m.name == simple.name; });
+    chosen = static_cast<std::size_t>(simplest - models.begin());
+    result.choice = "too few views to compare models: four are needed";
+  } else {
+    // The fewest terms whose held-out error is within one standard error of the best's (over views, paired), or that lack only terms which are
+    // zero within their own noise: with few views the standard error is itself rough, and the best of many models is one by luck.
+    const auto n = static_cast<double>(result.views.size());
+    const auto within_noise = [&](std::size_t m) {
+      const double error = *result.trials[m].cross_validated_rms_px;
+      if (error <= *result.trials[*best].cross_validated_rms_px + kSameErrorPx) return true;
+      double mean = 0, variance = 0;
+      for (std::size_t v = 0; v < result.views.size(); ++v) mean += (squares[m][v] - squares[*best][v]) / n;
+      for (std::size_t v = 0; v < result.views.size(); ++v) variance += std::pow(squares[m][v] - squares[*best][v] - mean, 2) / (n - 1);
+      return mean <= std::sqrt(variance / n) || ExtraTermsAreNoise(fits[*best], models[m]);
+    };
+    chosen = *best;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      if (!result.trials[m].cross_validated_rms_px || !within_noise(m)) continue;
+      const int terms = models[m].FreeCount(), fewest = models[chosen].FreeCount();
+      if (terms < fewest || (terms == fewest && *result.trials[m].cross_validated_rms_px < *result.trials[chosen].cross_validated_rms_px)) chosen = m;
+    }
+    result.choice = fmt::format("the fewest terms that do as well, within noise, as the smallest cross-validated error ({}, {:.4f} px)",
+                                models[*best].name, *result.trials[*best].cross_validated_rms_px);
+  }
+  result.calibration = fits[chosen];
+  result.cross_validated_rms_px = result.trials[chosen].cross_validated_rms_px;
+  judge(result.calibration);
+  return result;
+}
+
+std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResult& fit, std::uint64_t seed) {
+  constexpr int kSubsets = 12;
+  const std::size_t total = fit.views.size();
+  const Calibration& all = fit.calibration;
+  std::vector<std::size_t> sizes;
+  for (double n = kLeastViews; n + 1 < static_cast<double>(total); n = std::max(n + 1, std::round(1.35 * n))) sizes.push_back(static_cast<std::size_t>(n));
+  std::vector<ViewCountTrial> trials;
+  for (const std::size_t n : sizes) {
+    struct Outcome {
+      bool usable = false;
+      double squares = 0, corners = 0, f = 0, sigma = 0, seconds = 0;
+    };
+    std::vector<Outcome> outcomes(kSubsets);
+    ParallelFor(outcomes.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t s = begin; s < end; ++s) {
+        if (InterruptRequested()) return;
+        std::mt19937_64 random(seed * 1000003 + n * 1009 + s);
+        std::vector<std::size_t> order(total);
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        for (std::size_t i = total - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+        std::vector<BoardView> in, out;
+        std::vector<Rigid3> in_poses, out_poses;
+        for (std::size_t i = 0; i < total; ++i) {
+          (i < n ? in : out).push_back(fit.views[order[i]]);
+          (i < n ? in_poses : out_poses).push_back(all.cam_from_board[order[i]]);
+        }
+        const Calibration c = Refine(board, in, {all.model, 0, 200}, {all.intrinsics, in_poses});
+        if (!c.usable) continue;
+        const auto squares = HeldOutSquares(board, out, c.intrinsics, out_poses);
+        outcomes[s] = {true, std::accumulate(squares.begin(), squares.end(), 0.0), static_cast<double>(UsedCorners(out)), c.intrinsics[kFx],
+                       c.Sigma(kFx, c.noise_px), c.seconds};
+      }
+    });
+    CheckInterrupted();
+    ViewCountTrial trial{static_cast<int>(n), 0, 0, 0, 0, 0};
+    double squares = 0, corners = 0, f = 0, f2 = 0;
+    for (const Outcome& o : outcomes) {
+      if (!o.usable) continue;
+      ++trial.subsets;
+      squares += o.squares, corners += o.corners;
+      f += o.f, f2 += std::pow(o.f - all.intrinsics[kFx], 2);
+      trial.sigma_f_percent += 100 * o.sigma / o.f;
+      trial.seconds += o.seconds;
+    }
+    if (trial.subsets == 0) continue;
+    const double m = trial.subsets;
+    trial.held_out_rms_px = std::sqrt(squares / corners);
+    trial.sigma_f_percent /= m;
+    trial.seconds /= m;
+    trial.spread_f_percent = 100 * std::sqrt(f2 / m) / all.intrinsics[kFx];
+    trials.push_back(trial);
+  }
+  trials.push_back({static_cast<int>(total), fit.cross_validated_rms_px.value_or(all.rms_px), 100 * all.Sigma(kFx, all.noise_px) / all.intrinsics[kFx], 0,
+                    all.seconds, 1});
+  return trials;
+}
+
+}  // namespace lumi

@@ -1,0 +1,168 @@
+#include "calibrate/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumi {
+namespace {
+
+constexpr double kDrawingWidthPx = 560;
+
+std::string Escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+// Light to dark blue.
+std::string Shade(double share) {
+  const double t = std::clamp(share, 0.0, 1.0);
+  return fmt::format("rgb({:.0f},{:.0f},{:.0f})", 240 - 215 * t, 245 - 175 * t, 250 - 110 * t);
+}
+
+std::string SvgOpen(double width, double height, const std::string& title) {
+  return fmt::format("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' height='{1:.0f}' role='img'><title>{2}</title>\n", width,
+                     height, Escaped(title));
+}
+
+std::string UncertaintySvg(const CalibrateSummary& summary) {
+  const UncertaintyMap& map = summary.uncertainty;
+  const double height = kDrawingWidthPx * summary.gathered.height_px / summary.gathered.width_px;
+  const double w = kDrawingWidthPx / map.columns, h = height / map.rows;
+  std::string svg = SvgOpen(kDrawingWidthPx, height, "Standard deviation of the projection in pixels");
+  for (int r = 0; r < map.rows; ++r)
+    for (int c = 0; c < map.columns; ++c) {
+      const double sigma = map.sigma_px[static_cast<std::size_t>(r * map.columns + c)];
+      svg += fmt::format("<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' fill='{}'><title>{}</title></rect>\n", c * w, r * h, w + 0.3, h + 0.3,
+                         std::isfinite(sigma) ? Shade(sigma / map.largest_px) : "#c33", std::isfinite(sigma) ? fmt::format("{:.3f} px", sigma) : "no inverse");
+    }
+  for (int r = 1; r < map.rows; r += 4)
+    for (int c = 1; c < map.columns; c += 5) {
+      const double sigma = map.sigma_px[static_cast<std::size_t>(r * map.columns + c)];
+      if (std::isfinite(sigma))
+        svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='12' text-anchor='middle' fill='{}'>{:.2f}</text>\n", (c + 0.5) * w, (r + 0.5) * h + 4,
+                           sigma > 0.55 * map.largest_px ? "#fff" : "#111", sigma);
+    }
+  return svg + "</svg>";
+}
+
+std::string CoverageSvg(const CalibrateSummary& summary) {
+  const double s = kDrawingWidthPx / summary.gathered.width_px, height = s * summary.gathered.height_px;
+  std::string svg = SvgOpen(kDrawingWidthPx, height, "Corners of all views");
+  svg += fmt::format("<rect width='{:.0f}' height='{:.0f}' fill='#f4f6f8' stroke='#888'/>\n", kDrawingWidthPx, height);
+  for (std::size_t v = 0; v < summary.fit.views.size(); ++v) {
+    const BoardView& view = summary.fit.views[v];
+    svg += fmt::format("<g fill='hsl({:.0f},70%,40%)'><title>{}</title>", std::fmod(137.5 * static_cast<double>(v), 360), Escaped(view.name));
+    for (std::size_t i = 0; i < view.corners_px.size(); ++i)
+      svg += view.Used(i) ? fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='2'/>", s * view.corners_px[i].x(), s * view.corners_px[i].y())
+                          : fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='none' stroke='#c33'/>", s * view.corners_px[i].x(), s * view.corners_px[i].y());
+    svg += "</g>\n";
+  }
+  return svg + "</svg>";
+}
+
+std::string Row(const std::vector<std::string>& cells, const char* tag = "td", const char* attributes = "") {
+  std::string row = fmt::format("<tr{}>", attributes);
+  for (const std::string& cell : cells) row += fmt::format("<{0}>{1}</{0}>", tag, Escaped(cell));
+  return row + "</tr>\n";
+}
+
+}  // namespace
+
+std::string TradeoffSvg(const std::vector<ViewCountTrial>& trials) {
+  constexpr double kWidth = 460, kHeight = 300, kLeft = 60, kBottom = 40, kTop = 30, kRight = 15;
+  std::string svg = SvgOpen(2 * kWidth, kHeight, "Accuracy against the number of views");
+  const auto panel = [&](double at, const char* title, const std::vector<std::pair<const char*, double ViewCountTrial::*>>& series) {
+    double top = 0;
+    for (const auto& t : trials)
+      for (const auto& [color, value] : series) top = std::max(top, t.*value);
+    const double most = trials.empty() ? 1 : std::max(1, trials.back().views);
+    if (!(top > 0)) top = 1;
+    const auto x = [&](double v) { return at + kLeft + (kWidth - kLeft - kRight) * v / most; };
+    const auto y = [&](double v) { return kHeight - kBottom - (kHeight - kBottom - kTop) * v / (1.1 * top); };
+    svg += fmt::format("<text x='{:.0f}' y='18' font-size='13'>{}</text>\n", at + kLeft, title);
+    svg += fmt::format("<path d='M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}' fill='none' stroke='#555'/>\n", x(0), y(1.1 * top), y(0), x(most));
+    for (int i = 0; i <= 4; ++i) {
+      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='end'>{:.3g}</text>\n", x(0) - 5, y(i * top / 4) + 4, i * top / 4);
+      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:.3g}</text>\n", x(i * most / 4), y(0) + 16, i * most / 4);
+    }
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>views</text>\n", x(most / 2), y(0) + 32);
+    for (const auto& [color, value] : series) {
+      std::string line;
+      for (const auto& t : trials) {
+        if (!(t.*value > 0)) continue;
+        line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x(t.views), y(t.*value));
+        svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='3' fill='{}'><title>{} views: {:.4g}, {:.3f} s</title></circle>\n", x(t.views), y(t.*value), color,
+                           t.views, t.*value, t.seconds);
+      }
+      svg += fmt::format("<path d='{}' fill='none' stroke='{}'/>\n", line, color);
+    }
+  };
+  panel(0, "error on views left out, px", {{"#1b5e9b", &ViewCountTrial::held_out_rms_px}});
+  panel(kWidth, "fx, %: standard deviation (blue), spread of subsets (orange)",
+        {{"#1b5e9b", &ViewCountTrial::sigma_f_percent}, {"#c46a12", &ViewCountTrial::spread_f_percent}});
+  return svg + "</svg>\n";
+}
+
+std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& summary) {
+  const Calibration& c = summary.fit.calibration;
+  const FitResult& fit = summary.fit;
+  const auto optional = [](const std::optional<double>& x) { return x ? fmt::format("{:.4f}", *x) : std::string("-"); };
+  std::string h = fmt::format(
+      "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><meta name='generator' content='{}'><title>Calibration</title>\n<style>"
+      "body{{font:15px/1.5 system-ui,sans-serif;max-width:1180px;margin:2em auto;padding:0 1em;color:#1c2127;background:#fff}}"
+      "table{{border-collapse:collapse;margin:.6em 0}}td,th{{padding:.15em .8em;text-align:right;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}}"
+      "td:first-child,th:first-child,td.t{{text-align:left}}tr.chosen{{background:#e4eef7;font-weight:600}}figure{{display:inline-block;margin:0 1.2em 1em 0}}"
+      "figcaption{{max-width:560px;color:#555}}code{{overflow-wrap:anywhere}}svg{{max-width:100%;height:auto}}</style></head><body>\n",
+      kReportMark);
+  h += fmt::format("<h1>Calibration</h1><p>{} views of a {} board, {}x{} pixels. RMS {:.4f} px; cross-validated {} px. Model {}: {}.</p>\n", fit.views.size(),
+                   Escaped(options.board), summary.gathered.width_px, summary.gathered.height_px, c.rms_px, optional(fit.cross_validated_rms_px), c.model.name,
+                   Escaped(fit.choice));
+  h += "<table>" + Row({"", "value", "standard deviation"}, "th");
+  const auto term = [&](const char* name, double value, double sigma) {
+    h += Row({name, fmt::format("{:.6g}", value), sigma > 0 ? fmt::format("{:.2g}", sigma) : "held"});
+  };
+  term("fx, px", c.intrinsics[kFx], c.Sigma(kFx, c.noise_px));
+  term("fy, px", c.Fy(), c.SigmaFy(c.noise_px));
+  const std::vector<std::pair<const char*, Term>> terms = {{"cx, px", kCx}, {"cy, px", kCy}, {"skew, px", kSkew}, {"k1", kK1},
+                                                           {"k2", kK2},     {"p1", kP1},     {"p2", kP2},         {"k3", kK3}};
+  for (const auto& [name, t] : terms) term(name, c.intrinsics[t], c.Sigma(t, c.noise_px));
+  h += "</table><p>Pixels with the first one's centre at (0.5, 0.5); camera.yaml has it at (0, 0), as OpenCV.</p>\n";
+  if (const auto colmap = ColmapCameraOf(c.intrinsics)) h += fmt::format("<p>COLMAP: {} <code>{}</code></p>\n", colmap->model, colmap->params);
+  h += fmt::format("<figure>{}<figcaption>How far the projection of a fixed direction may be off (standard deviation, px), less what a turn of the camera undoes: "
+                   "median {:.3f}, largest {:.3f}.</figcaption></figure>\n",
+                   UncertaintySvg(summary), summary.uncertainty.median_px, summary.uncertainty.largest_px);
+  h += fmt::format("<figure>{}<figcaption>Corners, a colour a view; their hull covers {:.0f} % of the picture. {} single corners are left out (ringed).</figcaption></figure>\n",
+                   CoverageSvg(summary), 100 * fit.coverage, fit.corners_left_out);
+  h += "<h2>Models</h2><table>" + Row({"model", "terms", "RMS px", "cross-validated px", "seconds", ""}, "th");
+  for (const ModelTrial& t : fit.trials)
+    h += Row({t.model.name, std::to_string(t.model.FreeCount()), fmt::format("{:.4f}", t.rms_px), optional(t.cross_validated_rms_px), fmt::format("{:.3f}", t.seconds), t.why_not},
+             "td", t.model.name == c.model.name ? " class='chosen'" : "");
+  h += "</table>\n";
+  if (!summary.tradeoff.empty()) h += "<h2>Number of views</h2>" + TradeoffSvg(summary.tradeoff);
+  h += "<h2>Views</h2><table>" + Row({"view", "RMS px"}, "th");
+  for (std::size_t v = 0; v < fit.views.size(); ++v) h += Row({fit.views[v].name, fmt::format("{:.4f}", c.view_rms_px[v])});
+  h += "</table>\n";
+  if (!summary.gathered.refused.empty() || !fit.refused.empty()) {
+    h += "<h2>Refused</h2><table>" + Row({"view", "reason"}, "th");
+    for (const auto* refused : {&summary.gathered.refused, &fit.refused})
+      for (const RefusedView& r : *refused) h += Row({r.name, r.reason});
+    h += "</table>\n";
+  }
+  if (summary.gathered.video)
+    h += fmt::format("<p>Of {} frames {} were searched; {} show no whole board, {} show what others show.</p>\n", summary.gathered.pictures, summary.gathered.searched,
+                     summary.gathered.without_board, summary.gathered.redundant);
+  return h + "</body></html>\n";
+}
+
+}  // namespace lumi
