@@ -6,6 +6,8 @@
 
 #include "render/cpu/candidate_weights.h"
 #include "render/cpu/layer_shader.h"
+#include "render/radiance/measures.h"
+#include "render/radiance/measures/resolution.h"
 #include "render/radiance/sparse/raster.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -15,12 +17,13 @@ namespace {
 
 struct Workspace {
   LayerBatch batch;
+  PlaneSlopes slopes;  // of the batch, for Resolution::kJacobian
   std::vector<CandidateRay> rays;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
   std::vector<float> nearest;  // inverse depths of a cell's pixels
   std::vector<std::int32_t> triangle;  // and whose they are
-  std::vector<Eigen::Vector3f> direction;
+  std::vector<Eigen::Vector3f> direction, normal;
   std::vector<float> t;
 };
 
@@ -39,6 +42,8 @@ class CandidateBlender {
         maps_(setup),
         shader_(setup, sources),
         axis_(setup.desired.P.row(2).head<3>().cast<float>()),
+        ray_step_x_(setup.ray_from_pixel.col(0).cast<float>()),
+        ray_step_y_(setup.ray_from_pixel.col(1).cast<float>()),
         image_(image) {
     const RelativeSources& r = setup.sources;
     candidates_.resize(static_cast<std::size_t>(r.count));
@@ -50,11 +55,20 @@ class CandidateBlender {
       c.width_px = r.width_px[j];
       c.height_px = r.height_px[j];
       c.feather_px = r.feather_px[j];
+      c.focal_ratio = r.desired_focal_px / r.focal_px[j];
       if (visibility && !visibility->empty()) c.depth_map = visibility->Map(static_cast<int>(j)).data();
     }
-    rule_.k = setup.settings.k;
-    rule_.gamma = static_cast<float>(setup.settings.gamma);
-    rule_.field_of_view = setup.settings.field_of_view;
+    const RadianceSettings& s = setup.settings;
+    rule_.k = s.k;
+    rule_.alpha = static_cast<float>(s.alpha);
+    rule_.gamma = static_cast<float>(s.gamma);
+    rule_.field_of_view = s.field_of_view;
+    if (s.beta > 0) rule_.resolution = s.resolution;
+    rule_.beta = static_cast<float>(s.beta * 2 * s.r_max_rad);
+    rule_.inverse_log_low = InverseLog(s.resolution_low);
+    rule_.inverse_log_high = InverseLog(s.resolution_high);
+    rule_.time = s.time && s.epsilon > 0;
+    if (rule_.time) SetTimes();
     if (visibility) {
       rule_.map_width = visibility->width();
       rule_.map_height = visibility->height();
@@ -73,6 +87,16 @@ class CandidateBlender {
   }
 
  private:
+  // The time term does not depend on the ray: any will do.
+  void SetTimes() {
+    RadianceSettings time_only = setup_.settings;
+    time_only.resolution = Resolution::kOff;
+    Measures m;
+    EvaluateMeasures(setup_.sources, time_only, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::Zero(), m);
+    const auto unit = static_cast<float>(time_only.epsilon * 2 * time_only.r_max_rad);
+    for (std::size_t j = 0; j < candidates_.size(); ++j) candidates_[j].time = unit * m.tau[j];
+  }
+
   // Pixels whose centres lie in the cell.
   PixelRect Pixels(int cell) const {
     const int column = cell % plan_.cell_columns, row = cell / plan_.cell_columns;
@@ -135,6 +159,11 @@ class CandidateBlender {
       b.n = 0;
       b.depths = false;
       const Linear depth = About(best, rect.x0, rect.y0);
+      if (rule_.resolution == Resolution::kJacobian) {
+        std::fill_n(work.slopes.dx, kBatch, depth.x);
+        std::fill_n(work.slopes.dy, kBatch, depth.y);
+        std::fill_n(work.slopes.facing, kBatch, 1.0F);
+      }
       for (std::size_t t = first; t < to; ++t) {
         if (triangles[t].face != triangles[first].face) continue;
         drawn[t - from] = true;
@@ -211,7 +240,9 @@ class CandidateBlender {
     for (int y = rect.y0; y < rect.y1; ++y)
       for (int x = rect.x0; x < rect.x1; ++x)
         work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
-    tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t);
+    const bool planes = rule_.resolution == Resolution::kJacobian;
+    work.normal.resize(planes ? n : 0);
+    tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t, work.normal);
     // The pyramids' levels are the middle hit's.
     float middle = 0;
     for (std::size_t k = n / 2; k < n + n / 2 && !(middle > 0); ++k)
@@ -230,9 +261,20 @@ class CandidateBlender {
         b.y[b.n] = static_cast<float>(y - rect.y0);
         b.inverse_depth[b.n] = 1 / (work.t[i] * axis_.dot(work.direction[i]));
         b.pixel[b.n] = y * image_.width + x;
+        if (planes) SetSlopes(work, i);
         if (++b.n == kBatch) Flush(work);
       }
     Flush(work);
+  }
+
+  // The batch's next pixel, ray i of the cell. All times the ray's depth over its length.
+  void SetSlopes(Workspace& work, std::size_t i) const {
+    // A triangle without a normal faces the view.
+    const Eigen::Vector3f& normal = work.normal[i].squaredNorm() > 0 ? work.normal[i] : work.direction[i];
+    const auto at = static_cast<std::size_t>(work.batch.n);
+    work.slopes.dx[at] = normal.dot(ray_step_x_) / work.t[i];
+    work.slopes.dy[at] = normal.dot(ray_step_y_) / work.t[i];
+    work.slopes.facing[at] = normal.dot(work.direction[i]);
   }
 
   template <typename MakeLayer>
@@ -251,8 +293,11 @@ class CandidateBlender {
   void Flush(Workspace& work) const {
     LayerBatch& b = work.batch;
     if (b.n == 0) return;
+    if (rule_.resolution == Resolution::kJacobian)
+      for (float* slope : {work.slopes.dx, work.slopes.dy, work.slopes.facing}) std::fill(slope + b.n, slope + b.padded(), slope[b.n - 1]);
     b.Pad();
     CandidateRule rule = rule_;
+    rule.slopes = &work.slopes;
     // The batch's reference is its cell's first pixel, whose centre b.x = b.y = 0 stands for.
     const int x = b.pixel[0] % image_.width - static_cast<int>(b.x[0]), y = b.pixel[0] / image_.width - static_cast<int>(b.y[0]);
     rule.ray_x = About(setup_.ray_from_pixel.row(0), x, y);
@@ -269,6 +314,7 @@ class CandidateBlender {
   const PhotoMaps maps_;
   const LayerShader shader_;
   const Eigen::RowVector3f axis_;
+  const Eigen::Vector3f ray_step_x_, ray_step_y_;  // from pixel to pixel, at depth 1
   ImageF& image_;
   std::vector<CandidateRay> candidates_;
   CandidateRule rule_;
@@ -277,8 +323,7 @@ class CandidateBlender {
 }  // namespace
 
 bool CanBlendCandidates(const RadianceSettings& s) {
-  return s.Sparse() && s.k > 0 && s.similarity == Similarity::kIdentity && s.correlation == Correlation::kInverse && s.alpha > 0 &&
-         (s.resolution == Resolution::kOff || s.beta == 0) && (!s.time || s.epsilon == 0);
+  return s.Sparse() && s.k > 0 && s.similarity == Similarity::kIdentity && s.correlation == Correlation::kInverse && s.alpha > 0;
 }
 
 void BlendCandidates(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,

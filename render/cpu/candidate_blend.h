@@ -6,7 +6,7 @@
 
 namespace lumi {
 
-// Whether BlendCandidates weighs with these settings; where not, every pixel has to weigh all photos.
+// Whether BlendCandidates weighs with these settings (not: falling leaves, alpha = 0); where not, PlanCellPixels does.
 bool CanBlendCandidates(const RadianceSettings& settings);
 
 // Into `image`: RGBA, [0,1], premultiplied, the view's size, zero before. `tracer` finds the pixels' points on a fine mesh.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "render/radiance/kernel.h"
+#include "render/radiance/measures/resolution.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/visibility.h"
 
@@ -38,12 +39,20 @@ LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& 
   }
 }
 
-// h of one candidate at every pixel, without visibility; u_px, v_px and depth where visibility is to be looked up.
-template <bool kSoft>
+// Field of view: a photo that contains all pixels, feather excluded (f = 1, and where it sees them need not be known); one that
+// fades; or f = 1 everywhere, and whether it contains the pixel is told by f_out.
+enum class Field { kInner, kSoft, kHard };
+// What h has beside the angle: nothing; a constant of the photo; that and its resolution.
+enum class Term { kNone, kConstant, kDistance, kJacobian };
+
+// h without visibility, f, and (not for Field::kInner) visibility's arguments.
+template <Field kField, Term kTerm>
 [[gnu::always_inline]] inline void Measure(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
                                            float* __restrict h_out, float* __restrict f_out, float* __restrict u_out,
                                            float* __restrict v_out, float* __restrict w_out) {
-  const float dx = c.dx, dy = c.dy, dz = c.dz, gamma = rule.gamma;
+  constexpr bool kMapped = kField != Field::kInner || kTerm == Term::kJacobian;
+  const float dx = c.dx, dy = c.dy, dz = c.dz, alpha = rule.alpha, beta = rule.beta, gamma = rule.gamma;
+  const float constant = c.time, focal_ratio = c.focal_ratio, low = rule.inverse_log_low, high = rule.inverse_log_high;
   const Linear mu = c.map.u, mv = c.map.v, mw = c.map.w;
   const float width = c.width_px, height = c.height_px, feather = 1 / c.feather_px;
   const int n = b.padded();
@@ -54,23 +63,47 @@ template <bool kSoft>
   const float* __restrict bx = b.x;
   const float* __restrict by = b.y;
   const float* __restrict depth = b.inverse_depth;
+  const float* __restrict slope_x = kTerm == Term::kJacobian ? rule.slopes->dx : nullptr;
+  const float* __restrict slope_y = kTerm == Term::kJacobian ? rule.slopes->dy : nullptr;
+  const float* __restrict facing = kTerm == Term::kJacobian ? rule.slopes->facing : nullptr;
   float* __restrict f_largest = rays.f;
   for (int i = 0; i < n; ++i) {
     const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
     // The angle at the point, atan2(|D x d|, t - D.d), both arguments times |ray| / depth.
     const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
-    const float theta = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
-    const float w = mw.c + mw.x * bx[i] + mw.y * by[i] + mw.d * s;
-    const float iw = 1.0F / (w > 0 ? w : 1.0F);
-    const float u = (mu.c + mu.x * bx[i] + mu.y * by[i] + mu.d * s) * iw;
-    const float v = (mv.c + mv.x * bx[i] + mv.y * by[i] + mv.d * s) * iw;
+    float g = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
+    float u = 0, v = 0, w = 0, iw = 0;
+    if constexpr (kMapped) {
+      w = mw.c + mw.x * bx[i] + mw.y * by[i] + mw.d * s;
+      iw = 1.0F / (w > 0 ? w : 1.0F);
+      u = (mu.c + mu.x * bx[i] + mu.y * by[i] + mu.d * s) * iw;
+      v = (mv.c + mv.x * bx[i] + mv.y * by[i] + mv.d * s) * iw;
+    }
+    if constexpr (kTerm != Term::kNone) g = alpha * g + constant;
+    if constexpr (kTerm == Term::kDistance) {
+      const float px = x - dx * s, py = y - dy * s, pz = z - dz * s;
+      g += beta * (1 - ResolutionValue(focal_ratio * std::sqrt((px * px + py * py + pz * pz) / squared[i]), low, high));
+    }
+    if constexpr (kTerm == Term::kJacobian) {
+      const float sigma = PlaneStretch(mu.x - u * mw.x, mu.y - u * mw.y, mv.x - v * mw.x, mv.y - v * mw.y, mu.d - u * mw.d,
+                                       mv.d - v * mw.d, slope_x[i], slope_y[i], facing[i], w);
+      const float value = ResolutionValue(sigma, low, high);
+      g += beta * (1 - (w > 0 ? value : 0.0F));
+    }
+    if constexpr (kField == Field::kInner) {
+      h_out[i] = g;
+      f_out[i] = 1;
+      f_largest[i] = 1;
+      continue;
+    }
     const float edge = std::min(std::min(u, width - u), std::min(v, height - v));
     const bool seen = (w > 0) & (edge >= 0);
+    constexpr bool kSoft = kField == Field::kSoft;
     const float f = seen ? (kSoft ? RaisedCosine(edge * feather) : 1.0F) : 0.0F;
     // gamma (1/f - 1), infinite where the photo is blind; with field of view off it is never.
-    const float penalised = kSoft ? theta * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F)) : theta;
+    const float penalised = kSoft ? g * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F)) : g;
     float h = !kSoft | (f > 0) ? penalised : kInfinity;
-    h = (theta == 0) & (seen | !kSoft) ? 0.0F : h;
+    h = (g == 0) & (seen | !kSoft) ? 0.0F : h;
     h_out[i] = h;
     f_out[i] = f;
     u_out[i] = u;
@@ -80,13 +113,34 @@ template <bool kSoft>
   }
 }
 
-LUMI_KERNEL void MeasureSoft(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f,
-                             float* u, float* v, float* w) {
-  Measure<true>(b, c, rule, rays, h, f, u, v, w);
+template <Term kTerm>
+[[gnu::always_inline]] inline void MeasureIn(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule,
+                                             RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
+  if (field == Field::kInner)
+    Measure<Field::kInner, kTerm>(b, c, rule, rays, h, f, u, v, w);
+  else if (field == Field::kSoft)
+    Measure<Field::kSoft, kTerm>(b, c, rule, rays, h, f, u, v, w);
+  else
+    Measure<Field::kHard, kTerm>(b, c, rule, rays, h, f, u, v, w);
 }
-LUMI_KERNEL void MeasureHard(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays, float* h, float* f,
-                             float* u, float* v, float* w) {
-  Measure<false>(b, c, rule, rays, h, f, u, v, w);
+
+using MeasureKernel = void(Field, const LayerBatch&, const CandidateRay&, const CandidateRule&, RayBatch&, float*, float*, float*, float*,
+                           float*);
+LUMI_KERNEL void MeasureAngle(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
+                              float* h, float* f, float* u, float* v, float* w) {
+  MeasureIn<Term::kNone>(field, b, c, rule, rays, h, f, u, v, w);
+}
+LUMI_KERNEL void MeasureConstant(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
+                                 float* h, float* f, float* u, float* v, float* w) {
+  MeasureIn<Term::kConstant>(field, b, c, rule, rays, h, f, u, v, w);
+}
+LUMI_KERNEL void MeasureDistance(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
+                                 float* h, float* f, float* u, float* v, float* w) {
+  MeasureIn<Term::kDistance>(field, b, c, rule, rays, h, f, u, v, w);
+}
+LUMI_KERNEL void MeasureJacobian(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
+                                 float* h, float* f, float* u, float* v, float* w) {
+  MeasureIn<Term::kJacobian>(field, b, c, rule, rays, h, f, u, v, w);
 }
 
 inline float Seen(float depth, float surface) {
@@ -102,6 +156,8 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   const float su = static_cast<float>(width) / c.width_px, sv = static_cast<float>(rule.map_height) / c.height_px;
   const float gamma = rule.gamma;
   const bool soft = rule.field_of_view;
+  // With field of view off a photo is asked at its border for points outside, and not for points behind it.
+  const float* asked = soft ? f : depth;
   for (int i = 0; i < n; ++i) {
     const float x = std::min(std::max(0.0F, u[i] * su - 0.5F), static_cast<float>(right));
     const float y = std::min(std::max(0.0F, v[i] * sv - 0.5F), static_cast<float>(low));
@@ -110,28 +166,10 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
     const float top = (1 - ax) * Seen(depth[i], map[y0 * width + x0]) + ax * Seen(depth[i], map[y0 * width + x1]);
     const float bottom = (1 - ax) * Seen(depth[i], map[y1 * width + x0]) + ax * Seen(depth[i], map[y1 * width + x1]);
-    const float seen = std::max((1 - ay) * top + ay * bottom, kBlockedVisibility);
+    const float seen = kBlockedVisibility + (1 - kBlockedVisibility) * ((1 - ay) * top + ay * bottom);
     const float value = soft ? f[i] : 1.0F;
     const float factor = value > 0 ? (1 + gamma * (1 / (value * seen) - 1)) / (1 + gamma * (1 / value - 1)) : 1.0F;
-    h[i] = (h[i] > 0) & (f[i] > 0) ? h[i] * factor : h[i];
-  }
-}
-
-// The same for a photo that contains all pixels, feather excluded: the angle alone.
-LUMI_KERNEL void MeasureInner(int n, const CandidateRay& c, const float* __restrict depth, RayBatch& rays, float* __restrict h_out,
-                              float* __restrict f_out) {
-  const float dx = c.dx, dy = c.dy, dz = c.dz;
-  const float* __restrict rx = rays.x;
-  const float* __restrict ry = rays.y;
-  const float* __restrict rz = rays.z;
-  const float* __restrict squared = rays.squared;
-  float* __restrict f_largest = rays.f;
-  for (int i = 0; i < n; ++i) {
-    const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
-    const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
-    h_out[i] = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
-    f_out[i] = 1;
-    f_largest[i] = 1;
+    h[i] = (h[i] > 0) & (asked[i] > 0) ? h[i] * factor : h[i];
   }
 }
 
@@ -217,13 +255,14 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
   float *u = contained + rows * kBatch, *v = u + kBatch, *w = v + kBatch;
   RayBatch rays;
   Rays(b, rule, rays);
+  MeasureKernel* const measure = rule.resolution == Resolution::kJacobian   ? MeasureJacobian
+                                 : rule.resolution == Resolution::kDistance ? MeasureDistance
+                                 : rule.time                                ? MeasureConstant
+                                                                            : MeasureAngle;
   for (std::size_t c = 0; c < rows; ++c) {
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
-    if (candidates[c].inner && !candidates[c].depth_map) {
-      MeasureInner(n, candidates[c], b.inverse_depth, rays, h, f);
-      continue;
-    }
-    (rule.field_of_view ? MeasureSoft : MeasureHard)(b, candidates[c], rule, rays, h, f, u, v, w);
+    const bool inner = candidates[c].inner && !candidates[c].depth_map;
+    measure(inner ? Field::kInner : rule.field_of_view ? Field::kSoft : Field::kHard, b, candidates[c], rule, rays, h, f, u, v, w);
     if (candidates[c].depth_map && rule.gamma > 0) Visibility(n, candidates[c], rule, f, u, v, w, h);
   }
   (rule.k == 3 ? Window3 : rule.k == 4 ? Window4 : rule.k == 5 ? Window5 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/cpu/layers.h"
+#include "render/radiance/settings.h"
 
 namespace lumi {
 
@@ -14,7 +15,16 @@ struct CandidateRay {
   float dx = 0, dy = 0, dz = 0;  // its centre - the desired one
   float width_px = 0, height_px = 0, feather_px = 0;
   bool inner = false;  // f = 1 at every pixel: field of view need not be evaluated
+  float time = 0;  // epsilon 2 r_max tau
+  float focal_ratio = 1;  // focal length of the view / its own: read by Resolution::kDistance
   const float* depth_map = nullptr;  // of VisibilityMaps, or nullptr: everything is visible
+};
+
+// How the proxy's plane lies at each pixel, for Resolution::kJacobian: 1 / depth changes by (dx, dy) / facing from pixel to pixel.
+// With n the plane's normal, r the pixel's ray of depth 1 and s = 1 / depth: n.r, and s n.(the change of r). Any common factor
+// serves; facing = 0: the plane is seen edge on.
+struct PlaneSlopes {
+  alignas(64) float dx[kBatch], dy[kBatch], facing[kBatch];
 };
 
 struct CandidateRule {
@@ -22,6 +32,12 @@ struct CandidateRule {
   int k = 4;  // 1..kMaxBlend
   float gamma = 1;
   bool field_of_view = true;  // off: f = 1, and a photo that ends leaves its share of alpha missing
+  float alpha = 1;  // > 0
+  bool time = false;
+  Resolution resolution = Resolution::kOff;
+  float beta = 0;  // beta 2 r_max
+  float inverse_log_low = 0, inverse_log_high = 0;  // as ResolutionValue
+  const PlaneSlopes* slopes = nullptr;  // of the padded batch; read by Resolution::kJacobian
   int map_width = 0, map_height = 0;
 };
 

@@ -106,8 +106,6 @@ LUMI_KERNEL void Times(const RelativeSources& r, float dt_s, float inverse_half_
   for (int j = 0; j < r.padded; ++j) tau[j] = timed[j] * TimeDissimilarity(dt[j] - dt_s, inverse_half_window, period_s, inverse_period);
 }
 
-float InverseLog(double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; }
-
 Facet FacetAt(const RelativeSources& r, const Eigen::Vector3f& p, const Eigen::Vector3f& normal) {
   Facet f{};
   // Any tangents serve: a rotation of them changes no singular value.

@@ -27,7 +27,14 @@ void ExpectSound(const test::Capture& c, const RenderView& view, const std::stri
         r.settings.sampling = Sampling::kInterpolated;
         ASSERT_EQ(test::Wrong(renderer->Render(r)), "") << what << " interpolated, field of view " << field_of_view;
         r.settings.sampling = Sampling::kCandidates;
-        ASSERT_EQ(test::Wrong(renderer->Render(r)), "") << what << " candidates, field of view " << field_of_view;
+        for (const Resolution resolution : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
+          for (const bool time : {false, true}) {
+            RenderRequest terms = r;
+            terms.settings.resolution = resolution;
+            terms.settings.time = time;
+            ASSERT_EQ(test::Wrong(renderer->Render(terms)), "")
+                << what << " candidates, field of view " << field_of_view << ", resolution " << Name(resolution) << ", time " << time;
+          }
       }
     }
   }

@@ -28,6 +28,21 @@ LUMI_INLINE float JacobianStretch(float v00, float v01, float v10, float v11, fl
   return std::abs(det) > size * 1e-12F ? size / std::abs(det) : 1e12F;
 }
 
+// The same from the photo's pixels as functions of the view's, whose Jacobian on the proxy's plane is (A + b c^T / facing) / w:
+// A what rays at infinity have, b the motion of the photo's pixel and c / facing that of the inverse depth, a step of a pixel each,
+// w the depth in the photo over that in the view. sigma = 1 / its smaller singular value, by the matrix determinant lemma:
+// finite for a plane seen edge on, facing = 0, too.
+LUMI_INLINE float PlaneStretch(float a00, float a01, float a10, float a11, float b0, float b1, float c0, float c1, float facing,
+                               float w) {
+  const float size = w * LargestSingularValue(a00 * facing + b0 * c0, a01 * facing + b0 * c1,  //
+                                              a10 * facing + b1 * c0, a11 * facing + b1 * c1);
+  const float det = std::abs((a00 * a11 - a01 * a10) * facing + c0 * (a11 * b0 - a01 * b1) + c1 * (a00 * b1 - a10 * b0));
+  return det > size * 1e-12F ? size / det : 1e12F;
+}
+
+// What ResolutionValue takes for a limit; 0 for none.
+inline float InverseLog(double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; }
+
 // Value of a stretch (Fig. 4-7): 1 at sigma = 1, a raised cosine of log sigma down to 0 at `high` for undersampled photos, and
 // at `low` for oversampled ones; inverse_log_low = 0: those are not penalised (the pyramid serves them).
 // inverse_log_x = 1 / |log2(x)|.
