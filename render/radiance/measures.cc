@@ -11,7 +11,6 @@
 namespace lumi {
 namespace {
 
-
 LUMI_KERNEL void Angles(const RelativeSources& r, float dirx, float diry, float dirz, float t, float* __restrict theta) {
   const float* __restrict dx = r.dx.data();
   const float* __restrict dy = r.dy.data();
