@@ -13,6 +13,7 @@
 
 #include "calibrate/zhang.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -36,13 +37,6 @@ constexpr double kParallelRad = 15 * kRadPerDeg;   // of an undetermined set: bo
 constexpr double kSameErrorPx = 1e-4;              // cross-validated errors nearer than this are one
 constexpr std::size_t kLeastViews = 3;             // Zhang: five intrinsics, two equations a view
 constexpr std::size_t kLeastTrainingViews = 3;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<double> AllErrors(const Board& board, const std::vector<BoardView>& views, const CalibrationStart& at) {
   std::vector<double> all;

@@ -10,6 +10,7 @@
 #include "calibrate/detect_board.h"
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
@@ -20,12 +21,6 @@ namespace {
 constexpr double kBlurredRatio = 1.8;      // of an edge's width to the median's: blurred
 constexpr double kSameViewShare = 0.02;    // of the diagonal: boards whose corners are nearer than that, on average, are one view
 constexpr int kUnknownLengthWindow = 8;    // frames a window where a video does not say how long it is
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Sizes of boards seen where the one asked for was not.
 class OtherBoards {

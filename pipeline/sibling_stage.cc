@@ -9,6 +9,7 @@
 
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
 #include "scene/program/subprocess.h"
 
 namespace lumi {
@@ -16,8 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
-
-double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // "reused": true, or the list of what was, "everything" among it.
 bool HadNothingToDo(const json& summary) {

@@ -15,6 +15,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 #include "scene/program/subprocess.h"
 
 namespace lumi {
@@ -24,10 +25,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a run that has nothing to do
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 struct Candidate {
   std::string name;

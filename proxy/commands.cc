@@ -14,15 +14,12 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 Scene Open(const std::filesystem::path& path, ProgressSink& progress) {
   OpenOptions options;

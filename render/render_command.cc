@@ -21,6 +21,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
+#include "scene/geometry/median.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
 
@@ -36,12 +37,6 @@ constexpr int kConfigurationSide = 640;  // of each of the panels of --show came
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
 
 double Milliseconds(Clock::time_point since) { return std::chrono::duration<double, std::milli>(Clock::now() - since).count(); }
-
-double Median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);

@@ -9,6 +9,7 @@
 #include "render/path/nerfstudio_path.h"
 #include "scene/files/atomic_file.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -19,11 +20,6 @@ constexpr int kVersion = 1;
 constexpr double kMinFov_rad = 1e-3, kMaxFov_rad = 3.1;
 
 double VerticalFov(const Camera& camera) { return 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()); }
-
-double Median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 // An order of the centres that makes a short walk: nearest neighbours from the end of the longest axis, then 2-opt.
 std::vector<std::size_t> ShortWalk(const std::vector<Eigen::Vector3d>& c) {

@@ -12,7 +12,7 @@ namespace lumi {
 namespace {
 
 // Triangles a chunk.
-constexpr std::size_t kChunk = 128;
+constexpr std::size_t kTrianglesAChunk = 128;
 
 // Whether a photo's gate is 1 at a point: min(1, f / kAlphaFullAt), or, with field of view off, whether the photo contains it.
 // The region is convex in the photo, so that a triangle's corners speak for the triangle.
@@ -96,11 +96,11 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
   plan.alpha = std::move(table.alpha);
 
   const Gate gate(setup);
-  const std::size_t chunks = (plan.triangles.size() + kChunk - 1) / kChunk;
+  const std::size_t chunks = (plan.triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
   std::vector<Entries> entries(chunks);
   for_ranges(chunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
-      for (std::size_t t = c * kChunk; t < std::min(plan.triangles.size(), (c + 1) * kChunk); ++t)
+      for (std::size_t t = c * kTrianglesAChunk; t < std::min(plan.triangles.size(), (c + 1) * kTrianglesAChunk); ++t)
         Unite(plan, table, gate, plan.triangles[t], entries[c]);
   });
   plan.camera.clear();

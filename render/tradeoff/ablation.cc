@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kMarker = "ablation.json";
+constexpr const char* kAblationMarker = "ablation.json";
 constexpr int kNearest = 5;   // k of the thesis's fourth row
 constexpr int kGrid = 25;     // samples a side of its fifth
 
@@ -130,7 +130,7 @@ std::string Html(const Json& j) {
 
 std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   if (o.output.empty()) throw UsageError("-o says where the pictures go");
-  Workbench bench(o, kMarker, sink);
+  Workbench bench(o, kAblationMarker, sink);
   const std::string& proxy = bench.proxies().front();
   Subject subject = Choose(bench, o);
   Renderer& renderer = bench.Measured(proxy);
@@ -192,7 +192,7 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   }
   if (!first) throw DataError("no row could be rendered: " + j["rows"][0]["refused"].get<std::string>());
   // The marker first: a run that ends here leaves a folder that the next one may write into.
-  WriteTextAtomically(o.output / kMarker, j.dump(1) + "\n");
+  WriteTextAtomically(o.output / kAblationMarker, j.dump(1) + "\n");
   for (const auto& [name, image] : pictures) WriteImage(o.output / name, image);
   WriteTextAtomically(o.output / "ablation.csv", csv);
   WriteTextAtomically(o.output / "index.html", Html(j));

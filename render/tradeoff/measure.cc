@@ -31,12 +31,6 @@ int HeightFor(const Camera& camera, int width_px) {
   return std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * width_px / camera.width_px)));
 }
 
-double Median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::sort(v.begin(), v.end());
-  return v.size() % 2 == 1 ? v[v.size() / 2] : 0.5 * (v[v.size() / 2 - 1] + v[v.size() / 2]);
-}
-
 RenderView TestView::AtWidth(int width_px, const Rigid3& cam_from_world) const {
   return MakeRenderView(camera.Scaled(width_px, HeightFor(camera, width_px)), cam_from_world);
 }

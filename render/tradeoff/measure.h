@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/renderer.h"
+#include "scene/geometry/median.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
@@ -40,7 +41,6 @@ TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repea
 // The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera.
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px);
 
-double Median(std::vector<double> values);  // 0 for none
 
 // Height for a width, by the camera's aspect, at least 1.
 int HeightFor(const Camera& camera, int width_px);

@@ -27,7 +27,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kMarker = "properties.json";
+constexpr const char* kPropertiesMarker = "properties.json";
 constexpr int kRays = 200;               // random rays of a figure
 constexpr int kOwnWidth = 96;            // of the pictures at all source cameras
 constexpr std::size_t kOptimumCameras = 12;  // at which the optimum solves every pixel
@@ -65,7 +65,7 @@ class Properties {
   Properties(const MeasureOptions& o, ProgressSink& sink)
       : o_(o),
         sink_(sink),
-        bench_(o, kMarker, sink),
+        bench_(o, kPropertiesMarker, sink),
         proxy_(bench_.proxies().front()),
         sources_(MakeSources(bench_.scene())),
         tracer_(bench_.mesh(proxy_), bench_.scene().normalized_from_world) {
@@ -100,7 +100,7 @@ class Properties {
               {"device", bench_.Measured(proxy_).Device()},
               {"settings", SettingsWithBackend(settings_, o_.backend)},
               {"properties", rows}};
-    if (!o_.output.empty()) WriteTextAtomically(o_.output / kMarker, j.dump(1) + "\n");
+    if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, j.dump(1) + "\n");
     return j.dump();
   }
 

@@ -26,7 +26,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kMarker = "tradeoff.json";
+constexpr const char* kTradeoffMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
 constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
 constexpr double kSlowMs = 2000;
@@ -78,7 +78,7 @@ Json PointJson(const MeasuredPoint& p, const std::string& backend) {
 
 class Tradeoff {
  public:
-  Tradeoff(const MeasureOptions& o, ProgressSink& sink) : o_(o), sink_(sink), bench_(o, kMarker, sink) {
+  Tradeoff(const MeasureOptions& o, ProgressSink& sink) : o_(o), sink_(sink), bench_(o, kTradeoffMarker, sink) {
     width_ = bench_.Width();
     views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kChoose, o_.views, width_);
     // Fig. 5-4 is of one virtual view where one is given.
@@ -466,7 +466,7 @@ class Tradeoff {
     std::vector<Plot> plots = {Scatter(false)};
     if (optimum_) plots.push_back(Scatter(true));
     if (!o_.output.empty()) {
-      WriteTextAtomically(o_.output / kMarker, j.dump(1) + "\n");
+      WriteTextAtomically(o_.output / kTradeoffMarker, j.dump(1) + "\n");
       WriteTextAtomically(o_.output / "tradeoff.csv", Csv());
       WriteTextAtomically(o_.output / "tradeoff.svg", SvgOf(plots));
       WriteTextAtomically(o_.output / "figure-5-4.svg", SvgOf(Figure54()));

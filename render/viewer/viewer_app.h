@@ -33,6 +33,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 
@@ -40,7 +41,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double kMb = 1e6;
 constexpr double kMessage_s = 4.0;
 
-inline double SecondsSince(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 class Viewer {
  public:

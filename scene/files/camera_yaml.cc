@@ -19,7 +19,7 @@ using text_scan::NextLine;
 using text_scan::ToNumber;
 using text_scan::Trim;
 
-constexpr std::size_t kMaxFileBytes = 1 << 24;
+constexpr std::size_t kMaxYamlBytes = 1 << 24;
 constexpr std::size_t kMaxMatrixValues = 4096;
 
 // As much YAML as cameras are written in: "key: value" at the left margin, and below a key an indented block with
@@ -102,7 +102,7 @@ void WriteYaml(const fs::path& path, int width_px, int height_px, const std::vec
 }  // namespace
 
 Camera ReadCameraYaml(const fs::path& path) {
-  const Document document = Parse(path, ReadText(path, kMaxFileBytes));
+  const Document document = Parse(path, ReadText(path, kMaxYamlBytes));
   const auto size = [&](const char* name) {
     const auto it = document.scalars.find(name);
     const auto value = it == document.scalars.end() ? std::nullopt : ToNumber<int>(it->second);

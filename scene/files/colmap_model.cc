@@ -22,7 +22,7 @@ using text_scan::NextNumber;
 using text_scan::NextWord;
 using text_scan::Trim;
 
-constexpr std::size_t kMaxFileBytes = std::size_t(1) << 35;
+constexpr std::size_t kMaxModelBytes = std::size_t(1) << 35;
 constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};
 
 // A model as its files have it, before ids become positions.
@@ -84,7 +84,7 @@ int ImageSide(const fs::path& file, std::uint32_t camera, std::uint64_t side) {
 // --- Binary ------------------------------------------------------------------------------------------------------
 
 void ReadCamerasBinary(const fs::path& file, RawModel& model) {
-  const std::string bytes = ReadText(file, kMaxFileBytes);
+  const std::string bytes = ReadText(file, kMaxModelBytes);
   ByteCursor in(bytes, file);
   const std::size_t count = in.ReadCount<std::uint64_t>(4 + 4 + 8 + 8 + 3 * 8, "cameras");
   for (std::size_t i = 0; i < count; ++i) {
@@ -105,7 +105,7 @@ void ReadCamerasBinary(const fs::path& file, RawModel& model) {
 }
 
 void ReadImagesBinary(const fs::path& file, RawModel& model) {
-  const std::string bytes = ReadText(file, kMaxFileBytes);
+  const std::string bytes = ReadText(file, kMaxModelBytes);
   ByteCursor in(bytes, file);
   const std::size_t count = in.ReadCount<std::uint64_t>(4 + 7 * 8 + 4 + 1 + 8, "images");
   for (std::size_t i = 0; i < count; ++i) {
@@ -130,7 +130,7 @@ void ReadImagesBinary(const fs::path& file, RawModel& model) {
 }
 
 void ReadPointsBinary(const fs::path& file, RawModel& model) {
-  const std::string bytes = ReadText(file, kMaxFileBytes);
+  const std::string bytes = ReadText(file, kMaxModelBytes);
   ByteCursor in(bytes, file);
   const std::size_t count = in.ReadCount<std::uint64_t>(8 + 3 * 8 + 3 + 8 + 8, "points");
   for (std::size_t i = 0; i < count; ++i) {
@@ -178,7 +178,7 @@ class Lines {
 };
 
 void ReadCamerasText(const fs::path& file, RawModel& model) {
-  const std::string text = ReadText(file, kMaxFileBytes);
+  const std::string text = ReadText(file, kMaxModelBytes);
   Lines lines(file, text);
   for (std::string_view line; lines.Next(line);) {
     const auto id = lines.Number<std::uint32_t>(line, "camera id");
@@ -195,7 +195,7 @@ void ReadCamerasText(const fs::path& file, RawModel& model) {
 }
 
 void ReadImagesText(const fs::path& file, RawModel& model) {
-  const std::string text = ReadText(file, kMaxFileBytes);
+  const std::string text = ReadText(file, kMaxModelBytes);
   Lines lines(file, text);
   for (std::string_view line; lines.Next(line);) {
     RawImage image;
@@ -219,7 +219,7 @@ void ReadImagesText(const fs::path& file, RawModel& model) {
 }
 
 void ReadPointsText(const fs::path& file, RawModel& model) {
-  const std::string text = ReadText(file, kMaxFileBytes);
+  const std::string text = ReadText(file, kMaxModelBytes);
   Lines lines(file, text);
   for (std::string_view line; lines.Next(line);) {
     const auto id = lines.Number<std::uint64_t>(line, "point id");

@@ -23,7 +23,7 @@ using text_scan::NextWord;
 using text_scan::ToNumber;
 using text_scan::Trim;
 
-constexpr std::size_t kMaxFileBytes = std::size_t(1) << 34;
+constexpr std::size_t kMaxMeshBytes = std::size_t(1) << 34;
 constexpr std::size_t kMaxHeaderLines = 4096;
 constexpr std::size_t kMaxIndex = std::numeric_limits<std::int32_t>::max();
 
@@ -406,7 +406,7 @@ std::string ToObj(const Mesh& mesh) {
 }  // namespace
 
 Mesh ReadMesh(const fs::path& path) {
-  const std::string file = ReadText(path, kMaxFileBytes);
+  const std::string file = ReadText(path, kMaxMeshBytes);
   const bool ply = file.starts_with("ply\n") || file.starts_with("ply\r");
   if (!ply && Extension(path) == ".ply") throw InputError(path, "is no PLY file");
   if (!ply && Extension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");

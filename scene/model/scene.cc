@@ -1,3 +1,4 @@
+#include "scene/geometry/median.h"
 #include "scene/model/scene.h"
 
 #include <Eigen/LU>
@@ -7,12 +8,6 @@
 
 namespace lumi {
 namespace {
-
-double Median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 // The photos' own up (-y of each camera), robustly: the mean, then once more over those within 60 degrees of it, so
 // that a few portrait shots do not tilt the scene.

@@ -9,7 +9,7 @@ using Json = SceneBuilder::Json;
 constexpr double kWheelX[2] = {-1.28, 1.34};  // rear, front; metres, the car looks along x
 constexpr double kWheelRadius = 0.33;
 
-void Materials(SceneBuilder& car) {
+void CarMaterials(SceneBuilder& car) {
   car.Material("paint", {{"kind", "noise"}, {"colors", {"#9c1410", "#b01a14"}}, {"size", 0.02}, {"octaves", 2}},
                {{"specular", 0.7}, {"shininess", 220}, {"mirror", 0.05}});
   car.Material("stripe", {{"color", "#efeae0"}}, {{"specular", 0.6}, {"shininess", 200}, {"mirror", 0.05}});
@@ -66,7 +66,7 @@ std::string CarJson() {
   car["cameras"] = {{{"name", "studio"}, {"size", {640, 480}}, {"fov_deg", 45}}};
   car["path"] = {{"kind", "ring"}, {"views", 36},    {"centre", {0, 0, 0.62}},
                  {"radius", 6.0},  {"height", 1.55}, {"look_at", {0, 0, 0.62}}};
-  Materials(car);
+  CarMaterials(car);
   // Sections along the car: x, y, z of the middle, half width, half height.
   car.Loft("paint",
            {{-2.12, 0, 0.62, 0.60, 0.19},

@@ -10,7 +10,7 @@ namespace {
 
 using Json = SceneBuilder::Json;
 
-void Materials(SceneBuilder& desk) {
+void DeskMaterials(SceneBuilder& desk) {
   desk.Material("oak",
                 {{"kind", "wood"},
                  {"colors", {"#6b4526", "#a87748", "#c99a63", "#8d5f38"}},
@@ -207,7 +207,7 @@ std::string DeskJson() {
                   {"centres", centres},
                   {"spread", 0.13},
                   {"look_at", {target.x(), target.y(), target.z()}}};
-  Materials(desk);
+  DeskMaterials(desk);
   Objects(desk);
   desk["lights"] = {{{"towards", {-0.45, -0.5, 1.0}}, {"size_deg", 3}, {"color", "#fff6e8"}, {"strength", 0.85}},
                     {{"towards", {0.8, -0.3, 0.5}}, {"color", "#c8d8ff"}, {"strength", 0.16}, {"shadows", false}}};

@@ -8,7 +8,7 @@ namespace {
 using Json = SceneBuilder::Json;
 constexpr double kHalfWidth = 1.2, kHeight = 2.6, kBegin = -3.0, kLength = 40.0;  // metres
 
-void Materials(SceneBuilder& hall) {
+void HallwayMaterials(SceneBuilder& hall) {
   hall.Material("floor",
                 {{"kind", "tiles"},
                  {"colors", {"#a8a498", "#9c978a", "#b3ad9f", "#8f8a7e"}},
@@ -128,7 +128,7 @@ std::string HallwayJson() {
   hall["path"] = {{"kind", "drive"},      {"views", 1096},          {"fps", 30},
                   {"from", {0, 0, 1.25}}, {"to", {0.05, 29, 1.25}}, {"direction", {0.02, 1, -0.02}},
                   {"weave", 0.06}};
-  Materials(hall);
+  HallwayMaterials(hall);
   hall["objects"].push_back({{"kind", "tube"},
                              {"name", "corridor"},
                              {"material", {"floor", "plaster left", "ceiling", "plaster right"}},

@@ -7,7 +7,7 @@ namespace {
 
 using Json = SceneBuilder::Json;
 
-void Materials(SceneBuilder& person) {
+void PersonMaterials(SceneBuilder& person) {
   person.Material("skin", {{"kind", "noise"}, {"colors", {"#b87a5a", "#cf9472"}}, {"size", 0.05}, {"octaves", 5}},
                   {{"specular", 0.06}, {"shininess", 15}});
   person.Material("hair",
@@ -60,7 +60,7 @@ std::string PersonJson() {
   // The person looks along -y.
   person["path"] = {{"kind", "half-circle"}, {"views", 4},       {"centre", {0, 0, 0.90}}, {"radius", 3.1},
                     {"height", 0.35},        {"start_deg", 180}, {"look_at", {0, 0, 0.90}}};
-  Materials(person);
+  PersonMaterials(person);
   for (const int side : {-1, 1}) {
     const double s = side;
     const double step = 0.05 * s;  // one foot before the other

@@ -8,7 +8,7 @@ namespace {
 using Json = SceneBuilder::Json;
 constexpr double kFrontY = 13.0;  // where the houses begin
 
-void Materials(SceneBuilder& plaza) {
+void PlazaMaterials(SceneBuilder& plaza) {
   plaza.Material("paving", {{"kind", "bricks"},
                             {"colors", {"#9a948a", "#8a857d", "#aaa296", "#7d7a76", "#a3937f"}},
                             {"size", {0.62, 0.41}},
@@ -145,7 +145,7 @@ std::string PlazaJson() {
                    {"to", {8.5, 0.8, 1.62}},
                    {"direction", {0.12, 1, 0.06}},
                    {"gait", {{"step_hz", 1.9}, {"bob", 0.045}, {"sway", 0.035}, {"shake_deg", 1.1}}}};
-  Materials(plaza);
+  PlazaMaterials(plaza);
   plaza.Quad("paving", {80, 44}, {0, 8, 0}, {0, 0, 0});
   plaza.Box("inlay", {5.4, 5.4, 0.02}, -0.6, 7.2, 0, 45)["foreground"] = false;
   const double kWidths[] = {7.6, 6.1, 8.7, 5.7, 7.2, 6.6, 8.1};

@@ -21,6 +21,7 @@
 #include "render/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
+#include "scene/geometry/median.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -177,11 +178,6 @@ double CpuMilliseconds(const std::function<void()>& body) {
   const std::clock_t start = std::clock();
   body();
   return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-double Median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
 }
 
 // The least that a blend of `layers` photos a pixel must do: a homography, a bilinear sample, fixed weights. The same inner

@@ -8,7 +8,7 @@
 namespace lumi::test {
 namespace {
 
-MeshFit FitOf(const Mesh& mesh, const Scene& scene) { return MeasureFit(mesh, MakeProxyViews(scene), {}); }
+MeshFit PlaneFit(const Mesh& mesh, const Scene& scene) { return MeasureFit(mesh, MakeProxyViews(scene), {}); }
 
 TEST(PlaneHardCase, OnePointIsEnough) {
   SceneBuilder builder(4);
@@ -21,7 +21,7 @@ TEST(PlaneHardCase, OnePointIsEnough) {
   PlaneSummary summary;
   const Mesh mesh = BuildPlaneProxy(scene, {}, &summary);
   EXPECT_NEAR(summary.depth, 3, 1e-12);
-  EXPECT_EQ(FitOf(mesh, scene).coverage, 1.0);
+  EXPECT_EQ(PlaneFit(mesh, scene).coverage, 1.0);
 }
 
 TEST(PlaneHardCase, WithoutPointsTheCamerasSpacingSaysHowFar) {

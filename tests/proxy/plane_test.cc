@@ -8,7 +8,7 @@
 namespace lumi::test {
 namespace {
 
-MeshFit FitOf(const Mesh& mesh, const Scene& scene) { return MeasureFit(mesh, MakeProxyViews(scene), {}); }
+MeshFit PlaneFit(const Mesh& mesh, const Scene& scene) { return MeasureFit(mesh, MakeProxyViews(scene), {}); }
 
 TEST(Plane, FacesTheViewsAtTheMedianDepth) {
   SceneBuilder builder(1);
@@ -22,7 +22,7 @@ TEST(Plane, FacesTheViewsAtTheMedianDepth) {
   ASSERT_EQ(mesh.faces.size(), 2u);
   EXPECT_GT(mesh.FaceNormal(0).dot(summary.normal), 0.999);
   EXPECT_GT(mesh.FaceNormal(1).dot(summary.normal), 0.999);
-  const MeshFit fit = FitOf(mesh, scene);
+  const MeshFit fit = PlaneFit(mesh, scene);
   EXPECT_EQ(fit.coverage_min, 1.0);
   EXPECT_EQ(fit.front_fraction, 1.0);
 }
@@ -32,7 +32,7 @@ TEST(Plane, CoversObliqueViewsToTheirCorners) {
   for (int i = 0; i < 7; ++i) builder.AddCamera({i - 3.0, 0, 0}, {0.5 * (i - 3.0), 0, 3});
   builder.AddSurface({{0, 0, 3}, {3, 0, 0}, {0, 2, 0}}, 500);
   const Scene scene = builder.Build();
-  EXPECT_EQ(FitOf(BuildPlaneProxy(scene, {}), scene).coverage_min, 1.0);
+  EXPECT_EQ(PlaneFit(BuildPlaneProxy(scene, {}), scene).coverage_min, 1.0);
 }
 
 TEST(Plane, OneMadDepthDoesNotMoveIt) {

@@ -16,7 +16,7 @@ Mesh Tetrahedron(bool colored) {
   return mesh;
 }
 
-void ExpectSame(const Mesh& a, const Mesh& b) {
+void ExpectSameMesh(const Mesh& a, const Mesh& b) {
   EXPECT_EQ(a.vertices, b.vertices);
   EXPECT_EQ(a.faces, b.faces);
   EXPECT_EQ(a.colors, b.colors);
@@ -35,7 +35,7 @@ TEST(MeshIo, PlyAndObjKeepEveryDigit) {
   for (const bool colored : {false, true})
     for (const char* name : {"a.ply", "a.obj"}) {
       WriteMesh(folder / name, Tetrahedron(colored));
-      ExpectSame(ReadMesh(folder / name), Tetrahedron(colored));
+      ExpectSameMesh(ReadMesh(folder / name), Tetrahedron(colored));
     }
 }
 
@@ -141,7 +141,7 @@ TEST(MeshIo, TheCubesProxyIsRead) {
   EXPECT_GT(mesh.faces.size(), 0u);
   const TempFolder folder;
   WriteMesh(folder / "proxy.ply", mesh);
-  ExpectSame(ReadMesh(folder / "proxy.ply"), mesh);
+  ExpectSameMesh(ReadMesh(folder / "proxy.ply"), mesh);
 }
 
 TEST(MeshIo, AFullDiskLeavesNoMesh) {

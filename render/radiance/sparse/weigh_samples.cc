@@ -10,7 +10,7 @@ namespace lumi {
 namespace {
 
 // Rays a chunk: enough to share the optimum's work between neighbours, few enough to spread.
-constexpr std::size_t kChunk = 64;
+constexpr std::size_t kRaysAChunk = 64;
 
 // Few entries, nearly sorted: by insertion.
 void SortByCamera(WeightTable& table) {
@@ -45,14 +45,14 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
 
 void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, const ForRanges& for_ranges,
                   WeightTable& table, OptimumCounts& counts) {
-  const std::size_t chunks = (rays.size() + kChunk - 1) / kChunk;
+  const std::size_t chunks = (rays.size() + kRaysAChunk - 1) / kRaysAChunk;
   std::vector<WeightTable> tables(chunks);
   std::vector<OptimumCounts> counted(chunks);
   for_ranges(chunks, 1, [&](std::size_t begin, std::size_t end) {
     WeighScratch scratch;
     RaySamples some;
     for (std::size_t c = begin; c < end; ++c) {
-      const auto from = static_cast<std::ptrdiff_t>(c * kChunk), to = static_cast<std::ptrdiff_t>(std::min(rays.size(), (c + 1) * kChunk));
+      const auto from = static_cast<std::ptrdiff_t>(c * kRaysAChunk), to = static_cast<std::ptrdiff_t>(std::min(rays.size(), (c + 1) * kRaysAChunk));
       some.direction.assign(rays.direction.begin() + from, rays.direction.begin() + to);
       some.t.assign(rays.t.begin() + from, rays.t.begin() + to);
       some.normal.assign(rays.normal.begin() + from, rays.normal.begin() + to);
