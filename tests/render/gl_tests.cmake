@@ -13,3 +13,4 @@ lumi_test(viewer_core_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_core_test.cc
 lumi_test(viewer_window_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_window_test.cc
   LIBS lumi_view_core lumi_render lumi_scene nlohmann_json::nlohmann_json)
 add_dependencies(viewer_window_test lumi-view)
+set_tests_properties(viewer_window_test PROPERTIES COST 90)
