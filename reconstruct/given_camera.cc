@@ -24,6 +24,9 @@ std::string LensText(const PlumbBobCamera& c) {
                      c.k2, c.p1, c.p2, c.k3);
 }
 
+// Skew and k3: COLMAP's FULL_OPENCV has a k3, but no scene of ours is kept in it.
+bool IsBeyondColmap(const CameraYaml& yaml) { return !yaml.fisheye && (yaml.plumb_bob.skew != 0 || yaml.plumb_bob.k3 != 0); }
+
 // A folder for resampled files: empty, or what an earlier run made with the same lens.
 void Prepare(const fs::path& folder, const PlumbBobCamera& camera) {
   std::error_code error;
@@ -68,6 +71,21 @@ void RequireScalable(int camera_width_px, int camera_height_px, int width_px, in
                   turned ? "turn the photos as they were when the camera was calibrated" : "--rescale-cameras if the photos were squeezed, not cropped", camera);
 }
 
+void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pair<int, int>>& sizes_px) {
+  if (options.camera_yaml.empty()) return;
+  const CameraYaml yaml = ReadWholeCameraYaml(options.camera_yaml);
+  const bool resampled = IsBeyondColmap(yaml);
+  if (resampled && sizes_px.size() > 1)
+    throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
+  if (resampled && !options.database.empty())
+    throw UsageError(fmt::format("{} has {}, so the photos are resampled, and the features of --database are not theirs", options.camera_yaml.filename().string(),
+                                 yaml.plumb_bob.skew != 0 ? "skew" : "a k3"),
+                     "leave out --database, or calibrate with --model rect-k1k2p");
+  if (sizes_px.size() == 1)
+    RequireScalable(yaml.plumb_bob.width_px, yaml.plumb_bob.height_px, sizes_px.begin()->first, sizes_px.begin()->second, options.rescale_cameras, options.camera_yaml);
+  if (resampled) PinholeInside(yaml.plumb_bob);  // throws where the lens leaves no picture
+}
+
 Capture Resampled(const Capture& capture, const PlumbBobCamera& camera, const fs::path& folder, ProgressSink& sink) {
   Prepare(folder, camera);
   const Undistorter undistort(camera, PinholeInside(camera));
@@ -97,22 +115,17 @@ GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& cap
 
   std::set<std::pair<int, int>> sizes;
   for (const Photo& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
-  const bool beyond_colmap = !yaml.fisheye && (yaml.plumb_bob.skew != 0 || yaml.plumb_bob.k3 != 0);
-  if (sizes.size() != 1) {
-    if (beyond_colmap)
-      throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
-    return given;  // each step asks photo by photo, or refuses
-  }
+  CheckGivenCamera(options, sizes);
+  if (sizes.size() != 1) return given;  // each step asks photo by photo, or refuses
   const auto [width, height] = *sizes.begin();
   PlumbBobCamera lens = yaml.plumb_bob;
   const bool other_size = lens.width_px != width || lens.height_px != height;
   if (other_size) {
-    RequireScalable(lens.width_px, lens.height_px, width, height, options.rescale_cameras, options.camera_yaml);
     sink.Message(fmt::format("{} is for {}x{} pixels, the photos have {}x{}: the camera is scaled", name, lens.width_px, lens.height_px, width, height));
     lens = lens.Scaled(width, height);
   }
   const fs::path fitted = work_folder / "camera.yaml";
-  if (!beyond_colmap) {
+  if (!IsBeyondColmap(yaml)) {
     if (!other_size) return given;
     if (yaml.fisheye)
       WriteCameraYaml(yaml.fisheye->Scaled(width, height), fitted);
@@ -122,9 +135,6 @@ GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& cap
     return given;
   }
 
-  if (!options.database.empty())
-    throw UsageError(fmt::format("{} has {}, so the photos are resampled, and the features of --database are not theirs", name, lens.skew != 0 ? "skew" : "a k3"),
-                     "leave out --database, or calibrate with --model rect-k1k2p");
   sink.Message(fmt::format("{} has {}, which COLMAP's models cannot hold: the photos are resampled without {} and without distortion", name,
                            lens.skew != 0 && lens.k3 != 0 ? "skew and k3" : lens.skew != 0 ? "skew" : "a k3", lens.skew != 0 ? "skew" : "it"));
   given.capture = Resampled(capture, lens, work_folder / "straight", sink);

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "reconstruct/options.h"
 #include "reconstruct/photos.h"
@@ -18,6 +20,10 @@ bool SameShape(int camera_width_px, int camera_height_px, int width_px, int heig
 // Throws DataError, naming both sizes, where photos of this size are not the camera's and neither SameShape nor `rescale` allows to scale it.
 void RequireScalable(int camera_width_px, int camera_height_px, int width_px, int height_px, bool rescale, const std::filesystem::path& camera);
 
+// All that can be wrong with --camera for photos of these sizes (width, height), before anything is written. Throws InputError for a file that
+// is no camera, DataError for one of another shape than the photos, UsageError for a database of features where the photos are resampled.
+void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pair<int, int>>& sizes_px);
+
 struct GivenCamera {
   std::filesystem::path yaml;               // what the other steps shall read in place of options.camera_yaml
   std::filesystem::path masks;              // and in place of options.masks
@@ -26,8 +32,7 @@ struct GivenCamera {
   Capture capture;                          // the photos to go on with
 };
 
-// Writes into `work_folder` only where photos are resampled or the camera is scaled. Throws InputError for a file that is no camera, DataError
-// for one of another shape than the photos, UsageError for a database of features where the photos are resampled.
+// Writes into `work_folder` only where photos are resampled or the camera is scaled. Throws as CheckGivenCamera.
 GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& capture, const std::filesystem::path& work_folder, ProgressSink& sink);
 
 // Further photos of the same lens (all frames of a video), into `folder`; those done by an earlier run are kept.

@@ -177,12 +177,16 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   Capture photos;
   if (is_video) {
     const VideoReader readable(options.input);
+    CheckGivenCamera(options, {{readable.width(), readable.height()}});
   } else {
     photos = FindPhotos(options.input, sink);
     if (photos.photos.size() < 2)
       throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
                                             : "only one photo can be used; a scene needs two or more",
                       "take photos of the same thing from several places", options.input);
+    std::set<std::pair<int, int>> sizes_px;
+    for (const Photo& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
+    CheckGivenCamera(options, sizes_px);
   }
 
   const FolderLock lock(options.scene);
