@@ -25,19 +25,6 @@ Eigen::Matrix2d DistortJacobian(const PlumbBobCamera& c, const Eigen::Vector2d& 
   return J;
 }
 
-// Whether the radial part grows all the way from the centre to the radius: beyond its fold a polynomial may grow again, mirrored, and a pixel
-// would be seen a second time. d(r radial)/dr in s = r^2 is a cubic; its least value is at an end or where its slope is 0.
-bool IsInsideFold(const PlumbBobCamera& c, double s_end) {
-  const auto slope = [&](double s) { return 1 + s * (3 * c.k1 + s * (5 * c.k2 + s * 7 * c.k3)); };
-  const auto positive = [&](double s) { return !(s > 0 && s < s_end) || slope(s) > 0; };
-  if (!(slope(s_end) > 0)) return false;
-  const double a = 21 * c.k3, b = 10 * c.k2, d = 3 * c.k1;  // a s^2 + b s + d = 0, the roots without cancellation
-  const double discriminant = b * b - 4 * a * d;
-  if (discriminant < 0) return true;
-  const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-  return (a == 0 || positive(q / a)) && (q == 0 || positive(d / q));
-}
-
 }  // namespace
 
 PlumbBobCamera PlumbBobCamera::Scaled(int new_width_px, int new_height_px) const {
@@ -69,11 +56,23 @@ std::optional<Eigen::Vector2d> Unproject(const PlumbBobCamera& c, const Eigen::V
     const Eigen::Vector2d step = J.inverse() * (Distorted(c, u) - target);
     u -= step;
     if (step.norm() <= kStepEnd * (1 + u.norm())) {
-      const bool valid = (Distorted(c, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(c, u).determinant() > 0 && IsInsideFold(c, u.squaredNorm());
+      const bool valid = (Distorted(c, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(c, u).determinant() > 0 && IsInsideFold(c.k1, c.k2, c.k3, u.squaredNorm());
       return valid ? std::optional(u) : std::nullopt;
     }
   }
   return std::nullopt;
+}
+
+// d(r radial)/dr in s = r^2 is a cubic; its least value is at an end or where its slope is 0.
+bool IsInsideFold(double k1, double k2, double k3, double s_end) {
+  const auto slope = [&](double s) { return 1 + s * (3 * k1 + s * (5 * k2 + s * 7 * k3)); };
+  const auto positive = [&](double s) { return !(s > 0 && s < s_end) || slope(s) > 0; };
+  if (!(slope(s_end) > 0)) return false;
+  const double a = 21 * k3, b = 10 * k2, d = 3 * k1;  // a s^2 + b s + d = 0, the roots without cancellation
+  const double discriminant = b * b - 4 * a * d;
+  if (discriminant < 0) return true;
+  const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+  return (a == 0 || positive(q / a)) && (q == 0 || positive(d / q));
 }
 
 std::optional<std::string> Validate(const PlumbBobCamera& c) {

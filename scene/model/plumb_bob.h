@@ -34,6 +34,10 @@ Eigen::Vector2d Project(const PlumbBobCamera& camera, const Eigen::Vector2d& x);
 // The point on z = 1 that is seen at a pixel; nullopt beyond the fold of the polynomial.
 std::optional<Eigen::Vector2d> Unproject(const PlumbBobCamera& camera, const Eigen::Vector2d& pixel);
 
+// Whether the radial part grows all the way from the centre to the radius whose square is s_end. Beyond its fold a polynomial may grow again,
+// mirrored, and a pixel would be seen a second time.
+bool IsInsideFold(double k1, double k2, double k3, double s_end);
+
 // What is wrong with it (sizes, NaN, focal lengths <= 0), or nullopt.
 std::optional<std::string> Validate(const PlumbBobCamera& camera);
 

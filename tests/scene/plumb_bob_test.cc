@@ -35,6 +35,17 @@ TEST(PlumbBob, ScaledItSeesTheSameRays) {
   EXPECT_LT((Project(half, {0.2, 0.1}) - 0.5 * Project(Mild(), {0.2, 0.1})).norm(), 1e-12);
 }
 
+// The same of COLMAP's models: 1 - 0.25 r^2 folds at r = 1.15 and is negative, the image mirrored, from r = 2 on.
+TEST(PlumbBob, BeyondTheFoldAPhotosCameraHasNoRayEither) {
+  const Camera camera{CameraModel::kRadial, 1280, 960, {500, 640, 480, -0.25, 0}};
+  for (int y = 0; y <= camera.height_px; y += 4)
+    for (int x = 0; x <= camera.width_px; x += 4)
+      if (const auto ray = camera.Normalized({x + 0.0, y + 0.0})) {
+        ASSERT_LT(ray->norm(), 1.16) << x << " " << y;
+        ASSERT_GE(ray->dot(Eigen::Vector2d(x, y) - camera.PrincipalPointPx()), 0) << x << " " << y;
+      }
+}
+
 // Every answer lies on the pixel's own side, within the fold (r = 1.72 here); beyond the fold there is none.
 TEST(PlumbBob, BeyondTheFoldThereIsNoRay) {
   const PlumbBobCamera camera = Wide();
