@@ -36,7 +36,7 @@ mkdir -p "$work"
 if [ -z "$only_speed$only_quality" ]; then
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
-  printf '\nStandard deviations against the spread over 100 simulated sets (terms by number: fx, aspect, cx, cy, skew, k1, k2), and ray-traced boards:\n\n```\n'
+  printf '\nStandard deviations against the spread over 100 simulated sets, and ray-traced boards:\n\n```\n'
   "$bin/test_calibrate" --gtest_filter=Refinement.StandardDeviations* --gtest_brief=1 | grep ratio
   "$bin/test_calibrate_simulated_boards" --gtest_brief=1 | grep -E 'sigma|views'
   printf '```\n'
