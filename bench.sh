@@ -2,7 +2,7 @@
 # Prints every figure that README and docs quote, as Markdown; the same as JSON is in build/bench/figures.json.
 #
 #   ./bench.sh               on a desk that lumi-simulate photographs
-#   ./bench.sh --data DIR    also on fountain, sceaux and fox below DIR
+#   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo and boards-wide below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
@@ -29,10 +29,18 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures optimum_bench sparse_blend_bench gl_blend_bench
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+if [ -z "$only_speed$only_quality" ]; then
+  printf '\n## Calibration\n\n'
+  [ -z "$data" ] || "$bin/calibration_bench" "$data"
+  printf '\nStandard deviations against the spread over 100 simulated sets, and ray-traced boards:\n\n```\n'
+  "$bin/test_calibrate" --gtest_filter=Refinement.StandardDeviations* --gtest_brief=1 | grep ratio
+  "$bin/test_calibrate_simulated_boards" --gtest_brief=1 | grep -E 'sigma|views'
+  printf '```\n'
+fi
 [ -z "$only_quality" ] || exit 0
 
 heading() { printf '\n## %s\n\n' "$1"; }

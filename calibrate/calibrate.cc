@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/report.h"
-#include "calibrate/undistorted.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/undistort/undistorter.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -24,10 +24,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int kMostCorners = 200;  // along a side of a board
-
-PlumbBobCamera YamlCamera(const Intrinsics& k, int width_px, int height_px) {
-  return {width_px, height_px, k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy], k[kSkew], k[kK1], k[kK2], k[kP1], k[kP2], k[kK3]};
-}
 
 // Where files will go, before anything is computed.
 void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& summary) {
@@ -46,10 +42,10 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
 
 // Photos that show the calibrated camera's picture: all of its size, with or without a board; of a video the frames used.
 int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& summary, ProgressSink& progress) {
-  const Intrinsics& k = summary.fit.calibration.intrinsics;
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
-  const Camera pinhole = PinholeInside(k, width, height);
-  const Undistorter undistort(k, pinhole);
+  const PlumbBobCamera camera = PlumbBobOf(summary.fit.calibration.intrinsics, width, height);
+  const Camera pinhole = PinholeInside(camera);
+  const Undistorter undistort(camera, pinhole);
   fs::create_directories(options.undistort);
   int written = 0;
   const auto write = [&](const std::string& stem, const Image8& photo) {
@@ -159,7 +155,7 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
     WriteTextAtomically(summary.tradeoff_svg, TradeoffSvg(summary.tradeoff));
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
-  WriteCameraYaml(YamlCamera(summary.fit.calibration.intrinsics, width, height), options.output);
+  WriteCameraYaml(PlumbBobOf(summary.fit.calibration.intrinsics, width, height), options.output);
   return summary;
 }
 

@@ -24,7 +24,8 @@ struct BoardSearch {
 };
 
 // picture: 1, 3 or 4 channels. corner_window_px: half the side of the window that a corner is refined in; 0: 0.4 of the distance to the
-// nearest neighbour, up to 11 (a window that reaches the next corner spoils both).
+// nearest neighbour, up to 11 (a window that reaches the next corner spoils both), in a slightly softened picture; a given window is used in
+// the picture as it is, as OpenCV's programs do it.
 BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_window_px = 0);
 
 // How sharp a picture is: variance of the Laplacian over the variance, of its half. Comparable within a video only.

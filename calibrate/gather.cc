@@ -26,7 +26,8 @@ constexpr int kUnknownLengthWindow = 8;    // frames a window where a video does
 class OtherBoards {
  public:
   void Add(const BoardSearch& search) {
-    if (search.seen_columns > 0) ++seen_[{search.seen_columns, search.seen_rows}];
+    // Three by three corners are found in windows and tiles, too.
+    if (search.seen_columns > 3) ++seen_[{search.seen_columns, search.seen_rows}];
   }
   // In how many pictures one and the same other board is seen.
   int Count() const {
@@ -34,11 +35,11 @@ class OtherBoards {
     for (const auto& [size, count] : seen_) most = std::max(most, count);
     return most;
   }
-  // "a 9x6 board is seen in 11 of them", of the size seen most; empty: none.
+  // "9x6 inner corners are seen in 11", of the size seen most; empty: none.
   std::string Most() const {
     const auto most = std::max_element(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most == seen_.end()) return {};
-    return fmt::format("a board of {}x{} inner corners is seen in {}", most->first.first, most->first.second, most->second);
+    return fmt::format("{}x{} inner corners are seen in {}", most->first.first, most->first.second, most->second);
   }
 
  private:
@@ -52,8 +53,9 @@ void RequireBoards(const Gathered& gathered, const Board& board, const OtherBoar
   const std::string none = fmt::format("the {}x{} board was found in {} of {} {}", board.columns, board.rows, found > 0 ? std::to_string(found) : "none",
                                        gathered.searched, gathered.video ? "frames" : "photos");
   const std::string most = others.Most();
-  if (!most.empty()) throw DataError(none + ": the board's size is wrong, " + most, "--board counts inner corners, where four squares meet");
-  throw DataError(none, "--board counts inner corners; the whole board has to be in the picture, with a white margin");
+  // One picture may show a part of the right board.
+  if (others.Count() > 1) throw DataError(none + ": the board's size is wrong, " + most, "--board counts inner corners, where four squares meet");
+  throw DataError(none + (most.empty() ? "" : ", " + most), "--board counts inner corners; the whole board has to be in the picture, with a white margin");
 }
 
 Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptions& options, ProgressSink& progress) {

@@ -1,33 +1,8 @@
 #include "calibrate/intrinsics.h"
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 
 namespace lumi {
-namespace {
-
-constexpr int kMaxNewtonSteps = 60;
-constexpr double kStepEnd = 1e-12;  // on z = 1
-
-// What the distortion does to a point on z = 1, and its Jacobian.
-Eigen::Vector2d Distort(const Intrinsics& k, const Eigen::Vector2d& x) {
-  Intrinsics unit = k;
-  unit[kFx] = unit[kAspect] = 1;
-  unit[kCx] = unit[kCy] = unit[kSkew] = 0;
-  return ProjectNormalized(unit, x);
-}
-Eigen::Matrix2d DistortJacobian(const Intrinsics& k, const Eigen::Vector2d& u) {
-  const double x = u.x(), y = u.y(), r2 = u.squaredNorm();
-  const double radial = 1 + r2 * (k[kK1] + r2 * (k[kK2] + r2 * k[kK3]));
-  const double slope = 2 * (k[kK1] + r2 * (2 * k[kK2] + 3 * r2 * k[kK3]));
-  Eigen::Matrix2d J;
-  J << radial + x * slope * x + 2 * k[kP1] * y + 6 * k[kP2] * x, x * slope * y + 2 * k[kP1] * x + 2 * k[kP2] * y,
-      x * slope * y + 2 * k[kP2] * y + 2 * k[kP1] * x, radial + y * slope * y + 2 * k[kP2] * x + 6 * k[kP1] * y;
-  return J;
-}
-
-}  // namespace
 
 Eigen::Vector2d ProjectNormalized(const Intrinsics& k, const Eigen::Vector2d& x) {
   Eigen::Vector2d pixel;
@@ -35,26 +10,11 @@ Eigen::Vector2d ProjectNormalized(const Intrinsics& k, const Eigen::Vector2d& x)
   return pixel;
 }
 
-std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel) {
-  const double yd = (pixel.y() - k[kCy]) / (k[kFx] * k[kAspect]);
-  const Eigen::Vector2d target((pixel.x() - k[kCx] - k[kSkew] * yd) / k[kFx], yd);
-  // Outwards from the centre, in steps that do not leap over the fold: the Jacobian's determinant is positive up to it.
-  Eigen::Vector2d u = target;
-  for (int i = 0; i < kMaxNewtonSteps; ++i) {
-    const Eigen::Matrix2d J = DistortJacobian(k, u);
-    if (!(J.determinant() > 0)) {
-      u *= 0.5;
-      continue;
-    }
-    const Eigen::Vector2d step = J.inverse() * (Distort(k, u) - target);
-    u -= step;
-    if (step.norm() <= kStepEnd * (1 + u.norm())) {
-      const bool valid = (Distort(k, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(k, u).determinant() > 0;
-      return valid ? std::optional(u) : std::nullopt;
-    }
-  }
-  return std::nullopt;
+PlumbBobCamera PlumbBobOf(const Intrinsics& k, int width_px, int height_px) {
+  return {width_px, height_px, k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy], k[kSkew], k[kK1], k[kK2], k[kP1], k[kP2], k[kK3]};
 }
+
+std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel) { return Unproject(PlumbBobOf(k, 1, 1), pixel); }
 
 int LensModel::FreeCount() const { return static_cast<int>(std::count(free.begin(), free.end(), true)); }
 

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/model/plumb_bob.h"
+
 namespace lumi {
 
 // Order of the numbers. fy is kept as aspect = fy / fx, so that an aspect can be held.
@@ -31,10 +33,8 @@ inline Intrinsics NominalIntrinsics(double f_px, int width_px, int height_px) {
 // Of a point (x, y) on the plane z = 1: its pixel. T: double or ceres::Jet.
 template <typename T>
 void ProjectNormalized(const T* k, const T& x, const T& y, T* pixel) {
-  const T r2 = x * x + y * y;
-  const T radial = 1.0 + r2 * (k[kK1] + r2 * (k[kK2] + r2 * k[kK3]));
-  const T xd = x * radial + 2.0 * k[kP1] * x * y + k[kP2] * (r2 + 2.0 * x * x);
-  const T yd = y * radial + 2.0 * k[kP2] * x * y + k[kP1] * (r2 + 2.0 * y * y);
+  T xd, yd;
+  Distort(k[kK1], k[kK2], k[kP1], k[kP2], k[kK3], x, y, &xd, &yd);
   pixel[0] = k[kFx] * xd + k[kSkew] * yd + k[kCx];
   pixel[1] = k[kFx] * k[kAspect] * yd + k[kCy];
 }
@@ -42,6 +42,8 @@ Eigen::Vector2d ProjectNormalized(const Intrinsics& k, const Eigen::Vector2d& x)
 
 // The point on z = 1 that is seen at a pixel; nullopt beyond the fold of the polynomial.
 std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel);
+
+PlumbBobCamera PlumbBobOf(const Intrinsics& k, int width_px, int height_px);
 
 // Free terms; the others are held (aspect at 1 or as given, the rest at 0).
 struct LensModel {

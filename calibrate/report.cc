@@ -39,19 +39,22 @@ std::string UncertaintySvg(const CalibrateSummary& summary) {
   const UncertaintyMap& map = summary.uncertainty;
   const double height = kDrawingWidthPx * summary.gathered.height_px / summary.gathered.width_px;
   const double w = kDrawingWidthPx / map.columns, h = height / map.rows;
-  std::string svg = SvgOpen(kDrawingWidthPx, height, "Standard deviation of the projection in pixels");
+  // A few cells at the edge of what the polynomial can hold would leave no shades for the rest.
+  const double darkest = std::min(map.largest_px, 4 * map.median_px);
+  std::string svg = SvgOpen(kDrawingWidthPx, height, "Standard deviation of the projection in pixels") + "<g shape-rendering='crispEdges'>\n";
   for (int r = 0; r < map.rows; ++r)
     for (int c = 0; c < map.columns; ++c) {
       const double sigma = map.sigma_px[static_cast<std::size_t>(r * map.columns + c)];
       svg += fmt::format("<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' fill='{}'><title>{}</title></rect>\n", c * w, r * h, w + 0.3, h + 0.3,
-                         std::isfinite(sigma) ? Shade(sigma / map.largest_px) : "#c33", std::isfinite(sigma) ? fmt::format("{:.3f} px", sigma) : "no inverse");
+                         std::isfinite(sigma) ? Shade(sigma / darkest) : "#c33", std::isfinite(sigma) ? fmt::format("{:.3f} px", sigma) : "no inverse");
     }
+  svg += "</g>\n";
   for (int r = 1; r < map.rows; r += 4)
     for (int c = 1; c < map.columns; c += 5) {
       const double sigma = map.sigma_px[static_cast<std::size_t>(r * map.columns + c)];
       if (std::isfinite(sigma))
         svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='12' text-anchor='middle' fill='{}'>{:.2f}</text>\n", (c + 0.5) * w, (r + 0.5) * h + 4,
-                           sigma > 0.55 * map.largest_px ? "#fff" : "#111", sigma);
+                           sigma > 0.55 * darkest ? "#fff" : "#111", sigma);
     }
   return svg + "</svg>";
 }
@@ -82,21 +85,34 @@ std::string Row(const std::vector<std::string>& cells, const char* tag = "td", c
 std::string TradeoffSvg(const std::vector<ViewCountTrial>& trials) {
   constexpr double kWidth = 460, kHeight = 300, kLeft = 60, kBottom = 40, kTop = 30, kRight = 15;
   std::string svg = SvgOpen(2 * kWidth, kHeight, "Accuracy against the number of views");
+  // 1, 2 or 5 times a power of ten.
+  const auto round_step = [](double about) {
+    const double power = std::pow(10, std::floor(std::log10(about)));
+    return power * (about < 1.5 * power ? 1 : about < 3.5 * power ? 2 : about < 7.5 * power ? 5 : 10);
+  };
   const auto panel = [&](double at, const char* title, const std::vector<std::pair<const char*, double ViewCountTrial::*>>& series) {
-    double top = 0;
+    double low = 1e300, high = 0;  // of a logarithmic axis: with three views errors are tens of times those with thirty
     for (const auto& t : trials)
-      for (const auto& [color, value] : series) top = std::max(top, t.*value);
+      for (const auto& [color, value] : series)
+        if (t.*value > 0) low = std::min(low, t.*value), high = std::max(high, t.*value);
+    if (!(high > 0)) low = 0.1, high = 1;
+    low /= 1.15, high *= 1.15;
     const double most = trials.empty() ? 1 : std::max(1, trials.back().views);
-    if (!(top > 0)) top = 1;
     const auto x = [&](double v) { return at + kLeft + (kWidth - kLeft - kRight) * v / most; };
-    const auto y = [&](double v) { return kHeight - kBottom - (kHeight - kBottom - kTop) * v / (1.1 * top); };
+    const auto y = [&](double v) { return kHeight - kBottom - (kHeight - kBottom - kTop) * std::log(v / low) / std::log(high / low); };
     svg += fmt::format("<text x='{:.0f}' y='18' font-size='13'>{}</text>\n", at + kLeft, title);
-    svg += fmt::format("<path d='M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}' fill='none' stroke='#555'/>\n", x(0), y(1.1 * top), y(0), x(most));
-    for (int i = 0; i <= 4; ++i) {
-      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='end'>{:.3g}</text>\n", x(0) - 5, y(i * top / 4) + 4, i * top / 4);
-      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:.3g}</text>\n", x(i * most / 4), y(0) + 16, i * most / 4);
-    }
-    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>views</text>\n", x(most / 2), y(0) + 32);
+    svg += fmt::format("<path d='M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}' fill='none' stroke='#555'/>\n", x(0), y(high), y(low), x(most));
+    for (int power = static_cast<int>(std::floor(std::log10(low))); power <= static_cast<int>(std::ceil(std::log10(high))); ++power)
+      for (const int digit : {1, 2, 5}) {
+        const double v = digit * std::pow(10, power);
+        if (v < low || v > high) continue;
+        svg += fmt::format("<path d='M{:.1f} {:.1f}H{:.1f}' stroke='#e2e5e8'/>\n", x(0), y(v), x(most));
+        svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='end'>{:g}</text>\n", x(0) - 5, y(v) + 4, v);
+      }
+    const double step = std::max(1.0, round_step(most / 5));
+    for (double v = 0; v <= most; v += step)
+      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:g}</text>\n", x(v), y(low) + 16, v);
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>views</text>\n", x(most / 2), y(low) + 32);
     for (const auto& [color, value] : series) {
       std::string line;
       for (const auto& t : trials) {
@@ -109,7 +125,7 @@ std::string TradeoffSvg(const std::vector<ViewCountTrial>& trials) {
     }
   };
   panel(0, "error on views left out, px", {{"#1b5e9b", &ViewCountTrial::held_out_rms_px}});
-  panel(kWidth, "fx, %: standard deviation (blue), spread of subsets (orange)",
+  panel(kWidth, "fx, %: sigma (blue), spread of subsets (orange)",
         {{"#1b5e9b", &ViewCountTrial::sigma_f_percent}, {"#c46a12", &ViewCountTrial::spread_f_percent}});
   return svg + "</svg>\n";
 }
@@ -140,8 +156,11 @@ std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& 
   h += "</table><p>Pixels with the first one's centre at (0.5, 0.5); camera.yaml has it at (0, 0), as OpenCV.</p>\n";
   if (const auto colmap = ColmapCameraOf(c.intrinsics)) h += fmt::format("<p>COLMAP: {} <code>{}</code></p>\n", colmap->model, colmap->params);
   h += fmt::format("<figure>{}<figcaption>How far the projection of a fixed direction may be off (standard deviation, px), less what a turn of the camera undoes: "
-                   "median {:.3f}, largest {:.3f}.</figcaption></figure>\n",
-                   UncertaintySvg(summary), summary.uncertainty.median_px, summary.uncertainty.largest_px);
+                   "median {:.3f}, largest {:.3f}.{}</figcaption></figure>\n",
+                   UncertaintySvg(summary), summary.uncertainty.median_px, summary.uncertainty.largest_px,
+                   std::any_of(summary.uncertainty.sigma_px.begin(), summary.uncertainty.sigma_px.end(), [](double s) { return !std::isfinite(s); })
+                       ? " Red: beyond the reach of the distortion's polynomial, no ray belongs to such a pixel."
+                       : "");
   h += fmt::format("<figure>{}<figcaption>Corners, a colour a view; their hull covers {:.0f} % of the picture. {} single corners are left out (ringed).</figcaption></figure>\n",
                    CoverageSvg(summary), 100 * fit.coverage, fit.corners_left_out);
   h += "<h2>Models</h2><table>" + Row({"model", "terms", "RMS px", "cross-validated px", "seconds", ""}, "th");

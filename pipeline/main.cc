@@ -26,6 +26,11 @@ int main(int argc, char** argv) {
   };
   pass_option("--backend", "What finds the cameras");
   pass_option("--camera", "Known intrinsics, camera.yaml");
+  app.add_option("--calibration", options.calibration,
+                 "Photos or a video of a checkerboard taken by the same camera (lumi-calibrate finds its intrinsics), or a camera.yaml")
+      ->group("Cameras");
+  app.add_option("--board", options.board, "Inner corners of the checkerboard, columns x rows (as lumi-calibrate)")->group("Cameras");
+  app.add_option("--square-mm", options.square_mm, "Side of its squares (as lumi-calibrate)")->group("Cameras");
   pass_option("--masks", "Folder of NAME.png, black = ignore");
   pass_option("--database", "COLMAP database whose features and matches are reused");
   pass_option("--matching", "auto, exhaustive or sequential");

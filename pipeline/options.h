@@ -10,6 +10,8 @@ namespace lumi {
 struct PipelineOptions {
   std::filesystem::path input;    // folder of photos, a video, a COLMAP workspace, or a scene of ours
   std::filesystem::path output;   // the scene; may be empty where input is a scene of ours
+  std::filesystem::path calibration;  // photos or a video of a checkerboard, or a camera.yaml; empty: none
+  std::string board, square_mm;       // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
   bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
   std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, delaunay

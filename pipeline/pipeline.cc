@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
@@ -36,6 +38,8 @@ void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
                      "choose an output beside it");
 }
 
+bool IsCameraFile(const fs::path& path) { return path.extension() == ".yaml" || path.extension() == ".yml"; }
+
 // How long stages took when they did their work, STAGE -> {seconds, colmap_seconds}: kept after each stage, so that a
 // later run that reuses one can say so, also after a kill.
 class WorkTimes {
@@ -60,6 +64,21 @@ class WorkTimes {
   json times_;
 };
 
+// Folders that a stage which failed has not written into.
+class RemoveIfEmpty {
+ public:
+  explicit RemoveIfEmpty(std::vector<fs::path> folders) : folders_(std::move(folders)) {}
+  ~RemoveIfEmpty() {
+    std::error_code ignored;
+    for (const fs::path& folder : folders_) fs::remove(folder, ignored);
+  }
+  RemoveIfEmpty(const RemoveIfEmpty&) = delete;
+  RemoveIfEmpty& operator=(const RemoveIfEmpty&) = delete;
+
+ private:
+  std::vector<fs::path> folders_;
+};
+
 double NumberOf(const StageResult& stage, const char* key) {
   const json j = json::parse(stage.json, nullptr, false);
   const auto it = j.find(key);
@@ -81,8 +100,10 @@ class Run {
     times_.emplace(summary_.scene);
 
     const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) && IsWithin(options_.input, summary_.scene);
-    count_ = (in_place ? 0 : 1) + 1 + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
+    const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
+    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + 1 + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
 
+    if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
     MakeProxy();
     if (options_.holdout > 0) Evaluate(in_place);
@@ -96,10 +117,17 @@ class Run {
   using Clock = std::chrono::steady_clock;
 
   void RequireOptionsForKind(InputKind kind) const {
-    if (kind != InputKind::kCapture && !options_.reconstruct_arguments.empty())
-      throw UsageError(fmt::format("{} is for photos or a video, and {} has its cameras already", options_.reconstruct_arguments.front(),
-                                   options_.input.string()),
+    if (kind != InputKind::kCapture && (!options_.reconstruct_arguments.empty() || !options_.calibration.empty()))
+      throw UsageError(fmt::format("{} is for photos or a video, and {} has its cameras already",
+                                   options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration", options_.input.string()),
                        "give its folder of photos to find the cameras anew");
+    std::error_code error;
+    if (!options_.calibration.empty() && !fs::exists(options_.calibration, error)) throw InputError(options_.calibration, "no such file or folder", "what --calibration names");
+  }
+
+  // The first of these names that was a stage.
+  const StageResult& StageNamed(const std::set<std::string>& names) const {
+    return *std::find_if(summary_.stages.begin(), summary_.stages.end(), [&](const StageResult& s) { return names.contains(s.name); });
   }
 
   void Add(StageResult stage) {
@@ -126,19 +154,21 @@ class Run {
     std::vector<std::string> arguments{options_.input.string(), "-o", summary_.scene.string()};
     arguments.insert(arguments.end(), options_.reconstruct_arguments.begin(), options_.reconstruct_arguments.end());
     if (options_.rescale_cameras) arguments.emplace_back("--rescale-cameras");
+    if (!options_.calibration.empty())
+      arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
     Start("reconstruct", "lumi-reconstruct", std::move(arguments));
   }
 
-  // lumi-render writes wherever it is told to, so what it made here is recorded here: options, what it read, what it
-  // wrote, and its summary.
-  void StartRender(const std::string& name, const fs::path& output, std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(), {"--backend", options_.render_backend});
+  // lumi-calibrate and lumi-render write wherever they are told to, so what they made here is recorded here: options
+  // (names and values), what was read (`inputs`), what was written, and the summary. `paths` goes before the options.
+  void StartRecorded(const std::string& name, const std::string& program, const std::map<std::string, fs::path>& inputs, const std::vector<fs::path>& outputs,
+                     const std::vector<std::string>& paths, std::vector<std::string> arguments) {
     Provenance wanted;
     wanted.stage = name;
     wanted.version = kVersion;
     for (std::size_t i = 0; i + 1 < arguments.size(); i += 2) wanted.options[arguments[i].substr(2)] = arguments[i + 1];
-    for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) wanted.inputs[part] = Fingerprint(summary_.scene / part);
-    wanted.inputs["lumi-render"] = Fingerprint(SiblingProgram("lumi-render"));
+    for (const auto& [part, path] : inputs) wanted.inputs[part] = Fingerprint(path);
+    wanted.inputs[program] = Fingerprint(SiblingProgram(program));
     const fs::path record = summary_.scene / "provenance" / (name + ".summary");
 
     const auto start = Clock::now();
@@ -147,14 +177,40 @@ class Run {
       Add({name, seconds, true, ReadText(record)});
       return;
     }
-    arguments.insert(arguments.begin(), {summary_.scene.string(), "-o", output.string()});
-    Start(name, "lumi-render", std::move(arguments));
+    arguments.insert(arguments.begin(), paths.begin(), paths.end());
+    Start(name, program, std::move(arguments));
     wanted.seconds = summary_.stages.back().seconds;
     const FolderLock lock(summary_.scene);
     WriteTextAtomically(record, summary_.stages.back().json);
-    for (const fs::path& file : {output, record})
-      wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
+    wanted.outputs[record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(record);
+    for (const fs::path& file : outputs) wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
     WriteProvenance(summary_.scene, wanted);
+  }
+
+  void StartRender(const std::string& name, const fs::path& output, std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--backend", options_.render_backend});
+    std::map<std::string, fs::path> inputs;
+    for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
+    StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()}, std::move(arguments));
+  }
+
+  // Goes first, so what else would be asked of the output is asked here.
+  void Calibrate() {
+    std::error_code error;
+    RequireOurFolder(summary_.scene, "provenance");
+    if (fs::exists(summary_.scene / "truth", error))
+      throw UsageError(fmt::format("{} is a simulated capture with its truth; it would be overwritten", summary_.scene.string()), "choose another output");
+    const fs::path folder = summary_.scene / "calibration", report = folder / "report.html";
+    const RemoveIfEmpty tidy({folder, summary_.scene / "provenance", summary_.scene});
+    // Marks the folder as ours should this run be killed.
+    fs::create_directories(summary_.scene / "provenance", error);
+    if (error) throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", summary_.scene);
+    camera_ = folder / "camera.yaml";
+    std::vector<std::string> arguments;
+    if (!options_.board.empty()) arguments.insert(arguments.end(), {"--board", options_.board});
+    if (!options_.square_mm.empty()) arguments.insert(arguments.end(), {"--square-mm", options_.square_mm});
+    StartRecorded("calibrate", "lumi-calibrate", {{"boards", options_.calibration}}, {camera_, report}, {options_.calibration.string(), "-o", camera_.string()},
+                  std::move(arguments));
   }
 
   void MakeProxy() {
@@ -167,7 +223,7 @@ class Run {
   }
 
   void Evaluate(bool in_place) {
-    if (!in_place && NumberOf(summary_.stages.front(), "images_registered") < kFewestPhotosForHoldout) {
+    if (!in_place && NumberOf(StageNamed({"reconstruct", "import"}), "images_registered") < kFewestPhotosForHoldout) {
       progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
       --count_;
       return;
@@ -236,6 +292,7 @@ class Run {
   PipelineSummary summary_;
   std::optional<WorkTimes> times_;
   fs::path holdout_folder_;
+  fs::path camera_;  // what lumi-calibrate found; empty: not asked for
   int count_ = 0;
 };
 
@@ -246,6 +303,12 @@ std::string Validate(const PipelineOptions& options) {
   if (options.holdout != 0 && options.holdout < 2) return "--holdout is 0 (no evaluation) or at least 2";
   if (options.video_width_px < 16 || options.video_width_px > 16384) return "--width is 16 to 16384 pixels";
   if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
+  const bool boards = !options.calibration.empty() && !IsCameraFile(options.calibration);
+  if (!boards && (!options.board.empty() || !options.square_mm.empty())) return "--board and --square-mm go with --calibration BOARDS";
+  const std::vector<std::string>& passed = options.reconstruct_arguments;
+  for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
+    if (!options.calibration.empty() && std::find(passed.begin(), passed.end(), other) != passed.end())
+      return fmt::format("give one of --calibration and {}", other);
   if (options.threads < 0) return "--threads is 0 (all cores) or more";
   return {};
 }
@@ -284,6 +347,9 @@ std::string ForPeople(const PipelineSummary& summary) {
     if (s.name == "holdout")
       text += fmt::format("             PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n", NumberOf(s, "psnr_mean_db"),
                           NumberOf(s, "nearest_photo_psnr_mean_db"), NumberOf(s, "ssim_mean"), 100 * NumberOf(s, "coverage"));
+    if (s.name == "calibrate")
+      text += fmt::format("             focal length {:.2f} +- {:.2f} px, {:.0f} views, cross-validated error {:.3f} px\n", NumberOf(s, "fx"), NumberOf(s, "sigma_fx"),
+                          NumberOf(s, "views_used"), NumberOf(s, "cross_validated_rms_px"));
     if (s.name == "reconstruct")
       text += fmt::format("             {:.0f} of {:.0f} photos have a camera, reprojection error {:.2f} px\n", NumberOf(s, "images_registered"),
                           NumberOf(s, "images_total"), NumberOf(s, "mean_reprojection_error_px"));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "reconstruct/colmap_database.h"
+#include "reconstruct/given_camera.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/provenance.h"
@@ -74,7 +75,7 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
       throw InputError(options.database, "knows none of these photos", "its image names must be paths relative to the folder of photos");
     return options.database;
   }
-  if (capture.is_video) return {};
+  if (capture.is_video || capture.resampled) return {};
   const fs::path beside = fs::absolute(options.input).lexically_normal() / ".." / "database.db";
   const fs::path path = beside.lexically_normal();
   constexpr auto kTheirs = ColmapDatabase::Access::kTheirs;
@@ -196,9 +197,7 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
       throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
     const auto [width, height] = *sizes.begin();
     if (camera.width_px != width || camera.height_px != height) {
-      if (!options.rescale_cameras)
-        throw DataError(fmt::format("the camera is for {}x{} pixels, the photos have {}x{}", camera.width_px, camera.height_px, width, height),
-                        "--rescale-cameras if the photos were scaled down as a whole", options.camera_yaml);
+      RequireScalable(camera.width_px, camera.height_px, width, height, options.rescale_cameras, options.camera_yaml);
       camera = camera.Scaled(width, height);
     }
     plan.known = camera;

@@ -8,6 +8,7 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "reconstruct/given_camera.h"
 #include "reconstruct/poses_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/image_io.h"
@@ -146,9 +147,7 @@ std::optional<Camera> IntrinsicsFromOptions(const ReconstructOptions& options, i
   if (!options.camera_yaml.empty()) {
     const Camera camera = ReadCameraYaml(options.camera_yaml);
     if (camera.width_px == width_px && camera.height_px == height_px) return camera;
-    if (!options.rescale_cameras)
-      throw DataError(fmt::format("the camera is for {}x{} pixels, a photo has {}x{}", camera.width_px, camera.height_px, width_px, height_px),
-                      "--rescale-cameras if the photos were scaled down as a whole", options.camera_yaml);
+    RequireScalable(camera.width_px, camera.height_px, width_px, height_px, options.rescale_cameras, options.camera_yaml);
     return camera.Scaled(width_px, height_px);
   }
   if (!options.intrinsics.empty()) {

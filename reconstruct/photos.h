@@ -27,6 +27,7 @@ struct Capture {
   std::vector<MissingPhoto> unreadable;
   std::vector<std::string> ignored;     // files that are no pictures
   bool is_video = false;
+  bool resampled = false;               // by us: features found in the originals are elsewhere
   int video_frames = 0;                 // that could be read
 
   int total() const { return static_cast<int>(photos.size() + unreadable.size()); }

@@ -12,6 +12,7 @@
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
+#include "reconstruct/given_camera.h"
 #include "reconstruct/held_cameras.h"
 #include "reconstruct/known_cameras.h"
 #include "reconstruct/mapping.h"
@@ -75,7 +76,7 @@ std::set<std::string> ViewNames(const Scene& scene) {
 }
 
 // Cameras estimated by COLMAP.
-Scene Estimate(const Capture& capture, const ReconstructOptions& options, const fs::path& work_folder, ColmapProgram& colmap,
+Scene Estimate(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const fs::path& work_folder, ColmapProgram& colmap,
                ReconstructSummary& summary, ProgressSink& sink) {
   const CameraPlan cameras = PlanCameras(capture, options);
   const Features features = FindAndMatchFeatures(capture, cameras, options, work_folder, colmap, sink);
@@ -92,7 +93,10 @@ Scene Estimate(const Capture& capture, const ReconstructOptions& options, const 
                     summary.missing.empty() ? "" : summary.missing.front().hint);
   CopyTimes(capture, scene);
   if (options.all_frames) {
-    const Capture all = ExtractAllFrames(options, capture, work_folder / "frames", sink);
+    Capture keyframes = capture;
+    keyframes.folder = given.originals;
+    Capture all = ExtractAllFrames(options, keyframes, work_folder / "frames", sink);
+    if (given.resampled) all = Resampled(all, *given.resampled, work_folder / "straight-frames", sink);
     RegisterAllFrames(scene, all, features, options, work_folder, colmap, &summary.missing, sink);
     CopyTimes(all, scene);
     summary.images_total = all.total();
@@ -173,12 +177,16 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   Capture photos;
   if (is_video) {
     const VideoReader readable(options.input);
+    CheckGivenCamera(options, {{readable.width(), readable.height()}});
   } else {
     photos = FindPhotos(options.input, sink);
     if (photos.photos.size() < 2)
       throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
                                             : "only one photo can be used; a scene needs two or more",
                       "take photos of the same thing from several places", options.input);
+    std::set<std::pair<int, int>> sizes_px;
+    for (const Photo& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
+    CheckGivenCamera(options, sizes_px);
   }
 
   const FolderLock lock(options.scene);
@@ -201,10 +209,14 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (is_video) summary.keyframes = static_cast<int>(capture.photos.size());
   summary.images_total = capture.total();
 
-  Scene scene = options.poses.empty() && options.rig == Rig::kNone ? Estimate(capture, options, work_folder, colmap, summary, sink)
-                                                                   : Hold(capture, options, work_folder, colmap, summary, sink);
+  const GivenCamera given = FitGivenCamera(options, capture, work_folder, sink);
+  ReconstructOptions fitted = options;
+  fitted.camera_yaml = given.yaml;
+  fitted.masks = given.masks;
+  Scene scene = options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, fitted, given, work_folder, colmap, summary, sink)
+                                                                   : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
   const int photos_total = summary.images_total;
-  FinishScene(std::move(scene), options, summary, sink);
+  FinishScene(std::move(scene), fitted, summary, sink);
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();

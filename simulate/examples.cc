@@ -17,6 +17,7 @@ const std::vector<Entry>& Entries() {
       {{"hallway", "a corridor with a glossy floor, 1096 frames driving forward"}, HallwayJson},
       {{"car", "a glossy car alone, 36 photos on a ring"}, CarJson},
       {{"person", "a person alone, 4 photos on a half circle"}, PersonJson},
+      {{"boards", "a checkerboard (9x6, 25 mm) before a lens with distortion and skew, 16 photos"}, BoardsJson},
   };
   return kEntries;
 }

@@ -26,5 +26,7 @@ std::string HallwayJson();
 std::string CarJson();
 // A person; 4 photos on a half circle.
 std::string PersonJson();
+// A checkerboard on a table before a lens with distortion and skew; 16 photos.
+std::string BoardsJson();
 
 }  // namespace lumi

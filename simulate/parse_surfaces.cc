@@ -134,7 +134,7 @@ Rgb ParseColor(JsonReader& reader, const std::string& key, const Rgb& fallback) 
 
 TextureDescription ParseTexture(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
   static const std::vector<std::string> kKinds = {"constant", "noise", "cells",  "bricks", "tiles",
-                                                  "stripes",  "wood",  "glyphs", "image"};
+                                                  "stripes",  "wood",  "glyphs", "image",  "checker"};
   JsonReader reader(node, context.name, place);
   TextureDescription texture;
   texture.kind = static_cast<TextureKind>(OneOf(reader, "kind", reader.Text("kind", "constant"), kKinds));

@@ -45,7 +45,7 @@ struct PathDescription {
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> poses;                 // poses: eye, target
 };
 
-enum class TextureKind { kConstant, kNoise, kCells, kBricks, kTiles, kStripes, kWood, kGlyphs, kImage };
+enum class TextureKind { kConstant, kNoise, kCells, kBricks, kTiles, kStripes, kWood, kGlyphs, kImage, kChecker };
 
 struct TextureDescription {
   TextureKind kind = TextureKind::kConstant;

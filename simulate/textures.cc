@@ -67,6 +67,9 @@ Rgb Texture::At(const SurfacePlace& place) const {
     case TextureKind::kImage:
       color = Picture(place);
       break;
+    case TextureKind::kChecker:
+      color = Checker(place);
+      break;
   }
   if (d_.grain > 0) {
     const auto size = static_cast<float>(d_.grain_size);
@@ -208,6 +211,21 @@ Rgb Texture::Glyphs(const SurfacePlace& place) const {
   const float sharp = dot_is_ink(std::floor(dot_x), std::floor(dot_y)) ? 1.0f : 0.0f;
   constexpr float kMeanInk = 0.25f;  // share of a letter's cell that is ink
   return Mix(paper, ink, sharp + blurred * (kMeanInk - sharp));
+}
+
+Rgb Texture::Checker(const SurfacePlace& place) const {
+  // A product of two square waves of +-1, each averaged over the footprint exactly: edges move smoothly however few samples there are.
+  const auto wave = [&](float x, float side) {
+    const float at = x / side, width = place.footprint / side, edge = std::round(at);
+    if (width <= 1) {  // the nearest edge alone is within it
+      const float beyond = std::clamp(2 * (at - edge) / std::max(width, 1e-6f), -1.0f, 1.0f);
+      return (Bits(edge) & 1U) == 0 ? beyond : -beyond;
+    }
+    const auto integral = [](float t) { return 1 - std::abs(t - 2 * std::floor(0.5f * t) - 1); };
+    return (integral(at + 0.5f * width) - integral(at - 0.5f * width)) / width;
+  };
+  const float sign = wave(place.uv.x(), static_cast<float>(d_.size.x())) * wave(place.uv.y(), static_cast<float>(d_.size.y()));
+  return Mix(d_.colors[0], d_.colors.size() > 1 ? d_.colors[1] : d_.joint_color, 0.5f - 0.5f * sign);
 }
 
 Rgb Texture::Picture(const SurfacePlace& place) const {

@@ -35,6 +35,7 @@ class Texture {
   Rgb Wood(const SurfacePlace& place) const;
   Rgb Glyphs(const SurfacePlace& place) const;
   Rgb Picture(const SurfacePlace& place) const;
+  Rgb Checker(const SurfacePlace& place) const;
 
   TextureDescription d_;
   std::shared_ptr<const std::vector<Level>> pyramid_;

@@ -183,6 +183,9 @@ std::string CardsHtml(const ReportInput& input, const json& cameras, const json&
     cards += HtmlCard(fmt::format("{:.3f}", Number(holdout, "ssim_mean")), "SSIM");
     cards += HtmlCard(fmt::format("{:.1f} %", 100 * Number(holdout, "coverage")), "coverage");
   }
+  if (const json calibration = StageJson(input, "calibrate"); calibration.contains("fx"))
+    cards += HtmlCard(fmt::format("{:.1f} &#177; {:.1f} px", Number(calibration, "fx"), Number(calibration, "sigma_fx")), "focal length, calibrated",
+                      "see <a href=\"calibration/report.html\">its report</a>");
   const json proxy = StageJson(input, "proxy");
   if (proxy.contains("faces")) cards += HtmlCard(Text(proxy, "faces"), "faces in the proxy", EscapeHtml(Text(proxy, "name")));
   return cards + "</div>\n";

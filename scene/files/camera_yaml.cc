@@ -101,7 +101,7 @@ void WriteYaml(const fs::path& path, int width_px, int height_px, const std::vec
 
 }  // namespace
 
-Camera ReadCameraYaml(const fs::path& path) {
+CameraYaml ReadWholeCameraYaml(const fs::path& path) {
   const Document document = Parse(path, ReadText(path, kMaxYamlBytes));
   const auto size = [&](const char* name) {
     const auto it = document.scalars.find(name);
@@ -117,32 +117,45 @@ Camera ReadCameraYaml(const fs::path& path) {
   const std::vector<double> K = matrix("camera_matrix");
   if (K.size() != 9) throw InputError(path, "camera_matrix is missing or does not have 9 numbers");
   if (K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) throw InputError(path, "camera_matrix is no upper triangular matrix with 1 at its end");
-  if (K[1] != 0)
-    throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", K[1]), "undistort the photos first (lumi-calibrate --undistort resamples skew away)");
   std::vector<double> d = matrix("distortion_coefficients");
   if (d.empty()) d = matrix("dist_coeffs");
   const auto it = document.scalars.find("distortion_model");
   const std::string model = it == document.scalars.end() ? "plumb_bob" : it->second;
   const Eigen::Vector2d c = FromOpenCvPixel({K[2], K[5]});
-  Camera camera{CameraModel::kPinhole, width, height, {K[0], K[4], c.x(), c.y()}};
+  CameraYaml yaml;
+  yaml.says_distortion = !d.empty();
+  PlumbBobCamera& camera = yaml.plumb_bob = {width, height, K[0], K[4], c.x(), c.y(), K[1]};
+  if (const auto wrong = Validate(camera)) throw InputError(path, *wrong);
   if (model == "fisheye" || model == "equidistant") {
     if (d.size() != 4) throw InputError(path, fmt::format("a fisheye camera has 4 distortion coefficients, not {}", d.size()));
-    camera.model = CameraModel::kOpenCVFisheye;
-    camera.params.insert(camera.params.end(), d.begin(), d.end());
+    if (camera.skew != 0) throw InputError(path, fmt::format("a fisheye camera with skew ({} px) is not read", camera.skew), "calibrate without skew");
+    yaml.fisheye = Camera{CameraModel::kOpenCVFisheye, width, height, {K[0], K[4], c.x(), c.y(), d[0], d[1], d[2], d[3]}};
   } else if (model == "plumb_bob" || model == "rational_polynomial") {
-    for (std::size_t i = 4; i < d.size(); ++i)
-      if (d[i] != 0)
-        throw InputError(path, fmt::format("distortion coefficient {} (k3 or beyond) is {}, and COLMAP's models end at k2, p1, p2", i + 1, d[i]),
-                         "calibrate without k3, or undistort the photos first");
-    d.resize(4, 0.0);
-    if (d != std::vector<double>(4, 0.0)) {
-      camera.model = CameraModel::kOpenCV;
-      camera.params.insert(camera.params.end(), d.begin(), d.end());
-    }
+    constexpr std::size_t kFewest = 4, kMost = 14;  // OpenCV's: 4, 5, 8, 12 or 14
+    if (!d.empty() && (d.size() < kFewest || d.size() > kMost))
+      throw InputError(path, fmt::format("{} distortion coefficients, where there are 4 (k1, k2, p1, p2), 5 (k3) or none", d.size()));
+    d.resize(kMost, 0.0);
+    camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
+    for (std::size_t i = 5; i < d.size(); ++i)
+      if (d[i] != 0) throw InputError(path, fmt::format("distortion coefficient {} is {}, and those beyond k3 are not read", i + 1, d[i]), "calibrate without it");
   } else {
     throw InputError(path, fmt::format("distortion_model \"{}\" is not read (plumb_bob and fisheye are)", model.substr(0, 40)));
   }
-  if (const auto wrong = Validate(camera)) throw InputError(path, *wrong);
+  return yaml;
+}
+
+Camera ReadCameraYaml(const fs::path& path) {
+  const CameraYaml yaml = ReadWholeCameraYaml(path);
+  if (yaml.fisheye) return *yaml.fisheye;
+  const PlumbBobCamera& c = yaml.plumb_bob;
+  const char* way_out = "undistort the photos first (lumi-calibrate --undistort)";
+  if (c.skew != 0) throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", c.skew), way_out);
+  if (c.k3 != 0) throw InputError(path, fmt::format("the camera has a k3 ({}), and COLMAP's models end at k2, p1, p2", c.k3), way_out);
+  Camera camera = Camera::Pinhole(c.width_px, c.height_px, c.fx, c.fy, c.cx, c.cy);
+  if (c.k1 != 0 || c.k2 != 0 || c.p1 != 0 || c.p2 != 0) {
+    camera.model = CameraModel::kOpenCV;
+    camera.params.insert(camera.params.end(), {c.k1, c.k2, c.p1, c.p2});
+  }
   return camera;
 }
 

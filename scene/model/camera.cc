@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "scene/model/plumb_bob.h"
+
 namespace lumi {
 namespace {
 
@@ -83,7 +85,8 @@ std::optional<Eigen::Vector2d> Undistort(const Distortion& d, const Eigen::Vecto
     const Eigen::Vector2d step = J.inverse() * residual;
     u -= step;
     if (step.norm() <= kResidual * (1 + u.norm())) {
-      const bool valid = (Distort(d, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(d, u).determinant() > 0;
+      const bool valid = (Distort(d, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(d, u).determinant() > 0 &&
+                         IsInsideFold(d.k1, d.k2, 0, u.squaredNorm());
       return valid ? std::optional(u) : std::nullopt;
     }
   }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/fit.h"
-#include "calibrate/undistorted.h"
+#include "scene/undistort/undistorter.h"
 #include "tests/calibrate/rendered_boards.h"
 
 namespace lumi::test {
@@ -101,8 +101,9 @@ TEST(RenderedBoards, GiveTheIntrinsicsWithinThreeSigma) {
 TEST(Undistorted, ShowsAPinholeWithoutSkew) {
   const Intrinsics k = TrueIntrinsics();
   const Rigid3 pose = PoseOf({0.1, 0.05, 480, 18, -14, 6}, k);
-  const Camera pinhole = PinholeInside(k, kWidthPx, kHeightPx);
-  const BoardSearch search = FindBoard(Undistorter(k, pinhole)(Renderer()(pose)), kBoard);
+  const PlumbBobCamera camera = PlumbBobOf(k, kWidthPx, kHeightPx);
+  const Camera pinhole = PinholeInside(camera);
+  const BoardSearch search = FindBoard(Undistorter(camera, pinhole)(Renderer()(pose)), kBoard);
   ASSERT_TRUE(search.found) << search.why_not;
   std::vector<Eigen::Vector2d> expected;
   for (const Eigen::Vector2d& x : kBoard.Corners()) expected.push_back(*pinhole.Project(pose * Eigen::Vector3d(x.x(), x.y(), 0)));

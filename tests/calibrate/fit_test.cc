@@ -33,7 +33,7 @@ TEST(Refinement, StandardDeviationsHoldUpAgainstTheSpread) {
   constexpr int kSets = 100;
   constexpr double kNoisePx = 0.2;
   const Intrinsics k = TrueIntrinsics();
-  const std::vector<Term> terms = {kFx, kCx, kCy, kSkew, kK1, kK2};
+  const std::vector<std::pair<const char*, Term>> terms = {{"fx", kFx}, {"cx", kCx}, {"cy", kCy}, {"skew", kSkew}, {"k1", kK1}, {"k2", kK2}};
   std::vector<Calibration> fits(kSets);
   const LensModel model = *LensModelFromName("thesis");
   std::vector<Rigid3> poses;
@@ -57,8 +57,8 @@ TEST(Refinement, StandardDeviationsHoldUpAgainstTheSpread) {
     EXPECT_LT(ratio, 1.25) << name;
     EXPECT_LT(std::abs(mean - truth), 4 * reported / std::sqrt(kSets)) << name << " is biased";
   };
-  for (const Term term : terms)
-    check(std::to_string(term).c_str(), [&](const Calibration& c) { return c.intrinsics[term]; }, [&](const Calibration& c) { return c.Sigma(term, c.noise_px); }, k[term]);
+  for (const auto& [name, term] : terms)
+    check(name, [&, term = term](const Calibration& c) { return c.intrinsics[term]; }, [&, term = term](const Calibration& c) { return c.Sigma(term, c.noise_px); }, k[term]);
   check("fy", [](const Calibration& c) { return c.Fy(); }, [](const Calibration& c) { return c.SigmaFy(c.noise_px); }, k[kFx] * k[kAspect]);
 }
 

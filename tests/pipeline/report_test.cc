@@ -75,6 +75,15 @@ TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
   EXPECT_THAT(html, HasSubstr("garden &amp; &lt;gate&gt;"));
 }
 
+TEST(Report, ACalibrationIsShownWithItsSigmaAndLinked) {
+  Fixture f;
+  EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html), Not(HasSubstr("calibrated")));
+  f.input.stages.insert(f.input.stages.begin(), {"calibrate", 0.1, false, R"({"fx":612.345,"sigma_fx":0.22})"});
+  f.input.computed_seconds.insert(f.input.computed_seconds.begin(), 1.5);
+  const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
+  for (const char* part : {"612.3 &#177; 0.2 px", "href=\"calibration/report.html\"", "5 of 6"}) EXPECT_THAT(html, HasSubstr(part));
+}
+
 TEST(Report, JsonHoldsTheStagesAndTheirSummaries) {
   const Fixture f;
   const ReportFiles files = WriteReport(f.input, SilentProgress());

@@ -75,6 +75,8 @@ TEST(CameraYaml, WhatColmapCannotHoldIsRefusedWithAWayOut) {
   };
   refused(Replaced(kRos, "-2e-3, 0.0]", "-2e-3, 0.3]"), "k3");
   refused(Replaced(kRos, "500.5, 0.,", "500.5, 0.7,"), "skew");
+  refused(Replaced(kRos, "1e-3, -2e-3, 0.0]", "1e-3]"), "3 distortion coefficients");
+  refused(Replaced(kRos, "-2e-3, 0.0]", "-2e-3, 0.0, 0, 0.2, 0]"), "coefficient 7");
   refused(Replaced(kRos, "plumb_bob", "ocam"), "ocam");
   refused(Replaced(kRos, "plumb_bob", "fisheye"), "4 distortion coefficients");
   refused(Replaced(kRos, "image_width: 640", "image_width: wide"), "image_width");
@@ -109,6 +111,21 @@ TEST(CameraYaml, SkewIsWrittenAndRefusedWhereItCannotBeHeld) {
   WriteCameraYaml(camera, folder / "skew.yaml");
   EXPECT_NE(ReadText(folder / "skew.yaml").find("data: [600, 2.5, 320, 0, 610, 240, 0, 0, 1]"), std::string::npos);
   EXPECT_THROW(ReadCameraYaml(folder / "skew.yaml"), InputError);
+}
+
+TEST(CameraYaml, AllThatACalibrationKnowsComesBack) {
+  const lumi::TemporaryFolder folder;
+  const PlumbBobCamera camera{640, 480, 600, 610, 320.5, 240.5, 2.5, -0.2, 0.05, 1e-3, -2e-3, 0.01};
+  WriteCameraYaml(camera, folder / "c.yaml");
+  const CameraYaml read = ReadWholeCameraYaml(folder / "c.yaml");
+  EXPECT_FALSE(read.fisheye);
+  EXPECT_TRUE(read.says_distortion);
+  const PlumbBobCamera& back = read.plumb_bob;
+  EXPECT_EQ((std::vector<double>{back.fx, back.fy, back.cx, back.cy, back.skew, back.k1, back.k2, back.p1, back.p2, back.k3}),
+            (std::vector<double>{600, 610, 320.5, 240.5, 2.5, -0.2, 0.05, 1e-3, -2e-3, 0.01}));
+  Write(folder / "plain.yaml", "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [600, 0, 320, 0, 610, 240, 0, 0, 1]\n");
+  EXPECT_FALSE(ReadWholeCameraYaml(folder / "plain.yaml").says_distortion);
+  EXPECT_TRUE(ReadCameraYaml(folder / "plain.yaml").IsPinhole());
 }
 
 }  // namespace

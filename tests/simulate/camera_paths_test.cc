@@ -54,6 +54,7 @@ TEST(CameraPaths, AGridIsReadFromTheTopLeft) {
 
 TEST(CameraPaths, UpIsUpInEveryPhoto) {
   for (const Example& example : Examples()) {
+    if (example.name == "boards") continue;  // looks straight down
     const auto scene = ParseScene(ExampleJson(example.name), example.name, ".");
     for (const PathDescription& path : scene.paths)
       for (int i = 0; i < path.views; i += 7) {
