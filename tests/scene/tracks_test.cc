@@ -142,6 +142,24 @@ TEST(TrackVideo, TheFirstPatchKeepsTracksFromDrifting) {
   EXPECT_LT(held.last_rms_px, 0.4 * free.last_rms_px);
 }
 
+TEST(TrackVideo, AStrongHalfDoesNotTakeTheWeakOnesCorners) {
+  const FrameSource frames = Frames(6, [](int i) {
+    Image8 image = TexturedFrame(360, 270, i, Translation({1, 0}));
+    for (int y = 0; y < 270; ++y)
+      for (int x = 180; x < 360; ++x) image.At(x, y, 0) = static_cast<std::uint8_t>(100 + image.At(x, y, 0) / 5);
+    return image;
+  });
+  TrackVideoOptions options;
+  options.features = 150;  // the strong half alone has places for them
+  const Tracks tracks = TrackVideo(frames, options, SilentProgress());
+  int weak = 0, all = 0;
+  for (const Track& t : tracks.tracks) {
+    weak += t.observations.front().x_px.x() > 180;
+    ++all;
+  }
+  EXPECT_GT(weak, 0.2 * all);
+}
+
 TEST(TrackVideo, SameTracksWhateverTheNumberOfThreads) {
   const FrameSource frames = TexturedFrames(12, 240, 180, Turning(0.02, 1.01), kNoise);
   FrameSource film = frames;
@@ -338,6 +356,44 @@ TEST(MatchPhotos, TracksOfPhotosInNoOrderAreOnePointEach) {
   int long_ones = 0;
   for (const Track& t : tracks.tracks) long_ones += t.observations.size() >= 4;
   EXPECT_GT(long_ones, 50);
+}
+
+TEST(MatchPhotos, WrongMatchesDoNotAgreeWithThePairsGeometry) {
+  MatchPhotosOptions options;
+  options.ratio = 1;  // what only one photo shows finds something, too
+  MatchPhotosSummary summary;
+  const Motion motion = Translation({140, 20});
+  const FrameSource photos = TexturedFrames(3, 320, 240, motion, kNoise);
+  const Tracks tracks = MatchPhotos(photos, options, SilentProgress(), &summary);
+  ASSERT_GT(tracks.tracks.size(), 100u);
+  int matches = 0, verified = 0;
+  for (const MatchedPair& p : summary.pairs) {
+    matches += p.matches;
+    verified += p.verified;
+  }
+  EXPECT_LT(verified, 0.75 * matches);
+  const Quality q = Compare(tracks, motion);
+  EXPECT_LT(q.outliers, 0.15);  // of 40 % wrong ones those along the epipolar lines
+}
+
+// One photo shows the scene twice: its left half is what the first photo sees, its right half what the third one does.
+TEST(MatchPhotos, TwoPointsOfOnePhotoDoNotComeIntoOneTrack) {
+  const auto scene = [](int noise) { return TexturedFrame(160, 200, noise, Translation({0, 0}), 4); };
+  const FrameSource photos = Frames(3, [&](int i) {
+    if (i != 1) return scene(i);
+    const Image8 a = scene(0), b = scene(2);
+    Image8 both(320, 200, 1);
+    for (int y = 0; y < 200; ++y)
+      for (int x = 0; x < 320; ++x) both.At(x, y, 0) = x < 160 ? a.At(x, y, 0) : b.At(x - 160, y, 0);
+    return both;
+  });
+  MatchPhotosOptions options;
+  options.ratio = 1;
+  MatchPhotosSummary summary;
+  const Tracks tracks = MatchPhotos(photos, options, SilentProgress(), &summary);
+  EXPECT_GT(summary.conflicts, 20);
+  ASSERT_GT(tracks.tracks.size(), 50u);
+  ExpectSound(tracks);
 }
 
 TEST(MatchPhotos, SameTracksWhateverTheNumberOfThreads) {
