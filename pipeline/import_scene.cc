@@ -67,7 +67,8 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
   open.rescale_cameras = options.rescale_cameras;
   open.undistort = false;
   Scene scene = OpenScene(options.input, open, progress);
-  if (scene.frame == Frame::kMetric && scene.points.empty())
+  RequireMetric(scene, "a lumigraph's proxy");
+  if (scene.points.empty())
     throw DataError("the model has cameras but no points, and a proxy needs points",
                     "run lumi-pipeline on its photos with --poses " + options.input.string(), options.input);
 

@@ -109,6 +109,7 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
   OpenOptions open;
   open.check_photos = false;
   Scene scene = OpenScene(options.scene, open, progress);
+  RequireMetric(scene, "a proxy");
   RequireKeepsProxies(scene);
   const FolderLock lock(scene.folder);
 

@@ -24,7 +24,9 @@ using Json = nlohmann::ordered_json;
 Scene Open(const std::filesystem::path& path, ProgressSink& progress) {
   OpenOptions options;
   options.check_photos = false;  // proxies are made of cameras and points
-  return OpenScene(path, options, progress);
+  Scene scene = OpenScene(path, options, progress);
+  RequireMetric(scene, "a proxy");
+  return scene;
 }
 
 // Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says.

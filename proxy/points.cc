@@ -23,10 +23,7 @@ double Quantile(std::vector<double> values, double fraction) {
 }
 
 std::vector<ProxyView> MakeProxyViews(const Scene& scene) {
-  if (scene.frame != Frame::kMetric) {
-    throw DataError("proxies need a metric scene, this one is " + std::string(Name(scene.frame)),
-                    "reconstruct with known intrinsics (lumi-reconstruct --camera, --require metric)");
-  }
+  RequireMetric(scene, "a proxy");
   if (scene.views.empty()) throw DataError("the scene has no views", "reconstruct it from more photos");
   std::vector<ProxyView> views;
   views.reserve(scene.views.size());

@@ -65,6 +65,7 @@ class Job {
     OpenOptions open;
     open.rescale_cameras = o_.rescale_cameras;
     scene_ = OpenScene(o_.scene, open, sink_);
+    RequireMetric(scene_, "rendering");
     if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", o_.scene);
     mesh_ = LoadProxy(scene_, o_.proxy);
     if (!o_.view.empty()) view_ = ViewCalled(o_.view);

@@ -37,6 +37,7 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
   OpenOptions open;
   open.rescale_cameras = o.rescale_cameras;
   scene_ = OpenScene(o.scene, open, sink);
+  RequireMetric(scene_, "rendering");
   if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", o.scene);
   proxies_ = o.proxies;
   if (proxies_.empty()) {

@@ -65,8 +65,7 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   open.rescale_cameras = options.rescale_cameras;
   o.scene = OpenScene(options.scene, open, progress);
   if (o.scene.views.empty()) throw DataError("the scene has no photos", "", options.scene);
-  if (o.scene.frame != Frame::kMetric)
-    throw DataError("the viewer shows metric scenes, this one is " + std::string(Name(o.scene.frame)), "", options.scene);
+  RequireMetric(o.scene, "the viewer");
   if (!options.view.empty()) FindView(o.scene, options.view);
   if (!options.path.empty()) o.path = ReadCameraPath(options.path, PathDetail::kKeyframes);
   std::string name = options.proxy.empty() ? o.scene.active_proxy : options.proxy;

@@ -4,16 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/image_io.h"
+#include "scene/files/json_fields.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/projective_json.h"
 #include "scene/files/transforms_json.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -22,7 +22,9 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-using Json = nlohmann::ordered_json;
+using json_fields::Fields;
+using json_fields::Json;
+using json_fields::ParseJson;
 
 constexpr const char* kManifestName = "lumigraph.json";
 constexpr const char* kFormatName = "lumigraph";
@@ -46,73 +48,6 @@ fs::path Lexical(const fs::path& path) {
 // --- lumigraph.json ----------------------------------------------------------------------------------------------
 
 Json ToJson(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
-
-// Reads values of an object by name and says which one is wrong.
-class Fields {
- public:
-  Fields(const Json& object, const fs::path& file, std::string where) : object_(object), file_(file), where_(std::move(where)) {
-    if (!object.is_object()) throw InputError(file, where_ + " is no object");
-  }
-  const Json* Find(const char* key) const {
-    const auto it = object_.find(key);
-    return it == object_.end() || it->is_null() ? nullptr : &*it;
-  }
-  InputError Wrong(const char* key, const char* expected) const { return InputError(file_, fmt::format("{}{} is not {}", where_, key, expected)); }
-
-  std::optional<double> Number(const char* key) const {
-    const Json* value = Find(key);
-    if (!value) return std::nullopt;
-    if (!value->is_number() || !std::isfinite(value->get<double>())) throw Wrong(key, "a number");
-    return value->get<double>();
-  }
-  std::optional<int> Integer(const char* key) const {
-    const Json* value = Find(key);
-    if (!value) return std::nullopt;
-    if (!value->is_number_integer()) throw Wrong(key, "a whole number");
-    const auto number = value->get<std::int64_t>();
-    if (number < 0 || number > std::numeric_limits<int>::max()) throw Wrong(key, "a whole number in its range");
-    return static_cast<int>(number);
-  }
-  std::optional<std::string> Text(const char* key) const {
-    const Json* value = Find(key);
-    if (!value) return std::nullopt;
-    if (!value->is_string()) throw Wrong(key, "a text");
-    return value->get<std::string>();
-  }
-  template <int n>
-  std::optional<Eigen::Matrix<double, n, 1>> Vector(const char* key) const {
-    const Json* value = Find(key);
-    if (!value) return std::nullopt;
-    if (!value->is_array() || value->size() != n) throw Wrong(key, "an array of the right length");
-    Eigen::Matrix<double, n, 1> v;
-    for (int i = 0; i < n; ++i) {
-      const Json& x = (*value)[static_cast<std::size_t>(i)];
-      if (!x.is_number() || !std::isfinite(x.get<double>())) throw Wrong(key, "made of numbers");
-      v[i] = x.get<double>();
-    }
-    return v;
-  }
-  const Json* Array(const char* key) const {
-    const Json* value = Find(key);
-    if (value && !value->is_array()) throw Wrong(key, "an array");
-    return value;
-  }
-
- private:
-  const Json& object_;
-  const fs::path& file_;
-  std::string where_;
-};
-
-Json ParseJson(const fs::path& file) {
-  try {
-    return Json::parse(ReadText(file));
-  } catch (const nlohmann::json::exception& e) {
-    std::string what = e.what();
-    if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);
-    throw InputError(file, "is no valid JSON: " + what);
-  }
-}
 
 void CheckProxyName(const fs::path& file, const std::string& name) {
   if (name.find_first_of("/\\") != std::string::npos || name.starts_with('.'))
@@ -185,14 +120,23 @@ Manifest ReadManifest(const fs::path& file) {
   return m;
 }
 
+Scene ReadCamerasAndPoints(const fs::path& folder, Frame frame) {
+  if (frame != Frame::kMetric) {
+    const fs::path file = folder / kProjectiveName;
+    if (!Exists(file)) throw InputError(file, "the scene's projection matrices are missing", "make the scene again");
+    Scene scene = ReadProjectiveJson(file);
+    if (scene.frame != frame) throw InputError(file, fmt::format("holds a {} frame, {} says {}", Name(scene.frame), kManifestName, Name(frame)), "make the scene again");
+    return scene;
+  }
+  const auto model = FindColmapModel(folder / "sparse");
+  if (!model) throw InputError(folder / "sparse", "the scene's cameras are missing (a COLMAP model)", "make the scene again");
+  return ReadColmapModel(*model);
+}
+
 Scene ReadOwnScene(const fs::path& folder) {
   const fs::path file = folder / kManifestName;
   const Manifest manifest = ReadManifest(file);
-  if (manifest.frame != Frame::kMetric)
-    throw DataError(fmt::format("is a {} scene, and metric cameras are needed here", Name(manifest.frame)), {}, folder);
-  const auto model = FindColmapModel(folder / "sparse");
-  if (!model) throw InputError(folder / "sparse", "the scene's cameras are missing (a COLMAP model)", "make the scene again");
-  Scene scene = ReadColmapModel(*model);
+  Scene scene = ReadCamerasAndPoints(folder, manifest.frame);
   for (View& view : scene.views) {
     const auto entry = manifest.views.find(view.name);
     if (entry == manifest.views.end()) continue;
@@ -254,39 +198,43 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
       }
     });
   }
-  const auto fits = [&](std::size_t i) {
-    const Camera& c = scene.CameraOf(scene.views[i]);
-    return sizes[i].x() == c.width_px && sizes[i].y() == c.height_px;
-  };
+  const auto camera_size = [&](std::size_t i) { return SizePx(scene, scene.views[i]); };
+  const auto fits = [&](std::size_t i) { return sizes[i] == camera_size(i); };
   std::vector<Eigen::Vector2d> factors(scene.views.size(), Eigen::Vector2d::Ones());
   std::vector<Camera> cameras;
   std::map<std::tuple<std::int32_t, int, int>, CameraId> known;
   bool changed = false;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    View& view = scene.views[i];
-    const Camera& c = scene.CameraOf(view);
+    const View& view = scene.views[i];
     if (!fits(i)) {
+      const Eigen::Vector2i size = camera_size(i);
       // Scaling would not help: the pixels are elsewhere.
-      if (sizes[i].x() == c.height_px && sizes[i].y() == c.width_px)
+      if (sizes[i].x() == size.y() && sizes[i].y() == size.x())
         throw InputError(scene.ImagePath(view),
-                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees", sizes[i].x(), sizes[i].y(), c.width_px, c.height_px),
+                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees", sizes[i].x(), sizes[i].y(), size.x(), size.y()),
                          "turn the photo back (what its EXIF data say of its orientation is not applied)");
       if (!rescale)
         throw InputError(scene.ImagePath(view),
-                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), c.width_px, c.height_px),
+                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), size.x(), size.y()),
                          "put the photos there that the cameras were computed from, or scale the cameras with --rescale-cameras");
-      factors[i] = {static_cast<double>(sizes[i].x()) / c.width_px, static_cast<double>(sizes[i].y()) / c.height_px};
+      factors[i] = sizes[i].cast<double>().cwiseQuotient(size.cast<double>());
       changed = true;
     }
   }
   if (!changed) return;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
+    if (scene.frame != Frame::kMetric) {
+      view.P.row(0) *= factors[i].x();
+      view.P.row(1) *= factors[i].y();
+      view.size_px = sizes[i];
+      continue;
+    }
     const auto [it, added] = known.try_emplace({view.camera.value, sizes[i].x(), sizes[i].y()}, CameraId{static_cast<std::int32_t>(cameras.size())});
     if (added) cameras.push_back(fits(i) ? scene.CameraOf(view) : scene.CameraOf(view).Scaled(sizes[i].x(), sizes[i].y()));
     view.camera = it->second;
   }
-  scene.cameras = std::move(cameras);
+  if (scene.frame == Frame::kMetric) scene.cameras = std::move(cameras);
   for (Point& point : scene.points)
     for (Observation& o : point.track) o.x_px = o.x_px.cwiseProduct(factors[static_cast<std::size_t>(o.view.value)]);
   sink.Message("cameras were scaled to the size of their photos");
@@ -336,7 +284,7 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
     progress.Message(fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
   if (!ours) UpdateFrameOfReference(scene);
   if (options.check_photos || options.rescale_cameras) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
-  const bool distorted = std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
+  const bool distorted = scene.frame == Frame::kMetric && std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
   if (distorted && options.undistort)
     scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images", progress);
   return scene;
@@ -374,7 +322,10 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
 }
 
 void WriteScene(const Scene& scene, const fs::path& folder) {
-  WriteColmapModel(scene, folder / "sparse");
+  if (scene.frame == Frame::kMetric)
+    WriteColmapModel(scene, folder / "sparse");
+  else
+    WriteProjectiveJson(scene, folder / kProjectiveName);
   WriteManifest(scene, folder);  // last: a folder with a manifest is a whole scene
 }
 

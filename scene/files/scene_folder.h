@@ -30,11 +30,12 @@ struct OpenOptions {
 // path: a folder with lumigraph.json; one with a COLMAP model in it, in sparse/ or in sparse/0/, photos in images/ beside
 // any of these or right in it; the model's own folder; transforms.json or a folder with one. up and
 // normalized_from_world are stored in ours and estimated for others'. Throws InputError (corrupt, newer version, photo
-// absent, a camera that does not fit its photo), UsageError (no scene there, with what was looked for) or DataError (a
-// scene of ours that is not metric).
+// absent, a camera that does not fit its photo) or UsageError (no scene there, with what was looked for). A scene of ours
+// may be quasi-affine or projective: a caller that needs cameras says so with RequireMetric (scene/model/scene.h).
 Scene OpenScene(const std::filesystem::path& path, const OpenOptions& options, ProgressSink& progress);
 
-// lumigraph.json and sparse/. Photos are not copied; scene.image_folder must be folder/images or outside.
+// lumigraph.json and sparse/, or projective.json where the scene is not metric (the manifest says which of them counts,
+// where an earlier scene left the other). Photos are not copied; scene.image_folder must be folder/images or outside.
 void WriteScene(const Scene& scene, const std::filesystem::path& folder);
 // lumigraph.json alone (active_proxy, up ...): sparse/ stays.
 void WriteManifest(const Scene& scene, const std::filesystem::path& folder);

@@ -1,10 +1,14 @@
 #include "scene/geometry/median.h"
 #include "scene/model/scene.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "scene/program/error.h"
 
 namespace lumi {
 namespace {
@@ -23,6 +27,14 @@ Eigen::Vector3d EstimateUp(const Scene& scene) {
   for (const auto& u : ups)
     if (u.dot(mean) > kCosOutlier) robust += u;
   return robust.norm() > 1e-9 ? Eigen::Vector3d(robust.normalized()) : mean;
+}
+
+// Of a view of a frame that is not metric; nullopt at infinity, where P has no centre too.
+std::optional<Eigen::Vector3d> FiniteCentre(const View& view) {
+  constexpr double kAtInfinity = 1e-12;  // of a unit vector
+  const Eigen::Vector4d c = CentreOfProjection(view.P);
+  if (!(c.w() > kAtInfinity)) return std::nullopt;
+  return Eigen::Vector3d(c.hnormalized());
 }
 
 }  // namespace
@@ -52,23 +64,52 @@ RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world) {
 }
 
 RenderView MakeRenderView(const Scene& scene, const View& view) {
-  if (scene.frame != Frame::kMetric) throw std::invalid_argument("MakeRenderView: not a metric scene");
-  RenderView v = MakeRenderView(scene.CameraOf(view), view.cam_from_world);
+  RenderView v;
+  if (scene.frame == Frame::kMetric) {
+    v = MakeRenderView(scene.CameraOf(view), view.cam_from_world);
+  } else {
+    const auto centre = FiniteCentre(view);
+    if (!centre) throw DataError(fmt::format("the centre of projection of {} lies at infinity in this {} frame", view.name, Name(scene.frame)), {}, scene.folder);
+    v.P = view.P;
+    v.centre = *centre;
+    v.size_px = view.size_px;
+  }
   v.time_s = view.time_s;
   v.gain = view.gain;
   return v;
 }
 
+Eigen::Vector2i SizePx(const Scene& scene, const View& view) {
+  if (scene.frame != Frame::kMetric) return view.size_px;
+  return {scene.CameraOf(view).width_px, scene.CameraOf(view).height_px};
+}
+
+void RequireMetric(const Scene& scene, std::string_view what) {
+  if (scene.frame == Frame::kMetric) return;
+  throw DataError(fmt::format("{} needs cameras and poses, and this is a {} scene", what, Name(scene.frame)),
+                  "make it again with known intrinsics: lumi-reconstruct --camera camera.yaml --require metric", scene.folder);
+}
+
 void UpdateFrameOfReference(Scene& scene) {
   if (scene.views.empty()) return;
-  scene.up = EstimateUp(scene);
+  const bool metric = scene.frame == Frame::kMetric;
+  if (metric) scene.up = EstimateUp(scene);
+  std::vector<Eigen::Vector3d> centres;
+  for (const View& v : scene.views) {
+    if (metric)
+      centres.push_back(v.CentreInWorld());
+    else if (const auto centre = FiniteCentre(v))
+      centres.push_back(*centre);
+  }
   // Centre and size from what the cameras look at, or the cameras alone where there are no points. Medians: a few
   // points at the horizon must not decide.
   std::vector<Eigen::Vector3d> x;
-  for (const Point& p : scene.points)
-    if (p.x_in_world.allFinite()) x.push_back(p.x_in_world);
-  if (x.size() < 8)
-    for (const View& v : scene.views) x.push_back(v.CentreInWorld());
+  for (const Point& p : scene.points) {
+    const Eigen::Vector3d finite = metric ? p.x_in_world : Eigen::Vector3d(p.X_in_world.hnormalized());
+    if (finite.allFinite()) x.push_back(finite);
+  }
+  if (x.size() < 8) x.insert(x.end(), centres.begin(), centres.end());
+  if (x.empty()) return;
   Eigen::Vector3d centre;
   for (int k = 0; k < 3; ++k) {
     std::vector<double> c;
@@ -80,12 +121,13 @@ void UpdateFrameOfReference(Scene& scene) {
   distance.reserve(x.size());
   for (const auto& p : x) distance.push_back((p - centre).norm());
   double size = Median(std::move(distance));
-  for (const View& v : scene.views) size = std::max(size, 0.5 * (v.CentreInWorld() - centre).norm());
+  for (const auto& c : centres) size = std::max(size, 0.5 * (c - centre).norm());
   if (!(size > 0)) size = 1;
   scene.normalized_from_world = {1.0 / size, Eigen::Quaterniond::Identity(), -centre / size};
 }
 
 std::vector<double> PointDepths(const Scene& scene, ViewId view) {
+  if (scene.frame != Frame::kMetric) throw std::invalid_argument("PointDepths: not a metric scene");
   const Eigen::RowVector4d z = scene.views[static_cast<std::size_t>(view.value)].cam_from_world.Matrix().row(2);
   std::vector<double> depths;
   for (const Point& p : scene.points)

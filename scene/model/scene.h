@@ -42,6 +42,7 @@ struct View {
   CameraId camera;                // into Scene::cameras (metric frames)
   Rigid3 cam_from_world;          // metric frames
   Matrix34d P = Matrix34d::Zero();  // other frames: pixels from world, w > 0 in front
+  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // other frames: the photo's (metric ones: the camera's, see SizePx)
   std::optional<double> time_s;
   std::optional<int> frame_index;  // in the video it came from
   double gain = 1.0;               // this photo's exposure relative to the scene's
@@ -55,7 +56,9 @@ struct Observation {
 };
 
 struct Point {
-  Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();  // metric frames
+  // Other frames: homogeneous, signed so that P X has w > 0 in the views that see it; quasi-affine ones: its own w > 0.
+  Eigen::Vector4d X_in_world = Eigen::Vector4d::Zero();
   std::array<std::uint8_t, 3> color{};   // RGB
   double error_px = 0;                   // mean reprojection error
   std::vector<Observation> track;
@@ -68,6 +71,7 @@ struct Scene {
   std::vector<Point> points;
   Eigen::Vector3d up = -Eigen::Vector3d::UnitY();  // unit, in world: against gravity, from the photos' own up
   Similarity3 normalized_from_world;          // moves the scene to its centre, size about 1: before any float
+  std::optional<Eigen::Vector4d> plane_at_infinity;  // other frames, where it is known or estimated: (n, d) in world
   std::optional<double> period_s;
   std::string active_proxy;                   // name in proxies/, or empty
 
@@ -86,15 +90,24 @@ struct RenderView {
   std::optional<double> time_s;
   double gain = 1.0;
 };
-// The camera must be a pinhole (photos are undistorted when a scene is made): throws std::invalid_argument otherwise.
+// A metric view's camera must be a pinhole (photos are undistorted when a scene is made): throws std::invalid_argument
+// otherwise. In other frames the centre comes from P: throws DataError where it lies at infinity.
 RenderView MakeRenderView(const Scene& scene, const View& view);
 RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world);
 
+// Of a view's photo, in any frame.
+Eigen::Vector2i SizePx(const Scene& scene, const View& view);
+
+// The door of whatever needs cameras and poses: throws DataError where the scene has projection matrices only. what: who
+// needs them, "lumi-proxy" or "a fly-through".
+void RequireMetric(const Scene& scene, std::string_view what);
+
 // Sets up (the robust mean of the photos' own up) and normalized_from_world (robust centre and size of the points and
-// cameras). Call after cameras, poses or points changed.
+// cameras). Call after cameras, poses or points changed. Frames that are not metric have no up: it stays as it is.
 void UpdateFrameOfReference(Scene& scene);
 
-// Depth of a view's own points along its z axis (positive ones, ascending): what near and far mean for it.
+// Depth of a view's own points along its z axis (positive ones, ascending): what near and far mean for it. Metric
+// frames only.
 std::vector<double> PointDepths(const Scene& scene, ViewId view);
 
 // A scene in another world frame; photos stay what they are. Metric frames only.

@@ -29,6 +29,9 @@ bool StartsWithAny(const std::string& text, const std::vector<std::string>& star
   return std::any_of(starts.begin(), starts.end(), [&](const std::string& s) { return text.starts_with(s); });
 }
 
+// Shows nlohmann-json, to sources of scene/files alone.
+constexpr const char* kJsonFields = "scene/files/json_fields.h";
+
 struct Rule {
   std::string says;
   std::function<bool(const SourceLine&)> broken;
@@ -60,9 +63,10 @@ const std::vector<Rule>& Rules() {
        }},
       {"headers of scene show Eigen and the standard library only",
        [](const SourceLine& l) {
-         return l.folder == "scene" && l.IsHeader() && l.file != "scene/program/main_program.h" &&
+         return l.folder == "scene" && l.IsHeader() && l.file != "scene/program/main_program.h" && l.file != kJsonFields &&
                 StartsWithAny(l.include, {"opencv2/", "OpenImageIO/", "nlohmann/", "fmt/", "CLI/", "tbb/", "spdlog/", "sqlite3", "embree"});
        }},
+      {"the reader of JSON fields is for scene/files", [](const SourceLine& l) { return l.include == kJsonFields && (!l.Below("scene/files/") || l.IsHeader()); }},
       {"the frame of the programs is for main.cc",
        [](const SourceLine& l) {
          return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) && !l.Below("scene/program/") && !l.IsMain() &&

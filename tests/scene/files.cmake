@@ -7,6 +7,7 @@ lumi_test(test_scene_files
     files_image_io_test.cc
     files_mesh_io_test.cc
     files_provenance_test.cc
+    projective_json_test.cc
     files_scene_folder_test.cc
     files_transforms_json_test.cc
     files_undistort_test.cc

@@ -9,6 +9,7 @@
 #include "scene/files/camera_yaml.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/projective_json.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/transforms_json.h"
 
@@ -124,6 +125,20 @@ TEST(Fuzz, Manifest) {
   OpenOptions options;
   options.check_photos = false;
   Fuzz(folder / "lumigraph.json", [&] { OpenScene(folder.path(), options, SilentProgress()); });
+}
+
+TEST(Fuzz, ProjectiveJson) {
+  const TempFolder folder;
+  Scene scene = SmallScene(6);
+  scene.frame = Frame::kQuasiAffine;
+  scene.plane_at_infinity = Eigen::Vector4d(0, 0, 0, 1);
+  for (View& v : scene.views) {
+    v.P = ProjectionMatrix(scene.CameraOf(v).K(), v.cam_from_world);
+    v.size_px = {64, 48};
+  }
+  for (Point& p : scene.points) p.X_in_world = p.x_in_world.homogeneous();
+  WriteProjectiveJson(scene, folder / "p.json");
+  Fuzz(folder / "p.json", [&] { ReadProjectiveJson(folder / "p.json"); });
 }
 
 TEST(Fuzz, TransformsJson) {

@@ -1,0 +1,328 @@
+#include "scene/tracks/match_photos.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "scene/files/opencv_pixels.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+// OpenCV's SIFT doubles the photo first and takes a doubled photo's pixel u for u / 2; bilinear doubling puts it at
+// u / 2 - 1/4. (cv::SIFT has a switch for this from 4.8 on, off by default.)
+constexpr double kSiftShiftPx = -0.25;
+// Features nearer than this are one place with two orientations: the first is kept.
+constexpr double kSamePlacePx = 0.5;
+constexpr int kDescriptor = 128;
+// Rows of one block of the product of two photos' descriptors: bounds the memory.
+constexpr Eigen::Index kBlock = 256;
+constexpr double kConfidence = 0.9999;
+constexpr int kMaxIterations = 5000;
+
+using Descriptors = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // kDescriptor columns
+
+struct Features {
+  std::vector<Eigen::Vector2d> x_px;  // of the photo itself
+  std::vector<std::array<std::uint8_t, 3>> color;
+  Descriptors descriptors;            // rows of unit length (RootSIFT, Arandjelovic and Zisserman 2012)
+  double scale = 1;                   // scaled photo / photo
+  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
+};
+
+struct Match {
+  int a, b;          // features
+  float similarity;  // cosine
+};
+
+struct PairResult {
+  std::vector<Match> verified;
+  int matches = 0;
+};
+
+Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions& o) {
+  const auto loaded = tracks_internal::LoadFrame(source, i);
+  const Image8& rgb = loaded.image;
+  Features f;
+  f.size_px = {rgb.width, rgb.height};
+  const cv::Mat view(rgb.height, rgb.width, rgb.channels == 3 ? CV_8UC3 : CV_8UC1, const_cast<std::uint8_t*>(rgb.data.data()));
+  cv::Mat grey;
+  if (rgb.channels == 3)
+    cv::cvtColor(view, grey, cv::COLOR_RGB2GRAY);
+  else
+    grey = view;
+  // SIFT's pyramid has nothing to say of a few pixels, and OpenCV's does not bear them.
+  constexpr int kMinSide = 16;
+  f.scale = std::min(1.0, static_cast<double>(o.max_size_px) / std::max(rgb.width, rgb.height));
+  const int width = static_cast<int>(std::lround(rgb.width * f.scale)), height = static_cast<int>(std::lround(rgb.height * f.scale));
+  if (std::min(width, height) < kMinSide) return f;
+  if (f.scale < 1) cv::resize(grey, grey, cv::Size(width, height), 0, 0, cv::INTER_AREA);
+  const Eigen::Vector2d back(static_cast<double>(rgb.width) / width, static_cast<double>(rgb.height) / height);
+
+  std::vector<cv::KeyPoint> points;
+  const auto sift = cv::SIFT::create(0);
+  sift->detect(grey, points);
+  // Strongest first, ties by place: the order of detection depends on the number of threads.
+  std::sort(points.begin(), points.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) {
+    return std::tie(b.response, a.pt.y, a.pt.x, a.angle, a.size) < std::tie(a.response, b.pt.y, b.pt.x, b.angle, b.size);
+  });
+  std::vector<cv::KeyPoint> kept;
+  std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) / 16 + 1);
+  for (const cv::KeyPoint& p : points) {
+    if (static_cast<int>(kept.size()) >= o.max_features) break;
+    const Eigen::Vector2d x_px = FromOpenCvPixel(Eigen::Vector2d(p.pt.x, p.pt.y).array() + kSiftShiftPx).cwiseProduct(back);
+    if (!(x_px.x() >= 0 && x_px.y() >= 0 && x_px.x() < rgb.width && x_px.y() < rgb.height)) continue;
+    const int u = static_cast<int>(x_px.x()), v = static_cast<int>(x_px.y());
+    if (!loaded.mask.empty() && loaded.mask.At(u, v, 0) == 0) continue;
+    // Places in cells of 4 x 4 pixels; a hash that meets others costs a comparison only.
+    const auto cell = [&](int dx, int dy) {
+      const int cx = static_cast<int>(p.pt.x) / 4 + dx, cy = static_cast<int>(p.pt.y) / 4 + dy;
+      return static_cast<std::size_t>(static_cast<long>(cy + 1) * (width / 4 + 2) + cx + 1) % at.size();
+    };
+    bool taken = false;
+    for (int dy = -1; dy <= 1 && !taken; ++dy)
+      for (int dx = -1; dx <= 1 && !taken; ++dx)
+        for (const std::size_t k : at[cell(dx, dy)]) taken = taken || std::hypot(kept[k].pt.x - p.pt.x, kept[k].pt.y - p.pt.y) < kSamePlacePx;
+    if (taken) continue;
+    at[cell(0, 0)].push_back(kept.size());
+    kept.push_back(p);
+    f.x_px.push_back(x_px);
+    f.color.push_back({rgb.At(u, v, 0), rgb.At(u, v, rgb.channels == 3 ? 1 : 0), rgb.At(u, v, rgb.channels == 3 ? 2 : 0)});
+  }
+  if (kept.empty()) return f;
+  cv::Mat descriptors;
+  const std::size_t before = kept.size();
+  sift->compute(grey, kept, descriptors);
+  if (kept.size() != before) throw std::logic_error("SIFT dropped keypoints of its own");
+  f.descriptors.resize(descriptors.rows, kDescriptor);
+  for (int k = 0; k < descriptors.rows; ++k) {
+    const Eigen::Map<const Eigen::Matrix<float, 1, kDescriptor>> d(descriptors.ptr<float>(k));
+    const float sum = d.cwiseAbs().sum();
+    f.descriptors.row(k) = sum > 0 ? Eigen::Matrix<float, 1, kDescriptor>((d.cwiseMax(0) / sum).cwiseSqrt()) : d;
+  }
+  return f;
+}
+
+// The two largest of a stream.
+struct BestTwo {
+  float best = -2, second = -2;
+  int at = -1;
+  void Take(float value, int index) {
+    if (value > best) {
+      second = best;
+      best = value;
+      at = index;
+    } else if (value > second) {
+      second = value;
+    }
+  }
+  // Distances of unit vectors: d^2 = 2 - 2 cosine.
+  bool Passes(double ratio) const {
+    return at >= 0 && std::max(0.0f, 1 - best) < static_cast<float>(ratio * ratio) * std::max(0.0f, 1 - second) + 1e-7f;
+  }
+};
+
+std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double ratio) {
+  std::vector<BestTwo> of_a(a.x_px.size()), of_b(b.x_px.size());
+  Descriptors product;
+  for (Eigen::Index begin = 0; begin < a.descriptors.rows(); begin += kBlock) {
+    const Eigen::Index rows = std::min(kBlock, a.descriptors.rows() - begin);
+    product.noalias() = a.descriptors.middleRows(begin, rows) * b.descriptors.transpose();
+    for (Eigen::Index i = 0; i < rows; ++i)
+      for (Eigen::Index j = 0; j < product.cols(); ++j) {
+        const float value = product(i, j);
+        of_a[static_cast<std::size_t>(begin + i)].Take(value, static_cast<int>(j));
+        of_b[static_cast<std::size_t>(j)].Take(value, static_cast<int>(begin + i));
+      }
+  }
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    if (!of_a[i].Passes(ratio)) continue;
+    const BestTwo& back = of_b[static_cast<std::size_t>(of_a[i].at)];
+    if (back.at == static_cast<int>(i) && back.Passes(ratio)) matches.push_back({static_cast<int>(i), of_a[i].at, of_a[i].best});
+  }
+  return matches;
+}
+
+// Those that one fundamental matrix explains, or one homography where there is none (equal photos, a camera that only
+// turned, a plane alone: the fundamental matrix is not determined there).
+std::vector<Match> Verify(const Features& a, const Features& b, const std::vector<Match>& matches, const MatchPhotosOptions& o, std::uint64_t seed) {
+  if (static_cast<int>(matches.size()) < o.min_matches) return {};
+  std::vector<cv::Point2d> x, y;
+  for (const Match& m : matches) {
+    const Eigen::Vector2d p = a.scale * a.x_px[static_cast<std::size_t>(m.a)], q = b.scale * b.x_px[static_cast<std::size_t>(m.b)];
+    x.emplace_back(p.x(), p.y());
+    y.emplace_back(q.x(), q.y());
+  }
+  cv::UsacParams params;
+  params.confidence = kConfidence;
+  params.isParallel = false;
+  params.maxIterations = kMaxIterations;
+  params.randomGeneratorState = static_cast<int>(seed % 1000003);
+  params.threshold = o.epipolar_px;
+  const auto inliers = [&](auto&& estimate) {
+    cv::Mat mask;
+    std::vector<Match> kept;
+    try {
+      if (estimate(mask).empty()) return kept;
+    } catch (const cv::Exception&) {  // a degenerate set of matches
+      return kept;
+    }
+    for (std::size_t i = 0; i < matches.size() && i < mask.total(); ++i)
+      if (mask.at<unsigned char>(static_cast<int>(i))) kept.push_back(matches[i]);
+    return kept;
+  };
+  std::vector<Match> best = inliers([&](cv::Mat& mask) { return cv::findFundamentalMat(x, y, mask, params); });
+  if (static_cast<int>(best.size()) < o.min_matches) best = inliers([&](cv::Mat& mask) { return cv::findHomography(x, y, mask, params); });
+  if (static_cast<int>(best.size()) < o.min_matches) best.clear();
+  return best;
+}
+
+// Components of features; each knows its photos, so that no two features of one photo come together.
+class Components {
+ public:
+  explicit Components(const std::vector<std::size_t>& features_of_photo) {
+    for (std::size_t photo = 0; photo < features_of_photo.size(); ++photo) {
+      first_.push_back(photos_.size());
+      for (std::size_t i = 0; i < features_of_photo[photo]; ++i) photos_.push_back({static_cast<int>(photo)});
+    }
+    parent_.resize(photos_.size());
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t Id(int photo, int feature) const { return first_[static_cast<std::size_t>(photo)] + static_cast<std::size_t>(feature); }
+  std::size_t Root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  bool Join(std::size_t i, std::size_t j) {
+    i = Root(i);
+    j = Root(j);
+    if (i == j) return true;
+    std::vector<int> both;
+    both.reserve(photos_[i].size() + photos_[j].size());
+    std::merge(photos_[i].begin(), photos_[i].end(), photos_[j].begin(), photos_[j].end(), std::back_inserter(both));
+    if (std::adjacent_find(both.begin(), both.end()) != both.end()) return false;
+    if (photos_[i].size() < photos_[j].size()) std::swap(i, j);
+    parent_[j] = i;
+    photos_[i] = std::move(both);
+    photos_[j].clear();
+    return true;
+  }
+
+ private:
+  std::vector<std::size_t> parent_, first_;
+  std::vector<std::vector<int>> photos_;  // of a root, ascending
+};
+
+}  // namespace
+
+std::optional<std::string> Validate(const MatchPhotosOptions& o) {
+  if (o.max_features < 8) return "features a photo: 8 and more";
+  if (o.max_size_px < 16) return "the size in which features are sought: 16 pixels and more";
+  if (!(o.ratio > 0 && o.ratio <= 1)) return "the ratio of distances: above 0, up to 1";
+  if (!(o.epipolar_px > 0)) return "the distance to the epipolar line: above 0 pixels";
+  if (o.min_matches < 8) return "verified matches that a pair needs: 8 and more";
+  if (o.min_length < 2) return "a track's minimum length: 2 photos and more";
+  return std::nullopt;
+}
+
+Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options, ProgressSink& sink, MatchPhotosSummary* summary) {
+  if (const auto wrong = Validate(options)) throw UsageError(*wrong);
+  const auto start = std::chrono::steady_clock::now();
+  const int n = source.count();
+  std::vector<std::pair<int, int>> pairs = options.pairs;
+  for (const auto& [a, b] : pairs)
+    if (a < 0 || a >= b || b >= n) throw UsageError(fmt::format("photos {} and {} are no pair of the {} photos", a, b, n));
+  if (pairs.empty())
+    for (int a = 0; a < n; ++a)
+      for (int b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+
+  std::vector<Features> features(static_cast<std::size_t>(n));
+  {
+    Progress progress(sink, "finding features", n);
+    const auto find = [&](std::size_t i) {
+      features[i] = FindFeatures(source, static_cast<int>(i), options);
+      progress.Step();
+    };
+    if (source.in_order)
+      for (std::size_t i = 0; i < features.size(); ++i) find(i);
+    else
+      ParallelFor(features.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) find(i);
+      });
+  }
+  std::vector<PairResult> results(pairs.size());
+  {
+    Progress progress(sink, "matching photos", static_cast<long>(pairs.size()));
+    ParallelFor(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto [a, b] = pairs[i];
+        const Features& fa = features[static_cast<std::size_t>(a)];
+        const Features& fb = features[static_cast<std::size_t>(b)];
+        const std::vector<Match> matches = MatchDescriptors(fa, fb, options.ratio);
+        results[i].matches = static_cast<int>(matches.size());
+        results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
+        progress.Step();
+      }
+    });
+  }
+
+  MatchPhotosSummary s;
+  struct Link {
+    float similarity;
+    std::size_t a, b;
+  };
+  std::vector<Link> links;
+  std::vector<std::size_t> counts;
+  for (const Features& f : features) {
+    counts.push_back(f.x_px.size());
+    s.features.push_back(static_cast<int>(f.x_px.size()));
+  }
+  Components components(counts);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [a, b] = pairs[i];
+    s.pairs.push_back({a, b, results[i].matches, static_cast<int>(results[i].verified.size())});
+    for (const Match& m : results[i].verified) links.push_back({m.similarity, components.Id(a, m.a), components.Id(b, m.b)});
+  }
+  // Surest first: where two points of one photo would come together, the weaker link is the wrong one.
+  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) { return std::tie(y.similarity, x.a, x.b) < std::tie(x.similarity, y.a, y.b); });
+  for (const Link& link : links) s.conflicts += !components.Join(link.a, link.b);
+
+  Tracks tracks;
+  std::vector<std::ptrdiff_t> track_of(std::accumulate(counts.begin(), counts.end(), std::size_t{0}), -1);
+  for (int photo = 0; photo < n; ++photo) {
+    const Features& f = features[static_cast<std::size_t>(photo)];
+    tracks.frames.push_back({source.names[static_cast<std::size_t>(photo)], f.size_px});
+    for (std::size_t k = 0; k < f.x_px.size(); ++k) {
+      std::ptrdiff_t& track = track_of[components.Root(components.Id(photo, static_cast<int>(k)))];
+      if (track < 0) {
+        track = static_cast<std::ptrdiff_t>(tracks.tracks.size());
+        tracks.tracks.push_back({{}, f.color[k]});
+      }
+      tracks.tracks[static_cast<std::size_t>(track)].observations.push_back({photo, f.x_px[k]});
+    }
+  }
+  std::erase_if(tracks.tracks, [&](const Track& t) { return static_cast<int>(t.observations.size()) < options.min_length; });
+
+  std::vector<std::string> blank;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    if (features[i].x_px.empty()) blank.push_back(source.names[i]);
+  if (!blank.empty())
+    sink.Message(fmt::format("{} photo{} without a feature, {} first: blank, blurred, masked or too small", blank.size(), blank.size() > 1 ? "s" : "", blank.front()));
+  s.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (summary) *summary = std::move(s);
+  return tracks;
+}
+
+}  // namespace lumi
