@@ -1,0 +1,48 @@
+#include "reconstruct/factorization/cull.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumi {
+namespace {
+
+// Two views leave a quarter of the noise to be seen; estimates from less are not worth more.
+constexpr double kLeastRedundancy = 0.1;
+// The median length of a two-dimensional Gaussian vector, in standard deviations of a coordinate.
+const double kMedianOfRayleigh = std::sqrt(2 * std::log(2.0));
+
+}  // namespace
+
+CullResult Cull(const ImagePoints& points, ProjectiveModel& model, const CullOptions& options) {
+  CullResult result;
+  std::vector<double> errors = InlierErrorsPx(points, model);
+  if (errors.empty()) return result;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  // Cameras and points follow the noise: the fewer sights a number has, the smaller the errors that are left of it.
+  const double numbers = 3.0 * model.SolvedCount() + 11.0 * model.PlacedCount() - 15.0, measured = 2.0 * static_cast<double>(errors.size());
+  const double left = std::max(1 - numbers / measured, kLeastRedundancy);
+  result.sigma_px = *middle / kMedianOfRayleigh / std::sqrt(left);
+  result.limit_px = std::clamp(options.sigmas * result.sigma_px, options.least_px, options.most_px);
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) {
+    if (!model.solved[t]) continue;
+    int inliers = 0, here = 0;
+    for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
+      const Sight& sight = points.tracks[t][k];
+      if (!model.placed[static_cast<std::size_t>(sight.frame)]) continue;
+      ++here;
+      model.inlier[t][k] = ReprojectionErrorPx(points, model, sight, t) <= result.limit_px;
+      inliers += model.inlier[t][k];
+    }
+    result.culled += here - inliers;
+    if (inliers < options.min_sights) {
+      model.solved[t] = 0;
+      ++result.tracks_dropped;
+    } else {
+      result.sights += inliers;
+    }
+  }
+  return result;
+}
+
+}  // namespace lumi

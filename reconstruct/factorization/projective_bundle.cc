@@ -1,0 +1,128 @@
+#include "reconstruct/factorization/projective_bundle.h"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/sized_cost_function.h>
+#include <ceres/solver.h>
+#include <ceres/sphere_manifold.h>
+
+#include <chrono>
+#include <memory>
+
+namespace lumi {
+namespace {
+
+using RowMajor34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+class SightCost final : public ceres::SizedCostFunction<2, 12, 4> {
+ public:
+  SightCost(const Eigen::Vector2d& x, double px_per_unit) : x_(x), unit_(px_per_unit) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const RowMajor34d> P(parameters[0]);
+    const Eigen::Map<const Eigen::Vector4d> X(parameters[1]);
+    const Eigen::Vector3d q = P * X;
+    const double s = unit_ / q.z();
+    if (!std::isfinite(s)) return false;
+    const Eigen::Vector2d y = q.head<2>() / q.z();
+    Eigen::Map<Eigen::Vector2d>(residuals, 2) = (y - x_) * unit_;
+    if (!jacobians) return true;
+    if (jacobians[0]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 12, Eigen::RowMajor>> J(jacobians[0]);
+      J.setZero();
+      for (int r = 0; r < 2; ++r) {
+        J.block<1, 4>(r, 4 * r) = s * X.transpose();
+        J.block<1, 4>(r, 8) = -s * y[r] * X.transpose();
+      }
+    }
+    if (jacobians[1]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>> J(jacobians[1]);
+      for (int r = 0; r < 2; ++r) J.row(r) = s * (P.row(r) - y[r] * P.row(2));
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d x_;
+  double unit_;
+};
+
+// Damping never falls below this part of the normal matrix's diagonal: it is all that holds the free frame.
+constexpr double kMostTrust = 1e7;
+// More cameras than this and their blocks are sparse enough to gain from it.
+constexpr std::size_t kDenseCameras = 30;
+
+}  // namespace
+
+BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options, const std::vector<char>& held) {
+  const auto begin = std::chrono::steady_clock::now();
+  BundleSummary result;
+  result.start_rms_px = result.rms_px = RmsPx(points, model);
+  std::vector<RowMajor34d> P(model.P.begin(), model.P.end());
+  std::vector<Eigen::Vector4d> X = model.X;
+  for (auto& p : P) p.normalize();
+
+  std::unique_ptr<ceres::LossFunction> loss;
+  if (options.loss == BundleOptions::Loss::kHuber) loss = std::make_unique<ceres::HuberLoss>(options.scale_px);
+  if (options.loss == BundleOptions::Loss::kCauchy) loss = std::make_unique<ceres::CauchyLoss>(options.scale_px);
+  ceres::SphereManifold<12> camera_sphere;
+  ceres::SphereManifold<4> point_sphere;
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem problem(problem_options);
+  ceres::Solver::Options solver;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  std::size_t cameras = 0;
+  for (std::size_t f = 0; f < P.size(); ++f) {
+    if (!model.placed[f]) continue;
+    problem.AddParameterBlock(P[f].data(), 12, &camera_sphere);
+    if (f < held.size() && held[f]) problem.SetParameterBlockConstant(P[f].data());
+    ordering->AddElementToGroup(P[f].data(), 1);
+    ++cameras;
+  }
+  for (std::size_t t = 0; t < X.size(); ++t) {
+    if (!model.solved[t]) continue;
+    bool added = false;
+    for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
+      const Sight& sight = points.tracks[t][k];
+      const auto f = static_cast<std::size_t>(sight.frame);
+      if (!model.inlier[t][k] || !model.placed[f]) continue;
+      if (!added) {
+        X[t].normalize();
+        problem.AddParameterBlock(X[t].data(), 4, &point_sphere);
+        ordering->AddElementToGroup(X[t].data(), 0);
+        added = true;
+      }
+      problem.AddResidualBlock(new SightCost(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), X[t].data());
+    }
+  }
+  if (problem.NumResidualBlocks() == 0) return result;
+  solver.linear_solver_ordering = ordering;
+  solver.linear_solver_type = cameras > kDenseCameras ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.tolerance;
+  solver.gradient_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-14;
+  solver.max_trust_region_radius = kMostTrust;
+  solver.num_threads = 1;  // sums in one order: the same bytes each time. Windows run side by side.
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  result.iterations = static_cast<int>(summary.iterations.size());
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!summary.IsSolutionUsable()) return result;
+  for (std::size_t f = 0; f < P.size(); ++f)
+    if (model.placed[f] && !P[f].allFinite()) return result;
+  for (std::size_t f = 0; f < P.size(); ++f)
+    if (model.placed[f]) model.P[f] = P[f].normalized();
+  for (std::size_t t = 0; t < X.size(); ++t)
+    if (model.solved[t]) model.X[t] = X[t].normalized();
+  result.usable = true;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.rms_px = RmsPx(points, model);
+  return result;
+}
+
+}  // namespace lumi

@@ -1,0 +1,31 @@
+// Robust projective bundle adjustment (Triggs et al. 2000): twelve numbers a camera and four a point, each on a sphere, so
+// that their free scales are gone. The projective frame stays free; damping holds it.
+#pragma once
+
+#include <vector>
+
+#include "reconstruct/factorization/projective_model.h"
+
+namespace lumi {
+
+struct BundleOptions {
+  enum class Loss { kNone, kHuber, kCauchy };
+  Loss loss = Loss::kCauchy;
+  double scale_px = 1.0;            // of the loss
+  int max_iterations = 30;
+  double tolerance = 1e-6;          // stops where the cost falls by less than this part in a step
+};
+
+struct BundleSummary {
+  bool usable = false;              // false: nothing was changed
+  bool converged = false;
+  int iterations = 0;
+  double start_rms_px = 0, rms_px = 0;   // over the inliers
+  double seconds = 0;
+};
+
+// Over the inlier sights of placed frames and solved tracks. held (empty, or one a frame): cameras that do not move.
+BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options,
+                               const std::vector<char>& held = {});
+
+}  // namespace lumi

@@ -1,0 +1,319 @@
+#include "reconstruct/factorization/two_view.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+
+namespace lumi {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kMinShared = 16;
+constexpr int kMinAgreeing = 12;
+constexpr double kConfidence = 0.9999;
+// Distances to a homography below this are a tracker's own error, however small the noise of the rest.
+constexpr double kPlaneFloorPx = 0.25;
+// How many points chance puts onto an epipolar line and off the plane: less than these.
+constexpr int kMinOffPlane = 12;
+constexpr double kMinOffPlaneShare = 0.08;
+
+struct Pair {
+  const std::vector<Vector2d>& a;
+  const std::vector<Vector2d>& b;
+  double unit_a, unit_b;
+  std::size_t size() const { return a.size(); }
+};
+
+// Squared Sampson distance in pixels.
+double SampsonPx2(const Pair& p, std::size_t i, const Matrix3d& F) {
+  const Vector2d &a = p.a[i], &b = p.b[i];
+  const Vector3d la = F * a.homogeneous();
+  const double lbx = F(0, 0) * b.x() + F(1, 0) * b.y() + F(2, 0), lby = F(0, 1) * b.x() + F(1, 1) * b.y() + F(2, 1);
+  const double r = b.x() * la.x() + b.y() * la.y() + la.z();
+  const double g = (la.x() * la.x() + la.y() * la.y()) / (p.unit_b * p.unit_b) + (lbx * lbx + lby * lby) / (p.unit_a * p.unit_a);
+  return g > 0 ? r * r / g : std::numeric_limits<double>::infinity();
+}
+
+double TransferPx2(const Pair& p, std::size_t i, const Matrix3d& H) {
+  const Vector3d q = H * p.a[i].homogeneous();
+  const double error = (q.head<2>() / q.z() - p.b[i]).squaredNorm() * p.unit_b * p.unit_b;
+  return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
+}
+
+// Sum of truncated errors (MSAC): smaller is better; gives up above `best`.
+template <typename Error>
+double Score(const Pair& p, const Error& error, double limit2, double best) {
+  double sum = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    sum += std::min(error(i), limit2);
+    if (sum >= best) return best;
+  }
+  return sum;
+}
+
+template <typename Error>
+int CountInliers(const Pair& p, const Error& error, double limit2) {
+  int n = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) n += error(i) < limit2;
+  return n;
+}
+
+int RoundsNeeded(double inlier_share, int sample, int most) {
+  const double all = std::pow(inlier_share, sample);
+  if (all < 1e-9) return most;
+  if (all > 1 - 1e-9) return 1;
+  return static_cast<int>(std::min<double>(most, std::ceil(std::log(1 - kConfidence) / std::log1p(-all))));
+}
+
+template <std::size_t N>
+std::array<std::size_t, N> Sample(std::size_t n, std::mt19937_64& random) {
+  std::array<std::size_t, N> s;
+  for (std::size_t i = 0; i < N; ++i) {
+    bool again = true;
+    while (again) {
+      s[i] = random() % n;
+      again = std::find(s.begin(), s.begin() + static_cast<std::ptrdiff_t>(i), s[i]) != s.begin() + static_cast<std::ptrdiff_t>(i);
+    }
+  }
+  return s;
+}
+
+Eigen::Matrix<double, 1, 9> EpipolarRow(const Vector2d& a, const Vector2d& b) {
+  Eigen::Matrix<double, 1, 9> r;
+  r << b.x() * a.x(), b.x() * a.y(), b.x(), b.y() * a.x(), b.y() * a.y(), b.y(), a.x(), a.y(), 1;
+  return r;
+}
+
+Matrix3d FromRows(const Eigen::Matrix<double, 9, 1>& f) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data()); }
+
+// Real roots of c0 + c1 x + c2 x^2 + c3 x^3.
+int RealRoots(double c0, double c1, double c2, double c3, double* roots) {
+  const double largest = std::max({std::abs(c0), std::abs(c1), std::abs(c2), std::abs(c3)});
+  if (!(largest > 0)) return 0;
+  if (std::abs(c3) < 1e-12 * largest) {
+    const double d = c1 * c1 - 4 * c2 * c0;
+    if (std::abs(c2) < 1e-12 * largest || d < 0) return 0;
+    const double q = -0.5 * (c1 + std::copysign(std::sqrt(d), c1));
+    roots[0] = q / c2;
+    if (q == 0) return 1;
+    roots[1] = c0 / q;
+    return 2;
+  }
+  const double a = c2 / c3, b = c1 / c3, c = c0 / c3;
+  const double Q = (a * a - 3 * b) / 9, R = (2 * a * a * a - 9 * a * b + 27 * c) / 54;
+  if (R * R < Q * Q * Q) {
+    const double theta = std::acos(std::clamp(R / std::sqrt(Q * Q * Q), -1.0, 1.0));
+    for (int k = 0; k < 3; ++k) roots[k] = -2 * std::sqrt(Q) * std::cos((theta + 2 * (k - 1) * M_PI) / 3) - a / 3;
+    return 3;
+  }
+  const double A = -std::copysign(std::cbrt(std::abs(R) + std::sqrt(R * R - Q * Q * Q)), R);
+  roots[0] = A + (A != 0 ? Q / A : 0.0) - a / 3;
+  return 1;
+}
+
+int SevenPoint(const Pair& p, const std::array<std::size_t, 7>& s, Matrix3d* F) {
+  Eigen::Matrix<double, 9, 7> At;
+  for (int i = 0; i < 7; ++i) {
+    const std::size_t k = s[static_cast<std::size_t>(i)];
+    At.col(i) = EpipolarRow(p.a[k], p.b[k]).transpose();
+  }
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 7>> qr(At);
+  Eigen::Matrix<double, 9, 2> null = Eigen::Matrix<double, 9, 2>::Zero();
+  null(7, 0) = null(8, 1) = 1;
+  null.applyOnTheLeft(qr.householderQ());
+  const Matrix3d F0 = FromRows(null.col(0)), F1 = FromRows(null.col(1));
+  const double at0 = F0.determinant(), at1 = (F0 + F1).determinant(), at_minus1 = (F0 - F1).determinant(), c3 = F1.determinant();
+  const double c2 = (at1 + at_minus1) / 2 - at0, c1 = (at1 - at_minus1) / 2 - c3;
+  double roots[3];
+  const int n = RealRoots(at0, c1, c2, c3, roots);
+  for (int i = 0; i < n; ++i) F[i] = (F0 + roots[i] * F1).normalized();
+  return n;
+}
+
+std::optional<Matrix3d> FitHomography(const Pair& p, const std::vector<std::size_t>& use) {
+  Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
+  for (const std::size_t i : use) {
+    const Vector3d a = p.a[i].homogeneous();
+    const Vector2d& b = p.b[i];
+    Eigen::Matrix<double, 2, 9> r;
+    r << a.transpose(), 0, 0, 0, -b.x() * a.transpose(), 0, 0, 0, a.transpose(), -b.y() * a.transpose();
+    gram.noalias() += r.transpose() * r;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram);
+  const Matrix3d H = FromRows(eigen.eigenvectors().col(0));
+  if (!H.allFinite()) return std::nullopt;
+  return H;
+}
+
+Matrix3d FourPoint(const Pair& p, const std::array<std::size_t, 4>& s) {
+  Eigen::Matrix<double, 9, 8> At;
+  for (int i = 0; i < 4; ++i) {
+    const std::size_t k = s[static_cast<std::size_t>(i)];
+    const Vector3d a = p.a[k].homogeneous();
+    const Vector2d& b = p.b[k];
+    At.col(2 * i) << a, Vector3d::Zero(), -b.x() * a;
+    At.col(2 * i + 1) << Vector3d::Zero(), a, -b.y() * a;
+  }
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(At);
+  Eigen::Matrix<double, 9, 1> null = Eigen::Matrix<double, 9, 1>::Unit(8);
+  null.applyOnTheLeft(qr.householderQ());
+  return FromRows(null);
+}
+
+Matrix3d Cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// Least squares over Sampson distances by reweighting, rank 2 restored each time.
+Matrix3d RefineFundamental(const Pair& p, Matrix3d F, double limit2) {
+  for (int round = 0; round < 5; ++round) {
+    Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      if (SampsonPx2(p, i, F) >= limit2) continue;
+      const Vector3d la = F * p.a[i].homogeneous(), lb = F.transpose() * p.b[i].homogeneous();
+      const double w = 1 / (la.head<2>().squaredNorm() / (p.unit_b * p.unit_b) + lb.head<2>().squaredNorm() / (p.unit_a * p.unit_a));
+      const auto r = EpipolarRow(p.a[i], p.b[i]);
+      gram.noalias() += w * r.transpose() * r;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram / gram.trace());
+    const Eigen::JacobiSVD<Matrix3d> svd(FromRows(eigen.eigenvectors().col(0)), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vector3d s = svd.singularValues();
+    s[2] = 0;
+    const Matrix3d next = (svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose()).normalized();
+    if (!next.allFinite()) break;
+    F = next;
+  }
+  return F;
+}
+
+template <typename T>
+double Percentile(std::vector<T> values, double share) {
+  if (values.empty()) return 0;
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+}  // namespace
+
+TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b, double px_per_unit_a, double px_per_unit_b,
+                        const TwoViewOptions& options) {
+  TwoView result;
+  const Pair p{a, b, px_per_unit_a, px_per_unit_b};
+  const std::size_t n = p.size();
+  result.inlier.assign(n, 0);
+  if (n < kMinShared) return result;
+  std::mt19937_64 random(options.seed);
+  const double limit2 = options.inlier_px * options.inlier_px;
+  const double worst = static_cast<double>(n) * limit2;
+
+  // The homography of most points.
+  double best_h = worst;
+  for (int round = 0, needed = options.max_iterations; round < needed; ++round) {
+    const Matrix3d H = FourPoint(p, Sample<4>(n, random));
+    const auto error = [&](std::size_t i) { return TransferPx2(p, i, H); };
+    const double score = Score(p, error, limit2, best_h);
+    if (!(score < best_h)) continue;
+    best_h = score;
+    result.H = H;
+    needed = std::min(needed, std::max(30, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 4, options.max_iterations / 4)));
+  }
+  for (int round = 0; round < 3 && best_h < worst; ++round) {
+    std::vector<std::size_t> use;
+    for (std::size_t i = 0; i < n; ++i)
+      if (TransferPx2(p, i, result.H) < limit2) use.push_back(i);
+    if (use.size() < 8) break;
+    const auto H = FitHomography(p, use);
+    if (!H) break;
+    const double score = Score(p, [&](std::size_t i) { return TransferPx2(p, i, *H); }, limit2, worst);
+    if (!(score < best_h)) break;
+    best_h = score;
+    result.H = *H;
+  }
+
+  double best_f = worst;
+  int needed = options.max_iterations;
+  const auto offer = [&](const Matrix3d& F) {
+    if (!F.allFinite()) return;
+    const auto error = [&](std::size_t i) { return SampsonPx2(p, i, F); };
+    const double score = Score(p, error, limit2, best_f);
+    if (!(score < best_f)) return;
+    best_f = score;
+    result.F = F;
+    needed = std::min(needed, std::max(60, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 7, options.max_iterations)));
+  };
+  // Plane plus parallax: two points off the plane give the epipole.
+  std::vector<std::size_t> off;
+  for (std::size_t i = 0; i < n; ++i)
+    if (TransferPx2(p, i, result.H) >= limit2) off.push_back(i);
+  if (off.size() >= 2 && off.size() < n - 4) {
+    for (int round = 0; round < std::min(300, needed); ++round) {
+      const auto s = Sample<2>(off.size(), random);
+      Vector3d line[2];
+      for (std::size_t k = 0; k < 2; ++k) {
+        const Vector3d pb = b[off[s[k]]].homogeneous();
+        line[k] = pb.cross(result.H * a[off[s[k]]].homogeneous());
+      }
+      offer((Cross(line[0].cross(line[1])) * result.H).normalized());
+    }
+  }
+  for (int round = 0; round < needed; ++round) {
+    Matrix3d F[3];
+    const int solutions = SevenPoint(p, Sample<7>(n, random), F);
+    for (int k = 0; k < solutions; ++k) offer(F[k]);
+  }
+  if (!(best_f < worst)) return result;
+  for (const double widen : {4.0, 1.0}) offer(RefineFundamental(p, result.F, widen * limit2));
+
+  std::vector<double> to_line, to_plane;
+  int count_h = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double e = SampsonPx2(p, i, result.F), h = TransferPx2(p, i, result.H);
+    count_h += h < limit2;
+    if (e >= limit2) continue;
+    result.inlier[i] = 1;
+    ++result.inlier_count;
+    to_line.push_back(std::sqrt(e));
+    to_plane.push_back(std::min(std::sqrt(h), 1e6));
+  }
+  result.noise_px = 1.4826 * Percentile(to_line, 0.5);
+  result.parallax_px = Percentile(to_plane, 0.8);
+  const double plane_px = std::max(kPlaneFloorPx, 4 * result.noise_px);
+  result.off_plane_count = static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
+  if (std::max(result.inlier_count, count_h) < kMinAgreeing) return result;
+  const bool parallax = result.off_plane_count >= kMinOffPlane && result.off_plane_count >= kMinOffPlaneShare * result.inlier_count;
+  result.kind = parallax ? TwoViewKind::kGeneral : TwoViewKind::kHomography;
+  if (!parallax) {
+    result.inlier_count = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      result.inlier[i] = TransferPx2(p, i, result.H) < limit2;
+      result.inlier_count += result.inlier[i];
+    }
+  }
+  return result;
+}
+
+Eigen::Matrix<double, 3, 4> CanonicalCamera(const Matrix3d& F) {
+  const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector3d e = svd.matrixU().col(2);
+  const Matrix3d G = Cross(e) * F;
+  const Matrix3d onto = Matrix3d::Identity() - e * e.transpose();
+  double s = (G.transpose() * onto).trace() / G.squaredNorm();
+  // A turn of a right angle or so has no scale nearest to the identity: any will do.
+  const double size = std::sqrt(2.0) / G.norm();
+  if (std::abs(s) < 0.1 * size) s = std::copysign(size, s);
+  Eigen::Matrix<double, 3, 4> P;
+  P << s * G + e * e.transpose(), e;
+  return P;
+}
+
+}  // namespace lumi
