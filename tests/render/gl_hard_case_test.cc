@@ -6,8 +6,8 @@
 #include <functional>
 #include <limits>
 
+#include "render/convert.h"
 #include "render/renderer.h"
-#include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {
@@ -44,44 +44,24 @@ std::vector<Way> Ways() {
   return ways;
 }
 
-class GlHardCase : public testing::Test {
+class GlHardCase : public test::GlTest {
  protected:
-  // Skips where there is no OpenGL.
-  void Show(World world) {
-    world_ = std::move(world);
-    try {
-      gl_ = MakeGlRenderer(world_.scene, world_.proxy, world_.photos);
-    } catch (const MachineError& e) {
-      GTEST_SKIP() << "OpenGL 4.3 is not available: " << e.what();
-    }
-  }
-  static World Photographed(int views, int side_px) {
-    World w = MakeWorld(views, side_px);
-    for (std::size_t i = 0; i < w.scene.views.size(); ++i) w.scene.views[i].time_s = 0.01 * static_cast<double>(i);
-    test::Photograph(w);
-    return w;
-  }
+  using GlTest::Draw;
   ImageF Draw(const RadianceSettings& settings, const RenderView& view) {
     RenderRequest request;
     request.settings = settings;
     request.view = view;
-    const ImageF image = gl_->Render(request);
-    for (const float v : image.data)
-      if (!(std::isfinite(v) && v >= 0 && v <= 1.0F + 1e-5F)) {
-        ADD_FAILURE() << "a pixel is " << v;
-        break;
-      }
+    const ImageF image = Draw(request);
+    test::ExpectFinite(image);
     return image;
   }
-
-  World world_;
-  std::unique_ptr<Renderer> gl_;
 };
 
-double Coverage(const ImageF& image) {
-  double sum = 0;
-  for (std::size_t i = 3; i < image.data.size(); i += 4) sum += static_cast<double>(image.data[i]);
-  return sum / (0.25 * static_cast<double>(image.data.size()));
+World Photographed(int views, int side_px) {
+  World w = MakeWorld(views, side_px);
+  for (std::size_t i = 0; i < w.scene.views.size(); ++i) w.scene.views[i].time_s = 0.01 * static_cast<double>(i);
+  test::Photograph(w);
+  return w;
 }
 
 double MeanDifference(const ImageF& a, const ImageF& b) {
@@ -92,8 +72,7 @@ double MeanDifference(const ImageF& a, const ImageF& b) {
 
 // On a photo's centre, in the proxy's plane, on its surface, looking away from it, inside the box.
 TEST_F(GlHardCase, DegenerateViewsStayFinite) {
-  Show(Photographed(6, 80));
-  if (!gl_) return;
+  Load(Photographed(6, 80));
   const Camera camera = Camera::Pinhole(64, 48, 50, 50, 32, 24);
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ(), centre = world_.scene.views[2].CentreInWorld();
   for (const Way& way : Ways()) {
@@ -116,8 +95,7 @@ TEST_F(GlHardCase, DegenerateViewsStayFinite) {
 // The picture at a photo's centre is its limit. Interpolated samples on the photo's very border see it from its own centre
 // only: the cells there are left out.
 TEST_F(GlHardCase, ApproachesAPhotosCentreContinuously) {
-  Show(Photographed(8, 96));
-  if (!gl_) return;
+  Load(Photographed(8, 96));
   const View& source = world_.scene.views[3];
   RadianceSettings pixels, sparse, cells;
   sparse.grid_columns = cells.grid_columns = 9;
@@ -156,8 +134,7 @@ TEST_F(GlHardCase, ApproachesAPhotosCentreContinuously) {
 }
 
 TEST_F(GlHardCase, OnePhotoIsEnough) {
-  Show(Photographed(1, 96));
-  if (!gl_) return;
+  Load(Photographed(1, 96));
   for (const Way& way : Ways()) {
     SCOPED_TRACE(way.name);
     EXPECT_GT(Coverage(Draw(way.settings, ArcView(0.05, 80, 60, 90))), 0.5);
@@ -166,8 +143,7 @@ TEST_F(GlHardCase, OnePhotoIsEnough) {
 
 // Behind all photos, beyond what they see, away from the proxy; and with every photo left out.
 TEST_F(GlHardCase, WhereNoPhotoSeesThereAreHoles) {
-  Show(Photographed(5, 96));
-  if (!gl_) return;
+  Load(Photographed(5, 96));
   for (const Way& way : Ways()) {
     SCOPED_TRACE(way.name);
     const Camera camera = Camera::Pinhole(64, 48, 200, 200, 32, 24);
@@ -177,7 +153,7 @@ TEST_F(GlHardCase, WhereNoPhotoSeesThereAreHoles) {
     request.settings = way.settings;
     request.view = ArcView(1, 64, 48, 60);
     request.use.assign(5, false);
-    EXPECT_EQ(Coverage(gl_->Render(request)), 0);
+    EXPECT_EQ(Coverage(Draw(request)), 0);
   }
 }
 
@@ -201,9 +177,8 @@ TEST_F(GlHardCase, ScalesAndOffsetsChangeNothing) {
     // P x = P' (s x + o), up to scale.
     view.P.col(3) = view.P.col(3) * c.scale - view.P.leftCols<3>() * c.offset;
     view.centre = moved * view.centre;
-    Show(std::move(w));
-    if (!gl_) return;
-    std::size_t i = 0;
+    Load(std::move(w));
+      std::size_t i = 0;
     for (const Way& way : Ways()) {
       SCOPED_TRACE(way.name);
       const ImageF image = Draw(way.settings, view);
