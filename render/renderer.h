@@ -14,6 +14,9 @@
 
 namespace lumi {
 
+// The longest side of a picture that is asked for on a command line.
+constexpr int kMaxPictureSide = 32768;
+
 enum class Show {
   kColor,
   kFalseColor,    // one distinct colour a source view (SourceColor), blended with the same weights
