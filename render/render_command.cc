@@ -44,6 +44,7 @@ double Median(std::vector<double> v) {
 
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.backend == "gl" && !o.budget_ms) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms))) throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
