@@ -149,9 +149,11 @@ void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& se
     // The difference in double, on the circle already: a video's times run into hours, a period into fractions of a second.
     double dt = settings.time_s - sources.time_origin_s;
     if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
-    const float inverse_period = settings.period_s > 0 ? static_cast<float>(1 / settings.period_s) : 0.0F;
-    Times(sources, static_cast<float>(dt), static_cast<float>(2 / settings.time_window_s), static_cast<float>(settings.period_s), inverse_period,
-          out.tau.data());
+    // Bounded: no difference in time times infinity is no number, and h must not overflow.
+    constexpr double kMost = 1e18;
+    const float inverse_period = settings.period_s > 0 ? static_cast<float>(std::min(1 / settings.period_s, kMost)) : 0.0F;
+    Times(sources, static_cast<float>(dt), static_cast<float>(std::min(2 / settings.time_window_s, kMost)), static_cast<float>(settings.period_s),
+          inverse_period, out.tau.data());
   }
 }
 

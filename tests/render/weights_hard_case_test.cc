@@ -217,6 +217,29 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
     }
 }
 
+// A window shorter than any difference of times, down to the smallest number there is, and one longer than all: the photos of the view's
+// own time lead, or all do.
+TEST(HardCase, TimeWindowsAndPeriodsOfNoLength) {
+  Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
+  for (std::size_t j = 0; j < 4; ++j) s.views[j].time_s = 3600 + 0.25 * static_cast<double>(j);  // the fifth has none
+  for (double length = 1e3; length > 0; length *= 1e-3)
+    for (const bool periodic : {false, true}) {
+      RadianceSettings settings;
+      settings.time = true;
+      settings.time_s = 3600.25;
+      settings.time_window_s = length;
+      settings.period_s = periodic ? length : 0;
+      for (const int k : {2, 4, 16}) {
+        settings.k = k;
+        const RayWeights r = AtOrigin(s, {0.1, 0.1, -3}, settings);
+        ExpectConvex(r);
+        if (length < 1e-6 && !periodic) {
+          EXPECT_NEAR(WeightOf(r, 1) + WeightOf(r, 4), 1, 1e-4) << length;
+        }
+      }
+    }
+}
+
 // No photo's leaves reach the ray: R is 0 for all of them, and their sum.
 TEST(HardCase, FarFromAllCamerasTheNearestLead) {
   const Sources s = CamerasAt({{0, 0, -4}, {0.3, 0.1, -4}, {0.1, 0.4, -4}, {-0.5, 0, -4}, {-0.2, -0.4, -4}});
