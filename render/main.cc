@@ -63,8 +63,10 @@ int main(int argc, char** argv) {
   app.add_flag("--leave-out", o.leave_out, "With --view: without that photo");
   app.add_option("--holdout", o.holdout, "Render photos 0, N, 2N ... from the others and compare (N >= 2)");
   app.add_option("--fold", o.fold, "Photos that --holdout takes: report 0, N ..., choose N/2, N/2+N ...")->check(CLI::IsMember({"report", "choose"}))->capture_default_str();
-  app.add_option("--width", o.width_px, "Width in pixels; default: the photo's, or at most 1024 for a path");
-  app.add_option("--height", o.height_px, "Height in pixels; default: by the photos' aspect");
+  // 0 stands for "not given" inside; nobody may give it.
+  const CLI::Range side(1, lumi::kMaxPictureSide);
+  app.add_option("--width", o.width_px, "Width in pixels; default: the photo's, or at most 1024 for a path")->check(side);
+  app.add_option("--height", o.height_px, "Height in pixels; default: by the photos' aspect")->check(side);
   app.add_option("--seconds", o.seconds, "Length of the path through the photos")->capture_default_str();
   app.add_option("--fps", o.fps, "Frames a second of that path")->capture_default_str();
   app.add_flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
@@ -91,7 +93,7 @@ int main(int argc, char** argv) {
     command->add_option("scene", m.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
     command->add_option("-o,--output", m.output, "Folder for tables, plots and pictures");
     command->add_option("--proxy", m.proxies, "Proxies to measure; default: all the scene has, the active one first")->allow_extra_args(false);
-    command->add_option("--width", m.width_px, "Width of the frames, pixels; default: the photos', at most 1024");
+    command->add_option("--width", m.width_px, "Width of the frames, pixels; default: the photos', at most 1024")->check(side);
     command->add_option("--holdout", m.holdout, "Every N-th photo is held out; settings are chosen on N/2, N/2+N ... and reported on 0, N ...")->capture_default_str();
     command->add_option("--views", m.views, "Held-out photos that are measured")->capture_default_str();
     command->add_option("--repeats", m.repeats, "Timed frames a view and setting, after a warm-up")->capture_default_str();
@@ -100,7 +102,7 @@ int main(int argc, char** argv) {
     return command;
   };
   CLI::App* tradeoff = measuring("tradeoff", "Accuracy against time: measures settings, recommends some for 8, 16, 33, 100 ms and no limit, keeps the front in the scene");
-  tradeoff->add_option("--reference-width", m.reference_width_px, "Width of the pictures compared with the optimum; default: as half a minute allows, at most 480");
+  tradeoff->add_option("--reference-width", m.reference_width_px, "Width of the pictures compared with the optimum; default: as half a minute allows, at most 480")->check(side);
   tradeoff->add_flag("--ablation", ablation, "Instead: the thesis's Fig. 5-3, one optimisation after the other, at one view");
   tradeoff->add_flag("--properties", properties, "Instead: as lumi-render properties");
   tradeoff->add_option("--view", m.view, "With --ablation: this photo's camera, without the photo; default: the first held-out one");
@@ -115,7 +117,6 @@ int main(int argc, char** argv) {
         properties = properties || properties_command->parsed();
         if (tradeoff->parsed() || properties) {
           if (*budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
-          if (tradeoff->parsed() && m.output.empty() && !properties) throw lumi::UsageError("-o says where the tables go");
           if (!ablation && !m.view.empty()) throw lumi::UsageError("tradeoff's --view goes with --ablation");
           if (properties && !m.path.empty()) throw lumi::UsageError("tradeoff's --path does not go with --properties");
           if (ablation && properties) throw lumi::UsageError("--ablation and --properties do not go together");
@@ -127,7 +128,6 @@ int main(int argc, char** argv) {
           return properties ? lumi::RunProperties(m, program.progress()) : ablation ? lumi::RunAblation(m, program.progress()) : lumi::RunTradeoff(m, program.progress());
         }
         if (o.scene.empty()) throw lumi::UsageError("a scene is wanted", "see lumi-render --help");
-        if (o.output.empty() && o.holdout == 0) throw lumi::UsageError("-o says where the pictures go");
         if (*budget) o.budget_ms = budget_ms;
         return lumi::RunRender(o, program.progress());
       },

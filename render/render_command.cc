@@ -32,7 +32,6 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kDefaultPathWidth = 1024;
-constexpr int kMaxSide = 32768;
 constexpr int kConfigurationSide = 640;  // of each of the panels of --show cameras
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
 
@@ -40,6 +39,7 @@ double Milliseconds(Clock::time_point since) { return std::chrono::duration<doub
 
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.backend == "gl" && !o.budget_ms) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms))) throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
@@ -49,8 +49,8 @@ void RequireConsistent(const RenderOptions& o) {
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty()) throw UsageError("--show difference needs --view: the photo to compare with");
   if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
-  if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxSide || o.height_px > kMaxSide)
-    throw UsageError("--width and --height take 1 to " + std::to_string(kMaxSide));
+  if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxPictureSide || o.height_px > kMaxPictureSide)
+    throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
   if (!(o.seconds > 0 && o.seconds <= 3600) || !(o.fps > 0 && o.fps <= 240)) throw UsageError("--seconds takes up to 3600, --fps up to 240");
 }
 
@@ -59,6 +59,7 @@ class Job {
   Job(const RenderOptions& options, ProgressSink& sink) : o_(options), sink_(sink), settings_(options.settings), decided_(options.decided) {
     RequireConsistent(o_);
     ApplyEffectList(o_.effects, settings_, decided_);
+    if (o_.output.empty() && o_.holdout == 0) throw UsageError("-o says where the pictures go");
     const bool to_video = o_.output.extension() == ".mp4";
     if (to_video && (o_.holdout != 0 || !o_.view.empty())) throw UsageError("a video needs a path, not --view or --holdout");
     if (!o_.output.empty() && !to_video) RequireOurFolder(o_.output, kMarker);

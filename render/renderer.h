@@ -14,6 +14,9 @@
 
 namespace lumi {
 
+// The longest side of a picture that is asked for on a command line.
+constexpr int kMaxPictureSide = 32768;
+
 enum class Show {
   kColor,
   kFalseColor,    // one distinct colour a source view (SourceColor), blended with the same weights
@@ -48,6 +51,8 @@ class Renderer {
 std::unique_ptr<Renderer> MakeCpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
 // Offscreen through EGL (no window system needed). Throws MachineError where OpenGL 4.3 core cannot be had.
 std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
+// Throws UsageError for what OpenGL does not draw: the optimum at every pixel.
+void RequireDrawnByGl(const RadianceSettings& settings);
 
 // A colour for a source view, distinct from its neighbours' (golden-ratio hues, alternating lightness), RGB [0,1].
 Eigen::Vector3f SourceColor(int view_index);

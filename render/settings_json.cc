@@ -112,8 +112,9 @@ const std::vector<Entry>& Entries() {
                      return;
                    }
                    const std::size_t x = text.find('x');
+                   if (x == std::string::npos) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
                    s.grid_columns = Whole("grid", text.substr(0, x), takes);
-                   s.grid_rows = x == std::string::npos ? s.grid_columns : Whole("grid", text.substr(x + 1), takes);
+                   s.grid_rows = Whole("grid", text.substr(x + 1), takes);
                    if (std::min(s.grid_columns, s.grid_rows) < 2 || std::max(s.grid_columns, s.grid_rows) > 4096)
                      throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
                  }});

@@ -65,13 +65,13 @@ float Correlation(float h) {
 
 // R(h) windowed at h_end, the k + 1st h (kInfinity: there is none). For R = 1/h in units of the nearest photo's.
 struct Window {
-  float h1, edge, inverse_end;
+  float h1, edge, end;
   bool tied;
 };
 Window WindowAt(float h1, float h_end) {
   Window w;
   w.h1 = h1;
-  w.inverse_end = h_end >= kInfinity ? 0.0 : 1.0 / h_end;
+  w.end = h_end;
   w.edge = h_end >= kInfinity ? 0.0 : Ratio(h1, h_end);
   // At a (k+1)-way tie all windowed weights vanish: the tied share.
   w.tied = w.edge >= 1.0;
@@ -80,7 +80,8 @@ Window WindowAt(float h1, float h_end) {
 float Weight(Window w, float h) {
   if (w.tied) return 1.0;
 #ifdef FALLING_LEAVES
-  return Correlation(h) * (1.0 - h * w.inverse_end);
+  // 1 - h / end, which rounds to 0 for all of them where they are nearly tied; their difference does not.
+  return Correlation(h) * (w.end >= kInfinity ? 1.0 : (w.end - h) / w.end);
 #else
   return Ratio(w.h1, h) - w.edge;
 #endif
@@ -91,9 +92,11 @@ bool Open() {
   view_depth = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r;
   color = vec4(0.0);
   if (view_depth <= 0.0) return false;
-  offset = view_depth * (ray_from_pixel * vec3(gl_FragCoord.xy, 1.0));
-  t = length(offset);
-  d = offset / t;
+  vec3 ray = ray_from_pixel * vec3(gl_FragCoord.xy, 1.0);
+  float slant = length(ray);  // of the offset itself it overflows at 1e19
+  offset = view_depth * ray;
+  t = view_depth * slant;
+  d = ray / slant;
 #if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
   PrepareResolution();
 #endif
@@ -127,6 +130,7 @@ void Add(float w, int j, Seen s) {
 }
 
 void Close(float h1, float f_largest) {
+  if (!(sum > 0.0)) return;
 #ifdef FIELD_OF_VIEW
   float alpha = h1 == 0.0 ? 1.0 : min(1.0, f_largest / ALPHA_FULL_AT);
   color = vec4(mean * (alpha / sum), alpha);

@@ -436,8 +436,7 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const RadianceSettings& s = request.settings;
   const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
   const bool cells = s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
-  if (s.similarity == Similarity::kFull && !interpolated)
-    throw UsageError("--backend gl draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use --backend cpu");
+  RequireDrawnByGl(s);
   if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
   if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);

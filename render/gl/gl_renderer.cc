@@ -7,6 +7,7 @@
 #include "render/gl/egl_context.h"
 #include "render/gl/gl_lumigraph.h"
 #include "render/renderer.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 namespace {
@@ -58,6 +59,11 @@ class GlRenderer final : public Renderer {
 };
 
 }  // namespace
+
+void RequireDrawnByGl(const RadianceSettings& s) {
+  if (s.similarity == Similarity::kFull && !s.Sparse())
+    throw UsageError("OpenGL draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use lumi-render --backend cpu");
+}
 
 std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
   return std::make_unique<GlRenderer>(scene, proxy, photos);

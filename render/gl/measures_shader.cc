@@ -148,8 +148,9 @@ uniform mat3 view_from_offset; // the desired camera's matrix
 layout(std430, binding = 1) readonly buffer Normals { vec4 normals[]; };
 
 vec3 tangent_u, tangent_v;
-mat2 view_jacobian;  // columns: steps in pixels for steps along the tangents
+mat2 view_jacobian;  // columns: steps in pixels for steps along the tangents, as long as the point is deep in the view
 
+// depth: relative to that in the view. Areas of steps of unit length would underflow for far points.
 vec2 Step(vec3 tangent, vec3 r0, vec3 r1, vec3 r2, vec2 x_px, float depth) {
   return (vec2(dot(r0, tangent), dot(r1, tangent)) - x_px * dot(r2, tangent)) / depth;
 }
@@ -163,15 +164,16 @@ void PrepareResolution() {
   tangent_u = normalize(cross(n, axis));
   tangent_v = cross(n, tangent_u);
   mat3 rows = transpose(view_from_offset);
-  view_jacobian = mat2(Step(tangent_u, rows[0], rows[1], rows[2], gl_FragCoord.xy, view_depth),
-                       Step(tangent_v, rows[0], rows[1], rows[2], gl_FragCoord.xy, view_depth));
+  view_jacobian = mat2(Step(tangent_u, rows[0], rows[1], rows[2], gl_FragCoord.xy, 1.0),
+                       Step(tangent_v, rows[0], rows[1], rows[2], gl_FragCoord.xy, 1.0));
 }
 
 // The largest singular value of J_view J_photo^-1 (errata of sec. 4.2.2), finite in its intermediates.
 float Stretch(int j, vec4 D, Seen s) {
   if (s.depth <= 0.0) return 1e12;
   vec3 r0 = CAMERA(j, 1).xyz, r1 = CAMERA(j, 2).xyz, r2 = CAMERA(j, 3).xyz;
-  vec2 pu = Step(tangent_u, r0, r1, r2, s.x_px, s.depth), pv = Step(tangent_v, r0, r1, r2, s.x_px, s.depth);
+  float depth = s.depth / view_depth;
+  vec2 pu = Step(tangent_u, r0, r1, r2, s.x_px, depth), pv = Step(tangent_v, r0, r1, r2, s.x_px, depth);
   vec2 vu = view_jacobian[0], vv = view_jacobian[1];
   float det = pu.x * pv.y - pv.x * pu.y;
   float a = vu.x * pv.y - vv.x * pu.y, b = vv.x * pu.x - vu.x * pv.x;

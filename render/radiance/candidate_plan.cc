@@ -22,7 +22,7 @@ struct CellSamples {
   RaySamples rays;
   std::vector<std::int32_t> cell;
   void Add(std::int32_t c, const Eigen::Vector3f& offset, const Eigen::Vector3f& normal) {
-    const float t = offset.norm();
+    const auto t = static_cast<float>(offset.cast<double>().norm());
     if (!(t > 0) || !std::isfinite(t)) return;
     rays.direction.push_back(offset / t);
     rays.t.push_back(t);

@@ -61,9 +61,11 @@ LUMI_KERNEL void DistanceResolution(const RelativeSources& r, float x, float y, 
   }
 }
 
-// The proxy's plane at the point, as the desired view sees it: tangents, and a step's image along each.
+// The proxy's plane at the point, as the desired view sees it: tangents, and the image of a step along each, as long as the point is
+// deep: sigma is a ratio of areas, and those of far points would underflow.
 struct Facet {
   float e1[3], e2[3];
+  float depth;
   float v00, v01, v10, v11;
 };
 
@@ -88,11 +90,12 @@ LUMI_KERNEL void JacobianResolution(const RelativeSources& r, float x, float y, 
     const float iw = 1.0F / (w > 0 ? w : 1.0F);
     const float u = (m0[j] * px + m1[j] * py + m2[j] * pz) * iw;
     const float v = (m3[j] * px + m4[j] * py + m5[j] * pz) * iw;
+    const float step = c.depth * iw;
     const float a0 = m0[j] - u * m6[j], a1 = m1[j] - u * m7[j], a2 = m2[j] - u * m8[j];
     const float b0 = m3[j] - v * m6[j], b1 = m4[j] - v * m7[j], b2 = m5[j] - v * m8[j];
     const float sigma = JacobianStretch(c.v00, c.v01, c.v10, c.v11,                                                          //
-                                        (a0 * c.e1[0] + a1 * c.e1[1] + a2 * c.e1[2]) * iw, (a0 * c.e2[0] + a1 * c.e2[1] + a2 * c.e2[2]) * iw,
-                                        (b0 * c.e1[0] + b1 * c.e1[1] + b2 * c.e1[2]) * iw, (b0 * c.e2[0] + b1 * c.e2[1] + b2 * c.e2[2]) * iw);
+                                        (a0 * c.e1[0] + a1 * c.e1[1] + a2 * c.e1[2]) * step, (a0 * c.e2[0] + a1 * c.e2[1] + a2 * c.e2[2]) * step,
+                                        (b0 * c.e1[0] + b1 * c.e1[1] + b2 * c.e1[2]) * step, (b0 * c.e2[0] + b1 * c.e2[1] + b2 * c.e2[2]) * step);
     const float value = ResolutionValue(sigma, inverse_log_low, inverse_log_high);
     r_out[j] = w > 0 ? value : 0.0F;
   }
@@ -114,8 +117,8 @@ Facet FacetAt(const RelativeSources& r, const Eigen::Vector3f& p, const Eigen::V
   Eigen::Map<Eigen::Vector3f>(f.e2) = e2;
   const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> M(r.desired_m);
   const Eigen::Vector3f q = M * p;
-  const float iw = q.z() > 0 ? 1 / q.z() : 1;
-  const Eigen::RowVector3f a = (M.row(0) - q.x() * iw * M.row(2)) * iw, b = (M.row(1) - q.y() * iw * M.row(2)) * iw;
+  f.depth = q.z() > 0 ? q.z() : 1;
+  const Eigen::RowVector3f a = M.row(0) - q.x() / f.depth * M.row(2), b = M.row(1) - q.y() / f.depth * M.row(2);
   f.v00 = a.dot(e1);
   f.v01 = a.dot(e2);
   f.v10 = b.dot(e1);
@@ -146,9 +149,11 @@ void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& se
     // The difference in double, on the circle already: a video's times run into hours, a period into fractions of a second.
     double dt = settings.time_s - sources.time_origin_s;
     if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
-    const float inverse_period = settings.period_s > 0 ? static_cast<float>(1 / settings.period_s) : 0.0F;
-    Times(sources, static_cast<float>(dt), static_cast<float>(2 / settings.time_window_s), static_cast<float>(settings.period_s), inverse_period,
-          out.tau.data());
+    // Bounded: no difference in time times infinity is no number, and h must not overflow.
+    constexpr double kMost = 1e18;
+    const float inverse_period = settings.period_s > 0 ? static_cast<float>(std::min(1 / settings.period_s, kMost)) : 0.0F;
+    Times(sources, static_cast<float>(dt), static_cast<float>(std::min(2 / settings.time_window_s, kMost)), static_cast<float>(settings.period_s),
+          inverse_period, out.tau.data());
   }
 }
 

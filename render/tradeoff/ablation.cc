@@ -129,6 +129,7 @@ std::string Html(const Json& j) {
 }  // namespace
 
 std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
+  RequireConsistent(o);
   if (o.output.empty()) throw UsageError("-o says where the pictures go");
   Workbench bench(o, kAblationMarker, sink);
   const std::string& proxy = bench.proxies().front();

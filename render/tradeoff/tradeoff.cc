@@ -502,7 +502,11 @@ class Tradeoff {
 
 }  // namespace
 
-std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) { return Tradeoff(options, progress).Run(); }
+std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
+  RequireConsistent(options);
+  if (options.output.empty()) throw UsageError("-o says where the tables go");
+  return Tradeoff(options, progress).Run();
+}
 
 std::string DescribeTradeoff(const std::string& json) {
   const Json j = Json::parse(json);

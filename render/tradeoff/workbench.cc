@@ -14,7 +14,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kLargestWidth = 1024, kQuickWidth = 320, kMaxSide = 32768;
+constexpr int kLargestWidth = 1024, kQuickWidth = 320;
 constexpr double kReferenceCutoffDeg = 24;
 
 }  // namespace
@@ -24,9 +24,16 @@ void RequireConsistent(const MeasureOptions& o) {
   if (o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.views < 1) throw UsageError("--views takes 1 or more");
   if (o.repeats < 1 || o.repeats > 1000) throw UsageError("--repeats takes 1 to 1000");
-  if (o.width_px < 0 || o.width_px > kMaxSide || o.reference_width_px < 0 || o.reference_width_px > kMaxSide)
-    throw UsageError("--width and --reference-width take 1 to " + std::to_string(kMaxSide));
+  if (o.width_px < 0 || o.width_px > kMaxPictureSide || o.reference_width_px < 0 || o.reference_width_px > kMaxPictureSide)
+    throw UsageError("--width and --reference-width take 1 to " + std::to_string(kMaxPictureSide));
   if (!o.view.empty() && !o.path.empty()) throw UsageError("--view and --path do not go together");
+  for (std::size_t i = 0; i < o.proxies.size(); ++i)
+    if (std::find(o.proxies.begin(), o.proxies.begin() + static_cast<std::ptrdiff_t>(i), o.proxies[i]) !=
+        o.proxies.begin() + static_cast<std::ptrdiff_t>(i))
+      throw UsageError("--proxy " + o.proxies[i] + " is given twice");
+  RadianceSettings settings = o.settings;
+  std::set<std::string> decided = o.decided;
+  ApplyEffectList(o.effects, settings, decided);
 }
 
 Workbench::Workbench(const MeasureOptions& o, const std::string& marker, ProgressSink& sink) : o_(o), settings_(o.settings) {
@@ -45,10 +52,6 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
     std::stable_partition(proxies_.begin(), proxies_.end(), [&](const std::string& p) { return p == scene_.active_proxy; });
     if (proxies_.empty()) proxies_ = {""};  // LoadProxy says what is missing
   }
-  for (std::size_t i = 0; i < proxies_.size(); ++i)
-    if (std::find(proxies_.begin(), proxies_.begin() + static_cast<std::ptrdiff_t>(i), proxies_[i]) !=
-        proxies_.begin() + static_cast<std::ptrdiff_t>(i))
-      throw UsageError("--proxy " + proxies_[i] + " is given twice");
   for (const std::string& p : proxies_) meshes_[p] = std::make_unique<Mesh>(LoadProxy(scene_, p));
   photos_ = LoadPhotos(scene_, {}, sink);
 

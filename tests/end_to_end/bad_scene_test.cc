@@ -161,12 +161,18 @@ TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
       {{"--budget-ms", "-5"}, "--budget-ms"},
       {{"--resolution", "sharpness"}, "--resolution"},
       {{"--grid", "1"}, "--grid"},
+      {{"--grid", "25"}, "--grid"},
       {{"--grid", "8x1"}, "--grid"},
+      {{"--width", "0"}, "--width"},
+      {{"--width", "32769"}, "--width"},
+      {{"--height", "-1"}, "--height"},
       {{"--alpha", "-1"}, "--alpha"},
       {{"--r-min-deg", "6"}, "--r-min-deg"},
       {{"--effects", "fov,shine"}, "shine"},
       {{"--similarity", "full", "--correlation", "inverse"}, "--correlation"},
-      {{"--similarity", "full", "--grid", "8", "--sampling", "candidates"}, "--sampling"},
+      {{"--similarity", "full", "--grid", "8x8", "--sampling", "candidates"}, "--sampling"},
+      {{"--backend", "gl", "--similarity", "full"}, "--backend cpu"},
+      {{"--backend", "gl", "--similarity", "full", "--grid", "pixel"}, "--grid"},
       {{"--phase", "0.5"}, "--phase"},
       {{"--show", "x-ray"}, "--show"},
       {{"--show", "cameras"}, "--view"},
@@ -177,6 +183,35 @@ TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
     // The scene has no period: that is the data's, not the line's.
     ExpectRefusal({argv, named == "--phase" ? 1 : 2, {named}, output, {path_}});
   }
+}
+
+// Whether the output is missing, or is somebody's folder, is the second question.
+TEST_F(BadScene, MeasuringCommandsLookAtTheirOptionsBeforeTheirOutput) {
+  const fs::path output = folder_ / "photos";
+  WriteTextAtomically(output / "holiday.txt", "not ours");
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"--width", "0"}, "--width"},
+      {{"--reference-width", "0"}, "--reference-width"},
+      {{"--views", "0"}, "--views"},
+      {{"--repeats", "0"}, "--repeats"},
+      {{"--holdout", "1"}, "--holdout"},
+      {{"--budget-ms", "5"}, "--budget-ms"},
+      {{"--k", "0"}, "--k"},
+      {{"--grid", "25"}, "--grid"},
+      {{"--alpha", "-1"}, "--alpha"},
+      {{"--effects", "shine"}, "shine"},
+      {{"--proxy", "wall", "--proxy", "wall"}, "--proxy"},
+      {{"--ablation", "--properties"}, "--ablation"},
+      {{}, "holiday.txt"}};
+  for (const auto& [options, named] : cases) {
+    std::vector<std::string> argv = {"lumi-render", "tradeoff", path_.string(), "-o", output.string()};
+    argv.insert(argv.end(), options.begin(), options.end());
+    ExpectRefusal({argv, 2, {named}, {}, {path_, output}});
+  }
+  ExpectRefusal({{"lumi-render", "tradeoff", path_.string(), "--views", "0"}, 2, {"--views"}, {}, {path_}});
+  ExpectRefusal({{"lumi-render", "tradeoff", path_.string()}, 2, {"-o"}, {}, {path_}});
+  ExpectRefusal({{"lumi-render", path_.string(), "--alpha", "-1"}, 2, {"--alpha"}, {}, {path_}});
+  ExpectRefusal({{"lumi-render", path_.string()}, 2, {"-o"}, {}, {path_}});
 }
 
 }  // namespace

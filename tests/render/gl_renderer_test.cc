@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "render/convert.h"
 #include "render/renderer.h"
 #include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
@@ -11,7 +12,10 @@ namespace lumi {
 namespace {
 
 using test::ArcView;
+using test::ExpectFinite;
 using test::MakeWorld;
+using test::Photographed;
+using test::PsnrDb;
 using test::World;
 
 // Eight bits of a texture's bilinear weights, and pixels at the proxy's silhouettes that fall either way.
@@ -31,30 +35,8 @@ std::unique_ptr<Renderer> GlOrNull(const World& w, std::string& why) {
   const std::unique_ptr<Renderer> name = GlOrNull(world, name##_why);  \
   if (!name) GTEST_SKIP() << "OpenGL 4.3 is not available: " << name##_why
 
-double PsnrDb(const ImageF& a, const ImageF& b) {
-  EXPECT_EQ(a.data.size(), b.data.size());
-  double sum = 0;
-  for (std::size_t i = 0; i < a.data.size(); ++i) {
-    const double d = static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]);
-    sum += d * d;
-  }
-  return -10 * std::log10(std::max(sum / static_cast<double>(a.data.size()), 1e-12));
-}
-
-double Coverage(const ImageF& image) {
-  double sum = 0;
-  for (std::size_t i = 3; i < image.data.size(); i += 4) sum += static_cast<double>(image.data[i]);
-  return sum / (0.25 * static_cast<double>(image.data.size()));
-}
-
-void ExpectFinite(const ImageF& image) {
-  for (const float v : image.data)
-    ASSERT_TRUE(std::isfinite(v) && v >= 0 && v <= 1.0F + 1e-5F) << v;
-}
-
 TEST(GlRenderer, AgreesWithTheCpu) {
-  World w = MakeWorld();
-  test::Photograph(w);
+  const World w = Photographed(10, 160);
   MAKE_GL_OR_SKIP(gl, w);
   const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   struct Case {
@@ -96,13 +78,11 @@ TEST(GlRenderer, AgreesWithTheCpu) {
 // What photos of another exposure show is brought to the view's: in a constant world nothing is left of them.
 TEST(GlRenderer, ExposureIsTakenOut) {
   World w = MakeWorld(8, 96);
-  for (std::size_t i = 0; i < w.scene.views.size(); ++i) {
-    w.scene.views[i].gain = i % 2 == 0 ? 0.5 : 1.25;
-    const Camera& c = w.scene.CameraOf(w.scene.views[i]);
-    Image8 image(c.width_px, c.height_px, 3);
-    for (std::uint8_t& v : image.data) v = static_cast<std::uint8_t>(std::lround(120 * w.scene.views[i].gain));
-    w.photos.push_back({BuildPyramid(image), 0});
-  }
+  for (std::size_t i = 0; i < w.scene.views.size(); ++i) w.scene.views[i].gain = i % 2 == 0 ? 0.5 : 1.25;
+  test::Paint(w, [&](std::size_t i) {
+    const auto grey = static_cast<std::uint8_t>(std::lround(120 * w.scene.views[i].gain));
+    return std::array<std::uint8_t, 3>{grey, grey, grey};
+  });
   MAKE_GL_OR_SKIP(gl, w);
   RenderRequest request;
   request.view = ArcView(0.7, 150, 120, 140);
@@ -119,8 +99,7 @@ TEST(GlRenderer, ExposureIsTakenOut) {
 }
 
 TEST(GlRenderer, SaysWhatASparseFrameTook) {
-  World w = MakeWorld(6, 80);
-  test::Photograph(w);
+  const World w = Photographed(6, 80);
   MAKE_GL_OR_SKIP(gl, w);
   RenderRequest request;
   request.view = ArcView(0.7, 100, 80, 90);
@@ -225,8 +204,7 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
 
 // A proxy of many small triangles is sampled at its vertices.
 TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
-  World w = MakeWorld(8, 120);
-  test::Photograph(w);
+  World w = Photographed(8, 120);
   constexpr int kSide = 30;
   w.proxy = {};
   for (int y = 0; y <= kSide; ++y)
@@ -254,8 +232,7 @@ TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
 }
 
 TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
-  World w = MakeWorld(6, 120);
-  test::Photograph(w);
+  const World w = Photographed(6, 120);
   MAKE_GL_OR_SKIP(gl, w);
   const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest request;
@@ -268,13 +245,8 @@ TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
 
 TEST(GlRenderer, AConstantWorldRendersConstant) {
   World w = MakeWorld(8, 96);
-  const std::uint8_t rgb[3] = {37, 140, 211};
-  for (const View& v : w.scene.views) {
-    const Camera& c = w.scene.CameraOf(v);
-    Image8 image(c.width_px, c.height_px, 3);
-    for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = rgb[i % 3];
-    w.photos.push_back({BuildPyramid(image), 0});
-  }
+  const std::array<std::uint8_t, 3> rgb = {37, 140, 211};
+  test::Paint(w, [&](std::size_t) { return rgb; });
   MAKE_GL_OR_SKIP(gl, w);
   for (const int k : {1, 4, 0})
     for (const RenderView& view : {ArcView(0.7, 150, 120, 140), ArcView(1.6, 60, 60, 25, 1.4)}) {
@@ -288,14 +260,13 @@ TEST(GlRenderer, AConstantWorldRendersConstant) {
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
           for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[c]) / 255.0F, kTolerance)
+            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, kTolerance)
                 << x << " " << y;
     }
 }
 
 TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
-  World w = MakeWorld();
-  test::Photograph(w);
+  const World w = Photographed(10, 160);
   MAKE_GL_OR_SKIP(gl, w);
   for (const auto& [samples, sampling] : {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}})
     for (std::size_t j = 0; j < w.scene.views.size(); ++j) {
@@ -324,8 +295,7 @@ TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
 }
 
 TEST(GlRenderer, MoreCamerasThanAUniformBlockHolds) {
-  World w = MakeWorld(1100, 16, 6.0);
-  test::Photograph(w);
+  const World w = Photographed(1100, 16, 6.0);
   MAKE_GL_OR_SKIP(gl, w);
   const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest request;
@@ -334,15 +304,7 @@ TEST(GlRenderer, MoreCamerasThanAUniformBlockHolds) {
 }
 
 TEST(GlRenderer, PhotosOfEverySizeShareTheTextures) {
-  World w = MakeWorld(40, 60);
-  // Forty sizes: more than there are texture units.
-  w.scene.cameras.clear();
-  for (int i = 0; i < 40; ++i) {
-    w.scene.cameras.push_back(Camera::Pinhole(40 + 3 * i, 90 - i, 50 + i, 50 + i, 20 + 1.5 * i, 45 - 0.5 * i));
-    w.scene.views[static_cast<std::size_t>(i)].camera = CameraId{i};
-  }
-  UpdateFrameOfReference(w.scene);
-  test::Photograph(w);
+  const World w = test::WorldOfManySizes(40);  // more than there are texture units
   MAKE_GL_OR_SKIP(gl, w);
   const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
   RenderRequest request;
@@ -351,8 +313,7 @@ TEST(GlRenderer, PhotosOfEverySizeShareTheTextures) {
 }
 
 TEST(GlRenderer, PicturesOfDifferentSizesFollowEachOther) {
-  World w = MakeWorld(5, 80);
-  test::Photograph(w);
+  const World w = Photographed(5, 80);
   MAKE_GL_OR_SKIP(gl, w);
   RenderRequest request;
   request.view = ArcView(1.1, 100, 80, 90);

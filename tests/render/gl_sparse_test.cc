@@ -6,41 +6,22 @@
 #include <limits>
 #include <random>
 
+#include "render/convert.h"
 #include "render/cpu/blend.h"
-#include "render/gl/egl_context.h"
-#include "render/gl/gl_lumigraph.h"
 #include "render/radiance/weights.h"
-#include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {
 namespace {
 
 using test::ArcView;
+using test::ExpectFinite;
+using test::Photographed;
+using test::PsnrDb;
 using test::World;
 
 // Eight bits of a texture's bilinear weights, and pixels at edges that fall either way.
 constexpr double kAgreementDb = 45.0;
-
-double PsnrDb(const ImageF& a, const ImageF& b) {
-  EXPECT_EQ(a.data.size(), b.data.size());
-  double sum = 0;
-  for (std::size_t i = 0; i < a.data.size(); ++i) {
-    const double d = static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]);
-    sum += d * d;
-  }
-  return -10 * std::log10(std::max(sum / static_cast<double>(a.data.size()), 1e-12));
-}
-
-double Coverage(const ImageF& image) {
-  double sum = 0;
-  for (std::size_t i = 3; i < image.data.size(); i += 4) sum += static_cast<double>(image.data[i]);
-  return sum / (0.25 * static_cast<double>(image.data.size()));
-}
-
-void ExpectFinite(const ImageF& image) {
-  for (const float v : image.data) ASSERT_TRUE(std::isfinite(v) && v >= 0 && v <= 1.0F + 1e-5F) << v;
-}
 
 struct Projected {
   Eigen::Vector2d x01;  // sides of the photo 1
@@ -170,58 +151,17 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
   return image;
 }
 
-class GlSparse : public testing::Test {
+class GlSparse : public test::GlTest {
  protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<EglContext>();
-      current_ = std::make_unique<EglContext::Current>(*context_);
-    } catch (const MachineError& e) {
-      GTEST_SKIP() << "OpenGL 4.3 is not available: " << e.what();
-    }
-    target_ = std::make_unique<GlTarget>();
-  }
-  void TearDown() override {
-    lumigraph_.reset();
-    target_.reset();
-    current_.reset();
-  }
-  void Show(World world) {
-    world_ = std::move(world);
-    std::vector<Eigen::Vector2i> sizes;
-    for (const Photo& p : world_.photos) sizes.emplace_back(p.levels[0].width, p.levels[0].height);
-    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, sizes);
-    lumigraph_->SetProxy(world_.proxy);
-    for (std::size_t i = 0; i < world_.photos.size(); ++i) lumigraph_->Upload({static_cast<int>(i)}, world_.photos[i]);
-  }
-  ViewSetup Setup(const RenderRequest& r) const { return MakeViewSetup(lumigraph_->sources(), r.view, r.settings, r.use); }
-  template <typename Plan>
-  ImageF Draw(const RenderRequest& request, const Plan& plan) {
-    lumigraph_->Begin(request, plan, *target_);
-    lumigraph_->Blend(*target_, 0, request.view.size_px.y());
-    return lumigraph_->ReadColor(*target_, request.view.size_px);
-  }
   SparsePlan Plan(const ViewSetup& setup, int n) const {
     return PlanOfMesh(setup, world_.proxy, lumigraph_->sources().normalized_from_world, n);
   }
-
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<EglContext::Current> current_;
-  World world_;
-  std::unique_ptr<GlLumigraph> lumigraph_;
-  std::unique_ptr<GlTarget> target_;
 };
-
-World Photographed(int views, int side_px, double arc = 2.4) {
-  World w = test::MakeWorld(views, side_px, arc);
-  test::Photograph(w);
-  return w;
-}
 
 TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
   World world = Photographed(10, 160);
   for (std::size_t i = 0; i < world.scene.views.size(); ++i) world.scene.views[i].gain = 1 + 0.1 * std::sin(5.0 * static_cast<double>(i));
-  Show(std::move(world));
+  Load(std::move(world));
   RenderRequest base;
   base.view = ArcView(0.93, 200, 150, 210);
   struct Case {
@@ -266,7 +206,7 @@ TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
 }
 
 TEST_F(GlSparse, TheDepthBufferDecidesWhateverTheOrder) {
-  Show(Photographed(6, 100));
+  Load(Photographed(6, 100));
   RenderRequest request;
   request.view = ArcView(1.1, 120, 90, 110);
   const ViewSetup setup = Setup(request);
@@ -288,13 +228,9 @@ TEST_F(GlSparse, TheDepthBufferDecidesWhateverTheOrder) {
 
 TEST_F(GlSparse, AConstantWorldIsConstant) {
   World w = test::MakeWorld(8, 96);
-  const std::uint8_t rgb[3] = {37, 140, 211};
-  for (const View& v : w.scene.views) {
-    Image8 image(w.scene.CameraOf(v).width_px, w.scene.CameraOf(v).height_px, 3);
-    for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = rgb[i % 3];
-    w.photos.push_back({BuildPyramid(image), 0});
-  }
-  Show(std::move(w));
+  const std::array<std::uint8_t, 3> rgb = {37, 140, 211};
+  test::Paint(w, [&](std::size_t) { return rgb; });
+  Load(std::move(w));
   for (const bool field_of_view : {true, false})
     for (const RenderView& view : {ArcView(0.7, 150, 120, 140), ArcView(1.6, 60, 60, 25, 1.4)}) {
       RenderRequest request;
@@ -305,21 +241,13 @@ TEST_F(GlSparse, AConstantWorldIsConstant) {
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
           for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[c]) / 255.0F, 1e-5F) << x << " " << y;
+            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, 1e-5F) << x << " " << y;
     }
 }
 
 TEST_F(GlSparse, PhotosOfEverySizeAndMoreThanAUniformBlockHolds) {
-  World w = test::MakeWorld(40, 60);
-  w.scene.cameras.clear();
-  for (int i = 0; i < 40; ++i) {
-    w.scene.cameras.push_back(Camera::Pinhole(40 + 3 * i, 90 - i, 50 + i, 50 + i, 20 + 1.5 * i, 45 - 0.5 * i));
-    w.scene.views[static_cast<std::size_t>(i)].camera = CameraId{i};
-  }
-  UpdateFrameOfReference(w.scene);
-  test::Photograph(w);
-  for (World& world : std::array{std::move(w), Photographed(1100, 16, 6.0)}) {
-    Show(std::move(world));
+  for (World& world : std::array{test::WorldOfManySizes(40), Photographed(1100, 16, 6.0)}) {
+    Load(std::move(world));
     RenderRequest request;
     request.view = ArcView(1.03, 100, 80, 90);
     const ViewSetup setup = Setup(request);
@@ -331,7 +259,7 @@ TEST_F(GlSparse, PhotosOfEverySizeAndMoreThanAUniformBlockHolds) {
 }
 
 TEST_F(GlSparse, TheTessellationIsDrawnOverTheColour) {
-  Show(Photographed(6, 100));
+  Load(Photographed(6, 100));
   RenderRequest request;
   request.view = ArcView(1.1, 200, 150, 180);
   const SparsePlan plan = Plan(Setup(request), 3);
@@ -357,7 +285,7 @@ TEST_F(GlSparse, TheTessellationIsDrawnOverTheColour) {
 
 // Every cell lists all photos: the picture of a weight a pixel.
 TEST_F(GlSparse, CellsWithAllPhotosGiveThePixelsPicture) {
-  Show(Photographed(9, 100));
+  Load(Photographed(9, 100));
   for (const int k : {3, 0}) {
     RenderRequest request;
     request.view = ArcView(1.1, 131, 97, 120);

@@ -1,17 +1,26 @@
-// A small world whose every photograph is known: a textured floor and a box on it, seen by cameras on an arc.
+// A small world whose every photograph is known: a textured floor and a box on it, seen by cameras on an arc. And what the tests
+// of the graphics backend do with one: show it, draw it, read weights off it, compare pictures.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "render/gl/egl_context.h"
+#include "render/gl/gl_lumigraph.h"
 #include "render/photos/photo_set.h"
 #include "scene/files/image_io.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
+#include "scene/program/error.h"
 
 namespace lumi::test {
 
@@ -119,5 +128,114 @@ inline void Photograph(World& w) {
   w.photos.clear();
   for (const View& v : w.scene.views) w.photos.push_back({BuildPyramid(Photograph(MakeRenderView(w.scene, v))), 0});
 }
+
+inline World Photographed(int views, int side_px, double arc_rad = 2.4) {
+  World w = MakeWorld(views, side_px, arc_rad);
+  Photograph(w);
+  return w;
+}
+
+// Every photo of another size and aspect, focal length and centre.
+inline World WorldOfManySizes(int views) {
+  World w = MakeWorld(views, 60);
+  w.scene.cameras.clear();
+  for (int i = 0; i < views; ++i) {
+    w.scene.cameras.push_back(Camera::Pinhole(40 + 3 * i, 90 - i, 50 + i, 50 + i, 20 + 1.5 * i, 45 - 0.5 * i));
+    w.scene.views[static_cast<std::size_t>(i)].camera = CameraId{i};
+  }
+  UpdateFrameOfReference(w.scene);
+  Photograph(w);
+  return w;
+}
+
+// Every photo one colour: rgb(i), code values.
+template <typename Colors>
+void Paint(World& w, const Colors& rgb) {
+  w.photos.clear();
+  for (std::size_t i = 0; i < w.scene.views.size(); ++i) {
+    const Camera& c = w.scene.CameraOf(w.scene.views[i]);
+    const std::array<std::uint8_t, 3> color = rgb(i);
+    Image8 image(c.width_px, c.height_px, 3);
+    for (std::size_t n = 0; n < image.data.size(); ++n) image.data[n] = color[n % 3];
+    w.photos.push_back({BuildPyramid(image), 0});
+  }
+}
+
+inline double PsnrDb(const ImageF& a, const ImageF& b) {
+  EXPECT_EQ(a.data.size(), b.data.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) {
+    const double d = static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]);
+    sum += d * d;
+  }
+  return -10 * std::log10(std::max(sum / static_cast<double>(a.data.size()), 1e-12));
+}
+
+inline void ExpectFinite(const ImageF& image) {
+  for (const float v : image.data) ASSERT_TRUE(std::isfinite(v) && v >= 0 && v <= 1.0F + 1e-5F) << v;
+}
+
+// A world in graphics memory, in a context of its own. Skips where there is no OpenGL 4.3.
+class GlTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      context_ = std::make_unique<EglContext>();
+      current_ = std::make_unique<EglContext::Current>(*context_);
+    } catch (const MachineError& e) {
+      GTEST_SKIP() << "OpenGL 4.3 is not available: " << e.what();
+    }
+    target_ = std::make_unique<GlTarget>();
+  }
+  void TearDown() override {
+    lumigraph_.reset();
+    target_.reset();
+    current_.reset();
+  }
+
+  // A world without photos can be drawn in false colours.
+  void Load(World world) {
+    world_ = std::move(world);
+    std::vector<Eigen::Vector2i> sizes(world_.scene.views.size(), Eigen::Vector2i(1, 1));
+    for (std::size_t i = 0; i < world_.photos.size(); ++i) sizes[i] = {world_.photos[i].levels[0].width, world_.photos[i].levels[0].height};
+    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, sizes);
+    lumigraph_->SetProxy(world_.proxy);
+    for (std::size_t i = 0; i < world_.photos.size(); ++i) lumigraph_->Upload({static_cast<int>(i)}, world_.photos[i]);
+  }
+  ViewSetup Setup(const RenderRequest& r) const { return MakeViewSetup(lumigraph_->sources(), r.view, r.settings, r.use); }
+  ImageF Draw(const RenderRequest& request) {
+    lumigraph_->Begin(request, *target_);
+    return Blend(request);
+  }
+  template <typename Plan>
+  ImageF Draw(const RenderRequest& request, const Plan& plan) {
+    lumigraph_->Begin(request, plan, *target_);
+    return Blend(request);
+  }
+  // Weight of every camera at every pixel, times alpha, and alpha: three cameras a picture as red, green and blue.
+  std::vector<ImageF> WeightPictures(RenderRequest request) {
+    request.show = Show::kFalseColor;
+    std::vector<ImageF> pictures;
+    for (std::size_t first = 0; first < world_.scene.views.size(); first += 3) {
+      std::vector<Eigen::Vector3f> colors(world_.scene.views.size(), Eigen::Vector3f::Zero());
+      for (std::size_t i = 0; i < 3 && first + i < colors.size(); ++i) colors[first + i][static_cast<int>(i)] = 1;
+      lumigraph_->SetSourceColors(colors);
+      pictures.push_back(Draw(request));
+    }
+    return pictures;
+  }
+
+  std::unique_ptr<EglContext> context_;
+  std::unique_ptr<EglContext::Current> current_;
+  World world_;
+  std::unique_ptr<GlLumigraph> lumigraph_;
+  std::unique_ptr<GlTarget> target_;
+
+ private:
+  ImageF Blend(const RenderRequest& request) {
+    lumigraph_->Blend(*target_, 0, request.view.size_px.y());
+    return lumigraph_->ReadColor(*target_, request.view.size_px);
+  }
+};
 
 }  // namespace lumi::test

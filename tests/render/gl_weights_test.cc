@@ -4,11 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "render/gl/egl_context.h"
-#include "render/gl/gl_lumigraph.h"
 #include "render/radiance/weights.h"
 #include "render/visibility_maps.h"
-#include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {
@@ -30,49 +27,10 @@ constexpr float kMeasureTolerance = 2e-4F;
 // Where a photo sees the proxy nearly edge-on, its Jacobian is a small difference of large numbers.
 constexpr float kJacobianTolerance = 5e-3F;
 
-class GlWeights : public testing::Test {
- protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<EglContext>();
-      current_ = std::make_unique<EglContext::Current>(*context_);
-    } catch (const MachineError& e) {
-      GTEST_SKIP() << "OpenGL 4.3 is not available: " << e.what();
-    }
-    world_ = test::MakeWorld(11, 100);
-    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
-    lumigraph_->SetProxy(world_.proxy);
-    target_ = std::make_unique<GlTarget>();
-  }
-  void TearDown() override {
-    lumigraph_.reset();
-    target_.reset();
-    current_.reset();
-  }
-
-  // Weight of every camera at every pixel, and alpha: three cameras a picture as red, green and blue.
-  std::vector<ImageF> WeightPictures(RenderRequest request) {
-    request.show = Show::kFalseColor;
-    std::vector<ImageF> pictures;
-    for (std::size_t first = 0; first < world_.scene.views.size(); first += 3) {
-      std::vector<Eigen::Vector3f> colors(world_.scene.views.size(), Eigen::Vector3f::Zero());
-      for (std::size_t i = 0; i < 3 && first + i < colors.size(); ++i) colors[first + i][static_cast<int>(i)] = 1;
-      lumigraph_->SetSourceColors(colors);
-      lumigraph_->Begin(request, *target_);
-      lumigraph_->Blend(*target_, 0, request.view.size_px.y());
-      pictures.push_back(lumigraph_->ReadColor(*target_, request.view.size_px));
-    }
-    return pictures;
-  }
-
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<EglContext::Current> current_;
-  test::World world_;
-  std::unique_ptr<GlLumigraph> lumigraph_;
-  std::unique_ptr<GlTarget> target_;
-};
+using GlWeights = test::GlTest;
 
 TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
+  Load(test::MakeWorld(11, 100));
   std::mt19937_64 random(20020501);
   std::uniform_real_distribution<double> uniform(0, 1);
   const Sources& sources = lumigraph_->sources();
@@ -140,10 +98,10 @@ TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
 TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> uniform(0, 1);
-  for (std::size_t i = 0; i < world_.scene.views.size(); ++i)
-    if (i != 4) world_.scene.views[i].time_s = 3600.0 + 0.11 * static_cast<double>(i * i);
-  lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
-  lumigraph_->SetProxy(world_.proxy);
+  test::World world = test::MakeWorld(11, 100);
+  for (std::size_t i = 0; i < world.scene.views.size(); ++i)
+    if (i != 4) world.scene.views[i].time_s = 3600.0 + 0.11 * static_cast<double>(i * i);
+  Load(std::move(world));
   const Sources& sources = lumigraph_->sources();
   const ProxyTracer tracer(world_.proxy, sources.normalized_from_world);
   const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
@@ -236,9 +194,7 @@ TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
   std::mt19937_64 random(31);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const auto& [views, arc] : {std::pair{40, 5.5}, {300, 3.0}, {5, 1.0}}) {
-    world_ = test::MakeWorld(views, 100, arc);
-    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(world_.scene.views.size(), Eigen::Vector2i(1, 1)));
-    lumigraph_->SetProxy(world_.proxy);
+    Load(test::MakeWorld(views, 100, arc));
     for (int frame = 0; frame < 12; ++frame) {
       RenderRequest request;
       request.show = Show::kFalseColor;
@@ -248,9 +204,7 @@ TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
       request.settings.gamma = std::array{1.0, 0.0, 4.0}[static_cast<std::size_t>(frame % 3)];
       const auto draw = [&](bool culling) {
         lumigraph_->SetCulling(culling);
-        lumigraph_->Begin(request, *target_);
-        lumigraph_->Blend(*target_, 0, request.view.size_px.y());
-        return lumigraph_->ReadColor(*target_, request.view.size_px);
+        return Draw(request);
       };
       ASSERT_EQ(draw(true).data, draw(false).data) << views << " views, frame " << frame;
     }
@@ -259,10 +213,10 @@ TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
 
 // Two photos from one place share at their common epipole, and nobody else has a part.
 TEST_F(GlWeights, CamerasAtOnePlaceShare) {
-  world_.scene.views[4].cam_from_world = world_.scene.views[3].cam_from_world;
-  world_.scene.views[4].camera = world_.scene.views[3].camera;
-  lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, std::vector<Eigen::Vector2i>(11, Eigen::Vector2i(1, 1)));
-  lumigraph_->SetProxy(world_.proxy);
+  test::World world = test::MakeWorld(11, 100);
+  world.scene.views[4].cam_from_world = world.scene.views[3].cam_from_world;
+  world.scene.views[4].camera = world.scene.views[3].camera;
+  Load(std::move(world));
   RenderRequest request;
   request.view = MakeRenderView(world_.scene, world_.scene.views[3]);
   const std::vector<ImageF> pictures = WeightPictures(request);

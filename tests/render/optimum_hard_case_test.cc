@@ -305,6 +305,80 @@ TEST(HardCase, FarFromAllPhotosNothingExplodes) {
     }
 }
 
+// Rays become parallel: photos correlate wholly, shares are arbitrary, their sum is not.
+TEST(HardCase, AVeryFarProxyPointIsSound) {
+  const Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
+  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt({0.1, 0.1, -3}, {0.1, 0.1, 0}, {0, -1, 0}));
+  for (const bool resolution : {false, true})
+    for (const WeightSum sum : kSums)
+      for (const double accuracy : kAccuracies) {
+        RadianceSettings settings = Full(accuracy, sum);
+        if (resolution) settings.resolution = Resolution::kJacobian;
+        const ViewSetup setup = MakeViewSetup(s, view, settings);
+        for (float t = 1; t < 1e30F; t *= 100) {
+          const RaySamples rays{{{0, 0, 1}}, {t}, {{0, 0.6F, 0.8F}}};
+          WeightTable table;
+          OptimumCounts counts;
+          WeighOptimal(setup, nullptr, rays, table, counts);
+          double total = 0;
+          for (const float w : table.weight) {
+            ASSERT_TRUE(std::isfinite(w)) << t;
+            EXPECT_LT(std::abs(w), 2) << t << " " << accuracy << " " << Name(sum);
+            total += static_cast<double>(w);
+          }
+          EXPECT_EQ(table.alpha[0], 1) << t;
+          EXPECT_NEAR(total, 1, 1e-4) << t << " " << accuracy << " " << Name(sum);
+        }
+      }
+}
+
+TEST(HardCase, ACameraOnTheProxyAndADesiredOneTouchingIt) {
+  for (const WeightSum sum : kSums)
+    for (const double accuracy : kAccuracies)
+      for (double d = 1e-1; d >= 1e-30; d /= 100) {
+        const Sources s = CamerasAt({{0, 0, -d}, {0.1, 0, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0.04, 0.1, -4}});
+        for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.02, 0.01, -3), Eigen::Vector3d(0, 0, -d), Eigen::Vector3d(0, 0, -1e-3 * d)}) {
+          const Solved r = AtOrigin(s, eye, Full(accuracy, sum));
+          EXPECT_NEAR(r.Sum(), 1, 1e-4) << d << " " << eye.z() << " " << accuracy << " " << Name(sum);
+          for (const double w : r.weight) EXPECT_LT(std::abs(w), 2) << d << " " << eye.z();
+        }
+      }
+}
+
+// Samples of one call share their photos' pairs: rays that coincide, or lie on a line, or fan out from one point, are weighed as each is
+// alone.
+TEST(HardCase, CollinearAndCoincidentSamples) {
+  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt({0.03, 0.02, -3}, {0, 0, 0}, {0, -1, 0}));
+  for (const double accuracy : kAccuracies) {
+    const ViewSetup setup = MakeViewSetup(s, view, Full(accuracy));
+    for (double apart = 1e-1; apart >= 1e-15; apart /= 10) {
+      RaySamples rays;
+      const auto add = [&](const Eigen::Vector3d& p) {
+        const Eigen::Vector3d ray = p - setup.desired.centre;
+        rays.direction.push_back(ray.normalized().cast<float>());
+        rays.t.push_back(static_cast<float>(ray.norm()));
+      };
+      for (int i = 0; i < 40; ++i) add({i * apart, 0.5 * i * apart, 0});              // on a line
+      for (int i = 0; i < 40; ++i) add({0.1, 0.05, 0});                               // the same
+      for (int i = 0; i < 5; ++i) add(setup.desired.centre + Eigen::Vector3d(0, 0, 3 + i * apart));  // one behind the other
+      WeightTable together;
+      OptimumCounts counts;
+      WeighOptimal(setup, nullptr, rays, together, counts);
+      for (std::size_t i = 0; i < rays.size(); i += 3) {
+        const RaySamples one{{rays.direction[i]}, {rays.t[i]}, {}};
+        WeightTable alone;
+        WeighOptimal(setup, nullptr, one, alone, counts);
+        std::vector<double> w(6, 0.0);
+        for (std::size_t k = 0; k < alone.camera.size(); ++k) w[static_cast<std::size_t>(alone.camera[k])] -= static_cast<double>(alone.weight[k]);
+        for (std::int32_t k = together.first[i]; k < together.first[i + 1]; ++k)
+          w[static_cast<std::size_t>(together.camera[static_cast<std::size_t>(k)])] += static_cast<double>(together.weight[static_cast<std::size_t>(k)]);
+        for (const double difference : w) EXPECT_NEAR(difference, 0, accuracy + 1e-6) << "sample " << i << ", " << apart;
+      }
+    }
+  }
+}
+
 TEST(HardCase, IndefiniteSimilarityIsClipped) {
   // Neighbours alike, ends not at all: no three directions can be so. Eigenvalue 1 - 0.9 sqrt(2).
   Eigen::Matrix3d S;

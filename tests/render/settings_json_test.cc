@@ -42,7 +42,7 @@ TEST(SettingsJson, EveryOptionComesBack) {
 TEST(SettingsJson, TheCommandLinesTextWillDo) {
   RadianceSettings s;
   EXPECT_TRUE(SetOption(s, "k", "7"));
-  EXPECT_TRUE(SetOption(s, "grid", "16"));
+  EXPECT_TRUE(SetOption(s, "grid", "16x16"));
   EXPECT_TRUE(SetOption(s, "r-max-deg", "10"));
   EXPECT_EQ(s.k, 7);
   EXPECT_EQ(s.grid_columns, 16);
@@ -52,7 +52,7 @@ TEST(SettingsJson, TheCommandLinesTextWillDo) {
 
 TEST(SettingsJson, BadValuesAreNamed) {
   for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
-           {"k", "0"}, {"k", "17"}, {"k", "four"}, {"k", "4x"}, {"grid", "1"}, {"grid", "8x"}, {"grid", "8x1"}, {"grid", "x8"}, {"resolution", "sharp"},
+           {"k", "0"}, {"k", "17"}, {"k", "four"}, {"k", "4x"}, {"grid", "1"}, {"grid", "25"}, {"grid", "8x"}, {"grid", "8x1"}, {"grid", "x8"}, {"resolution", "sharp"},
            {"epipoles", "maybe"}, {"alpha", "1,0"}, {"alpha", "nan"}, {"alpha", ""}, {"resolution-range", "2"}, {"similarity", "Full"}}) {
     RadianceSettings s;
     try {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 #include <random>
+#include <string>
 
 #include "capture.h"
 #include "render/radiance/frame_plan.h"
@@ -42,12 +43,15 @@ void ExpectConvex(const RayWeights& r, bool hole = false) {
 }
 
 // The ray from `eye` to the origin.
-RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, int k) {
-  RadianceSettings settings;
-  settings.k = k;
+RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, const RadianceSettings& settings) {
   WeighScratch scratch;
   const RelativeSources r = MakeRelative(s, DesiredAt(eye), {}, settings.fov_feather);
   return Weigh(r, nullptr, (-eye.normalized()).cast<float>(), static_cast<float>(eye.norm()), settings, scratch);
+}
+RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, int k) {
+  RadianceSettings settings;
+  settings.k = k;
+  return AtOrigin(s, eye, settings);
 }
 
 double WeightOf(const RayWeights& r, int camera) {
@@ -79,16 +83,50 @@ TEST(HardCase, ACameraBeyondTheProxyPointDoesNot) {
   EXPECT_EQ(WeightOf(AtOrigin(s, {0, 0, -3}, 2), 0), 0);
 }
 
-TEST(HardCase, TiesShare) {
-  std::vector<Eigen::Vector3d> ring;
-  for (int i = 0; i < 8; ++i) ring.emplace_back(std::cos(i * 0.785398163397448), std::sin(i * 0.785398163397448), -4);
-  const Sources s = CamerasAt(ring);
-  for (int k = 1; k <= 8; ++k) {
-    const RayWeights r = AtOrigin(s, {0, 0, -3}, k);
-    ExpectConvex(r);
-    EXPECT_EQ(r.alpha, 1);
+// Twelve cameras on a circle whose points are whole numbers: one angle to the last bit. Four stand farther out.
+TEST(HardCase, TheTiedShareAndNobodyElse) {
+  std::vector<Eigen::Vector3d> centres;
+  for (const auto& [x, y] : {std::pair(5, 0), {4, 3}, {3, 4}}) {
+    for (int turn = 0; turn < 4; ++turn) {
+      constexpr int kCos[] = {1, 0, -1, 0}, kSin[] = {0, 1, 0, -1};
+      centres.emplace_back(kCos[turn] * x - kSin[turn] * y, kSin[turn] * x + kCos[turn] * y, -20);
+    }
   }
-  for (double step = 1e-2; step >= 1e-15; step /= 10) ExpectConvex(AtOrigin(s, {step, 0.5 * step, -3}, 4));
+  const std::size_t tied = centres.size();
+  for (const auto& [x, y] : {std::pair(8, 0), {0, 8}, {-8, 0}, {0, -8}}) centres.emplace_back(x, y, -20);
+  Sources s = CamerasAt(centres);
+  for (std::size_t i = 0; i < centres.size(); ++i) s.views[i].centre = centres[i];  // as it was before it went through a pose
+  for (const Correlation correlation : {Correlation::kInverse, Correlation::kFallingLeaves})
+    for (int k = 1; k <= 16; ++k) {
+      RadianceSettings settings;
+      settings.k = k;
+      settings.correlation = correlation;
+      const auto of_tied = [&](const RayWeights& r) {
+        double sum = 0;
+        for (std::size_t j = 0; j < tied; ++j) sum += WeightOf(r, static_cast<int>(j));
+        return sum;
+      };
+      const RayWeights r = AtOrigin(s, {0, 0, -10}, settings);
+      ExpectConvex(r);
+      EXPECT_EQ(r.alpha, 1);
+      // Up to k = 12 none of the others is inside the window: k of the tied share equally, all of them where k allows.
+      const int sharing = std::min<int>(k, static_cast<int>(tied));
+      if (k <= static_cast<int>(tied)) {
+        EXPECT_EQ(r.count, sharing);
+        EXPECT_NEAR(of_tied(r), 1, 1e-6);
+        for (int i = 0; i < r.count; ++i) EXPECT_NEAR(r.weight[static_cast<std::size_t>(i)], 1.0 / sharing, 1e-6) << k;
+      } else {
+        for (std::size_t j = 1; j < tied; ++j) EXPECT_EQ(WeightOf(r, static_cast<int>(j)), WeightOf(r, 0)) << k;
+      }
+      for (double step = 1e-2; step >= 1e-15; step /= 10)
+        for (const Eigen::Vector3d& towards : {Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, -1, 0)}) {
+          const RayWeights near = AtOrigin(s, Eigen::Vector3d(0, 0, -10) + step * towards, settings);
+          ExpectConvex(near);
+          if (k < static_cast<int>(tied)) {
+            EXPECT_NEAR(of_tied(near), 1, 1e-6) << k << " " << step;
+          }
+        }
+    }
 }
 
 TEST(HardCase, FewerThanKPlusOneCamerasAndOneCamera) {
@@ -127,12 +165,100 @@ TEST(HardCase, ACameraOnTheProxyAndADesiredOneTouchingIt) {
   for (double d = 1e-1; d >= 1e-30; d /= 100) ExpectConvex(AtOrigin(s, {0, 0, -d}, 3));
 }
 
+// Angles vanish, their ratios do not: the weights are the same at any distance.
 TEST(HardCase, AVeryFarProxyPointMakesAllRaysAgree) {
   const Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
-  RadianceSettings settings;
-  WeighScratch scratch;
-  const RelativeSources r = MakeRelative(s, DesiredAt({0.1, 0.1, -3}), {}, settings.fov_feather);
-  for (float t = 1; t < 1e30F; t *= 100) ExpectConvex(Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch));
+  for (const Resolution resolution : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian}) {
+    RadianceSettings settings;
+    settings.resolution = resolution;
+    settings.k = resolution == Resolution::kOff ? 4 : 5;  // angles are nothing beside the least difference of resolution: no window
+    WeighScratch scratch;
+    const RelativeSources r = MakeRelative(s, DesiredAt({0.1, 0.1, -3}), {}, settings.fov_feather);
+    std::vector<double> limit;
+    for (float t = 1; t < 1e30F; t *= 100) {
+      // 1e19: the squares of a distance.
+      if (resolution == Resolution::kDistance && t > 1e18F) break;
+      const RayWeights w = Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch, Eigen::Vector3f(0, 0.6F, 0.8F));
+      ExpectConvex(w);
+      if (t < (resolution == Resolution::kOff ? 1e7F : 1e13F)) continue;  // there the last digits of r outweigh angles
+      if (limit.empty())
+        for (int j = 0; j < 5; ++j) limit.push_back(WeightOf(w, j));
+      for (int j = 0; j < 5; ++j) EXPECT_NEAR(WeightOf(w, j), limit[static_cast<std::size_t>(j)], 1e-4) << Name(resolution) << " " << t;
+    }
+  }
+}
+
+TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
+  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  for (const int k : {1, 4, 16})
+    for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.03, 0.02, -3), Eigen::Vector3d(0.05 * 0.75, 0, -3)}) {
+      RadianceSettings settings;
+      settings.k = k;
+      settings.correlation = Correlation::kFallingLeaves;
+      // The nearest leads whatever the leaves are like.
+      const auto expect_sound = [&](const std::string& what) {
+        const RayWeights r = AtOrigin(s, eye, settings);
+        ExpectConvex(r);
+        for (int j = 1; j < 6; ++j) EXPECT_LE(WeightOf(r, j), WeightOf(r, 0) + 1e-6) << what << " camera " << j;
+      };
+      for (const double r_max_deg : {1e-6, 5.0, 90.0}) {
+        settings.r_max_rad = r_max_deg * kRadiansPerDegree;
+        for (double share = 1e-1; share > 1e-18; share /= 10) {
+          settings.r_min_rad = share * settings.r_max_rad;
+          expect_sound("towards 0: " + std::to_string(share));
+          settings.r_min_rad = settings.r_max_rad / (1 + share);
+          expect_sound("towards r_max: " + std::to_string(share));
+        }
+        settings.r_min_rad = 0;
+        expect_sound("0");
+        settings.r_min_rad = settings.r_max_rad;
+        expect_sound("r_max");
+      }
+    }
+}
+
+// A window shorter than any difference of times, down to the smallest number there is, and one longer than all: the photos of the view's
+// own time lead, or all do.
+TEST(HardCase, TimeWindowsAndPeriodsOfNoLength) {
+  Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
+  for (std::size_t j = 0; j < 4; ++j) s.views[j].time_s = 3600 + 0.25 * static_cast<double>(j);  // the fifth has none
+  for (double length = 1e3; length > 0; length *= 1e-3)
+    for (const bool periodic : {false, true}) {
+      RadianceSettings settings;
+      settings.time = true;
+      settings.time_s = 3600.25;
+      settings.time_window_s = length;
+      settings.period_s = periodic ? length : 0;
+      for (const int k : {2, 4, 16}) {
+        settings.k = k;
+        const RayWeights r = AtOrigin(s, {0.1, 0.1, -3}, settings);
+        ExpectConvex(r);
+        if (length < 1e-6 && !periodic) {
+          EXPECT_NEAR(WeightOf(r, 1) + WeightOf(r, 4), 1, 1e-4) << length;
+        }
+      }
+    }
+}
+
+// No photo's leaves reach the ray: R is 0 for all of them, and their sum.
+TEST(HardCase, FarFromAllCamerasTheNearestLead) {
+  const Sources s = CamerasAt({{0, 0, -4}, {0.3, 0.1, -4}, {0.1, 0.4, -4}, {-0.5, 0, -4}, {-0.2, -0.4, -4}});
+  for (const int k : {2, 4, 16}) {
+    RadianceSettings settings;
+    settings.k = k;
+    settings.correlation = Correlation::kFallingLeaves;
+    WeighScratch scratch;
+    double before = 0;
+    for (double a = 0; a < 1.5; a += 1e-3) {
+      const RayWeights r = AtOrigin(s, {3 * std::sin(a), 0, -3 * std::cos(a)}, settings);
+      ExpectConvex(r);
+      if (a > 0.3) {
+        for (const int j : {0, 2, 3, 4}) EXPECT_LT(WeightOf(r, j), WeightOf(r, 1)) << a;
+        EXPECT_NEAR(WeightOf(r, 1), before, 0.02) << a;
+      }
+      before = WeightOf(r, 1);
+    }
+  }
 }
 
 TEST(HardCase, TheWorldsScaleAndOffsetDoNotMatterAfterNormalisation) {

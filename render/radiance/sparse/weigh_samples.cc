@@ -34,7 +34,7 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
   rays.t.resize(n);
   rays.normal = geometry.normal;
   for (std::size_t i = 0; i < n; ++i) {
-    rays.t[i] = geometry.offset[i].norm();
+    rays.t[i] = static_cast<float>(geometry.offset[i].cast<double>().norm());  // a float's squares end at 1e19
     rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(geometry.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
     const Eigen::Vector2d x = geometry.x_px[i].cast<double>(), inside = x.cwiseMax(low).cwiseMin(high);
     if (x != inside)
