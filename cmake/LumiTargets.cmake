@@ -15,6 +15,9 @@ set(CMAKE_NO_SYSTEM_FROM_IMPORTED OFF)
 # of a build from nothing. Sources with options of their own (the kernels) stay alone. A name in an unnamed namespace is
 # therefore to be unique in its target.
 option(LUMI_UNITY "Compile several files of a target at once" ON)
+if(LUMI_UNITY)
+  target_compile_options(lumi_warnings INTERFACE -Wno-subobject-linkage)  # takes a file of a batch for a header
+endif()
 function(lumi_unity name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${LUMI_UNITY} UNITY_BUILD_BATCH_SIZE 5)
 endfunction()

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kLensFile = ".lens";  // in a folder of resampled photos: the lens that they were resampled from
-constexpr int kJpegQuality = 97;            // resampled once more than other photos: the file must not add to it
+constexpr int kResampledJpegQuality = 97;            // resampled once more than other photos: the file must not add to it
 
 std::string LensText(const PlumbBobCamera& c) {
   return fmt::format("{} {} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", c.width_px, c.height_px, c.fx, c.fy, c.cx, c.cy, c.skew, c.k1,
@@ -98,7 +98,7 @@ Capture Resampled(const Capture& capture, const PlumbBobCamera& camera, const fs
       const fs::path from = capture.folder / capture.photos[i].name, to = folder / capture.photos[i].name;
       if (!IsNewer(to, from)) {
         fs::create_directories(to.parent_path());
-        WriteImage(to, undistort(ReadImage8(from)), kJpegQuality);
+        WriteImage(to, undistort(ReadImage8(from)), kResampledJpegQuality);
       }
       progress.Step();
     }

@@ -11,7 +11,7 @@ namespace {
 // A sharp photo of a textured scene gives thousands of features; below this hardly any pair can be matched.
 constexpr int kFewFeatures = 150;
 // A photo this much poorer than the median photo stands out: motion blur, defocus, a plain wall.
-constexpr double kPoorFraction = 0.1;
+constexpr double kFewFeaturesShare = 0.1;
 // COLMAP needs 30 verified points (Mapper.abs_pose_min_num_inliers) to place a photo.
 constexpr int kFewMatches = 30;
 
@@ -57,7 +57,7 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
                          fmt::format("other component: joined with {} other photo{}{} only", part->size() - 1, part->size() == 2 ? "" : "s",
                                      other == part->end() ? "" : " (" + *other + (part->size() > 2 ? ", ...)" : ")")),
                          "shoot photos between that part and the rest, or take that part with --component"});
-    } else if (features < kFewFeatures || features < kPoorFraction * median) {
+    } else if (features < kFewFeatures || features < kFewFeaturesShare * median) {
       missing.push_back({photo.name, fmt::format("blurred or textureless ({} features; the median photo has {})", features, median),
                          "shoot it again, sharp and with textured things in view"});
     } else if (const auto b = best.find(photo.name); b == best.end() || b->second.first < kFewMatches) {

@@ -63,4 +63,10 @@ class ByteCursor {
   std::size_t at_ = 0;
 };
 
+template <typename T>
+void AppendLittleEndian(std::string& bytes, T value) {
+  static_assert(std::endian::native == std::endian::little, "bytes are put as they are in memory");
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
 }  // namespace lumi

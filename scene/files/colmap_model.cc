@@ -268,12 +268,6 @@ Scene ToScene(const fs::path& images_file, RawModel&& model) {
   return scene;
 }
 
-template <typename T>
-void Put(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little, "the writer puts bytes as they are in memory");
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 // Ids in files: position + 1. Where a point is among the points of each view that sees it.
 struct Feature {
   Eigen::Vector2d x_px;
@@ -299,42 +293,42 @@ Tracks ListFeatures(const Scene& scene) {
 
 void WriteBinary(const Scene& scene, const Tracks& tracks, const fs::path& folder) {
   std::string cameras, images, points;
-  Put(cameras, std::uint64_t{scene.cameras.size()});
+  AppendLittleEndian(cameras, std::uint64_t{scene.cameras.size()});
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     const Camera& c = scene.cameras[i];
-    Put(cameras, static_cast<std::uint32_t>(i + 1));
-    Put(cameras, static_cast<std::int32_t>(c.model));
-    Put(cameras, static_cast<std::uint64_t>(c.width_px));
-    Put(cameras, static_cast<std::uint64_t>(c.height_px));
-    for (const double p : c.params) Put(cameras, p);
+    AppendLittleEndian(cameras, static_cast<std::uint32_t>(i + 1));
+    AppendLittleEndian(cameras, static_cast<std::int32_t>(c.model));
+    AppendLittleEndian(cameras, static_cast<std::uint64_t>(c.width_px));
+    AppendLittleEndian(cameras, static_cast<std::uint64_t>(c.height_px));
+    for (const double p : c.params) AppendLittleEndian(cameras, p);
   }
-  Put(images, std::uint64_t{scene.views.size()});
+  AppendLittleEndian(images, std::uint64_t{scene.views.size()});
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const View& v = scene.views[i];
-    Put(images, static_cast<std::uint32_t>(i + 1));
+    AppendLittleEndian(images, static_cast<std::uint32_t>(i + 1));
     const Eigen::Quaterniond& q = v.cam_from_world.rotation;
-    for (const double value : {q.w(), q.x(), q.y(), q.z()}) Put(images, value);
-    for (int k = 0; k < 3; ++k) Put(images, v.cam_from_world.translation[k]);
-    Put(images, static_cast<std::uint32_t>(v.camera.value + 1));
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) AppendLittleEndian(images, value);
+    for (int k = 0; k < 3; ++k) AppendLittleEndian(images, v.cam_from_world.translation[k]);
+    AppendLittleEndian(images, static_cast<std::uint32_t>(v.camera.value + 1));
     images.append(v.name).push_back('\0');
-    Put(images, std::uint64_t{tracks.features[i].size()});
+    AppendLittleEndian(images, std::uint64_t{tracks.features[i].size()});
     for (const Feature& f : tracks.features[i]) {
-      Put(images, f.x_px.x());
-      Put(images, f.x_px.y());
-      Put(images, std::uint64_t{f.point + 1});
+      AppendLittleEndian(images, f.x_px.x());
+      AppendLittleEndian(images, f.x_px.y());
+      AppendLittleEndian(images, std::uint64_t{f.point + 1});
     }
   }
-  Put(points, std::uint64_t{scene.points.size()});
+  AppendLittleEndian(points, std::uint64_t{scene.points.size()});
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const Point& p = scene.points[i];
-    Put(points, std::uint64_t{i + 1});
-    for (int k = 0; k < 3; ++k) Put(points, p.x_in_world[k]);
-    for (const std::uint8_t c : p.color) Put(points, c);
-    Put(points, p.error_px);
-    Put(points, std::uint64_t{p.track.size()});
+    AppendLittleEndian(points, std::uint64_t{i + 1});
+    for (int k = 0; k < 3; ++k) AppendLittleEndian(points, p.x_in_world[k]);
+    for (const std::uint8_t c : p.color) AppendLittleEndian(points, c);
+    AppendLittleEndian(points, p.error_px);
+    AppendLittleEndian(points, std::uint64_t{p.track.size()});
     for (std::size_t k = 0; k < p.track.size(); ++k) {
-      Put(points, static_cast<std::uint32_t>(p.track[k].view.value + 1));
-      Put(points, tracks.feature_of[i][k]);
+      AppendLittleEndian(points, static_cast<std::uint32_t>(p.track[k].view.value + 1));
+      AppendLittleEndian(points, tracks.feature_of[i][k]);
     }
   }
   WriteTextAtomically(folder / "cameras.bin", cameras);

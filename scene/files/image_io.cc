@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "scene/files/file_name.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 
@@ -32,13 +33,8 @@ constexpr int kPngCompression = 2;
 constexpr int kPngFilterSub = 0x10;
 constexpr int kFullChromaQuality = 95;  // JPEG: from here on colour keeps its full resolution too
 
-std::string Extension(const fs::path& path) {
-  std::string e = path.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
-}
 bool IsJpeg(const fs::path& path) {
-  const std::string e = Extension(path);
+  const std::string e = LowerExtension(path);
   return e == ".jpg" || e == ".jpeg" || e == ".jpe";
 }
 
@@ -206,7 +202,7 @@ cv::Mat AsMat(const Image8& image) {
 bool HasImageExtension(const fs::path& path) {
   static constexpr std::array kExtensions{".jpg", ".jpeg", ".jpe", ".png", ".exr", ".tif", ".tiff", ".heic", ".heif", ".avif",
                                           ".webp", ".bmp", ".ppm", ".pgm", ".pnm", ".tga", ".jp2", ".hdr"};
-  const std::string e = Extension(path);
+  const std::string e = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
 }
 
@@ -260,7 +256,7 @@ void WriteImage(const fs::path& path, const Image8& image, int jpeg_quality) {
   if (IsJpeg(path)) {
     spec.attribute("Compression", fmt::format("jpeg:{}", std::clamp(jpeg_quality, 1, 100)));
     spec.attribute("jpeg:subsampling", jpeg_quality >= kFullChromaQuality ? "4:4:4" : "4:2:0");
-  } else if (Extension(path) == ".png") {
+  } else if (LowerExtension(path) == ".png") {
     spec.attribute("png:compressionLevel", kPngCompression);
     spec.attribute("png:filter", kPngFilterSub);
   }

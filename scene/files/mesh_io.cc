@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "scene/files/file_name.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/byte_cursor.h"
 #include "scene/files/text_scan.h"
@@ -358,18 +359,6 @@ Mesh ReadObj(const fs::path& path, std::string_view text) {
   return mesh;
 }
 
-std::string Extension(const fs::path& path) {
-  std::string e = path.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
-}
-
-template <typename T>
-void Put(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little, "the writer puts bytes as they are in memory");
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 std::string ToPly(const Mesh& mesh) {
   const bool colored = !mesh.colors.empty();
   std::string bytes = fmt::format(
@@ -378,13 +367,13 @@ std::string ToPly(const Mesh& mesh) {
       mesh.vertices.size(), colored ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "", mesh.faces.size());
   bytes.reserve(bytes.size() + mesh.vertices.size() * 27 + mesh.faces.size() * 13);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    for (int k = 0; k < 3; ++k) Put(bytes, mesh.vertices[i][k]);
+    for (int k = 0; k < 3; ++k) AppendLittleEndian(bytes, mesh.vertices[i][k]);
     if (colored)
-      for (const std::uint8_t c : mesh.colors[i]) Put(bytes, c);
+      for (const std::uint8_t c : mesh.colors[i]) AppendLittleEndian(bytes, c);
   }
   for (const auto& face : mesh.faces) {
-    Put(bytes, std::uint8_t{3});
-    for (const std::int32_t v : face) Put(bytes, v);
+    AppendLittleEndian(bytes, std::uint8_t{3});
+    for (const std::int32_t v : face) AppendLittleEndian(bytes, v);
   }
   return bytes;
 }
@@ -408,8 +397,8 @@ std::string ToObj(const Mesh& mesh) {
 Mesh ReadMesh(const fs::path& path) {
   const std::string file = ReadText(path, kMaxMeshBytes);
   const bool ply = file.starts_with("ply\n") || file.starts_with("ply\r");
-  if (!ply && Extension(path) == ".ply") throw InputError(path, "is no PLY file");
-  if (!ply && Extension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
+  if (!ply && LowerExtension(path) == ".ply") throw InputError(path, "is no PLY file");
+  if (!ply && LowerExtension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
   Mesh mesh = ply ? ReadPly(path, file) : ReadObj(path, file);
   if (const auto wrong = Validate(mesh)) throw InputError(path, *wrong);
   return mesh;
@@ -417,7 +406,7 @@ Mesh ReadMesh(const fs::path& path) {
 
 void WriteMesh(const fs::path& path, const Mesh& mesh) {
   if (const auto wrong = Validate(mesh)) throw std::invalid_argument("WriteMesh: " + *wrong);
-  const std::string extension = Extension(path);
+  const std::string extension = LowerExtension(path);
   if (extension != ".ply" && extension != ".obj")
     throw UsageError(fmt::format("{}: meshes are written as .ply or .obj", path.string()));
   WriteTextAtomically(path, extension == ".ply" ? ToPly(mesh) : ToObj(mesh));

@@ -29,7 +29,7 @@ namespace {
 
 constexpr int kJpegQuality = 95;
 constexpr double kMaxTangent = 5.67;  // 80 degrees off axis: a plane beyond shows nothing but stretched pixels
-constexpr int kMaxSide = 32766;       // of cv::remap
+constexpr int kMaxPhotoSide = 32766;       // of cv::remap
 
 // The point on z = 1 seen at a border pixel, or, where the border looks too far to the side (a fisheye), at the
 // outermost usable pixel towards the principal point.
@@ -183,7 +183,7 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
   result.image_folder = image_folder;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     const Camera& c = scene.cameras[i];
-    if (std::max(c.width_px, c.height_px) > kMaxSide) throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxSide));
+    if (std::max(c.width_px, c.height_px) > kMaxPhotoSide) throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxPhotoSide));
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
     result.cameras[i] = c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeInside(c);
   }

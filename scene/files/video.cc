@@ -24,6 +24,7 @@
 #include <opencv2/videoio.hpp>
 #include <vector>
 
+#include "scene/files/file_name.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/subprocess.h"
@@ -35,12 +36,6 @@ namespace {
 constexpr double kAssumedFps = 30;   // where a container states none
 constexpr double kMaxFps = 1000;     // beyond: a container's time base, not its rate
 constexpr double kHintTolerance = 0.01;  // of a count that a container computes from its duration
-
-std::string Extension(const fs::path& path) {
-  std::string e = path.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
-}
 
 // MPEG elementary, program or transport stream, by its first bytes.
 bool IsMpegStream(const fs::path& path) {
@@ -62,7 +57,7 @@ void SilenceDecoders() {
 
 bool HasVideoExtension(const fs::path& path) {
   static constexpr std::array kExtensions{".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".mts", ".m2ts", ".ts", ".wmv", ".3gp", ".ogv", ".flv"};
-  const std::string e = Extension(path);
+  const std::string e = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
 }
 

@@ -39,14 +39,14 @@ Distortion DistortionOf(const Camera& c) {
   }
 }
 
-Eigen::Vector2d Distort(const Distortion& d, const Eigen::Vector2d& u) {
+Eigen::Vector2d ApplyDistortion(const Distortion& d, const Eigen::Vector2d& u) {
   const double r2 = u.squaredNorm();
   const double radial = 1 + r2 * (d.k1 + r2 * d.k2);
   return {u.x() * radial + 2 * d.p1 * u.x() * u.y() + d.p2 * (r2 + 2 * u.x() * u.x()),
           u.y() * radial + 2 * d.p2 * u.x() * u.y() + d.p1 * (r2 + 2 * u.y() * u.y())};
 }
 
-Eigen::Matrix2d DistortJacobian(const Distortion& d, const Eigen::Vector2d& u) {
+Eigen::Matrix2d DistortionJacobian(const Distortion& d, const Eigen::Vector2d& u) {
   const double x = u.x(), y = u.y(), r2 = u.squaredNorm();
   const double radial = 1 + r2 * (d.k1 + r2 * d.k2);
   const double slope = 2 * (d.k1 + 2 * d.k2 * r2);  // d radial / d x = slope * x
@@ -69,15 +69,15 @@ double FisheyeSlope(const std::vector<double>& p, double theta) {
 }
 
 constexpr double kResidual = 1e-12;  // on z = 1: 1e-9 px for any real focal length
-constexpr int kMaxIterations = 60;
+constexpr int kMostNewtonSteps = 60;
 
 std::optional<Eigen::Vector2d> Undistort(const Distortion& d, const Eigen::Vector2d& target) {
   // Newton from the distorted point. The Jacobian's determinant is positive from the centre out to the fold of the
   // polynomial; beyond it there is no inverse.
   Eigen::Vector2d u = target;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const Eigen::Vector2d residual = Distort(d, u) - target;
-    const Eigen::Matrix2d J = DistortJacobian(d, u);
+  for (int i = 0; i < kMostNewtonSteps; ++i) {
+    const Eigen::Vector2d residual = ApplyDistortion(d, u) - target;
+    const Eigen::Matrix2d J = DistortionJacobian(d, u);
     if (!(J.determinant() > 0)) {
       u *= 0.5;  // stepped over the fold: come back towards the centre
       continue;
@@ -85,7 +85,7 @@ std::optional<Eigen::Vector2d> Undistort(const Distortion& d, const Eigen::Vecto
     const Eigen::Vector2d step = J.inverse() * residual;
     u -= step;
     if (step.norm() <= kResidual * (1 + u.norm())) {
-      const bool valid = (Distort(d, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(d, u).determinant() > 0 &&
+      const bool valid = (ApplyDistortion(d, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortionJacobian(d, u).determinant() > 0 &&
                          IsInsideFold(d.k1, d.k2, 0, u.squaredNorm());
       return valid ? std::optional(u) : std::nullopt;
     }
@@ -97,7 +97,7 @@ std::optional<Eigen::Vector2d> UndistortFisheye(const std::vector<double>& p, co
   const double theta_d = target.norm();
   if (theta_d == 0) return target;
   double theta = theta_d;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMostNewtonSteps; ++i) {
     const double slope = FisheyeSlope(p, theta);
     if (!(slope > 0)) {
       theta *= 0.5;
@@ -172,7 +172,7 @@ std::optional<Eigen::Vector2d> Camera::Project(const Eigen::Vector3d& x_in_cam) 
     return Eigen::Vector2d(f.cwiseProduct(scale * x_in_cam.head<2>()) + c);
   }
   if (!(x_in_cam.z() > 0)) return std::nullopt;
-  return Eigen::Vector2d(f.cwiseProduct(Distort(DistortionOf(*this), x_in_cam.hnormalized())) + c);
+  return Eigen::Vector2d(f.cwiseProduct(ApplyDistortion(DistortionOf(*this), x_in_cam.hnormalized())) + c);
 }
 
 std::optional<Eigen::Vector2d> Camera::Normalized(const Eigen::Vector2d& x_px) const {

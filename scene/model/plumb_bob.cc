@@ -15,7 +15,7 @@ Eigen::Vector2d Distorted(const PlumbBobCamera& c, const Eigen::Vector2d& x) {
   return d;
 }
 
-Eigen::Matrix2d DistortJacobian(const PlumbBobCamera& c, const Eigen::Vector2d& u) {
+Eigen::Matrix2d PlumbBobJacobian(const PlumbBobCamera& c, const Eigen::Vector2d& u) {
   const double x = u.x(), y = u.y(), r2 = u.squaredNorm();
   const double radial = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
   const double slope = 2 * (c.k1 + r2 * (2 * c.k2 + 3 * r2 * c.k3));
@@ -48,7 +48,7 @@ std::optional<Eigen::Vector2d> Unproject(const PlumbBobCamera& c, const Eigen::V
   // Outwards from the centre, in steps that do not leap over the fold: the Jacobian's determinant is positive up to it.
   Eigen::Vector2d u = target;
   for (int i = 0; i < kMaxNewtonSteps; ++i) {
-    const Eigen::Matrix2d J = DistortJacobian(c, u);
+    const Eigen::Matrix2d J = PlumbBobJacobian(c, u);
     if (!(J.determinant() > 0)) {
       u *= 0.5;
       continue;
@@ -56,7 +56,7 @@ std::optional<Eigen::Vector2d> Unproject(const PlumbBobCamera& c, const Eigen::V
     const Eigen::Vector2d step = J.inverse() * (Distorted(c, u) - target);
     u -= step;
     if (step.norm() <= kStepEnd * (1 + u.norm())) {
-      const bool valid = (Distorted(c, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortJacobian(c, u).determinant() > 0 && IsInsideFold(c.k1, c.k2, c.k3, u.squaredNorm());
+      const bool valid = (Distorted(c, u) - target).norm() < 1e-9 * (1 + target.norm()) && PlumbBobJacobian(c, u).determinant() > 0 && IsInsideFold(c.k1, c.k2, c.k3, u.squaredNorm());
       return valid ? std::optional(u) : std::nullopt;
     }
   }

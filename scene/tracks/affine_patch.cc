@@ -18,7 +18,7 @@ constexpr double kAffineDamping = 0.01;
 // The weights' standard deviation in units of the radius.
 constexpr double kWindow = 0.8;
 constexpr double kMinRcond = 1e-6;
-constexpr int kMaxIterations = 15;
+constexpr int kMostAlignSteps = 15;
 constexpr double kSettledPx = 0.003;
 // A patch with a step beyond this is lost: the tracker's own step is good to a fraction of a pixel.
 constexpr double kMaxWanderPx = 3;
@@ -120,7 +120,7 @@ std::optional<PatchMatch> AlignPatch(const AffinePatch& patch, const ImageF& gre
   PatchMatch match{start, 0};
   std::vector<float> seen(patch.value.size());
   bool settled = false;
-  for (int iteration = 0; iteration <= kMaxIterations; ++iteration) {
+  for (int iteration = 0; iteration <= kMostAlignSteps; ++iteration) {
     PatchPose& pose = match.pose;
     if (!pose.x_px.allFinite() || !pose.A.allFinite() || !Inside(grey, pose, r) || !IsViewOfAPatch(pose.A)) return std::nullopt;
     double mean = 0, square = 0;
@@ -144,7 +144,7 @@ std::optional<PatchMatch> AlignPatch(const AffinePatch& patch, const ImageF& gre
       for (int k = 0; k < 6; ++k) b[k] += error * j[k];
     }
     if (settled) return match;
-    if (iteration == kMaxIterations) break;
+    if (iteration == kMostAlignSteps) break;
     // The step is a motion of the first patch: its inverse is put before the map (inverse compositional).
     const Vector6d step = patch.inverse_hessian * b;
     Eigen::Matrix2d D;

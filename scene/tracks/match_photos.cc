@@ -27,7 +27,7 @@ constexpr int kDescriptor = 128;
 // Rows of one block of the product of two photos' descriptors: bounds the memory.
 constexpr Eigen::Index kBlock = 256;
 constexpr double kConfidence = 0.9999;
-constexpr int kMaxIterations = 5000;
+constexpr int kRansacIterations = 5000;
 
 using Descriptors = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // kDescriptor columns
 
@@ -166,7 +166,7 @@ std::vector<Match> Verify(const Features& a, const Features& b, const std::vecto
   cv::UsacParams params;
   params.confidence = kConfidence;
   params.isParallel = false;
-  params.maxIterations = kMaxIterations;
+  params.maxIterations = kRansacIterations;
   params.randomGeneratorState = static_cast<int>(seed % 1000003);
   params.threshold = o.epipolar_px;
   const auto inliers = [&](auto&& estimate) {

@@ -10,7 +10,7 @@ namespace {
 
 // Rays closer to parallel than this leave no depth in double: sqrt of epsilon times a safety of 10.
 constexpr double kMinAngleRad = 1e-7;
-constexpr int kMaxIterations = 15;
+constexpr int kMostSteps = 15;
 
 }  // namespace
 
@@ -52,7 +52,7 @@ std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P, co
   };
   double best;
   if (!cost(x, &best)) return std::nullopt;
-  for (int it = 0; it < kMaxIterations; ++it) {
+  for (int it = 0; it < kMostSteps; ++it) {
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < n; ++i) {
