@@ -340,7 +340,7 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   metric.intrinsics_px << focal, principal;
   metric.cam_from_world = upgrade.cam_from_world;
   const Eigen::PartialPivLU<Eigen::Matrix4d> lu(upgrade.H);
-  metric.X.resize(model.X.size());
+  metric.X.assign(model.X.size(), Eigen::Vector4d::Zero());
   for (std::size_t t = 0; t < model.X.size(); ++t)
     if (model.solved[t]) metric.X[t] = lu.solve(model.X[t]).normalized();
   // Points are placed anew under the Euclidean cameras, which are near but not equal to the projective ones.
