@@ -25,6 +25,9 @@ constexpr double kLeastParallaxPx = 6.0;
 // The metric model may fit worse than the projective one by this: it has fewer numbers.
 constexpr double kMetricRmsFactor = 1.2;
 constexpr double kMetricRmsFloorPx = 0.2;
+// Beyond this it is worth a warning: the projective model's further numbers explain a percent or two.
+constexpr double kSuspectRmsFactor = 1.03;
+constexpr double kSuspectRmsFloorPx = 0.01;
 constexpr double kLeastFrontShare = 0.98;
 // Of the cameras' left blocks, in one frame's normalised units: about a degree over the photo's half diagonal.
 constexpr double kConstantOrientation = 0.02;
@@ -96,13 +99,10 @@ void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const Fac
   if (std::isfinite(after) && !(after > before)) model = std::move(next);
 }
 
-// Adjusts on tracks chosen so that every frame keeps about `sights` of its own, the longest first; the others' points
-// follow their cameras.
-void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull) {
-  if (sights <= 0) {
-    AdjustProjective(points, model, bundle);
-    return;
-  }
+// The model with as many tracks as give every frame about `sights` of its own, the longest first: they steer the cameras.
+ProjectiveModel Steering(const ImagePoints& points, const ProjectiveModel& model, int sights) {
+  ProjectiveModel steering = model;
+  if (sights <= 0) return steering;
   std::vector<std::size_t> order;
   std::vector<int> length(points.tracks.size(), 0);
   for (std::size_t t = 0; t < points.tracks.size(); ++t) {
@@ -113,29 +113,34 @@ void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOp
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return length[a] > length[b]; });
   std::vector<int> have(points.FrameCount(), 0);
-  ProjectiveModel steering = model;
-  long left_out = 0;
   for (const std::size_t t : order) {
     bool wanted = false;
-    for (const Sight& s : points.tracks[t]) wanted = wanted || (model.placed[static_cast<std::size_t>(s.frame)] && have[static_cast<std::size_t>(s.frame)] < sights);
-    if (!wanted) {
-      steering.solved[t] = 0;
-      ++left_out;
-      continue;
+    for (const Sight& s : points.tracks[t]) {
+      const auto f = static_cast<std::size_t>(s.frame);
+      wanted = wanted || (model.placed[f] && have[f] < sights);
     }
-    for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
+    steering.solved[t] = wanted;
+    for (std::size_t k = 0; wanted && k < points.tracks[t].size(); ++k)
       if (model.inlier[t][k]) ++have[static_cast<std::size_t>(points.tracks[t][k].frame)];
   }
-  if (!AdjustProjective(points, steering, bundle).usable) return;
-  const std::vector<char> solved = model.solved;
-  model.P = steering.P;
-  for (const std::size_t t : order)
-    if (steering.solved[t]) model.X[t] = steering.X[t];
-  if (left_out == 0) return;
-  ParallelFor(order.size(), 32, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (!steering.solved[order[i]]) IntersectTrack(points, model, order[i], {std::max(3.0, cull.least_px), cull.min_sights, 0});
+  return steering;
+}
+
+// Points of the tracks that did not steer follow the cameras.
+void Follow(const ImagePoints& points, const ProjectiveModel& steering, ProjectiveModel& model, const CullOptions& cull) {
+  ParallelFor(points.tracks.size(), 32, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      if (model.solved[t] && !steering.solved[t]) IntersectTrack(points, model, t, {std::max(3.0, cull.least_px), cull.min_sights, 0});
   });
+}
+
+void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull) {
+  ProjectiveModel steering = Steering(points, model, sights);
+  if (!AdjustProjective(points, steering, bundle).usable) return;
+  model.P = steering.P;
+  for (std::size_t t = 0; t < model.X.size(); ++t)
+    if (steering.solved[t]) model.X[t] = steering.X[t];
+  Follow(points, steering, model, cull);
 }
 
 SolvedWindow SolveWindow(const ImagePoints& all, Window window, const FactorizationOptions& options) {
@@ -335,7 +340,7 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   metric.intrinsics_px << focal, principal;
   metric.cam_from_world = upgrade.cam_from_world;
   const Eigen::PartialPivLU<Eigen::Matrix4d> lu(upgrade.H);
-  metric.X.resize(model.X.size());
+  metric.X.assign(model.X.size(), Eigen::Vector4d::Zero());
   for (std::size_t t = 0; t < model.X.size(); ++t)
     if (model.solved[t]) metric.X[t] = lu.solve(model.X[t]).normalized();
   // Points are placed anew under the Euclidean cameras, which are near but not equal to the projective ones.
@@ -345,25 +350,32 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
       result.upgrade_reason = "no plane at infinity could be computed";
       return false;
     }
-  BundleSummary adjusted;
-  double rms = RmsPx(points, model);
-  CullResult culled;
+  CullOptions cull = options.cull;
+  cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
+  // The same sights judge both models.
+  ProjectiveModel steering = Steering(points, model, options.adjust_sights);
+  ProjectiveModel judged = projective;
+  judged.solved = steering.solved;
+  const double projective_rms = RmsPx(points, judged);
+  double rms = RmsPx(points, steering);
+  BundleOptions bundle = Adjustment(options, std::max(4 * result.sigma_px, 1.0), 20);
   if (options.adjust) {
     // First with a wide loss, so that a model that is still off is pulled as a whole.
-    BundleOptions bundle = Adjustment(options, std::max(4 * result.sigma_px, 1.0), 20);
-    adjusted = AdjustMetric(points, model, metric, options.intrinsics, bundle);
+    AdjustMetric(points, steering, metric, options.intrinsics, bundle);
     bundle.scale_px = std::max(2 * result.sigma_px, 0.1);
     bundle.max_iterations = 30;
-    bundle.tolerance = 1e-5;
-    adjusted = AdjustMetric(points, model, metric, options.intrinsics, bundle);
-    rms = adjusted.rms_px;
-    ToProjective(points, metric, model);
+    bundle.tolerance = kFineTolerance;
+    rms = AdjustMetric(points, steering, metric, options.intrinsics, bundle).rms_px;
+    ToProjective(points, metric, steering);
+    model.P = steering.P;
+    for (std::size_t t = 0; t < model.X.size(); ++t)
+      if (steering.solved[t]) model.X[t] = steering.X[t];
   }
-  const double limit = kMetricRmsFactor * result.projective_rms_px + kMetricRmsFloorPx;
+  const double limit = kMetricRmsFactor * projective_rms + kMetricRmsFloorPx;
   result.seconds.metric += Since(begin);
   if (options.adjust ? !(rms <= limit) : !(upgrade.residual < 0.1)) {
     result.upgrade_reason = "the intrinsics do not explain the images: reprojection error " + Fixed(rms, 2) + " px with them, " +
-                            Fixed(result.projective_rms_px, 2) + " px without";
+                            Fixed(projective_rms, 2) + " px without";
     return false;
   }
   if (!(upgrade.plane_sigma <= options.max_plane_sigma)) {
@@ -372,13 +384,24 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
     return false;
   }
   begin = Clock::now();
-  culled = Cull(points, model, options.cull);
+  if (options.adjust && options.intrinsics == FreeIntrinsics::kNone && rms > kSuspectRmsFactor * projective_rms + kSuspectRmsFloorPx) {
+    // What would the images say?
+    MetricModel other = metric;
+    const double free_rms = AdjustMetric(points, steering, other, FreeIntrinsics::kFocal, bundle).rms_px;
+    result.warnings.push_back("the intrinsics fit the images worse than they should (" + Fixed(rms, 3) + " px with them, " + Fixed(projective_rms, 3) +
+                              " px without): a focal length of " + Fixed(other.intrinsics_px[0], 1) + " px instead of " + Fixed(focal[0], 1) +
+                              " px gives " + Fixed(free_rms, 3) + " px");
+  }
+  if (options.adjust) Follow(points, steering, model, cull);
+  CullResult culled = Cull(points, model, cull);
+  for (std::size_t t = 0; t < model.X.size(); ++t)
+    if (model.solved[t]) metric.X[t] = model.X[t];
   if (options.adjust) {
-    BundleOptions bundle = Adjustment(options, culled.sigma_px, 20);
-    bundle.tolerance = kFineTolerance;
+    bundle = Adjustment(options, culled.sigma_px, 10);
+    bundle.tolerance = 1e-5;
     AdjustMetric(points, model, metric, options.intrinsics, bundle);
     ToProjective(points, metric, model);
-    culled = Cull(points, model, options.cull);
+    culled = Cull(points, model, cull);
   }
   long front = 0, sights = 0;
   for (std::size_t t = 0; t < model.X.size(); ++t) {
@@ -540,6 +563,20 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   }
   if (result.upgrade != UpgradeKind::kMetric) {
     begin = Clock::now();
+    if (options.adjust) {
+      // No further adjustment follows: this one takes every track.
+      CullOptions cull = options.cull;
+      cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
+      BundleOptions bundle = Adjustment(options, result.sigma_px, 10);
+      bundle.tolerance = 1e-4;
+      AdjustProjective(points, model, bundle);
+      const CullResult culled = Cull(points, model, cull);
+      result.sigma_px = culled.sigma_px;
+      result.culled = culled.culled;
+      result.projective_rms_px = RmsPx(points, model);
+      result.seconds.projective += Since(begin);
+      begin = Clock::now();
+    }
     if (!camera && DeviationFromConstantOrientation(points, model) < kConstantOrientation)
       result.upgrade_reason = "constant orientation: the camera never turns, which leaves unknown intrinsics undetermined";
     const QuasiAffine quasi = SolveQuasiAffine(points, model);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "reconstruct/factorization/normalise.h"
 
@@ -10,7 +11,9 @@ namespace lumi {
 namespace {
 
 constexpr double kStillPx = 0.75;          // at the photo's corners
-constexpr double kRotationTolerance = 0.02;
+// Share of the movement that a rotation may leave unexplained; movements of a few pixels are mostly noise.
+constexpr double kUnexplained = 0.15;
+constexpr double kNoiseMovementPx = 10;
 
 double Median(std::vector<double> v) {
   const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
@@ -35,7 +38,11 @@ FactorizationRefused::FactorizationRefused(FactorizationRefusal why, const std::
 
 FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera) {
   if (homographies.empty()) return FactorizationRefusal::kTooFewTracks;
-  std::vector<double> movement_px, off_rotation;
+  std::vector<double> movement_px;
+  std::vector<Eigen::Matrix3d> H_px;
+  Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
+  double radius_px = 0;
+  const double share = 1.0 / static_cast<double>(homographies.size());
   for (const PairHomography& pair : homographies) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     // Where the points of a typical spread go, in pixels of b.
@@ -48,22 +55,37 @@ FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairH
         most = std::max(most, (to - from).norm());
       }
     movement_px.push_back(most);
-    Eigen::Matrix3d H = NormalisedFromPixels(points, b).inverse() * pair.H * NormalisedFromPixels(points, a);
-    if (camera) H = camera->K().inverse() * H * camera->K();
-    const double scale = std::cbrt(H.determinant());
-    if (!(std::abs(scale) > 0)) continue;
-    H /= scale;
-    if (camera) {
-      off_rotation.push_back((H * H.transpose() - Eigen::Matrix3d::Identity()).norm());
-    } else {
-      // K R K^-1 under one K has a rotation's eigenvalues.
-      const Eigen::Vector3cd values = H.eigenvalues();
-      off_rotation.push_back(std::max({std::abs(std::abs(values[0]) - 1), std::abs(std::abs(values[1]) - 1), std::abs(std::abs(values[2]) - 1)}));
-    }
+    H_px.push_back(NormalisedFromPixels(points, b).inverse() * pair.H * NormalisedFromPixels(points, a));
+    middle_px += share * points.centre_px[a];
+    radius_px += share * points.px_per_unit[a];
   }
   if (Median(movement_px) < kStillPx) return FactorizationRefusal::kNoMotion;
-  if (!off_rotation.empty() && Median(off_rotation) < kRotationTolerance) return FactorizationRefusal::kPureRotation;
-  return FactorizationRefusal::kPlanarScene;
+
+  // K R K^-1 under the camera, or under any focal length that a lens may have. What is left over is measured in pixels and
+  // against the movement: a camera that slides along a plane looks the more like one that turns the longer its lens.
+  const auto unexplained = [&](const Eigen::Matrix3d& K) {
+    std::vector<double> left;
+    for (std::size_t i = 0; i < H_px.size(); ++i) {
+      Eigen::Matrix3d R = K.inverse() * H_px[i] * K;
+      const double scale = std::cbrt(R.determinant());
+      if (!(std::abs(scale) > 0)) continue;
+      R /= scale;
+      left.push_back((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() / 2 * K(0, 0) / (movement_px[i] + kNoiseMovementPx));
+    }
+    return left.empty() ? std::numeric_limits<double>::infinity() : Median(left);
+  };
+  double least = std::numeric_limits<double>::infinity();
+  if (camera) {
+    least = unexplained(camera->K());
+  } else {
+    for (double focal = radius_px; focal < 20 * radius_px; focal *= 1.05) {
+      Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+      K(0, 0) = K(1, 1) = focal;
+      K.topRightCorner<2, 1>() = middle_px;
+      least = std::min(least, unexplained(K));
+    }
+  }
+  return least < kUnexplained ? FactorizationRefusal::kPureRotation : FactorizationRefusal::kPlanarScene;
 }
 
 }  // namespace lumi

@@ -18,8 +18,11 @@ using Eigen::Vector3d;
 constexpr int kMinShared = 16;
 constexpr int kMinAgreeing = 12;
 constexpr double kConfidence = 0.9999;
-// Distances to a homography below this are a tracker's own error, however small the noise of the rest.
-constexpr double kPlaneFloorPx = 0.25;
+// Distances to a homography below this are a tracker's own error, however small the noise of the rest; or below so many
+// standard deviations of the distance to epipolar lines (it has one dimension and is shared by both frames, this one has
+// two and is not).
+constexpr double kPlaneFloorPx = 0.5;
+constexpr double kPlaneSigmas = 6;
 // How many points chance puts onto an epipolar line and off the plane: less than these.
 constexpr int kMinOffPlane = 12;
 constexpr double kMinOffPlaneShare = 0.08;
@@ -287,7 +290,7 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   }
   result.noise_px = 1.4826 * Percentile(to_line, 0.5);
   result.parallax_px = Percentile(to_plane, 0.8);
-  const double plane_px = std::max(kPlaneFloorPx, 4 * result.noise_px);
+  const double plane_px = std::max(kPlaneFloorPx, kPlaneSigmas * result.noise_px);
   result.off_plane_count = static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
   if (std::max(result.inlier_count, count_h) < kMinAgreeing) return result;
   const bool parallax = result.off_plane_count >= kMinOffPlane && result.off_plane_count >= kMinOffPlaneShare * result.inlier_count;

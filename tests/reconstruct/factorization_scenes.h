@@ -25,12 +25,14 @@ struct SimulatedTracks {
   std::vector<std::vector<char>> outlier;       // as Tracks' observations
 };
 
+inline constexpr int kForever = 1 << 30;
+
 struct Noise {
   double sigma_px = 0;
   double missing = 0;          // share of sights left out
   double outliers = 0;         // share of sights moved anywhere in the photo
   Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();   // added to every sight and to the principal point
-  int max_track_frames = 1 << 30;   // a track is cut after so many frames
+  int max_track_frames = kForever;   // a track is cut after so many frames, and a new one begins
   unsigned seed = 1;
 };
 
@@ -55,27 +57,34 @@ inline SimulatedTracks See(const std::vector<Rigid3>& path, const std::vector<Ei
   for (const Eigen::Vector4d& X : points) {
     Track track;
     std::vector<char> wrong;
-    int first = -1;
+    const auto finish = [&] {
+      if (track.observations.size() >= 2) {
+        if (X.w() > 1e-6) widen(X.hnormalized());
+        s.tracks.tracks.push_back(track);
+        s.outlier.push_back(wrong);
+        s.x_in_world.push_back(X);
+      }
+      track.observations.clear();
+      wrong.clear();
+    };
+    // Lost and found again as a new track, each point at its own time.
+    int age = static_cast<int>(random() % static_cast<unsigned>(noise.max_track_frames));
     for (std::size_t f = 0; f < path.size(); ++f) {
       const Eigen::Vector3d in_cam = path[f].R() * X.head<3>() + path[f].translation * X.w();
       if (!(in_cam.z() > 1e-9)) continue;
       const auto x = camera.Project(in_cam);
       if (!x || x->x() < 0 || x->y() < 0 || x->x() > camera.width_px || x->y() > camera.height_px) continue;
-      if (first < 0) first = static_cast<int>(f) - (f == 0 ? static_cast<int>(random() % static_cast<unsigned>(std::min(noise.max_track_frames, 1000))) : 0);
+      if (noise.max_track_frames < kForever && ++age % noise.max_track_frames == 0) finish();
       const double keep = uniform(random), bad = uniform(random);
       const Eigen::Vector2d anywhere(uniform(random) * camera.width_px, uniform(random) * camera.height_px);
       const Eigen::Vector2d jitter(gauss(random), gauss(random));
-      if (keep < noise.missing || static_cast<int>(f) - first >= noise.max_track_frames) continue;
+      if (keep < noise.missing) continue;
       const bool outlier = bad < noise.outliers;
       const Eigen::Vector2d seen = outlier ? anywhere : *x + noise.sigma_px * jitter;
       track.observations.push_back({static_cast<int>(f), seen + noise.offset_px});
       wrong.push_back(outlier);
     }
-    if (track.observations.size() < 2) continue;
-    if (X.w() > 1e-6) widen(X.hnormalized());
-    s.tracks.tracks.push_back(track);
-    s.outlier.push_back(wrong);
-    s.x_in_world.push_back(X);
+    finish();
   }
   s.scene_size = (high - low).norm();
   for (int i = 0; i < 2; ++i) s.camera.params[static_cast<std::size_t>(2 + i)] += noise.offset_px[i];
