@@ -53,8 +53,9 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
   }
 }
 
-// Puts `fresh` in the place of `target`, both folders in one place.
-void Replace(const fs::path& fresh, const fs::path& target) {
+}  // namespace
+
+void ReplaceFolder(const fs::path& fresh, const fs::path& target) {
   fs::path old = target;
   old += ".old";
   std::error_code ec;
@@ -63,8 +64,6 @@ void Replace(const fs::path& fresh, const fs::path& target) {
   fs::rename(fresh, target);
   fs::remove_all(old, ec);
 }
-
-}  // namespace
 
 void ColorPoints(Scene& scene, ProgressSink& sink) {
   std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> seen(scene.views.size());
@@ -109,8 +108,8 @@ Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSum
   // From here on old and new must not mix: without a manifest the folder is no scene.
   CheckInterrupted();
   fs::remove(options.scene / "lumigraph.json");
-  Replace(fresh_images, options.scene / "images");
-  if (fs::exists(fresh_masks)) Replace(fresh_masks, options.scene / "masks");
+  ReplaceFolder(fresh_images, options.scene / "images");
+  if (fs::exists(fresh_masks)) ReplaceFolder(fresh_masks, options.scene / "masks");
   pinhole.folder = options.scene;
   pinhole.image_folder = options.scene / "images";
   WriteScene(pinhole, options.scene);

@@ -13,6 +13,9 @@ namespace lumi {
 // are filled in.
 Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink);
 
+// Puts the folder `fresh` in the place of `target`; both lie in one folder.
+void ReplaceFolder(const std::filesystem::path& fresh, const std::filesystem::path& target);
+
 // Colours for points that have none: the photos' pixels at their observations, averaged.
 void ColorPoints(Scene& scene, ProgressSink& sink);
 

@@ -25,9 +25,10 @@ void SetFocal(lumi::ReconstructOptions& options, const std::string& text) {
 
 std::string ForPeople(const std::string& text) {
   const auto j = nlohmann::json::parse(text);
-  std::string lines = fmt::format("{} of {} photos, {} points, {:.2f} px mean reprojection error; {:.1f} s, of which COLMAP {:.1f} s",
-                                  j["images_registered"].get<int>(), j["images_total"].get<int>(), j["points"].get<int>(),
-                                  j["mean_reprojection_error_px"].get<double>(), j["seconds"].get<double>(), j["colmap_seconds"].get<double>());
+  std::string lines = fmt::format("{} of {} photos, {} points, {:.2f} px mean reprojection error; {:.1f} s", j["images_registered"].get<int>(),
+                                  j["images_total"].get<int>(), j["points"].get<int>(), j["mean_reprojection_error_px"].get<double>(), j["seconds"].get<double>());
+  if (j["backend"] == "colmap") lines += fmt::format(", of which COLMAP {:.1f} s", j["colmap_seconds"].get<double>());
+  if (j["upgrade"] != "metric") lines += fmt::format("\n  {}: {}", j["upgrade"].get<std::string>(), j["upgrade_reason"].get<std::string>());
   for (const auto& m : j["missing"])
     lines += fmt::format("\n  without camera: {}: {} -> {}", m["name"].get<std::string>(), m["reason"].get<std::string>(), m["hint"].get<std::string>());
   if (j["components"].size() > 1) {
@@ -46,7 +47,16 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app();
   app.add_option("INPUT", o.input, "Folder of photos (searched recursively), or a video")->required();
   app.add_option("-o,--output", o.scene, "Scene folder to write")->required();
-  app.add_option_function<std::string>("--backend", [](const std::string&) {}, "Who places the cameras: colmap")->check(CLI::IsMember({"colmap"}));
+  app.add_option("--backend", o.backend, "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Backend>{{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}}));
+  app.add_flag("--projective", o.projective, "factorization: stop at the quasi-affine frame, even where the intrinsics are known");
+  app.add_option_function<std::string>("--require", [&](const std::string&) { o.require_metric = true; }, "metric: fail (exit code 1) where the data allow no more than a quasi-affine scene")
+      ->check(CLI::IsMember({"metric"}));
+  app.add_option("--refine", o.refine, "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: focal where EXIF gave it, else none")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Refine>{{"auto", lumi::Refine::kAuto}, {"none", lumi::Refine::kNone}, {"focal", lumi::Refine::kFocal}, {"centre", lumi::Refine::kCentre}}));
+  app.add_option("--features", o.features, "factorization: tracks aimed at in a frame of a video (0: 800), or features a photo (0: 2048)")->capture_default_str();
+  app.add_option("--window", o.window_frames, "factorization: frames that are factorised at once; 0: 20")->capture_default_str();
+  app.add_flag("!--no-adjust", o.adjust, "factorization: without bundle adjustment");
   app.add_option("--camera", o.camera_yaml, "camera.yaml (OpenCV/ROS): known intrinsics, held fixed");
   app.add_option("--masks", o.masks, "Folder of masks NAME.png (COLMAP's naming: photo.jpg.png), black = ignore");
   app.add_option("--database", o.database, "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of photos");

@@ -8,6 +8,8 @@
 
 namespace lumi {
 
+std::string Name(Backend backend) { return backend == Backend::kColmap ? "colmap" : "factorization"; }
+
 std::string Validate(const ReconstructOptions& o) {
   if (o.input.empty()) return "an input is needed: a folder of photos, or a video";
   if (o.scene.empty()) return "an output folder is needed: -o SCENE";
@@ -26,8 +28,19 @@ std::string Validate(const ReconstructOptions& o) {
   if (o.search_focal && o.rig != Rig::kRing)
     return o.rig == Rig::kGrid ? "a grid of parallel cameras looks the same under any focal length: give --focal-px F"
                                : "--focal-px search goes with --rig ring";
-  if (o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
-    return "--focal-px and --intrinsics go with --poses or --rig; known intrinsics are given with --camera camera.yaml";
+  if (o.backend == Backend::kFactorization) {
+    if (!o.poses.empty() || o.rig != Rig::kNone) return "--backend factorization finds the cameras itself: leave out --poses and --rig";
+    if (!o.database.empty()) return "--database holds COLMAP's features: it goes with --backend colmap";
+    if (o.component != 0) return "--component goes with --backend colmap";
+    if (o.projective && o.require_metric) return "--projective stops before the metric frame that --require metric asks for";
+    if (o.features < 0 || (o.features > 0 && o.features < 50)) return "--features is 50 or more";
+    if (o.window_frames < 0 || o.window_frames == 1 || o.window_frames == 2) return "--window is 3 frames or more";
+  } else {
+    if (o.projective) return "--projective goes with --backend factorization";
+    if (o.features != 0 || o.window_frames != 0 || !o.adjust || o.refine != Refine::kAuto) return "--features, --window, --refine and --no-adjust go with --backend factorization";
+  }
+  if (o.backend == Backend::kColmap && o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
+    return "--focal-px and --intrinsics go with --poses, --rig or --backend factorization; known intrinsics are given with --camera camera.yaml";
   if (o.rig == Rig::kGrid && !o.focal_px && o.intrinsics.empty() && o.camera_yaml.empty()) return "--rig grid needs --focal-px F";
   if (o.rig == Rig::kGrid && o.grid_size.empty() == o.grid_positions.empty()) return "--rig grid needs one of --grid-size ROWSxCOLUMNS and --grid-positions FILE.csv";
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane != 0)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
@@ -38,6 +51,13 @@ std::string Validate(const ReconstructOptions& o) {
 
 std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   std::map<std::string, std::string> text;
+  text["backend"] = Name(o.backend);
+  text["projective"] = std::to_string(o.projective ? 1 : 0);
+  text["require_metric"] = std::to_string(o.require_metric ? 1 : 0);
+  text["refine"] = std::to_string(static_cast<int>(o.refine));
+  text["features"] = std::to_string(o.features);
+  text["window_frames"] = std::to_string(o.window_frames);
+  text["adjust"] = std::to_string(o.adjust ? 1 : 0);
   text["camera"] = o.camera_yaml.empty() ? "" : Fingerprint(o.camera_yaml);
   text["masks"] = o.masks.empty() ? "" : Fingerprint(o.masks);
   text["database"] = o.database.empty() ? "" : Fingerprint(o.database);
@@ -71,8 +91,10 @@ std::string ToJson(const ReconstructSummary& s) {
   j["missing"] = nlohmann::ordered_json::array();
   for (const auto& m : s.missing) j["missing"].push_back({{"name", m.name}, {"reason", m.reason}, {"hint", m.hint}});
   j["mean_reprojection_error_px"] = s.mean_reprojection_error_px;
-  j["backend"] = "colmap";
-  j["upgrade"] = "metric";
+  j["backend"] = Name(s.backend);
+  j["upgrade"] = s.upgrade;
+  if (!s.upgrade_reason.empty()) j["upgrade_reason"] = s.upgrade_reason;
+  if (!s.warnings.empty()) j["warnings"] = s.warnings;
   j["points"] = s.points;
   j["cameras"] = s.cameras;
   j["camera_model"] = s.camera_model;
@@ -93,6 +115,10 @@ ReconstructSummary SummaryFromJson(const std::string& text) {
   s.images_registered = j.at("images_registered");
   for (const auto& m : j.at("missing")) s.missing.push_back({m.at("name"), m.at("reason"), m.at("hint")});
   s.mean_reprojection_error_px = j.at("mean_reprojection_error_px");
+  if (j.value("backend", "colmap") == Name(Backend::kFactorization)) s.backend = Backend::kFactorization;
+  s.upgrade = j.value("upgrade", "metric");
+  s.upgrade_reason = j.value("upgrade_reason", "");
+  s.warnings = j.value("warnings", std::vector<std::string>{});
   s.points = j.at("points");
   s.cameras = j.at("cameras");
   s.camera_model = j.at("camera_model");

@@ -10,6 +10,8 @@
 
 namespace lumi {
 
+enum class Backend { kColmap, kFactorization };
+enum class Refine { kAuto, kNone, kFocal, kCentre };
 enum class Matching { kAuto, kExhaustive, kSequential };
 enum class SingleCamera { kAuto, kYes, kNo };
 enum class Quality { kAuto, kLow, kMedium, kHigh };
@@ -20,6 +22,14 @@ enum class Rig { kNone, kRing, kGrid };
 struct ReconstructOptions {
   std::filesystem::path input;  // folder of photos, or a video
   std::filesystem::path scene;  // output folder
+
+  Backend backend = Backend::kColmap;
+  bool projective = false;            // factorisation: stop at the quasi-affine frame
+  bool require_metric = false;        // fail where the scene would not be metric
+  Refine refine = Refine::kAuto;      // factorisation: which intrinsics the metric adjustment may move; auto: EXIF's focal length only
+  int features = 0;                   // factorisation: tracks aimed at in a frame, or features a photo; 0 = their defaults
+  int window_frames = 0;              // factorisation: frames that are factorised at once; 0 = the default
+  bool adjust = true;                 // factorisation: bundle adjustment; off to see what it is worth
 
   std::filesystem::path camera_yaml;  // intrinsics, held fixed; empty: estimated
   std::filesystem::path masks;        // folder of NAME.png, black = ignore; empty: none
@@ -55,6 +65,8 @@ struct ReconstructOptions {
                                             // positions; 0: parallel cameras with the principal point in the middle
 };
 
+std::string Name(Backend backend);
+
 // What is wrong with the options, or an empty string. Looks at no file.
 std::string Validate(const ReconstructOptions& options);
 
@@ -72,6 +84,10 @@ struct ReconstructSummary {
   int images_registered = 0;
   std::vector<MissingPhoto> missing;
   double mean_reprojection_error_px = 0;
+  Backend backend = Backend::kColmap;
+  std::string upgrade = "metric";          // or quasi-affine, none
+  std::string upgrade_reason;              // why it is not metric
+  std::vector<std::string> warnings;
   int points = 0;
   int cameras = 0;
   std::string camera_model;                // as estimated, before undistortion; several joined by "+"

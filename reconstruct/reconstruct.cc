@@ -10,6 +10,7 @@
 #include "reconstruct/all_frames.h"
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/colmap_program.h"
+#include "reconstruct/factorize.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
 #include "reconstruct/given_camera.h"
@@ -213,16 +214,20 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   ReconstructOptions fitted = options;
   fitted.camera_yaml = given.yaml;
   fitted.masks = given.masks;
-  Scene scene = options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, fitted, given, work_folder, colmap, summary, sink)
-                                                                   : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
+  Scene scene = options.backend == Backend::kFactorization            ? Factorize(given.capture, fitted, given, work_folder, summary, sink)
+                : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, fitted, given, work_folder, colmap, summary, sink)
+                                                                     : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
   const int photos_total = summary.images_total;
-  FinishScene(std::move(scene), fitted, summary, sink);
+  if (scene.frame == Frame::kMetric)
+    FinishScene(std::move(scene), fitted, summary, sink);
+  else
+    FinishProjectiveScene(std::move(scene), fitted, summary, sink);
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();
   summary.seconds = elapsed();
 
-  for (const char* output : {"images", "sparse"}) wanted.outputs[output] = Fingerprint(options.scene / output);
+  for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"}) wanted.outputs[output] = Fingerprint(options.scene / output);
   wanted.seconds = summary.seconds;
   WriteTextAtomically(options.scene / kSummaryFile, ToJson(summary) + "\n");
   WriteProvenance(options.scene, wanted);

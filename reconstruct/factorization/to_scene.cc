@@ -27,7 +27,10 @@ Scene ToScene(const FactorizationResult& result, const Tracks& tracks) {
   for (const std::size_t f : order) {
     View view;
     view.name = tracks.frames[f].name;
-    view.P = metric ? Matrix34d::Zero() : result.P[f];
+    if (!metric) {
+      view.P = result.P[f];
+      view.size_px = tracks.frames[f].size_px;
+    }
     if (metric) {
       view.camera = CameraId{0};
       view.cam_from_world = result.cam_from_world[f];
@@ -41,7 +44,10 @@ Scene ToScene(const FactorizationResult& result, const Tracks& tracks) {
   for (const FactorizationPoint& p : result.points) {
     if (!(p.X.w() * farthest > p.X.head<3>().norm())) continue;
     Point point;
-    point.x_in_world = p.X.hnormalized();
+    if (metric)
+      point.x_in_world = p.X.hnormalized();
+    else
+      point.X_in_world = p.X;
     const Track& track = tracks.tracks[static_cast<std::size_t>(p.track)];
     point.color = track.color;
     point.error_px = p.error_px;
@@ -51,7 +57,8 @@ Scene ToScene(const FactorizationResult& result, const Tracks& tracks) {
     }
     scene.points.push_back(std::move(point));
   }
-  if (metric) UpdateFrameOfReference(scene);
+  if (!metric) scene.plane_at_infinity = result.plane_at_infinity;
+  UpdateFrameOfReference(scene);
   return scene;
 }
 

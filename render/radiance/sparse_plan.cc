@@ -39,13 +39,13 @@ class Gate {
   float share_ = 0;
 };
 
-struct Entries {
+struct CameraWeights {
   std::vector<std::int32_t> camera, count;
   std::vector<std::array<float, 3>> weight;
   std::vector<std::uint8_t> ends;
 };
 
-void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, const SparseTriangle& triangle, Entries& out) {
+void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, const SparseTriangle& triangle, CameraWeights& out) {
   std::array<std::int32_t, 3> at, end;
   for (std::size_t i = 0; i < 3; ++i) {
     at[i] = table.first[static_cast<std::size_t>(triangle.vertex[i])];
@@ -97,7 +97,7 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
 
   const Gate gate(setup);
   const std::size_t chunks = (plan.triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  std::vector<Entries> entries(chunks);
+  std::vector<CameraWeights> entries(chunks);
   for_ranges(chunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
       for (std::size_t t = c * kTrianglesAChunk; t < std::min(plan.triangles.size(), (c + 1) * kTrianglesAChunk); ++t)
@@ -107,7 +107,7 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
   plan.weight.clear();
   plan.ends.clear();
   std::size_t t = 0;
-  for (const Entries& e : entries) {
+  for (const CameraWeights& e : entries) {
     for (const std::int32_t count : e.count) {
       plan.triangles[t].first = static_cast<std::int32_t>(t == 0 ? 0 : plan.triangles[t - 1].first + plan.triangles[t - 1].count);
       plan.triangles[t++].count = count;

@@ -155,6 +155,14 @@ Eigen::Matrix3d Camera::K() const {
   return K;
 }
 
+Camera Camera::WithPinhole(const Eigen::Vector2d& focal_px, const Eigen::Vector2d& principal_point_px) const {
+  Camera other = *this;
+  const auto focals = static_cast<std::size_t>(Info(model).focals);
+  for (std::size_t i = 0; i < focals; ++i) other.params[i] = focal_px[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < 2; ++i) other.params[focals + i] = principal_point_px[static_cast<Eigen::Index>(i)];
+  return other;
+}
+
 bool Camera::IsPinhole() const {
   if (model == CameraModel::kOpenCVFisheye) return false;
   for (std::size_t i = static_cast<std::size_t>(Info(model).focals) + 2; i < params.size(); ++i)

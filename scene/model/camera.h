@@ -47,6 +47,8 @@ struct Camera {
   // The same camera for photos scaled to another size; the aspect may change by rounding only (else the focal lengths
   // and principal point are scaled per axis, and a single-focal model becomes its two-focal equivalent where needed).
   Camera Scaled(int new_width_px, int new_height_px) const;
+  // The same lens with another focal length (of a model with one, its x counts) and principal point.
+  Camera WithPinhole(const Eigen::Vector2d& focal_px, const Eigen::Vector2d& principal_point_px) const;
 };
 
 // What is wrong with a camera (counts, sizes, NaN, focal lengths <= 0), or nullopt.
