@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
         ->group("Cameras");
   };
   pass_option("--backend", "What finds the cameras");
+  pass_option("--refine", "factorization: intrinsics that the last adjustment may move: auto, none, focal or centre");
   pass_option("--camera", "Known intrinsics, camera.yaml");
   app.add_option("--calibration", options.calibration,
                  "Photos or a video of a checkerboard taken by the same camera (lumi-calibrate finds its intrinsics), or a camera.yaml")

@@ -29,6 +29,14 @@ std::string ForPeople(const std::string& text) {
                                   j["images_total"].get<int>(), j["points"].get<int>(), j["mean_reprojection_error_px"].get<double>(), j["seconds"].get<double>());
   if (j["backend"] == "colmap") lines += fmt::format(", of which COLMAP {:.1f} s", j["colmap_seconds"].get<double>());
   if (j["upgrade"] != "metric") lines += fmt::format("\n  {}: {}", j["upgrade"].get<std::string>(), j["upgrade_reason"].get<std::string>());
+  if (j.contains("warnings"))
+    for (const auto& w : j["warnings"]) lines += "\n  warning: " + w.get<std::string>();
+  if (j.contains("compared_with")) {
+    const auto& c = j["compared_with"];
+    lines += fmt::format("\n  against {} ({} photos, aligned): centres {:.3f} % rms, rotations {:.3f} degree rms; {:.2f} px and {:.1f} s there",
+                         c["backend"].get<std::string>(), c["views"].get<int>(), c["centre_rms_percent"].get<double>(), c["rotation_rms_deg"].get<double>(),
+                         c["mean_reprojection_error_px"].get<double>(), c["seconds"].get<double>());
+  }
   for (const auto& m : j["missing"])
     lines += fmt::format("\n  without camera: {}: {} -> {}", m["name"].get<std::string>(), m["reason"].get<std::string>(), m["hint"].get<std::string>());
   if (j["components"].size() > 1) {

@@ -95,6 +95,11 @@ std::string ToJson(const ReconstructSummary& s) {
   j["upgrade"] = s.upgrade;
   if (!s.upgrade_reason.empty()) j["upgrade_reason"] = s.upgrade_reason;
   if (!s.warnings.empty()) j["warnings"] = s.warnings;
+  if (s.comparison) {
+    const BackendComparison& c = *s.comparison;
+    j["compared_with"] = {{"backend", Name(c.backend)}, {"views", c.views}, {"centre_rms_percent", c.centre_rms_percent}, {"rotation_rms_deg", c.rotation_rms_deg},
+                          {"mean_reprojection_error_px", c.mean_reprojection_error_px}, {"seconds", c.seconds}};
+  }
   j["points"] = s.points;
   j["cameras"] = s.cameras;
   j["camera_model"] = s.camera_model;
@@ -119,6 +124,17 @@ ReconstructSummary SummaryFromJson(const std::string& text) {
   s.upgrade = j.value("upgrade", "metric");
   s.upgrade_reason = j.value("upgrade_reason", "");
   s.warnings = j.value("warnings", std::vector<std::string>{});
+  if (j.contains("compared_with")) {
+    const auto& c = j.at("compared_with");
+    BackendComparison comparison;
+    if (c.at("backend") == Name(Backend::kFactorization)) comparison.backend = Backend::kFactorization;
+    comparison.views = c.at("views");
+    comparison.centre_rms_percent = c.at("centre_rms_percent");
+    comparison.rotation_rms_deg = c.at("rotation_rms_deg");
+    comparison.mean_reprojection_error_px = c.at("mean_reprojection_error_px");
+    comparison.seconds = c.at("seconds");
+    s.comparison = comparison;
+  }
   s.points = j.at("points");
   s.cameras = j.at("cameras");
   s.camera_model = j.at("camera_model");

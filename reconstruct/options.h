@@ -79,6 +79,15 @@ struct MissingPhoto {
   std::string hint;  // what to shoot or try
 };
 
+// The other backend's cameras of the same capture, after the similarity that aligns them.
+struct BackendComparison {
+  Backend backend = Backend::kColmap;   // the other one
+  int views = 0;                        // that both placed
+  double centre_rms_percent = 0;        // of the extent of the other's centres
+  double rotation_rms_deg = 0;
+  double mean_reprojection_error_px = 0, seconds = 0;   // the other's
+};
+
 struct ReconstructSummary {
   int images_total = 0;
   int images_registered = 0;
@@ -88,6 +97,7 @@ struct ReconstructSummary {
   std::string upgrade = "metric";          // or quasi-affine, none
   std::string upgrade_reason;              // why it is not metric
   std::vector<std::string> warnings;
+  std::optional<BackendComparison> comparison;
   int points = 0;
   int cameras = 0;
   std::string camera_model;                // as estimated, before undistortion; several joined by "+"

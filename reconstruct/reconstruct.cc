@@ -10,6 +10,7 @@
 #include "reconstruct/all_frames.h"
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/colmap_program.h"
+#include "reconstruct/compare_backends.h"
 #include "reconstruct/factorize.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
@@ -219,13 +220,15 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
                                                                      : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
   const int photos_total = summary.images_total;
   if (scene.frame == Frame::kMetric)
-    FinishScene(std::move(scene), fitted, summary, sink);
+    scene = FinishScene(std::move(scene), fitted, summary, sink);
   else
-    FinishProjectiveScene(std::move(scene), fitted, summary, sink);
+    scene = FinishProjectiveScene(std::move(scene), fitted, summary, sink);
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();
   summary.seconds = elapsed();
+  if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
+    summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 
   for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"}) wanted.outputs[output] = Fingerprint(options.scene / output);
   wanted.seconds = summary.seconds;

@@ -191,6 +191,18 @@ std::string CardsHtml(const ReportInput& input, const json& cameras, const json&
   return cards + "</div>\n";
 }
 
+// What both backends found, where both have run in this folder.
+std::string BackendsHtml(const json& cameras) {
+  if (!cameras.contains("compared_with")) return {};
+  const json& other = cameras["compared_with"];
+  const std::vector<std::vector<std::string>> rows{
+      {EscapeHtml(Text(cameras, "backend")), fmt::format("{:.2f}", Number(cameras, "mean_reprojection_error_px")), fmt::format("{:.1f}", Number(cameras, "seconds"))},
+      {EscapeHtml(Text(other, "backend")), fmt::format("{:.2f}", Number(other, "mean_reprojection_error_px")), fmt::format("{:.1f}", Number(other, "seconds"))}};
+  return HtmlTable({{"backend"}, {"reprojection error, px"}, {"seconds"}}, rows) +
+         fmt::format("<p>After alignment, over the {:.0f} photos that both placed: centres {:.3f} % of their extent apart (rms), rotations {:.3f} degrees.</p>\n",
+                     Number(other, "views"), Number(other, "centre_rms_percent"), Number(other, "rotation_rms_deg"));
+}
+
 std::string NextHtml(const ReportInput& input, const json& cameras) {
   const std::string scene = input.scene_folder.string();
   std::string html = "<p>Walk through it:</p><pre>lumi-view " + EscapeHtml(scene) + "</pre>\n";
@@ -232,6 +244,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += CardsHtml(input, cameras, holdout);
   body += HtmlSection("What to do next", NextHtml(input, cameras));
   body += HtmlSection("Cameras seen from above", map);
+  body += HtmlSection("The two backends", BackendsHtml(cameras));
   body += HtmlSection("Photos without a camera", MissingHtml(cameras));
   body += HtmlSection("Contact sheet", ContactSheetHtml(thumbnails));
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));

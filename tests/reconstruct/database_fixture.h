@@ -56,13 +56,13 @@ class TestDatabase {
 };
 
 // A folder that is gone after the test.
-class TemporaryFolder {
+class FixtureFolder {
  public:
-  explicit TemporaryFolder(const std::string& name) : path_(std::filesystem::temp_directory_path() / ("lumi-" + name + "-" + std::to_string(::getpid()))) {
+  explicit FixtureFolder(const std::string& name) : path_(std::filesystem::temp_directory_path() / ("lumi-" + name + "-" + std::to_string(::getpid()))) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
-  ~TemporaryFolder() {
+  ~FixtureFolder() {
     std::error_code ec;
     std::filesystem::remove_all(path_, ec);
   }

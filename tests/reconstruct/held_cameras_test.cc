@@ -45,7 +45,7 @@ class HeldCameras : public ::testing::Test {
       }
   }
 
-  TemporaryFolder folder_{"held"};
+  FixtureFolder folder_{"held"};
   std::vector<Eigen::Vector3d> truth_;
   std::vector<HeldView> views_;
 };

@@ -18,7 +18,7 @@ Capture PhotosNamed(const std::vector<std::string>& names) {
 }
 
 TEST(Missing, EachPhotoIsToldItsOwnReason) {
-  const TemporaryFolder folder("missing");
+  const FixtureFolder folder("missing");
   {
     TestDatabase db(folder.path() / "database.db");
     db.AddImage(1, "a.jpg", 3000);
@@ -59,7 +59,7 @@ TEST(Missing, EachPhotoIsToldItsOwnReason) {
 }
 
 TEST(Database, AFileThatIsNoneIsRefused) {
-  const TemporaryFolder folder("nodb");
+  const FixtureFolder folder("nodb");
   WriteTextAtomically(folder.path() / "text.db", "this is no database, whatever its name says, and long enough to be read");
   EXPECT_FALSE(ColmapDatabase::IsDatabase(folder.path() / "text.db"));
   EXPECT_FALSE(ColmapDatabase::IsDatabase(folder.path() / "absent.db"));
@@ -68,7 +68,7 @@ TEST(Database, AFileThatIsNoneIsRefused) {
 }
 
 TEST(Database, CountsThatLieAreRefused) {
-  const TemporaryFolder folder("lying");
+  const FixtureFolder folder("lying");
   {
     TestDatabase db(folder.path() / "database.db");
     db.AddImage(1, "a.jpg", 10);
@@ -85,7 +85,7 @@ TEST(Database, CountsThatLieAreRefused) {
 }
 
 TEST(Database, ReadingTheUsersOwnLeavesNothingBesideIt) {
-  const TemporaryFolder folder("theirs");
+  const FixtureFolder folder("theirs");
   { TestDatabase(folder.path() / "database.db").AddImage(1, "a.jpg", 3); }
   const auto before = std::filesystem::last_write_time(folder.path() / "database.db");
   {
@@ -97,7 +97,7 @@ TEST(Database, ReadingTheUsersOwnLeavesNothingBesideIt) {
 }
 
 TEST(Database, CamerasAreReplacedAllAtOnce) {
-  const TemporaryFolder folder("cameras");
+  const FixtureFolder folder("cameras");
   {
     TestDatabase db(folder.path() / "database.db");
     db.AddImage(1, "a.jpg", 3);

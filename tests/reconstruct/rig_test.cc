@@ -80,7 +80,7 @@ Capture MakeRing(const std::filesystem::path& database, const RingGeometry& trut
 
 TEST(RingSearch, FindsFocalLengthElevationAndSenseOfATurntable) {
   for (const int sense : {1, -1}) {
-    const TemporaryFolder folder("ring");
+    const FixtureFolder folder("ring");
     RingGeometry truth;
     truth.focal_px = 1400;
     truth.elevation_rad = 24 * kRadPerDeg;
@@ -101,7 +101,7 @@ TEST(RingSearch, FindsFocalLengthElevationAndSenseOfATurntable) {
 }
 
 TEST(RingSearch, AGivenFocalLengthIsKept) {
-  const TemporaryFolder folder("ringf");
+  const FixtureFolder folder("ringf");
   RingGeometry truth;
   truth.focal_px = 900;
   truth.elevation_rad = 10 * kRadPerDeg;
@@ -116,7 +116,7 @@ TEST(RingSearch, AGivenFocalLengthIsKept) {
 }
 
 TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
-  const TemporaryFolder folder("noring");
+  const FixtureFolder folder("noring");
   RingGeometry truth;
   truth.focal_px = 900;
   truth.step_rad = 360 * kRadPerDeg / 18;
@@ -133,7 +133,7 @@ TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
 
 TEST(GridSearch, FindsWhichWayTheCoordinatesRun) {
   for (const double sign : {1.0, -1.0}) {
-    const TemporaryFolder folder("grid");
+    const FixtureFolder folder("grid");
     std::mt19937 random(12);
     std::uniform_real_distribution<double> coordinate(-2, 2), depth(8, 16);
     std::vector<Eigen::Vector3d> points;
