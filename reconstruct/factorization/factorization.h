@@ -33,7 +33,7 @@ struct FactorizationOptions {
   int factorise_iterations = 30;           // 0: the seed's cameras as they are
   bool adjust = true;                      // bundle adjustment; off for measuring what it is worth
   BundleOptions::Loss loss = BundleOptions::Loss::kCauchy;
-  int adjust_sights = 120;                 // a frame's sights that steer the projective adjustment of all frames; 0: all
+  int adjust_sights = 80;                 // a frame's sights that steer the projective adjustment of all frames; 0: all
   FreeIntrinsics intrinsics = FreeIntrinsics::kNone;   // in the metric adjustment
   bool projective_only = false;            // stop at the quasi-affine frame on purpose
   double max_plane_sigma = 0.1;            // a plane at infinity less certain than this (see Upgrade) is not believed

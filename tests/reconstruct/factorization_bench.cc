@@ -1,0 +1,70 @@
+// Accuracy and time of the factorisation on simulated tracks of 100 frames: the figures of docs/factorization.md.
+#include <cstdio>
+
+#include "factorization_scenes.h"
+#include "reconstruct/factorization/factorization.h"
+#include "scene/geometry/similarity3.h"
+#include "scene/program/parallel.h"
+
+namespace {
+
+using namespace lumi;
+using namespace lumi::test;
+
+void Row(const std::string& name, const SimulatedTracks& s, const FactorizationOptions& options) {
+  long sights = 0;
+  for (const Track& t : s.tracks.tracks) sights += static_cast<long>(t.observations.size());
+  const FactorizationResult r = ReconstructFromTracks(s.tracks, s.camera, options, SilentProgress());
+  double rotation = 0, centre = 0;
+  if (r.upgrade == UpgradeKind::kMetric) {
+    std::vector<Rigid3> found, truth;
+    for (std::size_t f = 0; f < r.placed.size(); ++f)
+      if (r.placed[f]) {
+        found.push_back(r.cam_from_world[f]);
+        truth.push_back(s.cam_from_world[f]);
+      }
+    rotation = ComparePoses(found, truth).rotation_max_deg;
+    const Similarity3 align = AlignPoses(found, truth);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      centre = std::max(centre, 100 * (align * found[i].OriginInSource() - truth[i].OriginInSource()).norm() / s.scene_size);
+  }
+  const StageSeconds& t = r.seconds;
+  std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n", name.c_str(), s.tracks.tracks.size(), sights,
+              std::string(Name(r.upgrade)).c_str(), static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)), r.projective_rms_px, r.rms_px, rotation,
+              centre, 1e3 * t.windows, 1e3 * t.merging, 1e3 * t.projective, 1e3 * t.upgrade, 1e3 * t.metric, 1e3 * t.total);
+}
+
+}  // namespace
+
+int main() {
+  SetThreadCount(2);
+  std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade", "cam", "rms P", "rms M", "deg", "%",
+              "win", "merge", "proj", "upgr", "metr", "ms");
+  Noise noise;
+  noise.sigma_px = 0.3;
+  noise.max_track_frames = 40;
+  const SimulatedTracks plaza = See(PlazaPath(100), PlazaPoints(600), noise), hallway = See(HallwayPath(100), HallwayPoints(600), noise),
+                        desk = See(DeskPath(100), DeskPoints(300), noise), round = See(DeskPath(100, 360), DeskPoints(300), noise);
+  Row("plaza", plaza, {});
+  Row("hallway", hallway, {});
+  Row("desk", desk, {});
+  Row("desk, full circle", round, {});
+  Noise outliers = noise, missing = noise;
+  outliers.outliers = 0.4;
+  missing.missing = 0.7;
+  Row("plaza, 40 % outliers", See(PlazaPath(100), PlazaPoints(600), outliers), {});
+  Row("plaza, 70 % missing", See(PlazaPath(100), PlazaPoints(1200), missing), {});
+  FactorizationOptions o;
+  o.windows.length = 10;
+  o.windows.overlap = 5;
+  Row("plaza, windows of 10", plaza, o);
+  o.windows.length = 40;
+  o.windows.overlap = 20;
+  Row("plaza, windows of 40", plaza, o);
+  o = {};
+  o.adjust_sights = 0;
+  Row("plaza, all sights steer", plaza, o);
+  o = {};
+  o.adjust = false;
+  Row("plaza, no adjustment", plaza, o);
+}
