@@ -89,8 +89,12 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::ve
   const Moments m = ComputeMoments(source, target);
   if (!(m.source_variance > 0)) return failed;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.covariance);
-  const bool well_posed = svd.singularValues()[1] > 1e-6 * svd.singularValues()[0];
-  return FromRotation(m, NearestRotation(well_posed ? m.covariance : turn));
+  // Centres along a path that is thinner than a thirtieth of its length say little about the turn around it: their noise over that width. The
+  // photos' rotations do, and then count as much as the centres.
+  constexpr double kThinPath = 1e-3;  // of variances
+  if (svd.singularValues()[1] > kThinPath * svd.singularValues()[0]) return FromRotation(m, NearestRotation(m.covariance));
+  const double centres = 1 / std::sqrt(m.source_variance * std::max(m.target_variance, std::numeric_limits<double>::min()));
+  return FromRotation(m, NearestRotation(centres * m.covariance + turn / static_cast<double>(source.size())));
 }
 
 PoseErrors ComparePoses(const std::vector<Rigid3>& cam_from_estimate, const std::vector<Rigid3>& cam_from_truth) {

@@ -36,7 +36,7 @@ Rigid3 TransformPose(const Rigid3& cam_from_source, const Similarity3& target_fr
 Similarity3 AlignPoints(const std::vector<Eigen::Vector3d>& source, const std::vector<Eigen::Vector3d>& target);
 
 // Aligns two sets of camera poses of the same photos: AlignPoints over the centres, made well-posed for collinear
-// centres by the rotations (the rotation is the average of the relative rotations where the centres leave it free).
+// centres, and sound for those of a nearly straight path, by the rotations, which then count beside them.
 Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::vector<Rigid3>& cam_from_target);
 
 // How far two sets of poses of the same photos are apart after AlignPoses. "Poses" in the sense of how quality is

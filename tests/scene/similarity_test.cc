@@ -68,6 +68,21 @@ TEST(Similarity, CollinearPointsAreRefusedCollinearCamerasAreNot) {
   EXPECT_LT(e.rotation_max_deg, 1e-6);
 }
 
+// A straight walk, its centres a little off: a turn of the whole world around the path is not what was wrong.
+TEST(Similarity, NoiseAcrossAThinPathIsNoTurn) {
+  test::Random random(6);
+  std::vector<Rigid3> truth, found;
+  for (int k = 0; k < 30; ++k) {
+    const Eigen::Quaterniond q = random.Rotation();
+    const Eigen::Vector3d c(k, 0.01 * (k % 3), 0.01 * (k % 2)), off = 0.01 * Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
+    truth.push_back({q, -(q * c)});
+    found.push_back({q, -(q * (c + off))});
+  }
+  const PoseErrors e = ComparePoses(found, truth);
+  EXPECT_LT(e.rotation_max_deg, 0.1);
+  EXPECT_LT(e.centre_max_percent, 0.1);
+}
+
 TEST(Similarity, PoseErrorsAreInPercentOfTheExtentAndDegrees) {
   test::Random random(5);
   std::vector<Rigid3> truth;
