@@ -7,8 +7,8 @@
 
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures/resolution.h"
+#include "render/radiance/measures/visibility.h"
 #include "render/radiance/settings.h"
-#include "render/radiance/visibility.h"
 
 namespace lumi {
 namespace {
@@ -143,11 +143,6 @@ LUMI_KERNEL void MeasureJacobian(Field field, const LayerBatch& b, const Candida
   MeasureIn<Term::kJacobian>(field, b, c, rule, rays, h, f, u, v, w);
 }
 
-inline float Seen(float depth, float surface) {
-  const float s = std::min(std::max(0.0F, (depth / surface - (1 + kVisibleUpTo)) * (1 / (kBlockedFrom - kVisibleUpTo))), 1.0F);
-  return 1 - s * s * (3 - 2 * s);
-}
-
 // VisibilityMaps::Visibility, into h.
 LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& rule, const float* __restrict f, const float* __restrict u,
                             const float* __restrict v, const float* __restrict depth, float* __restrict h) {
@@ -164,9 +159,9 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
     const int x1 = std::min(x0 + 1, right), y1 = std::min(y0 + 1, low);
     const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
-    const float top = (1 - ax) * Seen(depth[i], map[y0 * width + x0]) + ax * Seen(depth[i], map[y0 * width + x1]);
-    const float bottom = (1 - ax) * Seen(depth[i], map[y1 * width + x0]) + ax * Seen(depth[i], map[y1 * width + x1]);
-    const float seen = kBlockedVisibility + (1 - kBlockedVisibility) * ((1 - ay) * top + ay * bottom);
+    const float top = (1 - ax) * SeenPast(depth[i], map[y0 * width + x0]) + ax * SeenPast(depth[i], map[y0 * width + x1]);
+    const float bottom = (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
+    const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
     const float value = soft ? f[i] : 1.0F;
     const float factor = value > 0 ? (1 + gamma * (1 / (value * seen) - 1)) / (1 + gamma * (1 / value - 1)) : 1.0F;
     h[i] = (h[i] > 0) & (asked[i] > 0) ? h[i] * factor : h[i];

@@ -84,7 +84,7 @@ void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityM
   for (const int camera : order) {
     const auto j = static_cast<std::size_t>(camera);
     if (!(m.f[j] > 0)) continue;
-    blocked = blocked || m.v[j] < 0.5F;
+    blocked = blocked || m.v[j] < kHalfVisible;
     ++e.photos;
     const Eigen::Matrix3d M = DepthScaled(sources.views[j]);
     const Eigen::Vector3d q = p - (sources.views[j].centre - setup.desired.centre);

@@ -21,8 +21,8 @@ std::string Defines(const BlendVariant& variant) {
   text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
                       kAlphaFullAt);
   text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup, kBuckets);
-  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define BLOCKED_VISIBILITY {:.6f}\n", kVisibleUpTo,
-                      kBlockedFrom, kBlockedVisibility);
+  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define LOG2_BLOCKED {:.9f}\n", kVisibleUpTo,
+                      kBlockedFrom, kLog2Blocked);
   text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant), kLeafSteps, kLeafTrace);
   const auto define = [&](bool on, const char* name) {
     if (on) text += fmt::format("#define {}\n", name);
@@ -212,7 +212,7 @@ float Dissimilarity(int j, vec4 D, float theta, Seen s) {
 uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
 uniform ivec2 visibility_size;         // of a map
 
-// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated.
+// Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated, geometric between its ends.
 float Surface(int map, ivec2 at, float depth) {
   float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
   return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
@@ -226,7 +226,7 @@ float Visibility(int j, Seen s) {
   int map = int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y;
   float top = mix(Surface(map, x0, s.depth), Surface(map, ivec2(x1.x, x0.y), s.depth), a.x);
   float bottom = mix(Surface(map, ivec2(x0.x, x1.y), s.depth), Surface(map, x1, s.depth), a.x);
-  return mix(BLOCKED_VISIBILITY, 1.0, mix(top, bottom, a.y));
+  return exp2(LOG2_BLOCKED * (1.0 - min(1.0, mix(top, bottom, a.y))));
 }
 
 // h with visibility, from h without: v <= 1, so it only grows.

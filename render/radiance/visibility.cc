@@ -6,24 +6,13 @@
 #include <limits>
 
 namespace lumi {
-namespace {
-
-template <typename T>
-T Seen(T depth, T surface) {
-  constexpr T kUpTo = 1 + static_cast<T>(kVisibleUpTo), kInverseWidth = 1 / (static_cast<T>(kBlockedFrom) - static_cast<T>(kVisibleUpTo));
-  const T s = std::clamp((depth / surface - kUpTo) * kInverseWidth, T(0), T(1));
-  return 1 - s * s * (3 - 2 * s);
-}
-
-}  // namespace
-
 VisibilityMaps::VisibilityMaps(int count, int width, int height)
     : count_(count), width_(width), height_(height),
       depth_(static_cast<std::size_t>(count) * texels(), std::numeric_limits<float>::infinity()) {}
 
 int VisibilityMaps::SuggestedSide(int count) {
   constexpr double kBudgetTexels = 64e6;
-  return std::clamp(static_cast<int>(std::sqrt(kBudgetTexels / std::max(1, count))), 64, 512);
+  return std::clamp(static_cast<int>(std::sqrt(kBudgetTexels / std::max(1, count))), 64, 128);
 }
 
 void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer& proxy) {
@@ -51,12 +40,12 @@ T VisibilityMaps::VisibilityAs(int camera, T u_px, T v_px, T width_px, T height_
   const int x1 = std::min(x0 + 1, width_ - 1), y1 = std::min(y0 + 1, height_ - 1);
   const T ax = x - static_cast<T>(x0), ay = y - static_cast<T>(y0);
   const float* map = depth_.data() + static_cast<std::size_t>(camera) * texels();
-  const auto seen = [&](int column, int row) { return Seen(depth, static_cast<T>(map[row * width_ + column])); };
+  const auto seen = [&](int column, int row) { return SeenPast(depth, static_cast<T>(map[row * width_ + column])); };
   // The comparison is interpolated, not the depth: halfway to an occluder's texel the point is half seen.
   const T top = (1 - ax) * seen(x0, y0) + ax * seen(x1, y0);
   const T bottom = (1 - ax) * seen(x0, y1) + ax * seen(x1, y1);
-  constexpr auto kBlocked = static_cast<T>(kBlockedVisibility);
-  return kBlocked + (1 - kBlocked) * ((1 - ay) * top + ay * bottom);
+  const T share = (1 - ay) * top + ay * bottom;
+  return share < 1 ? VisibilityOf(share) : T(1);
 }
 
 float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const {

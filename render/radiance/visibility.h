@@ -7,18 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "render/radiance/measures/visibility.h"
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/sources.h"
 
 namespace lumi {
-
-// The proxy is rough: its word on occlusion is evidence, no proof. A blocked camera's value falls to this, not to 0, so
-// that it stands behind every camera that sees the point, and before a hole.
-constexpr float kBlockedVisibility = 1.0F / 500;
-// Relative depth behind the map's surface over which visibility fades: above the step that a slanted surface makes
-// between texels, below the distance between an object and its background.
-constexpr float kVisibleUpTo = 0.015F;
-constexpr float kBlockedFrom = 0.04F;
 
 class VisibilityMaps {
  public:
@@ -26,7 +19,8 @@ class VisibilityMaps {
   // All maps have one size; photos of another aspect are stretched over it. Not filled yet.
   VisibilityMaps(int count, int width, int height);
 
-  // The longer side of maps for `count` cameras: 512, less where that took over 256 MB.
+  // The longer side of maps for `count` cameras: 128, less where that took over 256 MB. A texel is the width of an edge's feather:
+  // a finer map would be truer to the proxy than the proxy is to the scene, and steeper.
   static int SuggestedSide(int count);
 
   // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity where

@@ -126,8 +126,8 @@ TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
 }
 
 // Along 1000 tiny steps on the proxy, across the edges of what stands before it in the photos. An edge is a texel of the photo's depth
-// map wide, about 0.005 scene sizes here, and a photo that is far nearer than the others loses its weight in the last hundredth of that,
-// where 1 / v is steepest: what steps of 1e-2 and 1e-3 show of it is its height, those below 1e-5 its slope, in proportion to the step.
+// map wide, about 0.02 scene sizes here, and most of a weight changes within a part of it: a step of 1e-2 passes over that, and what it
+// shows is a weight's height. From 1e-3 on steps show its slope, in proportion.
 void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char* what) {
   test::Capture c = test::MakeCapture(24, 64);
   for (std::size_t i = 0; i < c.scene.views.size(); ++i) {
@@ -199,10 +199,10 @@ void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char*
   std::cout << "; ratios";
   for (std::size_t i = 1; i < largest.size(); ++i) std::cout << " " << largest[i - 1] / largest[i];
   std::cout << "\n";
-  EXPECT_LT(largest[1], 0.8 * largest[0]);
-  EXPECT_LT(largest[2], 0.4 * largest[1]);
-  EXPECT_LT(largest[3], 0.4 * largest[2]);
-  EXPECT_LT(largest[4], 0.2 * largest[3]);
+  // A tenth in the limit; the rest is where in the feather the nearest step falls.
+  constexpr double kInProportion = 1.0 / 7;
+  EXPECT_LT(largest[1], 0.5 * largest[0]);
+  for (std::size_t i = 2; i < largest.size(); ++i) EXPECT_LT(largest[i], kInProportion * largest[i - 1]) << "step " << kSteps[i];
 }
 
 TEST(Continuity, HoldsAcrossOcclusionEdges) { ExpectContinuousAcrossOcclusionEdges({}, "real-time"); }

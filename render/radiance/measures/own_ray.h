@@ -6,8 +6,8 @@
 
 namespace lumi {
 
-// Between rays so close an occluder as far away as half the point's distance moves by no more than the one or two texels that the
-// maps are off by (512 across 50 degrees).
+// Between rays so close an occluder as far away as half the point's distance moves by no more than the half texel that an edge's
+// feather reaches beyond it (128 texels across 50 degrees).
 constexpr float kOwnRayRad = 0.0035F;
 
 LUMI_INLINE float VisibilityNearOwnRay(float v, float theta) {
