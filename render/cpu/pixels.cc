@@ -37,7 +37,8 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
     OptimumCounts counts;
     for (std::size_t tile = begin; tile < end && !stop(); ++tile) {
       const int x = static_cast<int>(tile) % columns * kPixelTileWidth, y = static_cast<int>(tile) / columns * kPixelTileHeight;
-      PlanPixels(setup, proxy, visibility, {x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)}, plan, scratch);
+      const PixelWindow window{x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)};
+      PlanPixels(setup, proxy, visibility, window, plan, scratch);
       counts += plan.optimum;
       if (blended.colors != nullptr)
         BlendConstants(plan, setup, *blended.colors, image);
