@@ -261,7 +261,7 @@ nlohmann::json Viewer::Run() {
     const bool refining = !painter_.complete() && !Loading();
     if (moving || changed || refining || Working() || navigator_.flying() || window_.Dragging())
       wait_s = 0;
-    else if (refiner_.busy() && !scripted_)
+    else if (refiner_.busy())
       wait_s = kRefiningWait_s;
     else
       wait_s = !Settled() || RefinementOpen() || scripted_ || proxy_loading_.valid() ? kLoadingWait_s : kIdleWait_s;
