@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include "render/cpu/blend.h"
 #include "render/cpu/candidate_blend.h"
 #include "render/cpu/layers.h"
+#include "render/cpu/pixels.h"
 #include "render/cpu/sparse_blend.h"
 #include "render/cpu/tessellation_overlay.h"
 #include "render/radiance/frame_plan.h"
@@ -18,10 +18,6 @@
 
 namespace lumi {
 namespace {
-
-// A window of the view that one thread plans and blends before the next: its plan (about 60 KB) stays in cache.
-constexpr int kTileWidth = 64;
-constexpr int kTileHeight = 16;
 
 using Clock = std::chrono::steady_clock;
 double Milliseconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double, std::milli>(to - from).count(); }
@@ -47,7 +43,7 @@ class CpuRenderer : public Renderer {
     else if (candidates || (settings.Sparse() && settings.sampling == Sampling::kInterpolated))
       RenderSparse(request, setup, visibility, image);
     else
-      RenderPixels(request, setup, visibility, image);
+      RenderEveryPixel(request, setup, visibility, image);
     CheckInterrupted();
     return image;
   }
@@ -60,37 +56,17 @@ class CpuRenderer : public Renderer {
   RenderStatistics Statistics() const override { return statistics_; }
 
  private:
-  void RenderPixels(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+  void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
     const Clock::time_point start = Clock::now();
-    const int width = image.width, height = image.height;
-    const std::vector<float> gains = Gains(setup);
-    const int columns = (width + kTileWidth - 1) / kTileWidth, rows = (height + kTileHeight - 1) / kTileHeight;
-    std::mutex counting;
-    ParallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1, [&](std::size_t begin, std::size_t end) {
-      FramePlan plan;
-      WeighScratch scratch;
-      OptimumCounts counts;
-      for (std::size_t tile = begin; tile < end; ++tile) {
-        if (InterruptRequested()) return;
-        const int x = static_cast<int>(tile) % columns * kTileWidth, y = static_cast<int>(tile) / columns * kTileHeight;
-        const PixelWindow window{x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)};
-        PlanPixels(setup, proxy_, visibility, window, plan, scratch);
-        counts += plan.optimum;
-        if (request.show == Show::kFalseColor)
-          BlendConstants(plan, setup, colors_, image);
-        else
-          BlendColor(plan, setup, photos_, gains, image);
-      }
-      const std::lock_guard lock(counting);
-      statistics_.optimum += counts;
-    });
+    statistics_.optimum = RenderPixels(sources_, setup, proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
+                                       InterruptRequested, image);
     statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
 
   // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh all.
   void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
     if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
-    const std::vector<float> gains = Gains(setup);
+    const std::vector<float> gains = RelativeGains(sources_, setup);
     const Clock::time_point start = Clock::now();
     PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
     const Clock::time_point planned = Clock::now();
@@ -119,7 +95,7 @@ class CpuRenderer : public Renderer {
     if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
     std::optional<PhotoLevels> levels;
     BlendSources sources;
-    sources.gains = Gains(setup);
+    sources.gains = RelativeGains(sources_, setup);
     if (request.show == Show::kFalseColor)
       sources.colors = &colors_;
     else
@@ -148,18 +124,6 @@ class CpuRenderer : public Renderer {
       DrawGrid(request.settings.grid_columns, request.settings.grid_rows, geometry->epipoles_px, image);
     else
       DrawTessellation(*geometry, image);
-  }
-
-  // Photos' exposures divided out, the view's own applied; empty where exposure is off or all are alike.
-  std::vector<float> Gains(const ViewSetup& setup) const {
-    std::vector<float> gains;
-    bool alike = true;
-    for (const RenderView& v : sources_.views) {
-      gains.push_back(static_cast<float>(setup.desired.gain / v.gain));
-      alike = alike && gains.back() == 1;
-    }
-    if (!setup.settings.exposure || alike) gains.clear();
-    return gains;
   }
 
   const VisibilityMaps& Visibility() {

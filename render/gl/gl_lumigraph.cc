@@ -3,107 +3,27 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 
-#include "render/radiance/correlation.h"
-#include "render/radiance/measures.h"
+#include "render/gl/gl_lumigraph_parts.h"
 #include "render/radiance/sources.h"
-#include "render/visibility_maps.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
 
-// What no shader reads at once, and is of another kind, shares a unit.
-enum Unit {
-  kDepthUnit,
-  kPlaceUnit,
-  kFaceUnit,
-  kCameraUnit,
-  kVisibilityUnit,
-  kListUnit,
-  kFirstPhotoUnit,
-  kProjectionUnit = kVisibilityUnit,
-  kRecordUnit = kDepthUnit,
-  kColorUnit = kFirstPhotoUnit
-};
-static_assert(kFirstPhotoUnit == kReservedTextureUnits);
-
-constexpr int kFloatsPerRow = 4;
 constexpr int kMaxUniformRows = 4 * 1024;
+constexpr unsigned kLeastCapacity = 64;  // cameras: 4 KB
 // 128 MB of lists: beyond it (a thousand cameras and a picture of 32 megapixels) pixels look at all cameras.
 constexpr std::size_t kMaxListWords = std::size_t(1) << 25;
 
-void MakeTexture(GlTexture& texture, GLenum format, const Eigen::Vector2i& size) {
-  texture = GlTexture::Make();
-  glBindTexture(GL_TEXTURE_2D, texture.id());
-  glTexStorage2D(GL_TEXTURE_2D, 1, format, size.x(), size.y());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-}
-
-void RequireComplete() {
-  const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
-  if (status != GL_FRAMEBUFFER_COMPLETE) throw std::logic_error("an OpenGL framebuffer is incomplete");
-}
-
-template <typename T>
-void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, GLenum format, const std::vector<T>& data) {
-  if (!buffer) buffer = GlBuffer::Make();
-  glBindBuffer(GL_TEXTURE_BUFFER, buffer.id());
-  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(std::max<std::size_t>(data.size(), 4) * sizeof(T)), nullptr,
-               GL_STREAM_DRAW);
-  glBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size() * sizeof(T)), data.data());
-  if (!texture) {
-    texture = GlTexture::Make();
-    glBindTexture(GL_TEXTURE_BUFFER, texture.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
-  }
-}
-
 }  // namespace
-
-void GlTarget::Reserve(const Eigen::Vector2i& size_px, bool faces) {
-  if ((size_px.array() <= capacity_px_.array()).all() && (!faces || face_)) return;
-  GLint max_size = 16384;
-  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
-  if (size_px.maxCoeff() > max_size)
-    throw MachineError("a picture of " + std::to_string(size_px.x()) + "x" + std::to_string(size_px.y()) +
-                           " is larger than this driver's textures (" + std::to_string(max_size) + ")",
-                       "use --backend cpu");
-  capacity_px_ = capacity_px_.cwiseMax(size_px).eval();
-  glActiveTexture(GL_TEXTURE0);
-  MakeTexture(depth_, GL_R32F, capacity_px_);
-  MakeTexture(depth_test_, GL_DEPTH_COMPONENT32F, capacity_px_);
-  MakeTexture(color_, GL_RGBA32F, capacity_px_);
-  if (faces || face_) {
-    MakeTexture(face_, GL_R32UI, capacity_px_);
-    // Whole numbers are not interpolated: with any other filter the texture is incomplete.
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  }
-  const auto make = [&](GlFramebuffer& framebuffer, const GlTexture& first, const GlTexture* second) {
-    framebuffer = GlFramebuffer::Make();
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.id());
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, first.id(), 0);
-    if (second != nullptr) glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, second->id(), 0);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_test_.id(), 0);
-    const GLenum buffers[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    glDrawBuffers(second != nullptr ? 2 : 1, buffers);
-    RequireComplete();
-  };
-  make(depth_framebuffer_, depth_, face_ ? &face_ : nullptr);
-  make(color_framebuffer_, color_, nullptr);
-  make(both_framebuffer_, color_, &depth_);
-  CheckGl("making room for a picture");
-}
 
 GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px)
     : sources_((RequireGl43(), MakeSources(scene))), photos_(photo_sizes_px) {
@@ -121,87 +41,6 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
   for (std::size_t i = 0; i < scene.views.size(); ++i) colors.push_back(SourceColor(static_cast<int>(i)));
   SetSourceColors(colors);
   CheckGl("preparing to draw");
-}
-
-void GlLumigraph::SetProxy(const Mesh& proxy) {
-  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
-  SetProxy(proxy, ProxyVisibility(sources_, proxy));
-}
-
-void GlLumigraph::SetGains(const std::vector<double>& gains) {
-  if (gains.size() != sources_.views.size()) throw std::invalid_argument("SetGains: one gain a view is wanted");
-  for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
-}
-
-void GlLumigraph::SetProxy(const Mesh& proxy, VisibilityMaps maps) {
-  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
-  proxy_ = proxy;
-  sparse_proxy_.reset();
-  tracer_.reset();
-  std::vector<float> x;
-  x.reserve(3 * proxy.vertices.size());
-  for (const Eigen::Vector3d& v : proxy.vertices) {
-    const Eigen::Vector3f n = (sources_.normalized_from_world * v).cast<float>();
-    x.insert(x.end(), n.data(), n.data() + 3);
-  }
-  std::vector<float> normals;
-  normals.reserve(4 * proxy.faces.size() + 4);
-  for (const auto& f : proxy.faces) {
-    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return proxy.vertices[static_cast<std::size_t>(f[i])]; };
-    const Eigen::Vector3d in_world = (at(1) - at(0)).cross(at(2) - at(0));
-    const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
-    normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
-  }
-  normals.resize(std::max<std::size_t>(normals.size(), 4));
-  normals_ = GlBuffer::Make();
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
-  mesh_array_ = GlVertexArray::Make();
-  vertices_ = GlBuffer::Make();
-  indices_ = GlBuffer::Make();
-  glBindVertexArray(mesh_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, vertices_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(x.size() * sizeof(float)), x.data(), GL_STATIC_DRAW);
-  glEnableVertexAttribArray(0);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(proxy.faces.size() * sizeof(proxy.faces[0])),
-               proxy.faces.data(), GL_STATIC_DRAW);
-  glBindVertexArray(0);
-  index_count_ = static_cast<int>(3 * proxy.faces.size());
-  UploadVisibility(std::move(maps));
-  CheckGl("uploading the proxy");
-}
-
-void GlLumigraph::UploadVisibility(VisibilityMaps maps) {
-  visibility_ = VisibilityMaps();
-  if (maps.empty()) return;
-  const auto count = static_cast<int>(sources_.views.size());
-  std::vector<float> texels;
-  for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps.Map(j).begin(), maps.Map(j).end());
-  GLint limit = 65536;
-  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-  if (texels.size() > static_cast<std::size_t>(limit))
-    throw MachineError("this driver's texture buffers hold " + std::to_string(limit) + " values; what the photos see of the proxy takes " +
-                           std::to_string(texels.size()),
-                       "use --backend cpu");
-  FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
-  visibility_ = std::move(maps);
-}
-
-void GlLumigraph::Upload(ViewId view, const Photo& photo) {
-  const auto j = static_cast<std::size_t>(view.value);
-  const bool again = photos_.places().at(j).loaded;
-  photos_.Upload(j, photo);
-  if (!again) ++loaded_;
-}
-
-void GlLumigraph::SetSourceColors(const std::vector<Eigen::Vector3f>& colors) {
-  if (colors.size() != sources_.views.size()) throw std::invalid_argument("SetSourceColors: one colour a view is wanted");
-  colors_ = colors;
-  std::vector<float> rgba;
-  for (const auto& c : colors_) rgba.insert(rgba.end(), {c.x(), c.y(), c.z(), 1.0F});
-  FillTextureBuffer(color_buffer_, color_texture_, GL_RGBA32F, rgba);
 }
 
 // What does not change from picture to picture.
@@ -258,34 +97,6 @@ const GlProgram& GlLumigraph::SparseProgramFor(const SparseVariant& variant) {
   return found->second;
 }
 
-void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views) {
-  const RelativeSources& s = setup.sources;
-  views.clear();
-  for (int j = 0; j < s.count; ++j)
-    if (s.enabled[static_cast<std::size_t>(j)] > 0) views.push_back(j);
-  const auto squared_distance = [&](int j) {
-    const auto i = static_cast<std::size_t>(j);
-    return s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i];
-  };
-  // Without the angle ties are common, and go to the first.
-  if (setup.settings.alpha > 0)
-    std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
-  // Of time, every pixel makes the same: evaluated by the core, at any ray.
-  Measures measures;
-  if (rows_a_camera > 4 && setup.settings.time)
-    EvaluateMeasures(s, setup.settings, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::UnitZ(), measures);
-  const auto time_weight = static_cast<float>(setup.settings.epsilon * 2 * setup.settings.r_max_rad);
-  rows.clear();
-  for (const int j : views) {
-    const auto i = static_cast<std::size_t>(j);
-    rows.insert(rows.end(), {s.dx[i], s.dy[i], s.dz[i], s.width_px[i]});
-    rows.insert(rows.end(), {s.m[0][i], s.m[1][i], s.m[2][i], s.height_px[i]});
-    rows.insert(rows.end(), {s.m[3][i], s.m[4][i], s.m[5][i], s.feather_px[i]});
-    rows.insert(rows.end(), {s.m[6][i], s.m[7][i], s.m[8][i], s.focal_px[i]});
-    if (rows_a_camera > 4) rows.insert(rows.end(), {measures.tau.empty() ? 0.0F : time_weight * measures.tau[i], s.gain[i], 0.0F, 0.0F});
-  }
-}
-
 ViewSetup GlLumigraph::Start(const RenderRequest& request) {
   size_px_ = request.view.size_px;
   if (size_px_.minCoeff() <= 0) throw std::invalid_argument("GlLumigraph: the view has no size");
@@ -310,39 +121,19 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   variant.whole_layers = !variant.false_color && photos_.WholeLayers();
   variant.correlation = s.correlation;
   variant.field_of_view = s.field_of_view;
-  variant.visibility = s.visibility && s.gamma > 0 && !visibility_.empty();
+  variant.visibility = s.visibility && s.gamma > 0 && !visibility_->empty();
   variant.resolution = s.beta > 0 ? s.resolution : Resolution::kOff;
   variant.time = s.time && s.epsilon > 0;
   variant.exposure = s.exposure && !variant.false_color;
   variant.prefilter = s.prefilter && !variant.false_color;
-  const int rows = CameraRows(variant) * static_cast<int>(sources_.views.size());
-  variant.cameras_in_uniforms = rows <= uniform_capacity_;
-  variant.camera_capacity = variant.cameras_in_uniforms ? std::max(1, static_cast<int>(sources_.views.size())) : 1;
+  const auto count = static_cast<unsigned>(sources_.views.size());
+  const unsigned most = static_cast<unsigned>(uniform_capacity_ / CameraRows(variant));
+  variant.cameras_in_uniforms = count <= most;
+  // In steps, so that the driver finds in its cache what it compiled for another scene.
+  variant.camera_capacity = 1;
+  if (variant.cameras_in_uniforms)
+    variant.camera_capacity = static_cast<int>(std::min(std::bit_ceil(std::max(count, kLeastCapacity)), most));
   return variant;
-}
-
-void GlLumigraph::UploadCameras(const ViewSetup& setup, const BlendVariant& variant) {
-  if (variant.correlation == Correlation::kFallingLeaves) UploadLeaves(setup.settings);
-  std::vector<float> rows;
-  PackCameras(setup, CameraRows(variant), rows, packed_views_);
-  std::vector<std::uint32_t> places;
-  places.reserve(4 * packed_views_.size());
-  for (const int j : packed_views_) {
-    const PhotoPlace& p = photos_.places()[static_cast<std::size_t>(j)];
-    const auto u = [](int value) { return static_cast<std::uint32_t>(value); };
-    places.insert(places.end(), {u(p.size_px.x()) | u(p.size_px.y()) << 16,
-                                 u(p.group) | u(p.top_level) << 8 | u(p.shift) << 16, u(p.layer), u(j)});
-  }
-  glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
-  FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
-  if (variant.cameras_in_uniforms) {
-    if (!camera_block_) camera_block_ = GlBuffer::Make();
-    rows.resize(static_cast<std::size_t>(variant.camera_capacity * CameraRows(variant) * kFloatsPerRow));
-    glBindBuffer(GL_UNIFORM_BUFFER, camera_block_.id());
-    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(rows.size() * sizeof(float)), rows.data(), GL_STREAM_DRAW);
-  } else {
-    FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
-  }
 }
 
 void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces) {
@@ -393,7 +184,7 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
     glUniform2f(program.Uniform("leaf_place"), static_cast<float>(leaf_place_.x()), static_cast<float>(leaf_place_.y()));
     glUniform1f(program.Uniform("r_max"), static_cast<float>(s.r_max_rad));
   }
-  if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_.width(), visibility_.height());
+  if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_->width(), visibility_->height());
   if (variant.resolution != Resolution::kOff) {
     const auto inverse_log = [](double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; };
     const Eigen::Matrix3f view = setup.desired.P.leftCols<3>().cast<float>();
@@ -402,33 +193,6 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
     glUniform1f(program.Uniform("view_focal_px"), setup.focal_px);
     glUniformMatrix3fv(program.Uniform("view_from_offset"), 1, GL_FALSE, view.data());
   }
-}
-
-void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
-  if (leaf_buffer_ && leaf_radii_ == std::pair(s.r_min_rad, s.r_max_rad)) return;
-  leaf_radii_ = {s.r_min_rad, s.r_max_rad};
-  // From so small an angle that P_same is 1, to where it is 0.
-  const FallingLeaves leaves(s.r_min_rad, s.r_max_rad);
-  const double from = std::log2(1e-6 * std::max(s.r_min_rad, 1e-6 * s.r_max_rad)), to = std::log2(2 * s.r_max_rad);
-  leaf_place_ = {kLeafSteps / (to - from), -from * kLeafSteps / (to - from)};
-  std::vector<float> table;
-  for (int i = 0; i <= kLeafSteps; ++i) table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
-  table.back() = 0;
-  if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
-}
-
-void GlLumigraph::ReserveLists(std::size_t words) {
-  if (!list_buffer_) list_buffer_ = GlBuffer::Make();
-  glBindBuffer(GL_TEXTURE_BUFFER, list_buffer_.id());
-  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_STREAM_DRAW);
-  list_words_ = words;
-  if (list_texture_) return;
-  list_texture_ = GlTexture::Make();
-  glActiveTexture(GL_TEXTURE0 + kListUnit);
-  glBindTexture(GL_TEXTURE_BUFFER, list_texture_.id());
-  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, list_buffer_.id());
 }
 
 void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
@@ -440,8 +204,8 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
   if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
-  if (cells && !tracer_) tracer_.emplace(proxy_, sources_.normalized_from_world);
-  const VisibilityMaps* visibility = s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+  if (cells && !tracer_) tracer_ = std::make_shared<const ProxyTracer>(proxy_, sources_.normalized_from_world);
+  const VisibilityMaps* visibility = s.visibility && !visibility_->empty() ? visibility_.get() : nullptr;
   if (cells)
     PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, candidate_plan_);
   else

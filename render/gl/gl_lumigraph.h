@@ -7,42 +7,23 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "render/gl/blend_shader.h"
 #include "render/gl/gl_objects.h"
+#include "render/gl/gl_target.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_drawing.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/radiance/visibility.h"
 #include "render/renderer.h"
 
 namespace lumi {
-
-// Where a picture is drawn: RGBA float, premultiplied, first row on top; and the depth along the optical axis in
-// normalised units (0: the proxy is missed). Grows, never shrinks.
-class GlTarget {
- public:
-  // With `faces`: room for the proxy's face at each pixel, too.
-  void Reserve(const Eigen::Vector2i& size_px, bool faces = false);
-  const Eigen::Vector2i& capacity_px() const { return capacity_px_; }
-  unsigned depth_framebuffer() const { return depth_framebuffer_.id(); }
-  unsigned color_framebuffer() const { return color_framebuffer_.id(); }
-  unsigned both_framebuffer() const { return both_framebuffer_.id(); }    // colour, and depth as a second colour
-  unsigned depth_texture() const { return depth_.id(); }
-  unsigned color_texture() const { return color_.id(); }
-  unsigned face_texture() const { return face_.id(); }
-
- private:
-  Eigen::Vector2i capacity_px_ = Eigen::Vector2i::Zero();
-  GlTexture depth_, depth_test_, color_, face_;
-  GlFramebuffer depth_framebuffer_, color_framebuffer_, both_framebuffer_;
-};
 
 class GlLumigraph {
  public:
@@ -50,14 +31,16 @@ class GlLumigraph {
   GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
-  // With the maps of what each photo sees of it, made elsewhere (ProxyVisibility), as they take their time.
-  void SetProxy(const Mesh& proxy, VisibilityMaps maps);
+  // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made elsewhere as
+  // they take their time. Both are shared, not copied.
+  void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer = nullptr);
   void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
   void Upload(ViewId view, const Photo& photo);
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
   int photo_count() const { return loaded_; }
   const Sources& sources() const { return sources_; }
+  const std::shared_ptr<const VisibilityMaps>& visibility() const { return visibility_; }
 
   // One colour a view for Show::kFalseColor; SourceColor() unless set.
   void SetSourceColors(const std::vector<Eigen::Vector3f>& colors);
@@ -94,7 +77,7 @@ class GlLumigraph {
   const GlProgram& SparseProgramFor(const SparseVariant& variant);
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
-  void UploadVisibility(VisibilityMaps maps);
+  void UploadVisibility(std::shared_ptr<const VisibilityMaps> maps);
 
   ViewSetup Start(const RenderRequest& request);
   BlendVariant VariantFor(const RenderRequest& request) const;
@@ -119,7 +102,7 @@ class GlLumigraph {
 
   Mesh proxy_;
   std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
-  std::optional<ProxyTracer> tracer_;                 // the same
+  std::shared_ptr<const ProxyTracer> tracer_;         // the same
   SparsePlan sparse_plan_;
   CandidatePlan candidate_plan_;
 
@@ -127,7 +110,7 @@ class GlLumigraph {
   std::map<BlendVariant, Programs> programs_;
   std::map<SparseVariant, GlProgram> sparse_programs_;
   int uniform_capacity_ = 0;                          // rows of cameras that a uniform block holds
-  VisibilityMaps visibility_;                         // empty: the proxy hides nothing
+  std::shared_ptr<const VisibilityMaps> visibility_ = std::make_shared<const VisibilityMaps>();  // empty: the proxy hides nothing
   GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   lumi::Program program("lumi-view", "Walks through an unstructured lumigraph in a window");
   lumi::ViewerOptions o;
   std::map<std::string, std::string> given;
+  std::string refine;
   CLI::App& app = program.app();
   app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
   app.add_option("--proxy", o.proxy, "Proxy by name; default: the scene's active one");
@@ -24,6 +25,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")
       ->check(CLI::Range(1.0, 1e4));
+  app.add_option("--refine", refine,
+                 "At rest, optimal weights at every pixel (CPU, in the background): on or off; default: with a budget or the optimum")
+      ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's");
   app.add_option("--screenshot", o.screenshot, "When all is loaded, write this picture and end");
   app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
@@ -37,6 +41,7 @@ int main(int argc, char** argv) {
         lumi::SetOption(o.settings, name, value);
         o.decided.insert(name);
       }
+    if (!refine.empty()) o.refine = refine == "on";
     // What the optimum needs and nobody spoke against.
     if (o.settings.similarity == lumi::Similarity::kFull) {
       if (given["correlation"].empty()) o.settings.correlation = lumi::Correlation::kFallingLeaves;

@@ -32,7 +32,9 @@ PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std
   PreparedProxy p;
   p.name = name;
   p.mesh = LoadProxy(scene, name);
-  p.visibility = ProxyVisibility(sources, p.mesh);
+  p.tracer = std::make_shared<const ProxyTracer>(p.mesh, sources.normalized_from_world);
+  p.visibility =
+      std::make_shared<const VisibilityMaps>(CanOcclude(p.mesh) ? MakeVisibilityMaps(sources, *p.tracer) : VisibilityMaps());
   return p;
 }
 

@@ -1,6 +1,7 @@
 // Opening a scene for the viewer, on a thread of its own while the window shows how far it is.
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
@@ -49,11 +50,12 @@ class OpeningProgress final : public ProgressSink {
   bool cancelled_ = false;
 };
 
-// A proxy with what each photo sees of it: both take their time, and neither needs the window.
+// A proxy with what each photo sees of it: that takes its time, and does not need the window. Constant from then on.
 struct PreparedProxy {
   std::string name;
   Mesh mesh;
-  VisibilityMaps visibility;
+  std::shared_ptr<const VisibilityMaps> visibility;
+  std::shared_ptr<const ProxyTracer> tracer;
 };
 PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name);
 

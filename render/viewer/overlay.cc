@@ -76,17 +76,26 @@ Overlay::Overlay()
 }
 
 void Overlay::Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px) {
+  Present(target.color_texture(), target.capacity_px(), picture_px, window_px);
+}
+
+void Overlay::Present(const PictureTexture& picture, const Eigen::Vector2i& window_px) {
+  Present(picture.texture(), picture.size_px(), picture.size_px(), window_px);
+}
+
+void Overlay::Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px,
+                      const Eigen::Vector2i& window_px) {
   glViewport(0, 0, window_px.x(), window_px.y());
   glDisable(GL_BLEND);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_SCISSOR_TEST);
   present_.Use();
   SetVector(present_, "picture_px", picture_px);
-  SetVector(present_, "capacity_px", target.capacity_px());
+  SetVector(present_, "capacity_px", capacity_px);
   SetVector(present_, "window_px", window_px);
   glUniform1i(present_.Uniform("picture"), 0);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, target.color_texture());
+  glBindTexture(GL_TEXTURE_2D, texture);
   glBindVertexArray(empty_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindVertexArray(0);

@@ -6,6 +6,7 @@
 
 #include "render/gl/gl_lumigraph.h"
 #include "render/radiance/sources.h"
+#include "render/viewer/picture_texture.h"
 
 namespace lumi {
 
@@ -18,6 +19,7 @@ class Overlay {
   void PresentNothing(const Eigen::Vector2i& window_px);
   // The picture, stretched over the window, on a quiet grid where it is transparent.
   void Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
+  void Present(const PictureTexture& picture, const Eigen::Vector2i& window_px);
 
   struct Eye {
     RenderView view;             // normalised frame, at the window's size
@@ -35,6 +37,7 @@ class Overlay {
   void ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph);
 
  private:
+  void Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
   void UseLines(const Eye& eye);
   GlProgram present_, lines_;
   GlVertexArray empty_, line_array_;

@@ -51,6 +51,10 @@ void Status(const PanelFacts& facts) {
   ImGui::SameLine();
   Dim(facts.complete ? "full resolution" : fmt::format("{:.0f} % resolution", 100 * facts.scale));
   Dim(facts.device);
+  if (facts.refined)
+    Dim(fmt::format("optimal weights, {:.1f} s", facts.refinement_s));
+  else if (facts.refining)
+    Dim(fmt::format("optimal weights: {:.0f} %", 100 * facts.refined_fraction));
   const int open = facts.photos_total - facts.photos_loaded - facts.photos_failed;
   if (open > 0)
     ImGui::ProgressBar(static_cast<float>(facts.photos_loaded) / static_cast<float>(std::max(1, facts.photos_total)), ImVec2(-1, 0),

@@ -27,6 +27,8 @@ struct ViewerSettings {
   bool help = false;
   bool play_time = false;      // the view's time goes on by itself
   double budget_ms = 0;        // a frame while the camera moves; 0: settings stay, the size adapts
+  std::optional<bool> refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
+  bool Refines() const { return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull); }
   std::map<std::string, bool> groups;   // of the panel: open or closed, where the user or a script said
   int selected_key = -1;
   std::array<char, 256> path_file{}, video_file{};
@@ -56,6 +58,9 @@ struct PanelFacts {
   std::string message;         // a line that fades
   std::string problem;         // why the settings are not what is shown: they are invalid, or this backend does not do them
   std::string budget_now;      // what the budget chose for the moving camera
+  bool refined = false;        // what is shown has optimal weights at every pixel
+  bool refining = false;       // that picture is being drawn
+  double refined_fraction = 0, refinement_s = 0;
 
   std::vector<Effect> effects;             // as the data call for them
   bool effects_open = false;               // exposures are still looked at

@@ -6,6 +6,7 @@
 
 #include "render/settings_json.h"
 #include "render/viewer/panel_parts.h"
+#include "render/viewer/refiner.h"
 #include "render/viewer/setting_rules.h"
 
 namespace lumi {
@@ -21,8 +22,14 @@ std::string HelpOf(std::string_view option) {
 // has to follow a change.
 class Row {
  public:
-  Row(RadianceSettings& s, const char* option, std::string evidence = {})
-      : settings_(s), before_(s), option_(option), why_(WhyWithoutEffect(s, option)), evidence_(std::move(evidence)) {
+  Row(ViewerSettings& v, const char* option, std::string evidence = {})
+      : settings_(v.radiance),
+        before_(v.radiance),
+        option_(option),
+        why_(WhyWithoutEffect(v.radiance, option)),
+        evidence_(std::move(evidence)) {
+    // What is drawn at rest may read it all the same.
+    if (!why_.empty() && v.Refines() && WhyWithoutEffect(OptimalSettings(v.radiance), option).empty()) why_.clear();
     ImGui::PushID(option);
     ImGui::BeginDisabled(!why_.empty());
   }
@@ -46,47 +53,50 @@ class Row {
 };
 
 template <typename E>
-void Choice(RadianceSettings& s, const char* option, const char* label, E RadianceSettings::* field, std::initializer_list<E> values) {
-  const Row row(s, option);
+void Choice(ViewerSettings& v, const char* option, const char* label, E RadianceSettings::* field, std::initializer_list<E> values) {
+  RadianceSettings& s = v.radiance;
+  const Row row(v, option);
   if (!ImGui::BeginCombo(label, std::string(Name(s.*field)).c_str())) return;
   for (const E e : values)
     if (ImGui::Selectable(std::string(Name(e)).c_str(), e == s.*field)) s.*field = e;
   ImGui::EndCombo();
 }
 
-void Slider(RadianceSettings& s, const char* option, const char* label, double RadianceSettings::* field, double low, double high,
+void Slider(ViewerSettings& v, const char* option, const char* label, double RadianceSettings::* field, double low, double high,
             const char* format, double unit = 1, bool logarithmic = true) {
-  const Row row(s, option);
-  auto v = static_cast<float>(s.*field / unit);
-  if (ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high), format,
+  RadianceSettings& s = v.radiance;
+  const Row row(v, option);
+  auto value = static_cast<float>(s.*field / unit);
+  if (ImGui::SliderFloat(label, &value, static_cast<float>(low), static_cast<float>(high), format,
                          (logarithmic ? ImGuiSliderFlags_Logarithmic : 0) | ImGuiSliderFlags_AlwaysClamp))
-    s.*field = unit * static_cast<double>(v);
+    s.*field = unit * static_cast<double>(value);
 }
 
-void Check(RadianceSettings& s, const char* option, const char* label, bool RadianceSettings::* field, const std::string& evidence = {}) {
-  const Row row(s, option, evidence);
-  ImGui::Checkbox(label, &(s.*field));
+void Check(ViewerSettings& v, const char* option, const char* label, bool RadianceSettings::* field, const std::string& evidence = {}) {
+  const Row row(v, option, evidence);
+  ImGui::Checkbox(label, &(v.radiance.*field));
 }
 
 constexpr double kWeightMost = 10, kFeatherLeast = 0.005;
 
-void Weights(RadianceSettings& s) {
-  Choice(s, "similarity", "similarity", &RadianceSettings::similarity, {Similarity::kIdentity, Similarity::kFull});
+void Weights(ViewerSettings& v) {
+  RadianceSettings& s = v.radiance;
+  Choice(v, "similarity", "similarity", &RadianceSettings::similarity, {Similarity::kIdentity, Similarity::kFull});
   {
-    const Row row(s, "k");
+    const Row row(v, "k");
     int k = s.k == 0 ? kMaxBlend + 1 : s.k;
     if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp))
       s.k = k > kMaxBlend ? 0 : k;
   }
-  Choice(s, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
-  Slider(s, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
-  Slider(s, "r-min-deg", "smallest leaf", &RadianceSettings::r_min_rad, 0, 10, "%.3f deg", kRadiansPerDegree);
-  Slider(s, "r-max-deg", "largest leaf", &RadianceSettings::r_max_rad, 0.01, 90, "%.2f deg", kRadiansPerDegree);
-  Choice(s, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
-  Choice(s, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
-  Slider(s, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
+  Choice(v, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
+  Slider(v, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
+  Slider(v, "r-min-deg", "smallest leaf", &RadianceSettings::r_min_rad, 0, 10, "%.3f deg", kRadiansPerDegree);
+  Slider(v, "r-max-deg", "largest leaf", &RadianceSettings::r_max_rad, 0.01, 90, "%.2f deg", kRadiansPerDegree);
+  Choice(v, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
+  Choice(v, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
+  Slider(v, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
   {
-    const Row row(s, "accuracy");
+    const Row row(v, "accuracy");
     constexpr int kFinest = -8, kCoarsest = -1;
     int exponent = std::clamp(static_cast<int>(std::lround(std::log10(s.accuracy))), kFinest, kCoarsest);
     if (ImGui::SliderInt("accuracy", &exponent, kFinest, kCoarsest, "1e%d", ImGuiSliderFlags_AlwaysClamp))
@@ -94,15 +104,16 @@ void Weights(RadianceSettings& s) {
   }
 }
 
-void Samples(RadianceSettings& s) {
+void Samples(ViewerSettings& v) {
+  RadianceSettings& s = v.radiance;
   constexpr int kUsualGrid = 25, kMostGrid = 128;
   {
-    const Row row(s, "grid");
+    const Row row(v, "grid");
     bool sparse = s.Sparse();
     if (ImGui::Checkbox("sparse samples of the view", &sparse)) s.grid_columns = s.grid_rows = sparse ? kUsualGrid : 0;
   }
   {
-    const Row row(s, "grid");
+    const Row row(v, "grid");
     ImGui::BeginDisabled(!s.Sparse());
     int size[2] = {s.grid_columns, s.grid_rows};
     if (ImGui::SliderInt2("grid", size, 2, kMostGrid, s.Sparse() ? "%d" : "pixel", ImGuiSliderFlags_AlwaysClamp) && s.Sparse()) {
@@ -111,12 +122,12 @@ void Samples(RadianceSettings& s) {
     }
     ImGui::EndDisabled();
   }
-  Choice(s, "sampling", "sampling", &RadianceSettings::sampling, {Sampling::kCandidates, Sampling::kInterpolated});
-  Check(s, "epipoles", "samples at the photos' centres", &RadianceSettings::epipoles);
+  Choice(v, "sampling", "sampling", &RadianceSettings::sampling, {Sampling::kCandidates, Sampling::kInterpolated});
+  Check(v, "epipoles", "samples at the photos' centres", &RadianceSettings::epipoles);
 }
 
-void Effects(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
-  RadianceSettings& s = settings.radiance;
+void Effects(const PanelFacts& facts, ViewerSettings& v, PanelWishes& wishes) {
+  RadianceSettings& s = v.radiance;
   const auto evidence = [&](std::string_view name) {
     for (const Effect& e : facts.effects)
       if (e.name == name) return std::string(e.on ? "called for; " : "not called for; ") + e.evidence;
@@ -129,13 +140,13 @@ void Effects(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wis
     ImGui::SameLine();
     Dim("exposures follow ...");
   }
-  Check(s, "fov", "field of view", &RadianceSettings::field_of_view, evidence("fov"));
+  Check(v, "fov", "field of view", &RadianceSettings::field_of_view, evidence("fov"));
   ImGui::SameLine();
-  Check(s, "visibility", "visibility", &RadianceSettings::visibility, evidence("visibility"));
-  Slider(s, "fov-feather", "feather", &RadianceSettings::fov_feather, kFeatherLeast, 0.5, "%.3f");
-  Slider(s, "gamma", "their weight", &RadianceSettings::gamma, 0, 10 * kWeightMost, "%.2f");
+  Check(v, "visibility", "visibility", &RadianceSettings::visibility, evidence("visibility"));
+  Slider(v, "fov-feather", "feather", &RadianceSettings::fov_feather, kFeatherLeast, 0.5, "%.3f");
+  Slider(v, "gamma", "their weight", &RadianceSettings::gamma, 0, 10 * kWeightMost, "%.2f");
   {
-    const Row row(s, "resolution", evidence("resolution"));
+    const Row row(v, "resolution", evidence("resolution"));
     if (ImGui::BeginCombo("resolution", std::string(Name(s.resolution)).c_str())) {
       for (const Resolution r : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
         if (ImGui::Selectable(std::string(Name(r)).c_str(), r == s.resolution)) s.resolution = r;
@@ -143,22 +154,22 @@ void Effects(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wis
     }
   }
   {
-    const Row row(s, "resolution-range");
+    const Row row(v, "resolution-range");
     float range[2] = {static_cast<float>(s.resolution_low), static_cast<float>(s.resolution_high)};
     if (ImGui::DragFloat2("its range", range, 0.01F, 0, 100, "%.2f", ImGuiSliderFlags_AlwaysClamp)) {
       s.resolution_low = std::clamp(static_cast<double>(range[0]), 0.0, 0.99);
       s.resolution_high = std::clamp(static_cast<double>(range[1]), 1.01, 100.0);
     }
   }
-  Slider(s, "beta", "its weight", &RadianceSettings::beta, 0, kWeightMost, "%.2f");
-  Check(s, "exposure", "exposure", &RadianceSettings::exposure, evidence("exposure"));
+  Slider(v, "beta", "its weight", &RadianceSettings::beta, 0, kWeightMost, "%.2f");
+  Check(v, "exposure", "exposure", &RadianceSettings::exposure, evidence("exposure"));
   ImGui::SameLine();
-  Check(s, "prefilter", "prefilter", &RadianceSettings::prefilter, evidence("prefilter"));
+  Check(v, "prefilter", "prefilter", &RadianceSettings::prefilter, evidence("prefilter"));
 }
 
-void Time(const PanelFacts& facts, ViewerSettings& settings) {
-  RadianceSettings& s = settings.radiance;
-  Check(s, "time", "photos of the view's time first", &RadianceSettings::time);
+void Time(const PanelFacts& facts, ViewerSettings& v) {
+  RadianceSettings& s = v.radiance;
+  Check(v, "time", "photos of the view's time first", &RadianceSettings::time);
   ImGui::BeginDisabled(!s.time);
   if (facts.period_s > 0) {
     auto phase = static_cast<float>(s.time_s / facts.period_s - std::floor(s.time_s / facts.period_s));
@@ -171,10 +182,10 @@ void Time(const PanelFacts& facts, ViewerSettings& settings) {
                            ImGuiSliderFlags_AlwaysClamp))
       s.time_s = static_cast<double>(t);
   }
-  if (ImGui::Button(settings.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) settings.play_time = !settings.play_time;
+  if (ImGui::Button(v.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) v.play_time = !v.play_time;
   ImGui::EndDisabled();
-  Slider(s, "time-window-s", "window", &RadianceSettings::time_window_s, 0.01, 60, "%.2f s");
-  Slider(s, "epsilon", "its weight", &RadianceSettings::epsilon, 0, kWeightMost, "%.2f");
+  Slider(v, "time-window-s", "window", &RadianceSettings::time_window_s, 0.01, 60, "%.2f s");
+  Slider(v, "epsilon", "its weight", &RadianceSettings::epsilon, 0, kWeightMost, "%.2f");
 }
 
 void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
@@ -186,7 +197,7 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   bool held = settings.budget_ms > 0;
   constexpr double kUsualBudget = 33;
   if (ImGui::Checkbox("hold", &held)) settings.budget_ms = held ? kUsualBudget : 0;
-  Tooltip("While the camera moves, settings are chosen that keep this time; at rest the picture is refined to the settings above.");
+  Tooltip("While the camera moves, settings are chosen that keep this time; at rest the picture is refined.");
   ImGui::SameLine();
   ImGui::BeginDisabled(!held);
   ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
@@ -195,6 +206,9 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
     settings.budget_ms = static_cast<double>(ms);
   ImGui::EndDisabled();
   if (held && !facts.budget_now.empty()) Dim("moving: " + facts.budget_now);
+  bool refines = settings.Refines();
+  if (ImGui::Checkbox("refine at rest", &refines)) settings.refine = refines;
+  Tooltip("The optimum at every pixel, drawn on the processor's cores while nothing moves.");
   ImGui::BeginDisabled(facts.measuring || facts.recording || facts.nearest_photo < 0);
   wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
   ImGui::EndDisabled();
@@ -218,8 +232,8 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
 
 void SettingGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   if (Group(settings, "cost and error", true)) Cost(facts, settings, wishes);
-  if (Group(settings, "weights", true)) Weights(settings.radiance);
-  if (Group(settings, "samples", false)) Samples(settings.radiance);
+  if (Group(settings, "weights", true)) Weights(settings);
+  if (Group(settings, "samples", false)) Samples(settings);
   if (Group(settings, "effects", false)) Effects(facts, settings, wishes);
   if (facts.times.second > facts.times.first && Group(settings, "time", true)) Time(facts, settings);
 }

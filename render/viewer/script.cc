@@ -51,6 +51,7 @@ constexpr std::array kGrammar{
     Grammar{"close", ScriptVerb::kClose, Takes::kText, 0, "close GROUP (of the panel)"},
     Grammar{"proxy", ScriptVerb::kProxy, Takes::kText, 0, "proxy NAME"},
     Grammar{"budget", ScriptVerb::kBudget, Takes::kNumbers, 1, "budget MILLISECONDS (0: none)"},
+    Grammar{"refine", ScriptVerb::kRefine, Takes::kOnOff, 0, "refine on|off"},
     Grammar{"measure", ScriptVerb::kMeasure, Takes::kNothing, 0, "measure"},
     Grammar{"time", ScriptVerb::kTime, Takes::kNumbers, 1, "time SECONDS"},
     Grammar{"play-time", ScriptVerb::kPlayTime, Takes::kOnOff, 0, "play-time on|off"},

@@ -27,6 +27,7 @@ enum class ScriptVerb {
   kClose,       // a group of the panel
   kProxy,       // name
   kBudget,      // milliseconds, 0: none
+  kRefine,      // on, off
   kMeasure,     // the error at the nearest photo; waits for it
   kTime,        // seconds
   kPlayTime,    // on, off

@@ -9,6 +9,7 @@ lumi_library(lumi_view_core COLD
     ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
     ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
+    ${CMAKE_CURRENT_LIST_DIR}/refiner.cc
     ${CMAKE_CURRENT_LIST_DIR}/script.cc
     ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc
   PUBLIC lumi_render lumi_render_tradeoff lumi_scene
@@ -24,9 +25,14 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/panel.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel_path.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel_settings.cc
+    ${CMAKE_CURRENT_LIST_DIR}/picture_texture.cc
     ${CMAKE_CURRENT_LIST_DIR}/strip_painter.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_app.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_arrivals.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_input.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_refine.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc
   PUBLIC lumi_view_core lumi_render_gl

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -23,6 +24,7 @@ struct ViewerOptions {
   std::string effects = "auto";      // auto, none, or a list of EffectNames()
   std::set<std::string> decided;     // options of `settings` that the user spoke about: effects leave them alone
   double budget_ms = 0;              // a frame while the camera moves; 0: none
+  std::optional<bool> refine;        // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
   std::filesystem::path path;        // camera path JSON to begin with
   bool rescale_cameras = false;
 };

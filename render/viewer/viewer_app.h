@@ -1,5 +1,6 @@
-// The viewer between its window and its picture: one object a run. viewer.cc draws and steers, viewer_path.cc keeps the camera
-// path, records and measures, viewer_script.cc runs scripts.
+// The viewer between its window and its picture: one object a run. viewer_app.cc is its frame; viewer_arrivals.cc takes photos and
+// proxies, viewer_input.cc steers, viewer_path.cc keeps the camera path, records and measures, viewer_refine.cc refines the picture
+// at rest, viewer_script.cc runs scripts.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,9 @@
 #include "render/viewer/overlay.h"
 #include "render/viewer/panel.h"
 #include "render/viewer/photo_loader.h"
+#include "render/viewer/picture_texture.h"
 #include "render/viewer/recorder.h"
+#include "render/viewer/refiner.h"
 #include "render/viewer/script.h"
 #include "render/viewer/strip_painter.h"
 #include "render/viewer/viewer.h"
@@ -41,6 +44,9 @@ using Clock = std::chrono::steady_clock;
 constexpr double kMb = 1e6;
 constexpr double kMessage_s = 4.0;
 
+inline bool Same(const RenderRequest& a, const RenderRequest& b) {
+  return a.view.P == b.view.P && a.view.size_px == b.view.size_px && a.show == b.show && a.settings == b.settings;
+}
 
 class Viewer {
  public:
@@ -100,6 +106,7 @@ class Viewer {
   bool Paint();                  // returns whether the picture changed
   void KeepBudget();
   void StepBudgetProbe();
+  nlohmann::json Summary(long frames);
   void Compose();
   void DrawPath(const Overlay::Eye& eye);
   void Screenshot(const std::filesystem::path& file, bool with_ui);
@@ -107,6 +114,15 @@ class Viewer {
   bool Loading() const { return loader_.outstanding() > 0 || new_photos_; }
   bool Settled() const { return !Loading() && !exposing_.valid() && !exposures_wanted_; }  // nothing changes by itself
   bool Working() const { return probe_.busy() || path_recording_ || live_recording_; }
+
+  // viewer_refine.cc: optimal weights at rest.
+  RadianceSettings Drawn() const;
+  std::optional<RenderRequest> WantedRefinement() const;
+  void StepRefinement(bool changed, bool moving);
+  bool RefinementOpen() const;   // there will be another picture at rest
+  bool KeepPhotos();             // for it; returns whether all are there
+  void StopRefining();
+  nlohmann::json RefinementSummary() const;
 
   // viewer_path.cc: the camera path, time, recording, measuring.
   PathKey CurrentKey(double time_s) const;
@@ -163,6 +179,21 @@ class Viewer {
   MotionBudget motion_;
   StripPainter motion_probe_;
   bool motion_probe_warm_ = false;              // the setting was drawn once: its shaders are compiled
+
+  // Of the picture at rest: constant once the refiner has them, replaced, never changed.
+  std::shared_ptr<std::vector<Photo>> photos_;
+  bool photos_missing_ = false;                 // they came while nobody wanted them
+  std::unique_ptr<PhotoLoader> photos_reader_;
+  std::shared_ptr<const ProxyTracer> proxy_tracer_;
+  Refiner refiner_;
+  PictureTexture refined_;                      // empty: what painter_ draws is shown
+  std::optional<RenderRequest> refinement_wanted_;
+  long refinement_generation_ = -1;
+  bool refinement_ended_ = false;               // it is shown, or there is none
+  Clock::time_point resting_since_ = Clock::now();
+  long refinements_ = 0, refinements_cancelled_ = 0;
+  double refinement_s_ = 0;
+  std::string refinement_problem_;
 
   CameraPath path_;
   std::optional<double> playing_s_;             // since the path's first key

@@ -87,9 +87,10 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       waiting_ = true;
       return !proxy_loading_.valid();
     case ScriptVerb::kBudget: settings_.budget_ms = s.numbers[0]; break;
+    case ScriptVerb::kRefine: settings_.refine = s.word == "on"; break;
     case ScriptVerb::kMeasure:
       // Of the settings that the statements before asked for: they are drawn first.
-      if (!waiting_ && (!Settled() || !painter_.complete() || !(accepted_ == radiance || refused_) || path_recording_)) return false;
+      if (!waiting_ && (!Settled() || !painter_.complete() || !(accepted_ == Drawn() || refused_) || path_recording_)) return false;
       if (!waiting_) StartMeasuring();
       waiting_ = true;
       return !probe_.busy();
@@ -120,7 +121,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kRecord:
     case ScriptVerb::kRecordStart:
       // By the settings that the statements before asked for.
-      if (!waiting_ && (!Settled() || !painter_.complete() || !(accepted_ == radiance || refused_))) return false;
+      if (!waiting_ && (!Settled() || !painter_.complete() || !(accepted_ == Drawn() || refused_))) return false;
       if (!waiting_) StartRecording(s.word);
       waiting_ = true;
       return s.verb == ScriptVerb::kRecordStart || !path_recording_;
@@ -146,13 +147,14 @@ void Viewer::AfterPainting() {
     waiting_ = true;
     const double waited = SecondsSince(waiting_since_);
     const bool done = s.numbers.empty()
-                          ? Settled() && motion_.ToProbe() == nullptr && painter_.complete() && drawn_generation_ == generation_
+                          ? Settled() && motion_.ToProbe() == nullptr && painter_.complete() && drawn_generation_ == generation_ &&
+                                !RefinementOpen()
                           : waited >= s.numbers[0];
     if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
     if (!done)
       throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
   } else if (s.verb == ScriptVerb::kScreenshot) {
-    if (!painter_.complete()) return;
+    if (!painter_.complete() || (Settled() && RefinementOpen())) return;
     Screenshot(s.word, settings_.panel);
   } else {
     return;

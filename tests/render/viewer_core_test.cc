@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
@@ -18,10 +19,13 @@
 #include "render/viewer/navigation.h"
 #include "render/viewer/photo_loader.h"
 #include "render/viewer/recorder.h"
+#include "render/viewer/refiner.h"
 #include "render/viewer/script.h"
 #include "render/viewer/setting_rules.h"
+#include "render/visibility_maps.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 #include "scene/program/subprocess.h"
 #include "tests/render/gl_test_scene.h"
 
@@ -371,6 +375,156 @@ TEST_F(Recording, SaysWhatWentWrong) {
   sizes.Add(Image8(64, 48, 3));  // nobody listens any more: no harm
   EXPECT_TRUE(Names().empty());
   EXPECT_THROW(Recorder(folder_ / "clip.avi", 25), UsageError);
+}
+
+constexpr double kPatience_s = 60;  // for a picture of a second on an idle machine
+
+class Refining : public testing::Test {
+ protected:
+  Refining() {
+    test::Photograph(world_);
+    const Sources sources = MakeSources(world_.scene);
+    tracer_ = std::make_shared<const ProxyTracer>(world_.proxy, world_.scene.normalized_from_world);
+    visibility_ = std::make_shared<const VisibilityMaps>(MakeVisibilityMaps(sources, *tracer_));
+  }
+  Refinement Wanted(int width, int height) const {
+    Refinement r;
+    r.request.view = MakeWindowView(StateAt({2.6, 0.4, 1.9}, {0, 0, 0.3}), width, height);
+    r.request.settings = OptimalSettings({});
+    r.sources = MakeSources(world_.scene);
+    r.proxy = tracer_;
+    r.visibility = visibility_;
+    r.photos = std::make_shared<const std::vector<Photo>>(world_.photos);
+    return r;
+  }
+  Refinement Slow() const {
+    Refinement r = Wanted(2400, 1800);
+    r.request.settings.accuracy = 1e-6;
+    return r;
+  }
+  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(r.request); }
+  static std::optional<RefinedPicture> Finished(Refiner& refiner) {
+    for (const auto start = std::chrono::steady_clock::now(); SecondsSince(start) < kPatience_s;) {
+      if (auto picture = refiner.Take()) return picture;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return std::nullopt;
+  }
+  static bool Drawing(const Refiner& refiner) {
+    for (const auto start = std::chrono::steady_clock::now(); SecondsSince(start) < kPatience_s;) {
+      if (refiner.fraction() > 0) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+
+  test::World world_ = test::MakeWorld(7, 160);
+  std::shared_ptr<const ProxyTracer> tracer_;
+  std::shared_ptr<const VisibilityMaps> visibility_;
+};
+
+TEST_F(Refining, GivesWhatTheCpuRendererDraws) {
+  Refiner refiner;
+  Refinement wanted = Wanted(200, 150);
+  for (const Show show : {Show::kColor, Show::kFalseColor}) {
+    wanted.request.show = show;
+    refiner.Start(wanted);
+    EXPECT_TRUE(refiner.busy());
+    const auto picture = Finished(refiner);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->problem, "");
+    EXPECT_GT(picture->seconds, 0);
+    EXPECT_EQ(picture->image.data, ByTheRenderer(wanted).data);  // the same tiles
+    EXPECT_FALSE(refiner.busy());
+    EXPECT_FALSE(refiner.Take());
+  }
+}
+
+TEST_F(Refining, APhotoThatIsMissingTakesNoPart) {
+  auto photos = world_.photos;
+  photos[3].levels.clear();
+  Refinement wanted = Wanted(160, 120);
+  wanted.photos = std::make_shared<const std::vector<Photo>>(photos);
+  Refiner refiner;
+  refiner.Start(wanted);
+  const auto picture = Finished(refiner);
+  ASSERT_TRUE(picture);
+  wanted.request.use.assign(photos.size(), true);
+  wanted.request.use[3] = false;
+  EXPECT_EQ(picture->image.data, ByTheRenderer(wanted).data);
+}
+
+TEST_F(Refining, WhatIsWantedNextTakesThePlaceOfWhatIsBeingDrawn) {
+  Refiner refiner;
+  refiner.Start(Slow());
+  ASSERT_TRUE(Drawing(refiner));
+  const auto start = std::chrono::steady_clock::now();
+  refiner.Start(Wanted(64, 48));
+  const double handed_over_s = SecondsSince(start);
+  const auto picture = Finished(refiner);
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->image.width, 64);
+  EXPECT_LT(handed_over_s, 0.05);  // the window's thread never waits for a tile: microseconds, and a scheduler's whims
+}
+
+TEST_F(Refining, ACancelledPictureNeverComesAndTheCoresAreFreeAtTheNextTile) {
+  auto refiner = std::make_unique<Refiner>();
+  refiner->Start(Slow());
+  ASSERT_TRUE(Drawing(*refiner));
+  refiner->Cancel();
+  EXPECT_FALSE(refiner->busy());
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_FALSE(refiner->Take());
+  // An end in the middle of a picture waits for its tiles only: 4300 of them make a picture.
+  const auto begun = std::chrono::steady_clock::now();
+  refiner->Start(Slow());
+  ASSERT_TRUE(Drawing(*refiner));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const double fraction = refiner->fraction(), whole_s = SecondsSince(begun) / fraction;
+  ASSERT_LT(fraction, 0.9);
+  const auto start = std::chrono::steady_clock::now();
+  refiner.reset();
+  EXPECT_LT(SecondsSince(start), 0.25 * whole_s);
+}
+
+TEST_F(Refining, AnyOrderOfCallsEndsWithThePictureThatWasWantedLast) {
+  Refiner refiner;
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 200; ++i) {
+    switch (random() % 4) {
+      case 0: refiner.Cancel(); break;
+      case 1: refiner.Take(); break;
+      default: refiner.Start(Wanted(64 + static_cast<int>(random() % 64), 40)); break;
+    }
+    if (random() % 3 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
+  }
+  refiner.Start(Wanted(33, 17));
+  const auto picture = Finished(refiner);
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->image.width, 33);
+}
+
+TEST_F(Refining, SaysWhatCannotBeDrawn) {
+  Refinement wanted = Wanted(64, 48);
+  wanted.request.view.P.setZero();
+  Refiner refiner;
+  refiner.Start(wanted);
+  const auto picture = Finished(refiner);
+  ASSERT_TRUE(picture);
+  EXPECT_THAT(picture->problem, HasSubstr("singular"));
+}
+
+TEST(OptimalSettingsTest, AreValidWhereTheSettingsAreAndKeepWhatTheOptimumReads) {
+  RadianceSettings s;
+  s.grid_columns = s.grid_rows = 25;
+  s.r_max_rad = 0.2;
+  s.field_of_view = false;
+  const RadianceSettings optimal = OptimalSettings(s);
+  EXPECT_EQ(Validate(optimal), "");
+  EXPECT_EQ(optimal.similarity, Similarity::kFull);
+  EXPECT_FALSE(optimal.Sparse());
+  EXPECT_EQ(optimal.r_max_rad, 0.2);
+  EXPECT_FALSE(optimal.field_of_view);
 }
 
 TEST(PhotoBudget, HalvesUntilThePhotosFit) {

@@ -1,0 +1,32 @@
+// The picture of a weight at every pixel, tile by tile and in parallel: CpuRenderer's, and that of whoever has to be able to stop.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "render/photos/photo_set.h"
+#include "render/radiance/frame_plan.h"
+#include "scene/model/image.h"
+
+namespace lumi {
+
+// A window of the view that one thread plans and blends before the next: its plan (about 60 KB) stays in cache.
+constexpr int kPixelTileWidth = 64;
+constexpr int kPixelTileHeight = 16;
+int PixelTiles(int width, int height);
+
+// What is blended: the photos, or a constant colour each (false colour).
+struct PixelSources {
+  const std::vector<Photo>* photos = nullptr;
+  const std::vector<Eigen::Vector3f>* colors = nullptr;
+};
+
+// Photos' exposures divided out, the view's own applied: a factor a view; empty where exposure is off or all are alike.
+std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup);
+
+// Fills `image` (RGBA, the view's size). stop() is asked before every tile, from several threads; where it says true, tiles are
+// left as they were. `visibility`: nullptr where it is off.
+OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                           const PixelSources& blended, const std::function<bool()>& stop, ImageF& image);
+
+}  // namespace lumi

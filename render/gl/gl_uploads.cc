@@ -1,0 +1,196 @@
+// What GlLumigraph keeps on the graphics processor: the proxy and what photos see of it, photos, cameras, tables.
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "render/gl/gl_lumigraph.h"
+#include "render/gl/gl_lumigraph_parts.h"
+#include "render/radiance/correlation.h"
+#include "render/radiance/measures.h"
+#include "render/visibility_maps.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+template <typename T>
+void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, GLenum format, const std::vector<T>& data) {
+  if (!buffer) buffer = GlBuffer::Make();
+  glBindBuffer(GL_TEXTURE_BUFFER, buffer.id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(std::max<std::size_t>(data.size(), 4) * sizeof(T)), nullptr,
+               GL_STREAM_DRAW);
+  glBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size() * sizeof(T)), data.data());
+  if (!texture) {
+    texture = GlTexture::Make();
+    glBindTexture(GL_TEXTURE_BUFFER, texture.id());
+    glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
+  }
+}
+
+}  // namespace
+
+void GlLumigraph::SetProxy(const Mesh& proxy) {
+  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  SetProxy(proxy, std::make_shared<const VisibilityMaps>(ProxyVisibility(sources_, proxy)));
+}
+
+void GlLumigraph::SetGains(const std::vector<double>& gains) {
+  if (gains.size() != sources_.views.size()) throw std::invalid_argument("SetGains: one gain a view is wanted");
+  for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
+}
+
+void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer) {
+  if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
+  proxy_ = proxy;
+  sparse_proxy_.reset();
+  tracer_ = std::move(tracer);
+  std::vector<float> x;
+  x.reserve(3 * proxy.vertices.size());
+  for (const Eigen::Vector3d& v : proxy.vertices) {
+    const Eigen::Vector3f n = (sources_.normalized_from_world * v).cast<float>();
+    x.insert(x.end(), n.data(), n.data() + 3);
+  }
+  std::vector<float> normals;
+  normals.reserve(4 * proxy.faces.size() + 4);
+  for (const auto& f : proxy.faces) {
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return proxy.vertices[static_cast<std::size_t>(f[i])]; };
+    const Eigen::Vector3d in_world = (at(1) - at(0)).cross(at(2) - at(0));
+    const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
+    normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
+  }
+  normals.resize(std::max<std::size_t>(normals.size(), 4));
+  normals_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
+  mesh_array_ = GlVertexArray::Make();
+  vertices_ = GlBuffer::Make();
+  indices_ = GlBuffer::Make();
+  glBindVertexArray(mesh_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, vertices_.id());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(x.size() * sizeof(float)), x.data(), GL_STATIC_DRAW);
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(proxy.faces.size() * sizeof(proxy.faces[0])),
+               proxy.faces.data(), GL_STATIC_DRAW);
+  glBindVertexArray(0);
+  index_count_ = static_cast<int>(3 * proxy.faces.size());
+  UploadVisibility(std::move(maps));
+  CheckGl("uploading the proxy");
+}
+
+void GlLumigraph::UploadVisibility(std::shared_ptr<const VisibilityMaps> maps) {
+  visibility_ = std::make_shared<const VisibilityMaps>();
+  if (maps->empty()) return;
+  const auto count = static_cast<int>(sources_.views.size());
+  std::vector<float> texels;
+  for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps->Map(j).begin(), maps->Map(j).end());
+  GLint limit = 65536;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+  if (texels.size() > static_cast<std::size_t>(limit))
+    throw MachineError("this driver's texture buffers hold " + std::to_string(limit) + " values; what the photos see of the proxy takes " +
+                           std::to_string(texels.size()),
+                       "use --backend cpu");
+  FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
+  visibility_ = std::move(maps);
+}
+
+void GlLumigraph::Upload(ViewId view, const Photo& photo) {
+  const auto j = static_cast<std::size_t>(view.value);
+  const bool again = photos_.places().at(j).loaded;
+  photos_.Upload(j, photo);
+  if (!again) ++loaded_;
+}
+
+void GlLumigraph::SetSourceColors(const std::vector<Eigen::Vector3f>& colors) {
+  if (colors.size() != sources_.views.size()) throw std::invalid_argument("SetSourceColors: one colour a view is wanted");
+  colors_ = colors;
+  std::vector<float> rgba;
+  for (const auto& c : colors_) rgba.insert(rgba.end(), {c.x(), c.y(), c.z(), 1.0F});
+  FillTextureBuffer(color_buffer_, color_texture_, GL_RGBA32F, rgba);
+}
+
+void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views) {
+  const RelativeSources& s = setup.sources;
+  views.clear();
+  for (int j = 0; j < s.count; ++j)
+    if (s.enabled[static_cast<std::size_t>(j)] > 0) views.push_back(j);
+  const auto squared_distance = [&](int j) {
+    const auto i = static_cast<std::size_t>(j);
+    return s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i];
+  };
+  // Without the angle ties are common, and go to the first.
+  if (setup.settings.alpha > 0)
+    std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
+  // Of time, every pixel makes the same: evaluated by the core, at any ray.
+  Measures measures;
+  if (rows_a_camera > 4 && setup.settings.time)
+    EvaluateMeasures(s, setup.settings, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::UnitZ(), measures);
+  const auto time_weight = static_cast<float>(setup.settings.epsilon * 2 * setup.settings.r_max_rad);
+  rows.clear();
+  for (const int j : views) {
+    const auto i = static_cast<std::size_t>(j);
+    rows.insert(rows.end(), {s.dx[i], s.dy[i], s.dz[i], s.width_px[i]});
+    rows.insert(rows.end(), {s.m[0][i], s.m[1][i], s.m[2][i], s.height_px[i]});
+    rows.insert(rows.end(), {s.m[3][i], s.m[4][i], s.m[5][i], s.feather_px[i]});
+    rows.insert(rows.end(), {s.m[6][i], s.m[7][i], s.m[8][i], s.focal_px[i]});
+    if (rows_a_camera > 4) rows.insert(rows.end(), {measures.tau.empty() ? 0.0F : time_weight * measures.tau[i], s.gain[i], 0.0F, 0.0F});
+  }
+}
+
+void GlLumigraph::UploadCameras(const ViewSetup& setup, const BlendVariant& variant) {
+  if (variant.correlation == Correlation::kFallingLeaves) UploadLeaves(setup.settings);
+  std::vector<float> rows;
+  PackCameras(setup, CameraRows(variant), rows, packed_views_);
+  std::vector<std::uint32_t> places;
+  places.reserve(4 * packed_views_.size());
+  for (const int j : packed_views_) {
+    const PhotoPlace& p = photos_.places()[static_cast<std::size_t>(j)];
+    const auto u = [](int value) { return static_cast<std::uint32_t>(value); };
+    places.insert(places.end(), {u(p.size_px.x()) | u(p.size_px.y()) << 16,
+                                 u(p.group) | u(p.top_level) << 8 | u(p.shift) << 16, u(p.layer), u(j)});
+  }
+  glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
+  FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
+  if (variant.cameras_in_uniforms) {
+    if (!camera_block_) camera_block_ = GlBuffer::Make();
+    rows.resize(static_cast<std::size_t>(variant.camera_capacity * CameraRows(variant) * kFloatsPerRow));
+    glBindBuffer(GL_UNIFORM_BUFFER, camera_block_.id());
+    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(rows.size() * sizeof(float)), rows.data(), GL_STREAM_DRAW);
+  } else {
+    FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
+  }
+}
+
+void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
+  if (leaf_buffer_ && leaf_radii_ == std::pair(s.r_min_rad, s.r_max_rad)) return;
+  leaf_radii_ = {s.r_min_rad, s.r_max_rad};
+  // From so small an angle that P_same is 1, to where it is 0.
+  const FallingLeaves leaves(s.r_min_rad, s.r_max_rad);
+  const double from = std::log2(1e-6 * std::max(s.r_min_rad, 1e-6 * s.r_max_rad)), to = std::log2(2 * s.r_max_rad);
+  leaf_place_ = {kLeafSteps / (to - from), -from * kLeafSteps / (to - from)};
+  std::vector<float> table;
+  for (int i = 0; i <= kLeafSteps; ++i) table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
+  table.back() = 0;
+  if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
+}
+
+void GlLumigraph::ReserveLists(std::size_t words) {
+  if (!list_buffer_) list_buffer_ = GlBuffer::Make();
+  glBindBuffer(GL_TEXTURE_BUFFER, list_buffer_.id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_STREAM_DRAW);
+  list_words_ = words;
+  if (list_texture_) return;
+  list_texture_ = GlTexture::Make();
+  glActiveTexture(GL_TEXTURE0 + kListUnit);
+  glBindTexture(GL_TEXTURE_BUFFER, list_texture_.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, list_buffer_.id());
+}
+
+}  // namespace lumi

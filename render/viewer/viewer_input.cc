@@ -1,0 +1,192 @@
+// How mouse, keys and panel steer the viewer.
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/path/path_editing.h"
+#include "render/viewer/viewer_app.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+constexpr double kFlight_s = 0.9;
+constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
+constexpr double kFlySpeed = 0.6;            // scene sizes a second
+constexpr int kMostVideoSide = 8192;
+
+}  // namespace
+
+// The proxy's point at a pixel of the window.
+std::optional<Eigen::Vector3d> Viewer::PointAt(double x_px, double y_px) const {
+  if (painter_.empty()) return std::nullopt;
+  const Eigen::Vector2d scale = painter_.shown_size_px().cast<double>().cwiseQuotient(size_px_.cast<double>());
+  const int x = std::clamp(static_cast<int>(x_px * scale.x()), 0, painter_.shown_size_px().x() - 1);
+  const int y = std::clamp(static_cast<int>(y_px * scale.y()), 0, painter_.shown_size_px().y() - 1);
+  const double depth = static_cast<double>(lumigraph_.ReadDepth(painter_.shown(), x, y));
+  if (!(depth > 0)) return std::nullopt;
+  const RenderView view = MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y());
+  const Eigen::Matrix3d M = view.P.leftCols<3>();
+  const auto ray = RayDirection(view.P, {x_px, y_px});
+  if (!ray) return std::nullopt;
+  // The depth is along the optical axis, in normalised units.
+  const Eigen::Vector3d to_depth_one = *ray * (M.row(2).norm() / M.row(2).dot(*ray));
+  return view.centre + to_depth_one * (depth / scene_.normalized_from_world.scale);
+}
+
+// What an orbit turns about: the picked point, else what stands in the middle of the picture, else the scene's centre.
+Eigen::Vector3d Viewer::Pivot() {
+  if (pivot_) return *pivot_;
+  if (const auto middle = PointAt(0.5 * size_px_.x(), 0.5 * size_px_.y())) return *middle;
+  return scene_.normalized_from_world.Inverse() * Eigen::Vector3d::Zero();
+}
+
+void Viewer::Jump(int view, bool at_once) {
+  const int n = static_cast<int>(scene_.views.size());
+  current_photo_ = (view % n + n) % n;
+  navigator_.FlyTo(StateOfView(scene_, ViewId{current_photo_}), at_once ? 0 : kFlight_s);
+}
+
+void Viewer::Key(int key) {
+  RadianceSettings& r = settings_.radiance;
+  const int current = current_photo_ >= 0 ? current_photo_ : NearestView(scene_, navigator_.state());
+  switch (key) {
+    case GLFW_KEY_ESCAPE: return window_.Close();
+    case GLFW_KEY_F: settings_.show = settings_.show == Show::kColor ? Show::kFalseColor : Show::kColor; return;
+    case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
+    case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
+    case GLFW_KEY_K: return AddKey({});
+    case GLFW_KEY_SPACE:
+      if (playing_s_)
+        playing_s_.reset();
+      else
+        StartPlaying();
+      return;
+    case GLFW_KEY_H: settings_.help = !settings_.help; return;
+    case GLFW_KEY_TAB: settings_.panel = !settings_.panel; return;
+    case GLFW_KEY_LEFT_BRACKET: r.k = r.k == 0 ? kMaxBlend : std::max(1, r.k - 1); return Say(fmt::format("{} photos a pixel", r.k));
+    case GLFW_KEY_RIGHT_BRACKET:
+      r.k = r.k == 0 || r.k == kMaxBlend ? 0 : r.k + 1;
+      return Say(r.k == 0 ? "all photos at every pixel" : fmt::format("{} photos a pixel", r.k));
+    case GLFW_KEY_LEFT: return Jump(current - 1, false);
+    case GLFW_KEY_RIGHT: return Jump(current + 1, false);
+    case GLFW_KEY_HOME:
+      pivot_.reset();
+      current_photo_ = -1;
+      return navigator_.FlyTo(home_, kFlight_s);
+    case GLFW_KEY_F12: return Screenshot(FreeScreenshotName(), false);
+    default: return;
+  }
+}
+
+// Returns whether the user moves the camera.
+bool Viewer::Steer(const WindowInput& input, double dt_s) {
+  for (const int key : input.keys) Key(key);
+  if (input.double_click_px) {
+    if (const auto point = PointAt(input.double_click_px->x(), input.double_click_px->y())) {
+      pivot_ = point;
+      Say("orbits turn about this point");
+    } else {
+      pivot_.reset();
+    }
+  }
+  if (input.drag_began || !drag_pivot_) drag_pivot_ = Pivot();
+  if (!window_.Dragging() && input.orbit_px.isZero()) drag_pivot_.reset();
+  bool moved = false;
+  if (!input.orbit_px.isZero()) {
+    navigator_.Orbit(drag_pivot_ ? *drag_pivot_ : Pivot(), -kOrbitPerPx * input.orbit_px.x(), kOrbitPerPx * input.orbit_px.y());
+    moved = true;
+  }
+  if (!input.look_px.isZero()) {
+    navigator_.Look(kLookPerPx * input.look_px.x(), -kLookPerPx * input.look_px.y());
+    moved = true;
+  }
+  if (!input.pan_px.isZero()) {
+    navigator_.Pan(Pivot(), -input.pan_px.x() / size_px_.x(), input.pan_px.y() / size_px_.y());
+    moved = true;
+  }
+  if (input.dolly_steps != 0) {
+    navigator_.Dolly(Pivot(), std::pow(0.9, input.dolly_steps));
+    moved = true;
+  }
+  if (input.zoom_steps != 0) {
+    navigator_.Zoom(std::pow(0.93, input.zoom_steps));
+    moved = true;
+  }
+  if (!input.fly.isZero()) {
+    const double step = kFlySpeed * dt_s / scene_.normalized_from_world.scale;
+    navigator_.Fly(step * input.fly.x(), step * input.fly.y(), step * input.fly.z());
+    moved = true;
+  }
+  if (moved) {
+    current_photo_ = -1;
+    playing_s_.reset();
+  }
+  return moved;
+}
+
+void Viewer::Grant(const PanelWishes& wishes) {
+  try {
+    if (wishes.jump_to) Jump(*wishes.jump_to, false);
+    if (wishes.home) Key(GLFW_KEY_HOME);
+    if (wishes.proxy) WishProxy(*wishes.proxy);
+    if (wishes.screenshot) Key(GLFW_KEY_F12);
+    if (wishes.auto_effects) ApplyEffects(effects_, {}, settings_.radiance);
+    if (wishes.measure) StartMeasuring();
+    const int key = settings_.selected_key;
+    const bool selected = key >= 0 && key < static_cast<int>(path_.keys.size());
+    const auto index = static_cast<std::size_t>(std::max(key, 0));
+    const auto exchange = [&](std::size_t other) {
+      if (!selected || other >= path_.keys.size()) return;
+      path_.frames = 0;
+      std::swap(path_.keys[index].time_s, path_.keys[other].time_s);
+      std::swap(path_.keys[index], path_.keys[other]);
+      settings_.selected_key = static_cast<int>(other);
+    };
+    switch (wishes.path) {
+      case PathWish::kNone: break;
+      case PathWish::kAdd: AddKey({}); break;
+      case PathWish::kUpdate: if (selected) ReplaceKey(path_, index, CurrentKey(0)); break;
+      case PathWish::kDelete: if (selected) DeleteKey(path_, index); break;
+      case PathWish::kEarlier: exchange(index - 1); break;
+      case PathWish::kLater: exchange(index + 1); break;
+      case PathWish::kJump: JumpToKey(key); break;
+      case PathWish::kClear: path_ = {}; break;
+      case PathWish::kPlay: StartPlaying(); break;
+      case PathWish::kStop: playing_s_.reset(); break;
+      case PathWish::kLoad: LoadPath(settings_.path_file.data()); break;
+      case PathWish::kSave: SavePath(settings_.path_file.data(), false); break;
+      case PathWish::kSaveNerfstudio: SavePath(settings_.path_file.data(), true); break;
+    }
+    if (wishes.key_time_s && selected && *wishes.key_time_s >= 0 && *wishes.key_time_s <= kMaxPathSeconds)
+      settings_.selected_key = static_cast<int>(RetimeKey(path_, index, *wishes.key_time_s));
+    if (wishes.path_seconds && *wishes.path_seconds > 0 && *wishes.path_seconds <= kMaxPathSeconds) StretchTo(path_, *wishes.path_seconds);
+    if (wishes.path_fps && *wishes.path_fps >= 1 && *wishes.path_fps <= 240) {
+      path_.fps = *wishes.path_fps;
+      path_.frames = 0;
+    }
+    if (wishes.path_size_px) {
+      path_.width_px = std::clamp(wishes.path_size_px->x(), 0, kMostVideoSide);
+      path_.height_px = std::clamp(wishes.path_size_px->y(), 0, kMostVideoSide);
+    }
+    if (wishes.scrub_s && !path_.keys.empty()) {
+      playing_s_.reset();
+      navigator_.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *wishes.scrub_s)));
+      facts_.play_s = *wishes.scrub_s;
+    }
+    switch (wishes.record) {
+      case RecordWish::kNone: break;
+      case RecordWish::kPath: StartRecording(VideoName()); break;
+      case RecordWish::kLive: StartLiveRecording(VideoName()); break;
+      case RecordWish::kStop: FinishRecording(); break;
+      case RecordWish::kCancel: CancelRecording(); break;
+    }
+    PathEdited();
+  } catch (const Error& e) {
+    Complain(e);
+  }
+}
+
+}  // namespace lumi
