@@ -14,3 +14,5 @@ lumi_test(viewer_window_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_window_tes
   LIBS lumi_view_core lumi_render lumi_scene nlohmann_json::nlohmann_json)
 add_dependencies(viewer_window_test lumi-view)
 set_tests_properties(viewer_window_test PROPERTIES COST 90)
+# On llvmpipe most of these tests' time went into optimising shaders that are run once on small pictures.
+set_tests_properties(gl_renderer_test gl_weights_test gl_sparse_test gl_hard_case_test viewer_window_test PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)

@@ -24,10 +24,10 @@ TEST(TransformsJson, AnOpenGlCameraLooksDownItsNegativeZAxisWithYUp) {
   EXPECT_EQ(view.name, "images/a.png");
   EXPECT_EQ(view.time_s, 1.5);
   EXPECT_TRUE(fs::exists(scene.ImagePath(view)));
-  constexpr double kRounding = 1e-14;
-  EXPECT_LT((view.CentreInWorld() - Eigen::Vector3d(1, 2, 3)).norm(), kRounding);
-  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2, 3 - 7) - Eigen::Vector3d(0, 0, 7)).norm(), kRounding);
-  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2 + 1, 3) - Eigen::Vector3d(0, -1, 0)).norm(), kRounding);
+  constexpr double kTransformRounding = 1e-14;
+  EXPECT_LT((view.CentreInWorld() - Eigen::Vector3d(1, 2, 3)).norm(), kTransformRounding);
+  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2, 3 - 7) - Eigen::Vector3d(0, 0, 7)).norm(), kTransformRounding);
+  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2 + 1, 3) - Eigen::Vector3d(0, -1, 0)).norm(), kTransformRounding);
   const Camera& camera = scene.CameraOf(view);
   EXPECT_TRUE(camera.IsPinhole());
   EXPECT_EQ(camera.FocalPx(), Eigen::Vector2d(50, 50));
@@ -40,9 +40,9 @@ TEST(TransformsJson, FieldsOfViewSizesAndEndingsMayBeLeftToThePhotos) {
   Write(folder / "transforms.json", fmt::format(R"({{"camera_angle_x": {}, "frames": [{{"file_path": "./train/r_0", "transform_matrix": {}}}]}})",
                                                 std::numbers::pi / 2, kIdentity));
   const Scene scene = ReadTransformsJson(folder / "transforms.json");
-  constexpr double kRounding = 1e-12;
-  EXPECT_NEAR(scene.cameras.at(0).FocalPx().x(), 50, kRounding);
-  EXPECT_NEAR(scene.cameras.at(0).FocalPx().y(), 50, kRounding);
+  constexpr double kTransformRounding = 1e-12;
+  EXPECT_NEAR(scene.cameras.at(0).FocalPx().x(), 50, kTransformRounding);
+  EXPECT_NEAR(scene.cameras.at(0).FocalPx().y(), 50, kTransformRounding);
   EXPECT_EQ(scene.cameras.at(0).width_px, 100);
   EXPECT_EQ(scene.cameras.at(0).height_px, 80);
   EXPECT_EQ(scene.views[0].name, "train/r_0.png");
@@ -59,12 +59,12 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
       WriteTransformsJson(scene, folder / file);
       const Scene back = ReadTransformsJson(folder / file);
       ASSERT_EQ(back.views.size(), scene.views.size());
-      constexpr double kRounding = 1e-13;
+      constexpr double kTransformRounding = 1e-13;
       for (std::size_t i = 0; i < scene.views.size(); ++i) {
         EXPECT_TRUE(fs::equivalent(back.ImagePath(back.views[i]), scene.ImagePath(scene.views[i])));
-        EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(), kRounding);
+        EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(), kTransformRounding);
         const Eigen::Vector3d x(0.3, -0.2, 1);
-        EXPECT_LT((*back.CameraOf(back.views[i]).Project(x) - *scene.CameraOf(scene.views[i]).Project(x)).norm(), kRounding * 64);
+        EXPECT_LT((*back.CameraOf(back.views[i]).Project(x) - *scene.CameraOf(scene.views[i]).Project(x)).norm(), kTransformRounding * 64);
         EXPECT_EQ(back.views[i].time_s, scene.views[i].time_s);
       }
       EXPECT_EQ(back.cameras.size(), 2u);
