@@ -7,24 +7,23 @@
 namespace lumi {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-constexpr Index kMinComplete = 8;
+constexpr Eigen::Index kMinComplete = 8;
 constexpr int kSubspaceSteps = 3;  // of the orthogonal iteration; it starts at the last subspace
 
 // Columns to norm 1, frames to equal norm. W and depths scale together.
 void Balance(MatrixXd& W) {
-  const Index frames = W.rows() / 3;
+  const Eigen::Index frames = W.rows() / 3;
   for (int sweep = 0; sweep < 3; ++sweep) {
-    for (Index p = 0; p < W.cols(); ++p) {
+    for (Eigen::Index p = 0; p < W.cols(); ++p) {
       const double n = W.col(p).norm();
       if (n > 0) W.col(p) /= n;
     }
     const double target = std::sqrt(static_cast<double>(W.cols()) / static_cast<double>(frames));
-    for (Index f = 0; f < frames; ++f) {
+    for (Eigen::Index f = 0; f < frames; ++f) {
       const double n = W.middleRows<3>(3 * f).norm();
       if (n > 0) W.middleRows<3>(3 * f) *= target / n;
     }
@@ -43,11 +42,11 @@ MatrixXd LeadingSubspace(const MatrixXd& W) {
 }
 
 // The point nearest to the seen rows of a column, by reprojection in the subspace U: x_f x (U_f X) = 0.
-Vector4d PointFrom(const MeasurementMatrix& m, const MatrixXd& U, Index p) {
+Vector4d PointFrom(const MeasurementMatrix& m, const MatrixXd& U, Eigen::Index p) {
   Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
-  for (Index f = 0; f < m.seen.rows(); ++f) {
+  for (Eigen::Index f = 0; f < m.seen.rows(); ++f) {
     if (!m.seen(f, p)) continue;
-    for (Index r = 0; r < 2; ++r) {
+    for (Eigen::Index r = 0; r < 2; ++r) {
       const Eigen::RowVector4d row = m.x(2 * f + r, p) * U.row(3 * f + 2) - U.row(3 * f + r);
       gram.noalias() += row.transpose() * row;
     }
@@ -57,8 +56,8 @@ Vector4d PointFrom(const MeasurementMatrix& m, const MatrixXd& U, Index p) {
 }
 
 // Column of depth times image point where seen, of the model where not.
-void FillColumn(const MeasurementMatrix& m, const MatrixXd& U, const Vector4d& X, Index p, MatrixXd& W) {
-  for (Index f = 0; f < m.seen.rows(); ++f) {
+void FillColumn(const MeasurementMatrix& m, const MatrixXd& U, const Vector4d& X, Eigen::Index p, MatrixXd& W) {
+  for (Eigen::Index f = 0; f < m.seen.rows(); ++f) {
     const Vector3d model = U.middleRows<3>(3 * f) * X;
     if (!m.seen(f, p)) {
       W.col(p).segment<3>(3 * f) = model;
@@ -72,9 +71,9 @@ void FillColumn(const MeasurementMatrix& m, const MatrixXd& U, const Vector4d& X
 double Rms(const MeasurementMatrix& m, const MatrixXd& U, const MatrixXd& X) {
   const MatrixXd model = U * X;
   double sum = 0;
-  Index n = 0;
-  for (Index p = 0; p < m.seen.cols(); ++p)
-    for (Index f = 0; f < m.seen.rows(); ++f) {
+  Eigen::Index n = 0;
+  for (Eigen::Index p = 0; p < m.seen.cols(); ++p)
+    for (Eigen::Index f = 0; f < m.seen.rows(); ++f) {
       if (!m.seen(f, p)) continue;
       const double w = model(3 * f + 2, p);
       // Truncated: one point near a principal plane shall not decide which iterate is best.
@@ -89,7 +88,7 @@ double Rms(const MeasurementMatrix& m, const MatrixXd& U, const MatrixXd& X) {
 
 Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const FactoriseOptions& options) {
   Factorisation result;
-  const Index frames = m.seen.rows(), points = m.seen.cols();
+  const Eigen::Index frames = m.seen.rows(), points = m.seen.cols();
   if (frames < 2 || points < kMinComplete) return result;
   const Eigen::Array<bool, 1, Eigen::Dynamic> complete = m.seen.colwise().all();
 
@@ -97,19 +96,19 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
   MatrixXd U, A(4, points);
   if (start.rows() == 3 * frames && start.cols() == 4) {
     U = Orthonormal(start);
-    for (Index p = 0; p < points; ++p) FillColumn(m, U, A.col(p) = PointFrom(m, U, p), p, W);
+    for (Eigen::Index p = 0; p < points; ++p) FillColumn(m, U, A.col(p) = PointFrom(m, U, p), p, W);
   } else {
-    std::vector<Index> whole;
-    for (Index p = 0; p < points; ++p)
+    std::vector<Eigen::Index> whole;
+    for (Eigen::Index p = 0; p < points; ++p)
       if (complete[p]) whole.push_back(p);
-    if (static_cast<Index>(whole.size()) < kMinComplete) return result;
-    for (const Index p : whole)
-      for (Index f = 0; f < frames; ++f) W.col(p).segment<3>(3 * f) << m.x(2 * f, p), m.x(2 * f + 1, p), 1;
-    MatrixXd seed(3 * frames, static_cast<Index>(whole.size()));
-    for (std::size_t i = 0; i < whole.size(); ++i) seed.col(static_cast<Index>(i)) = W.col(whole[i]);
+    if (static_cast<Eigen::Index>(whole.size()) < kMinComplete) return result;
+    for (const Eigen::Index p : whole)
+      for (Eigen::Index f = 0; f < frames; ++f) W.col(p).segment<3>(3 * f) << m.x(2 * f, p), m.x(2 * f + 1, p), 1;
+    MatrixXd seed(3 * frames, static_cast<Eigen::Index>(whole.size()));
+    for (std::size_t i = 0; i < whole.size(); ++i) seed.col(static_cast<Eigen::Index>(i)) = W.col(whole[i]);
     Balance(seed);
     U = LeadingSubspace(seed);
-    for (Index p = 0; p < points; ++p) {
+    for (Eigen::Index p = 0; p < points; ++p) {
       A.col(p) = PointFrom(m, U, p);
       if (!complete[p]) FillColumn(m, U, A.col(p), p, W);
     }
@@ -141,41 +140,43 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
     if (without_gain >= 3) break;
     last = rms;
     // The next depths.
-    for (Index p = 0; p < points; ++p) {
+    for (Eigen::Index p = 0; p < points; ++p) {
       if (!complete[p]) {
         FillColumn(m, U, A.col(p), p, W);
         continue;
       }
       Eigen::Matrix4Xd C(4, frames);
-      for (Index f = 0; f < frames; ++f) C.col(f) = U.middleRows<3>(3 * f).transpose() * Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p), 1).normalized();
+      for (Eigen::Index f = 0; f < frames; ++f) C.col(f) = U.middleRows<3>(3 * f).transpose() * Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p),
+          1).normalized();
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(C * C.transpose());
       const Eigen::VectorXd depth = C.transpose() * eigen.eigenvectors().col(3);
       // The eigenvector's sign is free: the one that goes on from the last depths.
       double agree = 0;
-      for (Index f = 0; f < frames; ++f) agree += depth[f] * W(3 * f + 2, p);
-      for (Index f = 0; f < frames; ++f)
+      for (Eigen::Index f = 0; f < frames; ++f) agree += depth[f] * W(3 * f + 2, p);
+      for (Eigen::Index f = 0; f < frames; ++f)
         W.col(p).segment<3>(3 * f) = Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p), 1).normalized() * (agree < 0 ? -depth[f] : depth[f]);
     }
   }
 
   result.depths.resize(frames, points);
   const MatrixXd model = result.P * result.X;
-  for (Index f = 0; f < frames; ++f) result.depths.row(f) = model.row(3 * f + 2);
+  for (Eigen::Index f = 0; f < frames; ++f) result.depths.row(f) = model.row(3 * f + 2);
   // Quality is read off the complete columns where there are enough: filled entries have rank 4 by construction.
   MatrixXd measured = best_W;
   if (complete.count() >= 2 * kMinComplete) {
-    Index n = 0;
-    for (Index p = 0; p < points; ++p)
+    Eigen::Index n = 0;
+    for (Eigen::Index p = 0; p < points; ++p)
       if (complete[p]) measured.col(n++) = best_W.col(p);
     measured.conservativeResize(Eigen::NoChange, n);
   }
   const Eigen::BDCSVD<MatrixXd> svd(measured.cols() > measured.rows() ? MatrixXd(measured.transpose()) : measured);
-  const Index n = std::min<Index>(8, svd.singularValues().size());
-  for (Index i = 0; i < n; ++i) result.singular_values.push_back(svd.singularValues()[i]);
+  const Eigen::Index n = std::min<Eigen::Index>(8, svd.singularValues().size());
+  for (Eigen::Index i = 0; i < n; ++i) result.singular_values.push_back(svd.singularValues()[i]);
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const double largest = result.singular_values.front();
   const auto ratio = [&](std::size_t i) {
-    if (i >= result.singular_values.size() || !(result.singular_values[i] > 10 * kEpsilon * largest)) return std::numeric_limits<double>::infinity();
+    if (i >= result.singular_values.size() ||
+        !(result.singular_values[i] > 10 * kEpsilon * largest)) return std::numeric_limits<double>::infinity();
     return result.singular_values[i - 1] / result.singular_values[i];
   };
   result.gap = ratio(4);

@@ -60,7 +60,8 @@ BundleOptions Adjustment(const FactorizationOptions& options, double sigma_px, i
 }
 
 // The cameras and points of a window by factorisation, from the seed's.
-void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const FactorizationOptions& options, WindowDiagnostics& diagnostics) {
+void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const FactorizationOptions& options,
+    WindowDiagnostics& diagnostics) {
   std::vector<int> local(points.FrameCount(), -1);
   std::vector<std::size_t> frames, tracks;
   for (std::size_t f = 0; f < points.FrameCount(); ++f)
@@ -221,7 +222,8 @@ Merged MergeWindows(const ImagePoints& points, std::vector<SolvedWindow>& solved
       whole.solved[t] = 1;
       std::size_t in_window = 0;
       for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
-        if (std::binary_search(w.window.frames.begin(), w.window.frames.end(), points.tracks[t][k].frame)) whole.inlier[t][k] = w.seed.model.inlier[i][in_window++];
+        if (std::binary_search(w.window.frames.begin(), w.window.frames.end(),
+            points.tracks[t][k].frame)) whole.inlier[t][k] = w.seed.model.inlier[i][in_window++];
     }
     done[first] = 1;
     solved[first].diagnostics.outcome = "merged";
@@ -270,13 +272,15 @@ Merged MergeWindows(const ImagePoints& points, std::vector<SolvedWindow>& solved
   const FactorizationRefusal why = Classify(points, homographies, camera);
   switch (why) {
     case FactorizationRefusal::kTooFewTracks:
-      throw FactorizationRefused(why, "no two frames share 16 tracks that agree on one motion", "photos with more texture, or closer together");
+      throw FactorizationRefused(why, "no two frames share 16 tracks that agree on one motion",
+          "photos with more texture, or closer together");
     case FactorizationRefusal::kNoMotion:
       throw FactorizationRefused(why, "the camera does not move", "move the camera sideways by some percent of the scene's distance");
     case FactorizationRefusal::kPureRotation:
       throw FactorizationRefused(why, "the camera turns but does not move, so there is no depth", "move the camera, do not only turn it");
     case FactorizationRefusal::kPlanarScene:
-      throw FactorizationRefused(why, "everything that is seen lies in one plane, which leaves the cameras undetermined", "photos with things at different depths");
+      throw FactorizationRefused(why, "everything that is seen lies in one plane, which leaves the cameras undetermined",
+          "photos with things at different depths");
   }
   throw FactorizationRefused(why, "", "");
 }
@@ -388,8 +392,10 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
     // What would the images say?
     MetricModel other = metric;
     const double free_rms = AdjustMetric(points, steering, other, FreeIntrinsics::kFocal, bundle).rms_px;
-    result.warnings.push_back("the intrinsics fit the images worse than they should (" + Fixed(rms, 3) + " px with them, " + Fixed(projective_rms, 3) +
-                              " px without): a focal length of " + Fixed(other.intrinsics_px[0], 1) + " px instead of " + Fixed(focal[0], 1) +
+    result.warnings.push_back("the intrinsics fit the images worse than they should (" + Fixed(rms, 3) + " px with them, " +
+        Fixed(projective_rms, 3) +
+                              " px without): a focal length of " + Fixed(other.intrinsics_px[0], 1) + " px instead of " + Fixed(focal[0],
+                                  1) +
                               " px gives " + Fixed(free_rms, 3) + " px");
   }
   if (options.adjust) Follow(points, steering, model, cull);
@@ -441,7 +447,8 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
 std::string Validate(const FactorizationOptions& options) {
   if (std::string wrong = Validate(options.windows); !wrong.empty()) return wrong;
   if (!(options.inlier_px > 0) || !(options.epipolar_px > 0)) return "inlier limits must be above 0 pixels";
-  if (!(options.cull.sigmas > 0) || !(options.cull.least_px > 0) || !(options.cull.most_px >= options.cull.least_px)) return "cull limits must be above 0 and in order";
+  if (!(options.cull.sigmas > 0) || !(options.cull.least_px > 0) ||
+      !(options.cull.most_px >= options.cull.least_px)) return "cull limits must be above 0 and in order";
   if (options.cull.min_sights < 2) return "a track needs at least 2 sights";
   if (options.factorise_iterations < 0 || options.adjust_sights < 0) return "iterations and sights must not be negative";
   if (!(options.max_plane_sigma > 0)) return "the plane's uncertainty limit must be above 0";
@@ -511,7 +518,8 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   {
     Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);
     CullResult culled = Cull(points, model, options.cull);
-    if (options.adjust) AdjustAll(points, model, Adjustment(options, std::max(culled.sigma_px, 0.25), 10), options.adjust_sights, options.cull);
+    if (options.adjust) AdjustAll(points, model, Adjustment(options, std::max(culled.sigma_px, 0.25), 10), options.adjust_sights,
+        options.cull);
     progress.Step();
     CullOptions cull = options.cull;
     cull.min_sights = std::min(cull.min_sights, std::max(2, model.PlacedCount()));
@@ -587,17 +595,20 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
       result.upgrade_reason += "; and no plane has all points and cameras on one side (" + std::to_string(quasi.sign_conflicts) + " of " +
                                std::to_string(quasi.sights) + " sights behind their camera)";
     }
-    if (!(camera && options.projective_only)) result.warnings.push_back(std::string(Name(result.upgrade)) + " instead of metric: " + result.upgrade_reason);
+    if (!(camera && options.projective_only)) result.warnings.push_back(std::string(Name(result.upgrade)) + " instead of metric: " +
+        result.upgrade_reason);
     TakeCameras(points, model, result);
     TakePoints(points, model, tracks, result);
     result.rms_px = RmsPx(points, model);
     result.seconds.upgrade += Since(begin);
   }
   if (!result.missing.empty())
-    result.warnings.push_back(std::to_string(result.missing.size()) + " of " + std::to_string(points.FrameCount()) + " frames have no camera");
+    result.warnings.push_back(std::to_string(result.missing.size()) + " of " + std::to_string(points.FrameCount()) +
+        " frames have no camera");
   for (const WindowDiagnostics& w : result.windows)
     if (w.outcome == "not connected")
-      result.warnings.push_back("frames " + std::to_string(w.first_frame) + " to " + std::to_string(w.last_frame) + " share too little with the rest");
+      result.warnings.push_back("frames " + std::to_string(w.first_frame) + " to " + std::to_string(w.last_frame) +
+          " share too little with the rest");
   result.seconds.total = Since(start);
   return result;
 }

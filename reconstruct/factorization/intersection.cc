@@ -8,20 +8,20 @@
 namespace lumi {
 namespace {
 
-struct View {
+struct Ray {
   const Matrix34d* P;
   Eigen::Vector2d x;
   double unit;
   std::size_t sight;
 };
 
-double ErrorPx2(const View& v, const Eigen::Vector4d& X) {
+double PointErrorPx2(const Ray& v, const Eigen::Vector4d& X) {
   const Eigen::Vector3d q = *v.P * X;
   const double e = (q.head<2>() / q.z() - v.x).squaredNorm() * v.unit * v.unit;
   return std::isfinite(e) ? e : std::numeric_limits<double>::infinity();
 }
 
-Eigen::Vector4d Linear(const std::vector<View>& views, const std::vector<char>& use) {
+Eigen::Vector4d LinearPoint(const std::vector<Ray>& views, const std::vector<char>& use) {
   Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (!use[i]) continue;
@@ -35,11 +35,11 @@ Eigen::Vector4d Linear(const std::vector<View>& views, const std::vector<char>& 
   return eigen.eigenvectors().col(0);
 }
 
-Eigen::Vector4d Refine(const std::vector<View>& views, const std::vector<char>& use, Eigen::Vector4d X) {
+Eigen::Vector4d RefinePoint(const std::vector<Ray>& views, const std::vector<char>& use, Eigen::Vector4d X) {
   const auto loss = [&](const Eigen::Vector4d& Y) {
     double sum = 0;
     for (std::size_t i = 0; i < views.size(); ++i)
-      if (use[i]) sum += ErrorPx2(views[i], Y);
+      if (use[i]) sum += PointErrorPx2(views[i], Y);
     return sum;
   };
   double best = loss(X), damping = 1e-9;
@@ -75,7 +75,7 @@ Eigen::Vector4d Refine(const std::vector<View>& views, const std::vector<char>& 
 }  // namespace
 
 bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size_t track, const IntersectionOptions& options) {
-  std::vector<View> views;
+  std::vector<Ray> views;
   const auto& sights = points.tracks[track];
   for (std::size_t k = 0; k < sights.size(); ++k) {
     const auto f = static_cast<std::size_t>(sights[k].frame);
@@ -90,7 +90,7 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
     int count = 0;
     double sum = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
-      const double e = ErrorPx2(views[i], Y);
+      const double e = PointErrorPx2(views[i], Y);
       use[i] = e < limit2;
       count += use[i];
       if (use[i]) sum += e;
@@ -107,7 +107,7 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
     if (model.solved[track]) offer(model.X[track]);
     if (best_count < n) {
       std::vector<char> all(views.size(), 1);
-      offer(Refine(views, all, Linear(views, all)));
+      offer(RefinePoint(views, all, LinearPoint(views, all)));
     }
     if (best_count < n && n > 2) {
       std::mt19937_64 random(options.seed ^ (0x9e3779b97f4a7c15ULL * (track + 1)));
@@ -117,7 +117,7 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
         std::size_t i = random() % views.size(), j = random() % (views.size() - 1);
         if (j >= i) ++j;
         two[i] = two[j] = 1;
-        offer(Linear(views, two));
+        offer(LinearPoint(views, two));
         two[i] = two[j] = 0;
       }
     }
@@ -129,7 +129,7 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
     const std::vector<char> fit = best_use;
     const int before = best_count;
     best_sum = std::numeric_limits<double>::infinity();
-    offer(Refine(views, fit, X));
+    offer(RefinePoint(views, fit, X));
     if (best_count == before) break;
   }
   model.X[track] = X.normalized();

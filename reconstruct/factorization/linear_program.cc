@@ -13,7 +13,7 @@ namespace {
 constexpr double kFeasible = 1e-10;
 
 // Rows of A in the order in which they are met; A is row-major with d numbers a row.
-bool Solve(int d, const std::vector<double>& A, const std::vector<double>& b, const std::vector<double>& c, const std::vector<double>& low,
+bool SolveIncrementally(int d, const std::vector<double>& A, const std::vector<double>& b, const std::vector<double>& c, const std::vector<double>& low,
            const std::vector<double>& high, std::vector<double>& x) {
   const auto n = b.size();
   const auto dim = static_cast<std::size_t>(d);
@@ -74,7 +74,7 @@ bool Solve(int d, const std::vector<double>& A, const std::vector<double>& b, co
         low2[j] = low[k];
         high2[j++] = high[k];
       }
-    if (!Solve(d - 1, A2, b2, c2, low2, high2, x2)) return false;
+    if (!SolveIncrementally(d - 1, A2, b2, c2, low2, high2, x2)) return false;
     double rest = b[i];
     for (std::size_t k = 0, j = 0; k < dim; ++k)
       if (k != out) {
@@ -88,7 +88,8 @@ bool Solve(int d, const std::vector<double>& A, const std::vector<double>& b, co
 
 }  // namespace
 
-std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c, double bound,
+std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
+    double bound,
                                                   std::uint64_t seed) {
   const auto d = static_cast<std::size_t>(c.size());
   if (d < 1 || d > 8 || A.cols() != c.size() || A.rows() != b.size()) throw std::invalid_argument("SolveLinearProgram: shapes");
@@ -104,7 +105,7 @@ std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, cons
   }
   const std::vector<double> goal(c.data(), c.data() + c.size()), low(d, -bound), high(d, bound);
   std::vector<double> x;
-  if (!Solve(static_cast<int>(d), rows, rhs, goal, low, high, x)) return std::nullopt;
+  if (!SolveIncrementally(static_cast<int>(d), rows, rhs, goal, low, high, x)) return std::nullopt;
   return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(d));
 }
 

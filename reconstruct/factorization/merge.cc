@@ -21,13 +21,13 @@ struct SharedSight {
   double unit;
 };
 
-double ErrorPx2(const SharedSight& s, const Matrix4d& H) {
+double SharedErrorPx2(const SharedSight& s, const Matrix4d& H) {
   const Eigen::Vector3d q = *s.P * (H * s.X);
   const double e = (q.head<2>() / q.z() - s.x).squaredNorm() * s.unit * s.unit;
   return std::isfinite(e) ? e : std::numeric_limits<double>::infinity();
 }
 
-Matrix4d Smallest(const Matrix16d& gram) {
+Matrix4d SmallestTransformation(const Matrix16d& gram) {
   const Eigen::SelfAdjointEigenSolver<Matrix16d> eigen(gram);
   const Vector16d h = eigen.eigenvectors().col(0);
   return Eigen::Map<const RowMajor4d>(h.data());
@@ -45,7 +45,7 @@ Matrix4d FromCameras(const std::vector<std::pair<Matrix34d, Matrix34d>>& cameras
     const Eigen::Matrix<double, 12, 16> across = A - p * (p.transpose() * A);
     gram.noalias() += across.transpose() * across;
   }
-  return Smallest(gram);
+  return SmallestTransformation(gram);
 }
 
 // X_whole ~ H X_part for points.
@@ -57,12 +57,12 @@ void AddPoint(const Vector4d& whole, const Vector4d& part, Matrix16d& gram) {
 }
 
 // Gauss-Newton with Cauchy weights on the sixteen numbers, their scale held.
-Matrix4d Refine(const std::vector<SharedSight>& sights, Matrix4d H, double scale_px) {
+Matrix4d RefineTransformation(const std::vector<SharedSight>& sights, Matrix4d H, double scale_px) {
   H.normalize();
   const double s2 = scale_px * scale_px;
   const auto loss = [&](const Matrix4d& G) {
     double sum = 0;
-    for (const SharedSight& s : sights) sum += std::log1p(std::min(1e12, ErrorPx2(s, G) / s2));
+    for (const SharedSight& s : sights) sum += std::log1p(std::min(1e12, SharedErrorPx2(s, G) / s2));
     return sum;
   };
   double best = loss(H), damping = 1e-6;
@@ -109,7 +109,8 @@ Matrix4d Refine(const std::vector<SharedSight>& sights, Matrix4d H, double scale
 
 }  // namespace
 
-MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Window& window, const ProjectiveModel& part, const MergeOptions& options) {
+MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Window& window, const ProjectiveModel& part,
+    const MergeOptions& options) {
   MergeSummary summary;
   std::vector<std::pair<Matrix34d, Matrix34d>> cameras;
   for (std::size_t i = 0; i < window.frames.size(); ++i) {
@@ -138,7 +139,7 @@ MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Wind
   const auto offer = [&](const Matrix4d& G) {
     double score = 0;
     for (const SharedSight& s : sights) {
-      score += std::min(limit2, ErrorPx2(s, G));
+      score += std::min(limit2, SharedErrorPx2(s, G));
       if (score >= best) return;
     }
     best = score;
@@ -153,14 +154,14 @@ MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Wind
       const auto& [w, p] = shared[random() % shared.size()];
       AddPoint(w, p, gram);
     }
-    offer(Smallest(gram));
+    offer(SmallestTransformation(gram));
   }
   if (!std::isfinite(best)) return summary;
-  offer(Refine(sights, H, options.inlier_px / 2));
+  offer(RefineTransformation(sights, H, options.inlier_px / 2));
   int inliers = 0;
   double sum = 0;
   for (const SharedSight& s : sights) {
-    const double e = ErrorPx2(s, H);
+    const double e = SharedErrorPx2(s, H);
     if (e >= limit2) continue;
     ++inliers;
     sum += e;

@@ -117,8 +117,8 @@ class FocalManifold final : public ceres::Manifold {
 };
 
 // Damping never falls below this part of the normal matrix's diagonal: it is all that holds the free frame.
-constexpr double kMostTrust = 1e7;
-constexpr std::size_t kDenseCameras = 60;
+constexpr double kMostMetricTrust = 1e7;
+constexpr std::size_t kDenseMetricCameras = 60;
 
 }  // namespace
 
@@ -176,18 +176,19 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
         ordering->AddElementToGroup(X[t].data(), 0);
         added = true;
       }
-      problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(), pose[f].data(), X[t].data(), k.data());
+      problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(), pose[f].data(),
+          X[t].data(), k.data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;
   ceres::Solver::Options solver;
   solver.linear_solver_ordering = ordering;
-  solver.linear_solver_type = cameras > kDenseCameras ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
+  solver.linear_solver_type = cameras > kDenseMetricCameras ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
   solver.max_num_iterations = options.max_iterations;
   solver.function_tolerance = options.tolerance;
   solver.gradient_tolerance = 1e-14;
   solver.parameter_tolerance = 1e-14;
-  solver.max_trust_region_radius = kMostTrust;
+  solver.max_trust_region_radius = kMostMetricTrust;
   solver.num_threads = 1;  // sums in one order: the same bytes each time
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -197,7 +198,8 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
   if (!summary.IsSolutionUsable() || !k.allFinite()) return result;
   for (std::size_t f = 0; f < pose.size(); ++f) {
     if (!used.placed[f]) continue;
-    model.cam_from_world[f] = {Eigen::Quaterniond(pose[f][3], pose[f][0], pose[f][1], pose[f][2]).normalized(), Eigen::Vector3d(pose[f][4], pose[f][5], pose[f][6])};
+    model.cam_from_world[f] = {Eigen::Quaterniond(pose[f][3], pose[f][0], pose[f][1], pose[f][2]).normalized(),
+        Eigen::Vector3d(pose[f][4], pose[f][5], pose[f][6])};
   }
   for (std::size_t t = 0; t < X.size(); ++t)
     if (used.solved[t]) model.X[t] = X[t].normalized();

@@ -54,7 +54,8 @@ constexpr std::size_t kDenseCameras = 30;
 
 }  // namespace
 
-BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options, const std::vector<char>& held) {
+BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options,
+    const std::vector<char>& held) {
   const auto begin = std::chrono::steady_clock::now();
   BundleSummary result;
   result.start_rms_px = result.rms_px = RmsPx(points, model);

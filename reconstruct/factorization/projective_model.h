@@ -52,4 +52,7 @@ void ChangeFrame(ProjectiveModel& model, const Eigen::Matrix4d& H);
 // what the data say. Linear and non-linear steps are well conditioned there.
 void BalanceFrame(ProjectiveModel& model);
 
+// [v]_x: CrossMatrix(v) * w = v x w.
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
+
 }  // namespace lumi

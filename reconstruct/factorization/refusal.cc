@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "reconstruct/factorization/normalise.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -14,12 +15,6 @@ constexpr double kStillPx = 0.75;          // at the photo's corners
 // Share of the movement that a rotation may leave unexplained; movements of a few pixels are mostly noise.
 constexpr double kUnexplained = 0.15;
 constexpr double kNoiseMovementPx = 10;
-
-double Median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -36,7 +31,8 @@ std::string_view Name(FactorizationRefusal refusal) {
 FactorizationRefused::FactorizationRefused(FactorizationRefusal why, const std::string& detail, const std::string& hint)
     : DataError(std::string(Name(why)) + ": " + detail, hint), refusal(why) {}
 
-FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera) {
+FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies,
+    const std::optional<Camera>& camera) {
   if (homographies.empty()) return FactorizationRefusal::kTooFewTracks;
   std::vector<double> movement_px;
   std::vector<Eigen::Matrix3d> H_px;

@@ -12,9 +12,9 @@ namespace {
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-Matrix34d FromRows(const Vector12d& p) { return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(p.data()); }
+Matrix34d CameraFromRows(const Vector12d& p) { return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(p.data()); }
 
-double ErrorPx2(const Matrix34d& P, const Eigen::Vector4d& X, const Eigen::Vector2d& x, double unit) {
+double CameraErrorPx2(const Matrix34d& P, const Eigen::Vector4d& X, const Eigen::Vector2d& x, double unit) {
   const Eigen::Vector3d q = P * X;
   const double e = (q.head<2>() / q.z() - x).squaredNorm() * unit * unit;
   return std::isfinite(e) ? e : std::numeric_limits<double>::infinity();
@@ -32,10 +32,11 @@ Matrix34d SixPoint(const std::vector<Eigen::Vector4d>& X, const std::vector<Eige
   const Eigen::HouseholderQR<Eigen::Matrix<double, 12, 11>> qr(At);
   Vector12d null = Vector12d::Unit(11);
   null.applyOnTheLeft(qr.householderQ());
-  return FromRows(null);
+  return CameraFromRows(null);
 }
 
-Matrix34d Linear(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, const std::vector<char>& use, const Matrix34d& about) {
+Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, const std::vector<char>& use,
+    const Matrix34d& about) {
   Matrix12d gram = Matrix12d::Zero();
   for (std::size_t i = 0; i < X.size(); ++i) {
     if (!use[i]) continue;
@@ -43,11 +44,12 @@ Matrix34d Linear(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen:
     const double w = about.row(2).dot(X[i]);
     const Eigen::Vector4d Xw = X[i] / w;
     Eigen::Matrix<double, 2, 12> r;
-    r << Xw.transpose(), Eigen::RowVector4d::Zero(), -x[i].x() * Xw.transpose(), Eigen::RowVector4d::Zero(), Xw.transpose(), -x[i].y() * Xw.transpose();
+    r << Xw.transpose(), Eigen::RowVector4d::Zero(), -x[i].x() * Xw.transpose(), Eigen::RowVector4d::Zero(), Xw.transpose(),
+        -x[i].y() * Xw.transpose();
     gram.noalias() += r.transpose() * r;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix12d> eigen(gram / gram.trace());
-  return FromRows(eigen.eigenvectors().col(0));
+  return CameraFromRows(eigen.eigenvectors().col(0));
 }
 
 }  // namespace
@@ -59,7 +61,7 @@ Matrix34d RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
     double sum = 0;
     for (std::size_t i = 0; i < X.size(); ++i) {
       if (!use[i]) continue;
-      const double e = ErrorPx2(Q, X[i], x[i], px_per_unit);
+      const double e = CameraErrorPx2(Q, X[i], x[i], px_per_unit);
       sum += scale_px > 0 ? scale_px * scale_px * std::log1p(e / (scale_px * scale_px)) : e;
     }
     return sum;
@@ -76,7 +78,8 @@ Matrix34d RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
       const double w = scale_px > 0 ? 1 / (1 + r.squaredNorm() / (scale_px * scale_px)) : 1.0;
       const Eigen::Vector4d Xw = X[i] * (px_per_unit / q.z());
       Eigen::Matrix<double, 2, 12> J;
-      J << Xw.transpose(), Eigen::RowVector4d::Zero(), -y.x() * Xw.transpose(), Eigen::RowVector4d::Zero(), Xw.transpose(), -y.y() * Xw.transpose();
+      J << Xw.transpose(), Eigen::RowVector4d::Zero(), -y.x() * Xw.transpose(), Eigen::RowVector4d::Zero(), Xw.transpose(),
+          -y.y() * Xw.transpose();
       A.noalias() += w * J.transpose() * J;
       g.noalias() += w * J.transpose() * r;
     }
@@ -87,7 +90,7 @@ Matrix34d RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
       // The scale of P is free: its direction is filled in.
       const Matrix12d damped = A + size * (p * p.transpose() + damping * Matrix12d::Identity());
-      const Matrix34d Q = FromRows(p - damped.ldlt().solve(g)).normalized();
+      const Matrix34d Q = CameraFromRows(p - damped.ldlt().solve(g)).normalized();
       const double c = Q.allFinite() ? loss(Q) : std::numeric_limits<double>::infinity();
       if (c < best) {
         better = true;
@@ -117,14 +120,14 @@ std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std
   const auto collect = [&](const Matrix34d& P, std::vector<char>& inlier) {
     int count = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      inlier[i] = ErrorPx2(P, X[i], x[i], px_per_unit) < limit2;
+      inlier[i] = CameraErrorPx2(P, X[i], x[i], px_per_unit) < limit2;
       count += inlier[i];
     }
     return count;
   };
   const auto score_of = [&](const Matrix34d& P, double limit) {
     double score = 0;
-    for (std::size_t i = 0; i < n && score < limit; ++i) score += std::min(limit2, ErrorPx2(P, X[i], x[i], px_per_unit));
+    for (std::size_t i = 0; i < n && score < limit; ++i) score += std::min(limit2, CameraErrorPx2(P, X[i], x[i], px_per_unit));
     return score;
   };
   std::vector<char> inlier(n);
@@ -140,7 +143,7 @@ std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std
     // A few points carry their noise far: what agrees is fitted before it is counted.
     for (int again = 0; again < 2; ++again) {
       if (collect(P, inlier) < 8) break;
-      const Matrix34d Q = Linear(X, x, inlier, P);
+      const Matrix34d Q = LinearCamera(X, x, inlier, P);
       const double fitted = Q.allFinite() ? score_of(Q, score) : score;
       if (!(fitted < score)) break;
       P = Q;
@@ -149,7 +152,8 @@ std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std
     best = score;
     result.P = P;
     const double share = collect(P, inlier) / static_cast<double>(n), all = std::pow(share, 6);
-    if (all > 1e-9) needed = static_cast<int>(std::min<double>(options.max_iterations, std::max(20.0, std::ceil(std::log(1e-4) / std::log1p(-std::min(all, 1 - 1e-9))))));
+    if (all > 1e-9) needed = static_cast<int>(std::min<double>(options.max_iterations, std::max(20.0,
+        std::ceil(std::log(1e-4) / std::log1p(-std::min(all, 1 - 1e-9))))));
   }
   if (!(best < worst)) return std::nullopt;
   result.inlier.resize(n);
@@ -161,7 +165,7 @@ std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std
   if (result.inlier_count < options.min_inliers) return std::nullopt;
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i)
-    if (result.inlier[i]) sum += ErrorPx2(result.P, X[i], x[i], px_per_unit);
+    if (result.inlier[i]) sum += CameraErrorPx2(result.P, X[i], x[i], px_per_unit);
   result.rms_px = std::sqrt(sum / result.inlier_count);
   return result;
 }

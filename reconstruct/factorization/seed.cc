@@ -6,6 +6,7 @@
 #include "reconstruct/factorization/intersection.h"
 #include "reconstruct/factorization/resection.h"
 #include "reconstruct/factorization/two_view.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -34,12 +35,6 @@ SharedPoints Shared(const ImagePoints& points, int a, int b) {
     shared.track.push_back(t);
   }
   return shared;
-}
-
-double Median(std::vector<double>& v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 struct PairGuess {
@@ -85,7 +80,8 @@ std::vector<PairGuess> PromisingPairs(const ImagePoints& points, int most) {
     // Half from the top, the rest spread over the list: the best-looking pairs resemble each other.
     std::vector<PairGuess> picked(guesses.begin(), guesses.begin() + most / 2);
     const std::size_t rest = guesses.size() - picked.size();
-    for (int k = 0; k < most - most / 2; ++k) picked.push_back(guesses[static_cast<std::size_t>(most / 2) + rest * static_cast<std::size_t>(k) / static_cast<std::size_t>(most)]);
+    for (int k = 0; k < most - most / 2; ++k) picked.push_back(guesses[static_cast<std::size_t>(most / 2) +
+        rest * static_cast<std::size_t>(k) / static_cast<std::size_t>(most)]);
     guesses = std::move(picked);
   }
   return guesses;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <random>
 
+#include "reconstruct/factorization/projective_model.h"
+
 namespace lumi {
 namespace {
 
@@ -27,7 +29,7 @@ constexpr double kPlaneSigmas = 6;
 constexpr int kMinOffPlane = 12;
 constexpr double kMinOffPlaneShare = 0.08;
 
-struct Pair {
+struct PairPoints {
   const std::vector<Vector2d>& a;
   const std::vector<Vector2d>& b;
   double unit_a, unit_b;
@@ -35,7 +37,7 @@ struct Pair {
 };
 
 // Squared Sampson distance in pixels.
-double SampsonPx2(const Pair& p, std::size_t i, const Matrix3d& F) {
+double SampsonPx2(const PairPoints& p, std::size_t i, const Matrix3d& F) {
   const Vector2d &a = p.a[i], &b = p.b[i];
   const Vector3d la = F * a.homogeneous();
   const double lbx = F(0, 0) * b.x() + F(1, 0) * b.y() + F(2, 0), lby = F(0, 1) * b.x() + F(1, 1) * b.y() + F(2, 1);
@@ -44,7 +46,7 @@ double SampsonPx2(const Pair& p, std::size_t i, const Matrix3d& F) {
   return g > 0 ? r * r / g : std::numeric_limits<double>::infinity();
 }
 
-double TransferPx2(const Pair& p, std::size_t i, const Matrix3d& H) {
+double TransferPx2(const PairPoints& p, std::size_t i, const Matrix3d& H) {
   const Vector3d q = H * p.a[i].homogeneous();
   const double error = (q.head<2>() / q.z() - p.b[i]).squaredNorm() * p.unit_b * p.unit_b;
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
@@ -52,7 +54,7 @@ double TransferPx2(const Pair& p, std::size_t i, const Matrix3d& H) {
 
 // Sum of truncated errors (MSAC): smaller is better; gives up above `best`.
 template <typename Error>
-double Score(const Pair& p, const Error& error, double limit2, double best) {
+double Score(const PairPoints& p, const Error& error, double limit2, double best) {
   double sum = 0;
   for (std::size_t i = 0; i < p.size(); ++i) {
     sum += std::min(error(i), limit2);
@@ -62,7 +64,7 @@ double Score(const Pair& p, const Error& error, double limit2, double best) {
 }
 
 template <typename Error>
-int CountInliers(const Pair& p, const Error& error, double limit2) {
+int CountInliers(const PairPoints& p, const Error& error, double limit2) {
   int n = 0;
   for (std::size_t i = 0; i < p.size(); ++i) n += error(i) < limit2;
   return n;
@@ -76,7 +78,7 @@ int RoundsNeeded(double inlier_share, int sample, int most) {
 }
 
 template <std::size_t N>
-std::array<std::size_t, N> Sample(std::size_t n, std::mt19937_64& random) {
+std::array<std::size_t, N> DrawSample(std::size_t n, std::mt19937_64& random) {
   std::array<std::size_t, N> s;
   for (std::size_t i = 0; i < N; ++i) {
     bool again = true;
@@ -94,7 +96,7 @@ Eigen::Matrix<double, 1, 9> EpipolarRow(const Vector2d& a, const Vector2d& b) {
   return r;
 }
 
-Matrix3d FromRows(const Eigen::Matrix<double, 9, 1>& f) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data()); }
+Matrix3d MatrixFromRows(const Eigen::Matrix<double, 9, 1>& f) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data()); }
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3.
 int RealRoots(double c0, double c1, double c2, double c3, double* roots) {
@@ -121,7 +123,7 @@ int RealRoots(double c0, double c1, double c2, double c3, double* roots) {
   return 1;
 }
 
-int SevenPoint(const Pair& p, const std::array<std::size_t, 7>& s, Matrix3d* F) {
+int SevenPoint(const PairPoints& p, const std::array<std::size_t, 7>& s, Matrix3d* F) {
   Eigen::Matrix<double, 9, 7> At;
   for (int i = 0; i < 7; ++i) {
     const std::size_t k = s[static_cast<std::size_t>(i)];
@@ -131,7 +133,7 @@ int SevenPoint(const Pair& p, const std::array<std::size_t, 7>& s, Matrix3d* F) 
   Eigen::Matrix<double, 9, 2> null = Eigen::Matrix<double, 9, 2>::Zero();
   null(7, 0) = null(8, 1) = 1;
   null.applyOnTheLeft(qr.householderQ());
-  const Matrix3d F0 = FromRows(null.col(0)), F1 = FromRows(null.col(1));
+  const Matrix3d F0 = MatrixFromRows(null.col(0)), F1 = MatrixFromRows(null.col(1));
   const double at0 = F0.determinant(), at1 = (F0 + F1).determinant(), at_minus1 = (F0 - F1).determinant(), c3 = F1.determinant();
   const double c2 = (at1 + at_minus1) / 2 - at0, c1 = (at1 - at_minus1) / 2 - c3;
   double roots[3];
@@ -140,7 +142,7 @@ int SevenPoint(const Pair& p, const std::array<std::size_t, 7>& s, Matrix3d* F) 
   return n;
 }
 
-std::optional<Matrix3d> FitHomography(const Pair& p, const std::vector<std::size_t>& use) {
+std::optional<Matrix3d> FitHomography(const PairPoints& p, const std::vector<std::size_t>& use) {
   Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
   for (const std::size_t i : use) {
     const Vector3d a = p.a[i].homogeneous();
@@ -150,12 +152,12 @@ std::optional<Matrix3d> FitHomography(const Pair& p, const std::vector<std::size
     gram.noalias() += r.transpose() * r;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram);
-  const Matrix3d H = FromRows(eigen.eigenvectors().col(0));
+  const Matrix3d H = MatrixFromRows(eigen.eigenvectors().col(0));
   if (!H.allFinite()) return std::nullopt;
   return H;
 }
 
-Matrix3d FourPoint(const Pair& p, const std::array<std::size_t, 4>& s) {
+Matrix3d FourPoint(const PairPoints& p, const std::array<std::size_t, 4>& s) {
   Eigen::Matrix<double, 9, 8> At;
   for (int i = 0; i < 4; ++i) {
     const std::size_t k = s[static_cast<std::size_t>(i)];
@@ -167,17 +169,11 @@ Matrix3d FourPoint(const Pair& p, const std::array<std::size_t, 4>& s) {
   const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(At);
   Eigen::Matrix<double, 9, 1> null = Eigen::Matrix<double, 9, 1>::Unit(8);
   null.applyOnTheLeft(qr.householderQ());
-  return FromRows(null);
-}
-
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
+  return MatrixFromRows(null);
 }
 
 // Least squares over Sampson distances by reweighting, rank 2 restored each time.
-Matrix3d RefineFundamental(const Pair& p, Matrix3d F, double limit2) {
+Matrix3d RefineFundamental(const PairPoints& p, Matrix3d F, double limit2) {
   for (int round = 0; round < 5; ++round) {
     Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -188,7 +184,7 @@ Matrix3d RefineFundamental(const Pair& p, Matrix3d F, double limit2) {
       gram.noalias() += w * r.transpose() * r;
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram / gram.trace());
-    const Eigen::JacobiSVD<Matrix3d> svd(FromRows(eigen.eigenvectors().col(0)), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Matrix3d> svd(MatrixFromRows(eigen.eigenvectors().col(0)), Eigen::ComputeFullU | Eigen::ComputeFullV);
     Vector3d s = svd.singularValues();
     s[2] = 0;
     const Matrix3d next = (svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose()).normalized();
@@ -211,7 +207,7 @@ double Percentile(std::vector<T> values, double share) {
 TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b, double px_per_unit_a, double px_per_unit_b,
                         const TwoViewOptions& options) {
   TwoView result;
-  const Pair p{a, b, px_per_unit_a, px_per_unit_b};
+  const PairPoints p{a, b, px_per_unit_a, px_per_unit_b};
   const std::size_t n = p.size();
   result.inlier.assign(n, 0);
   if (n < kMinShared) return result;
@@ -222,13 +218,14 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   // The homography of most points.
   double best_h = worst;
   for (int round = 0, needed = options.max_iterations; round < needed; ++round) {
-    const Matrix3d H = FourPoint(p, Sample<4>(n, random));
+    const Matrix3d H = FourPoint(p, DrawSample<4>(n, random));
     const auto error = [&](std::size_t i) { return TransferPx2(p, i, H); };
     const double score = Score(p, error, limit2, best_h);
     if (!(score < best_h)) continue;
     best_h = score;
     result.H = H;
-    needed = std::min(needed, std::max(30, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 4, options.max_iterations / 4)));
+    needed = std::min(needed, std::max(30, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 4,
+        options.max_iterations / 4)));
   }
   for (int round = 0; round < 3 && best_h < worst; ++round) {
     std::vector<std::size_t> use;
@@ -252,7 +249,8 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
     if (!(score < best_f)) return;
     best_f = score;
     result.F = F;
-    needed = std::min(needed, std::max(60, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 7, options.max_iterations)));
+    needed = std::min(needed, std::max(60, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 7,
+        options.max_iterations)));
   };
   // Plane plus parallax: two points off the plane give the epipole.
   std::vector<std::size_t> off;
@@ -260,18 +258,18 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
     if (TransferPx2(p, i, result.H) >= limit2) off.push_back(i);
   if (off.size() >= 2 && off.size() < n - 4) {
     for (int round = 0; round < std::min(300, needed); ++round) {
-      const auto s = Sample<2>(off.size(), random);
+      const auto s = DrawSample<2>(off.size(), random);
       Vector3d line[2];
       for (std::size_t k = 0; k < 2; ++k) {
         const Vector3d pb = b[off[s[k]]].homogeneous();
         line[k] = pb.cross(result.H * a[off[s[k]]].homogeneous());
       }
-      offer((Cross(line[0].cross(line[1])) * result.H).normalized());
+      offer((CrossMatrix(line[0].cross(line[1])) * result.H).normalized());
     }
   }
   for (int round = 0; round < needed; ++round) {
     Matrix3d F[3];
-    const int solutions = SevenPoint(p, Sample<7>(n, random), F);
+    const int solutions = SevenPoint(p, DrawSample<7>(n, random), F);
     for (int k = 0; k < solutions; ++k) offer(F[k]);
   }
   if (!(best_f < worst)) return result;
@@ -308,7 +306,7 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
 Eigen::Matrix<double, 3, 4> CanonicalCamera(const Matrix3d& F) {
   const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vector3d e = svd.matrixU().col(2);
-  const Matrix3d G = Cross(e) * F;
+  const Matrix3d G = CrossMatrix(e) * F;
   const Matrix3d onto = Matrix3d::Identity() - e * e.transpose();
   double s = (G.transpose() * onto).trace() / G.squaredNorm();
   // A turn of a right angle or so has no scale nearest to the identity: any will do.

@@ -58,8 +58,8 @@ std::optional<Canonical> MakeCanonical(const std::vector<Matrix34d>& P, const st
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Deviation of M M^T from a multiple of the identity, a vector of the same norm (over sqrt 3).
-Vector6d Deviation(const Matrix3d& A, const Vector3d& a, const Vector3d& p) {
+// PlaneDeviation of M M^T from a multiple of the identity, a vector of the same norm (over sqrt 3).
+Vector6d PlaneDeviation(const Matrix3d& A, const Vector3d& a, const Vector3d& p) {
   const Matrix3d M = A - a * p.transpose();
   Matrix3d S = M * M.transpose();
   const double mean = S.trace() / 3;
@@ -68,17 +68,17 @@ Vector6d Deviation(const Matrix3d& A, const Vector3d& a, const Vector3d& p) {
   return Vector6d(S(0, 0), S(1, 1), S(2, 2), r * S(0, 1), r * S(0, 2), r * S(1, 2)) / std::sqrt(3.0);
 }
 
-double Cost(const Canonical& c, const Vector3d& p) {
+double PlaneCost(const Canonical& c, const Vector3d& p) {
   double sum = 0;
   for (std::size_t i = 0; i < c.A.size(); ++i) {
-    const double e = Deviation(c.A[i], c.a[i], p).squaredNorm();
+    const double e = PlaneDeviation(c.A[i], c.a[i], p).squaredNorm();
     sum += e / (1 + e);  // a camera that is off altogether counts no more than 1
   }
   return sum / static_cast<double>(c.A.size());
 }
 
 // Shape (6 cameras, 3): the deviations' derivatives.
-Eigen::MatrixXd Derivative(const Canonical& c, const Vector3d& p, Eigen::VectorXd* residual) {
+Eigen::MatrixXd PlaneDerivative(const Canonical& c, const Vector3d& p, Eigen::VectorXd* residual) {
   const auto n = static_cast<Eigen::Index>(c.A.size());
   Eigen::MatrixXd J(6 * n, 3);
   if (residual) residual->resize(6 * n);
@@ -87,18 +87,18 @@ Eigen::MatrixXd Derivative(const Canonical& c, const Vector3d& p, Eigen::VectorX
     const auto k = static_cast<std::size_t>(i);
     for (int d = 0; d < 3; ++d) {
       const Vector3d step = h * Vector3d::Unit(d);
-      J.block<6, 1>(6 * i, d) = (Deviation(c.A[k], c.a[k], p + step) - Deviation(c.A[k], c.a[k], p - step)) / (2 * h);
+      J.block<6, 1>(6 * i, d) = (PlaneDeviation(c.A[k], c.a[k], p + step) - PlaneDeviation(c.A[k], c.a[k], p - step)) / (2 * h);
     }
-    if (residual) residual->segment<6>(6 * i) = Deviation(c.A[k], c.a[k], p);
+    if (residual) residual->segment<6>(6 * i) = PlaneDeviation(c.A[k], c.a[k], p);
   }
   return J;
 }
 
-Vector3d Refine(const Canonical& c, Vector3d p) {
-  double best = Cost(c, p), damping = 1e-4;
+Vector3d RefinePlane(const Canonical& c, Vector3d p) {
+  double best = PlaneCost(c, p), damping = 1e-4;
   for (int round = 0; round < 40 && std::isfinite(best); ++round) {
     Eigen::VectorXd r;
-    Eigen::MatrixXd J = Derivative(c, p, &r);
+    Eigen::MatrixXd J = PlaneDerivative(c, p, &r);
     for (Eigen::Index i = 0; i < r.size() / 6; ++i) {
       const double e = r.segment<6>(6 * i).squaredNorm(), w = 1 / (1 + e);
       r.segment<6>(6 * i) *= w;
@@ -109,7 +109,7 @@ Vector3d Refine(const Canonical& c, Vector3d p) {
     bool better = false;
     for (int attempt = 0; attempt < 6 && !better; ++attempt) {
       const Vector3d q = p - (A + damping * (A.trace() / 3 + 1e-300) * Matrix3d::Identity()).ldlt().solve(g);
-      const double cost = q.allFinite() ? Cost(c, q) : std::numeric_limits<double>::infinity();
+      const double cost = q.allFinite() ? PlaneCost(c, q) : std::numeric_limits<double>::infinity();
       if (cost < best) {
         better = true;
         const bool done = best - cost < 1e-12 * best;
@@ -160,15 +160,9 @@ Vector3d FromQuadric(const Canonical& c) {
   return -x.head<3>();
 }
 
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 // The two rotations of the essential matrix [a] A, and for each the p nearest to A - a p^T = s R.
 void FromEssential(const Matrix3d& A, const Vector3d& a, std::vector<Vector3d>& starts) {
-  const Eigen::JacobiSVD<Matrix3d> svd(Cross(a) * A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Matrix3d> svd(CrossMatrix(a) * A, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3d W;
   W << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   for (const Matrix3d& turn : {W, Matrix3d(W.transpose())}) {
@@ -210,8 +204,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   };
   std::vector<Found> found;
   for (const Vector3d& start : starts) {
-    const Vector3d p = Refine(c, start);
-    const double cost = Cost(c, p);
+    const Vector3d p = RefinePlane(c, start);
+    const double cost = PlaneCost(c, p);
     if (!std::isfinite(cost)) continue;
     const bool known = std::any_of(found.begin(), found.end(), [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
     if (!known) found.push_back({p, cost});
@@ -231,7 +225,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
       if (!(std::abs(s) > 1e-12)) continue;
       M /= s;
       const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const Matrix3d R = svd.matrixU() * Vector3d(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant()).asDiagonal() * svd.matrixV().transpose();
+      const Matrix3d R = svd.matrixU() * Vector3d(1, 1,
+          (svd.matrixU() * svd.matrixV().transpose()).determinant()).asDiagonal() * svd.matrixV().transpose();
       pose[c.frame[i]] = {Eigen::Quaterniond(R).normalized(), c.a[i] / s};
     }
     Matrix4d to = Matrix4d::Identity();
@@ -270,7 +265,7 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
     }
   }
   Eigen::VectorXd r;
-  const Eigen::MatrixXd J = Derivative(c, best_p, &r);
+  const Eigen::MatrixXd J = PlaneDerivative(c, best_p, &r);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J.transpose() * J);
   const double largest = std::sqrt(std::max(0.0, svd.singularValues()[0])), smallest = std::sqrt(std::max(0.0, svd.singularValues()[2]));
   const double n = static_cast<double>(c.A.size());

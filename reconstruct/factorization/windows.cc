@@ -66,7 +66,8 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
       int pick = -1;
       for (int g = 0; g < n; ++g) {
         if (std::find(group.begin(), group.end(), g) != group.end() || (only_covered && !is_covered(g))) continue;
-        if (link[static_cast<std::size_t>(g)] > 0 && (pick < 0 || link[static_cast<std::size_t>(g)] > link[static_cast<std::size_t>(pick)])) pick = g;
+        if (link[static_cast<std::size_t>(g)] > 0 && (pick < 0 ||
+            link[static_cast<std::size_t>(g)] > link[static_cast<std::size_t>(pick)])) pick = g;
       }
       if (pick < 0) return false;
       group.push_back(pick);
@@ -88,7 +89,8 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
 
 std::string Validate(const WindowOptions& options) {
   if (options.length < 2) return "window length must be at least 2";
-  if (options.overlap < 1 || options.overlap >= options.length) return "window overlap must be at least 1 and less than the window's length";
+  if (options.overlap < 1 ||
+      options.overlap >= options.length) return "window overlap must be at least 1 and less than the window's length";
   return {};
 }
 
@@ -108,7 +110,8 @@ std::vector<Window> SplitIntoWindows(const ImagePoints& points, const WindowOpti
   std::vector<Window> windows;
   if (points.FrameCount() < 2) return windows;
   const Eigen::MatrixXi shared = SharedTracks(points);
-  for (auto& frames : options.ordered ? SubSequences(shared, options) : Groups(shared, options)) windows.push_back(MakeWindow(points, std::move(frames)));
+  for (auto& frames : options.ordered ? SubSequences(shared, options) : Groups(shared, options)) windows.push_back(MakeWindow(points,
+      std::move(frames)));
   return windows;
 }
 

@@ -29,8 +29,10 @@ void Row(const std::string& name, const SimulatedTracks& s, const FactorizationO
       centre = std::max(centre, 100 * (align * found[i].OriginInSource() - truth[i].OriginInSource()).norm() / s.scene_size);
   }
   const StageSeconds& t = r.seconds;
-  std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n", name.c_str(), s.tracks.tracks.size(), sights,
-              std::string(Name(r.upgrade)).c_str(), static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)), r.projective_rms_px, r.rms_px, rotation,
+  std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n", name.c_str(),
+      s.tracks.tracks.size(), sights,
+              std::string(Name(r.upgrade)).c_str(), static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)),
+                  r.projective_rms_px, r.rms_px, rotation,
               centre, 1e3 * t.windows, 1e3 * t.merging, 1e3 * t.projective, 1e3 * t.upgrade, 1e3 * t.metric, 1e3 * t.total);
 }
 
@@ -38,7 +40,8 @@ void Row(const std::string& name, const SimulatedTracks& s, const FactorizationO
 
 int main() {
   SetThreadCount(2);
-  std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade", "cam", "rms P", "rms M", "deg", "%",
+  std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade", "cam", "rms P",
+      "rms M", "deg", "%",
               "win", "merge", "proj", "upgr", "metr", "ms");
   Noise noise;
   noise.sigma_px = 0.3;

@@ -226,7 +226,8 @@ TEST(HardCase, AFocalLengthWrongByAThousandIsNamedAndTheSceneStaysQuasiAffine) {
     ASSERT_TRUE(outcome.result) << outcome.message;
     EXPECT_EQ(outcome.result->upgrade, UpgradeKind::kQuasiAffine);
     EXPECT_LT(outcome.result->rms_px, 0.5);
-    EXPECT_TRUE(outcome.result->upgrade_reason.find("intrinsics") != std::string::npos || outcome.result->upgrade_reason.find("ill-conditioned") != std::string::npos)
+    EXPECT_TRUE(outcome.result->upgrade_reason.find("intrinsics") != std::string::npos ||
+        outcome.result->upgrade_reason.find("ill-conditioned") != std::string::npos)
         << outcome.result->upgrade_reason;
     EXPECT_FALSE(outcome.result->warnings.empty());
   }

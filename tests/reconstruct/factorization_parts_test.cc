@@ -538,7 +538,8 @@ TEST(QuasiAffine, TheHullOfPointsAndCamerasIsNotCut) {
     // The midpoint in the world, carried into the frame by the line's own cross ratio: on the segment, not through infinity.
     const Eigen::Vector4d middle = (s.x_in_world[i] / s.x_in_world[i].w() + s.x_in_world[j] / s.x_in_world[j].w()) / 2;
     // Its image in two cameras lies between the images of the ends.
-    const Eigen::Vector3d image = NormalisedFromPixels(points, 0) * s.camera.K() * (s.cam_from_world[0] * Eigen::Vector3d(middle.head<3>()));
+    const Eigen::Vector3d image = NormalisedFromPixels(points,
+        0) * s.camera.K() * (s.cam_from_world[0] * Eigen::Vector3d(middle.head<3>()));
     const Eigen::Vector3d a = model.P[0] * model.X[i], b = model.P[0] * model.X[j];
     const Eigen::Vector2d from = a.hnormalized(), to = b.hnormalized(), at = image.hnormalized();
     const double share = (at - from).dot(to - from) / std::max(1e-12, (to - from).squaredNorm());

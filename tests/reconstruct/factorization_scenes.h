@@ -109,7 +109,8 @@ inline std::vector<Rigid3> PlazaPath(int frames) {
   for (int i = 0; i < frames; ++i) {
     const double s = frames > 1 ? i / static_cast<double>(frames - 1) : 0.0;
     const Eigen::Vector3d eye(-3 + 6 * s, -0.3 * std::sin(9 * s), -1 + 0.8 * std::sin(4 * s));
-    path.push_back(LookAt(eye, Eigen::Vector3d(1.5 * std::sin(5 * s), 0.2 * std::cos(7 * s), 9), Eigen::Vector3d(0.05 * std::sin(11 * s), -1, 0)));
+    path.push_back(LookAt(eye, Eigen::Vector3d(1.5 * std::sin(5 * s), 0.2 * std::cos(7 * s), 9), Eigen::Vector3d(0.05 * std::sin(11 * s),
+        -1, 0)));
   }
   return path;
 }
@@ -145,6 +146,7 @@ inline std::vector<Rigid3> DeskPath(int frames, double arc_deg = 60) {
   }
   return path;
 }
-inline std::vector<Eigen::Vector4d> DeskPoints(int n, unsigned seed = 9) { return PointsInBox({-0.6, -0.4, -0.5}, {0.6, 0.1, 0.5}, n, seed); }
+inline std::vector<Eigen::Vector4d> DeskPoints(int n, unsigned seed = 9) { return PointsInBox({-0.6, -0.4, -0.5}, {0.6, 0.1, 0.5}, n,
+    seed); }
 
 }  // namespace lumi::test

@@ -31,7 +31,8 @@ Noise Tracked(double sigma_px = 0.3) {
   return noise;
 }
 
-void ExpectTruth(const FactorizationResult& r, const SimulatedTracks& s, double rotation_deg = kRotationDeg, double share = kCentreShareOfScene) {
+void ExpectTruth(const FactorizationResult& r, const SimulatedTracks& s, double rotation_deg = kRotationDeg,
+    double share = kCentreShareOfScene) {
   ASSERT_EQ(r.upgrade, UpgradeKind::kMetric) << r.upgrade_reason;
   std::vector<Rigid3> found, truth;
   for (std::size_t f = 0; f < r.placed.size(); ++f)
@@ -60,7 +61,8 @@ TEST_P(OfAnExample, TheEuclideanResultIsWithinATenthOfADegreeAndThreePerMille) {
   EXPECT_TRUE(r.warnings.empty()) << r.warnings.front();
   for (const WindowDiagnostics& w : r.windows) EXPECT_EQ(w.outcome, "merged");
 }
-INSTANTIATE_TEST_SUITE_P(Simulated, OfAnExample, testing::Values("plaza", "hallway", "desk"), [](const auto& p) { return std::string(p.param); });
+INSTANTIATE_TEST_SUITE_P(Simulated, OfAnExample, testing::Values("plaza", "hallway", "desk"),
+    [](const auto& p) { return std::string(p.param); });
 
 TEST(Factorization, WithoutIntrinsicsTheSceneIsQuasiAffineAndSaysWhy) {
   const SimulatedTracks s = See(PlazaPath(40), PlazaPoints(500), Tracked());
