@@ -62,6 +62,8 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
     }
     RenderRequest request;
     request.view = MakeRenderView(camera, view.cam_from_world);
+    request.view.time_s = view.time_s;
+    request.view.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
     request.settings = options.settings;
     request.use = use;
     const auto start = std::chrono::steady_clock::now();

@@ -64,6 +64,22 @@ TEST(Holdout, SmallerPicturesAreComparedWithSmallerPhotosAndPrefilteringPays) {
   EXPECT_GT(prefiltered, aliased + 1);
 }
 
+TEST(Holdout, APhotoTakenDarkerIsComparedAtItsOwnExposure) {
+  constexpr int kHeldOut = 8;
+  HoldoutOptions options;
+  options.settings.exposure = true;
+  OnDisk d(17);
+  const auto as_taken = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const double psnr_db = EvaluateHoldout(d.capture.scene, *as_taken, options, SilentProgress()).views[1].psnr_db;
+  Image8 dark = d.capture.photos[kHeldOut].levels[0];
+  for (auto& value : dark.data) value = static_cast<std::uint8_t>(value / 2);
+  WriteImage(d.folder / d.capture.scene.views[kHeldOut].name, dark);
+  d.capture.scene.views[kHeldOut].gain = 0.5;
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  // Half the code values, half the error: 6 dB more, less what rounding takes.
+  EXPECT_GT(EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).views[1].psnr_db, psnr_db + 3);
+}
+
 TEST(Holdout, OnePhotoCannotBeHeldOut) {
   OnDisk d(1);
   const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
