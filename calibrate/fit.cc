@@ -13,6 +13,7 @@
 
 #include "calibrate/zhang.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -266,7 +267,7 @@ bool ExtraTermsAreNoise(const Calibration& rich, const LensModel& lean) {
     value[i] = rich.intrinsics[term] - rest[term];
     for (Eigen::Index j = 0; j < n; ++j) covariance(i, j) = std::pow(rich.noise_px, 2) * rich.unit_covariance(term, extra[static_cast<std::size_t>(j)]);
   }
-  return value.dot(covariance.ldlt().solve(value)) <= kThreeSigma[extra.size()];
+  return value.dot(SolveSymmetric(covariance, value).col(0)) <= kThreeSigma[extra.size()];
 }
 
 struct FoldOutcome {

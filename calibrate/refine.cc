@@ -9,6 +9,8 @@
 #include <chrono>
 #include <limits>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -90,7 +92,7 @@ std::optional<Eigen::MatrixXd> Information(const Board& board, const std::vector
       B.noalias() += J.transpose() * by_pose;
       C.noalias() += by_pose.transpose() * by_pose;
     }
-    information += A - B * C.ldlt().solve(B.transpose());
+    information += A - B * SolveSymmetric(C, B.transpose());
   }
   return information;
 }
@@ -100,9 +102,9 @@ bool SetCovariance(const std::vector<int>& free, const Eigen::MatrixXd& informat
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
   if (!information.allFinite() || !(scale.minCoeff() > 0)) return false;
   const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  if (!(eigen.eigenvalues().minCoeff() > kDeterminedTolerance)) return false;
-  const Eigen::MatrixXd inverse = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const SymmetricEigen eigen = EigenOfSymmetric(scaled);
+  if (!(eigen.values.minCoeff() > kDeterminedTolerance)) return false;
+  const Eigen::MatrixXd inverse = eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   for (std::size_t i = 0; i < free.size(); ++i)
     for (std::size_t j = 0; j < free.size(); ++j) {
       const auto r = static_cast<Eigen::Index>(i), c = static_cast<Eigen::Index>(j);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -57,7 +59,7 @@ UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_p
       }
       nodes.push_back(node);
     }
-  const Eigen::Matrix<double, 3, kTermCount> turn = -RR.ldlt().solve(RJ);  // the one that undoes most of a change of each term
+  const Eigen::Matrix<double, 3, kTermCount> turn = -SolveSymmetric(RR, RJ);  // the one that undoes most of a change of each term
   const TermMatrix covariance = calibration.noise_px * calibration.noise_px * calibration.unit_covariance;
   std::vector<double> finite;
   for (const Node& node : nodes) {

@@ -5,6 +5,8 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -47,9 +49,9 @@ std::optional<Eigen::Matrix3d> PlaneHomography(const std::vector<Eigen::Vector2d
     M.row(r) << X.transpose(), 0, 0, 0, -x.x() * X.transpose();
     M.row(r + 1) << 0, 0, 0, X.transpose(), -x.y() * X.transpose();
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::HouseholderQRPreconditioner> svd(M, Eigen::ComputeFullV);
-  if (!(svd.singularValues()[7] > kRankTolerance * svd.singularValues()[0])) return std::nullopt;
-  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  const SingularValueDecomposition svd = DecomposeSingular(M);
+  if (!(svd.values[7] > kRankTolerance * svd.values[0])) return std::nullopt;
+  const Eigen::Matrix<double, 9, 1> h = svd.V.col(8);
   Eigen::Matrix3d H;
   H << h.head<3>().transpose(), h.segment<3>(3).transpose(), h.tail<3>().transpose();
   if (!(std::abs(H.determinant()) > kRankTolerance)) return std::nullopt;  // onto a line
@@ -76,9 +78,9 @@ std::optional<Eigen::Matrix3d> ClosedFormCalibration(const std::vector<Eigen::Ma
     V.row(2 * static_cast<Eigen::Index>(i) + 1) = Row(H, 0, 0) - Row(H, 1, 1);
   }
   if (!with_skew) V.bottomRows<1>() << 0, static_cast<double>(homographies.size()), 0, 0, 0, 0;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(V, Eigen::ComputeFullV);
-  if (!(svd.singularValues()[4] > kRankTolerance * svd.singularValues()[0])) return std::nullopt;
-  Eigen::Matrix<double, 6, 1> b = svd.matrixV().col(5);
+  const SingularValueDecomposition svd = DecomposeSingular(V);
+  if (!(svd.values[4] > kRankTolerance * svd.values[0])) return std::nullopt;
+  Eigen::Matrix<double, 6, 1> b = svd.V.col(5);
   if (b[0] < 0) b = -b;
   // B = lambda K^-T K^-1 (Zhang, appendix B).
   const double B11 = b[0], B12 = b[1], B22 = b[2], B13 = b[3], B23 = b[4], B33 = b[5];
@@ -104,8 +106,8 @@ std::optional<Rigid3> PoseFromHomography(const Eigen::Matrix3d& K, const Eigen::
   Eigen::Vector3d t = M.col(2) / scale;
   Eigen::Matrix3d R;
   R << a, b, a.cross(b);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  R = svd.matrixU() * svd.matrixV().transpose();
+  const SingularValueDecomposition svd = DecomposeSingular(R);
+  R = svd.U * svd.V.transpose();
   if (!R.allFinite() || R.determinant() <= 0) return std::nullopt;
   return Rigid3{Eigen::Quaterniond(R).normalized(), t};
 }

@@ -10,6 +10,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/transforms_json.h"
+#include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -32,8 +33,7 @@ std::optional<double> Number(const std::string& token) {
 std::optional<Rigid3> PoseOf(const Eigen::Matrix<double, 3, 4>& m) {
   const Eigen::Matrix3d R = m.leftCols<3>();
   if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) || !(R.determinant() > 0)) return std::nullopt;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);  // the nearest rotation
-  return Rigid3{Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose())).normalized(), m.col(3)};
+  return Rigid3{Eigen::Quaterniond(NearestRotation(R)).normalized(), m.col(3)};
 }
 
 struct Line {
@@ -136,16 +136,15 @@ std::optional<DecomposedProjection> DecomposeProjection(const Matrix34d& P_any) 
   const double det = M.determinant(), size = M.cwiseAbs().maxCoeff();
   // K R of a real camera has a condition of about its focal length in pixels; far beyond it is singular to rounding.
   if (!std::isfinite(det) || !(size > 0)) return std::nullopt;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M);
-  if (!(svd.singularValues()[2] > 1e-12 * svd.singularValues()[0])) return std::nullopt;
+  const Eigen::VectorXd singular = SingularValues(M);
+  if (!(singular[2] > 1e-12 * singular[0])) return std::nullopt;
   if (det < 0) P = -P;
   M = P.leftCols<3>();
   // RQ through QR of the matrix read from its lower right corner.
   Eigen::Matrix3d exchange = Eigen::Matrix3d::Zero();
   exchange(0, 2) = exchange(1, 1) = exchange(2, 0) = 1;
-  const Eigen::HouseholderQR<Eigen::Matrix3d> qr((exchange * M).transpose());
-  const Eigen::Matrix3d Q = qr.householderQ();
-  const Eigen::Matrix3d U = qr.matrixQR().triangularView<Eigen::Upper>();
+  const Eigen::Matrix3d turned = (exchange * M).transpose(), Q = OrthonormalColumns(turned);
+  const Eigen::Matrix3d U = Eigen::Matrix3d(Q.transpose() * turned).triangularView<Eigen::Upper>();
   Eigen::Matrix3d K = exchange * U.transpose() * exchange;
   Eigen::Matrix3d R = exchange * Q.transpose();
   const Eigen::Vector3d signs = K.diagonal().unaryExpr([](double v) { return v < 0 ? -1.0 : 1.0; });

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -30,15 +32,8 @@ void Balance(MatrixXd& W) {
   }
 }
 
-MatrixXd Orthonormal(const MatrixXd& A) {
-  const Eigen::HouseholderQR<MatrixXd> qr(A);
-  return qr.householderQ() * MatrixXd::Identity(A.rows(), A.cols());
-}
-
 MatrixXd LeadingSubspace(const MatrixXd& W) {
-  const MatrixXd gram = W * W.transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
-  return eigen.eigenvectors().rightCols<4>();
+  return EigenOfSymmetric(W * W.transpose()).vectors.rightCols<4>();
 }
 
 // The point nearest to the seen rows of a column, by reprojection in the subspace U: x_f x (U_f X) = 0.
@@ -51,8 +46,7 @@ Vector4d PointFrom(const MeasurementMatrix& m, const MatrixXd& U, Eigen::Index p
       gram.noalias() += row.transpose() * row;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(gram);
-  return eigen.eigenvectors().col(0);
+  return LeastDirection(gram);
 }
 
 // Column of depth times image point where seen, of the model where not.
@@ -95,7 +89,7 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
   MatrixXd W(3 * frames, points);
   MatrixXd U, A(4, points);
   if (start.rows() == 3 * frames && start.cols() == 4) {
-    U = Orthonormal(start);
+    U = OrthonormalColumns(start);
     for (Eigen::Index p = 0; p < points; ++p) FillColumn(m, U, A.col(p) = PointFrom(m, U, p), p, W);
   } else {
     std::vector<Eigen::Index> whole;
@@ -124,7 +118,7 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
   int without_gain = 0;
   for (int it = 0; it < options.max_iterations; ++it) {
     Balance(W);
-    for (int k = 0; k < kSubspaceSteps; ++k) U = Orthonormal(W * (W.transpose() * U));
+    for (int k = 0; k < kSubspaceSteps; ++k) U = OrthonormalColumns(W * (W.transpose() * U));
     A.noalias() = U.transpose() * W;
     ++result.iterations;
     const double rms = Rms(m, U, A);
@@ -148,8 +142,7 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
       Eigen::Matrix4Xd C(4, frames);
       for (Eigen::Index f = 0; f < frames; ++f) C.col(f) = U.middleRows<3>(3 * f).transpose() * Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p),
           1).normalized();
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(C * C.transpose());
-      const Eigen::VectorXd depth = C.transpose() * eigen.eigenvectors().col(3);
+      const Eigen::VectorXd depth = C.transpose() * EigenOfSymmetric(C * C.transpose()).vectors.col(3);
       // The eigenvector's sign is free: the one that goes on from the last depths.
       double agree = 0;
       for (Eigen::Index f = 0; f < frames; ++f) agree += depth[f] * W(3 * f + 2, p);
@@ -169,9 +162,8 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
       if (complete[p]) measured.col(n++) = best_W.col(p);
     measured.conservativeResize(Eigen::NoChange, n);
   }
-  const Eigen::BDCSVD<MatrixXd> svd(measured.cols() > measured.rows() ? MatrixXd(measured.transpose()) : measured);
-  const Eigen::Index n = std::min<Eigen::Index>(8, svd.singularValues().size());
-  for (Eigen::Index i = 0; i < n; ++i) result.singular_values.push_back(svd.singularValues()[i]);
+  const Eigen::VectorXd singular = SingularValues(measured);
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(8, singular.size()); ++i) result.singular_values.push_back(singular[i]);
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const double largest = result.singular_values.front();
   const auto ratio = [&](std::size_t i) {

@@ -15,6 +15,7 @@
 #include "reconstruct/factorization/refusal.h"
 #include "reconstruct/factorization/seed.h"
 #include "reconstruct/factorization/upgrade.h"
+#include "scene/geometry/dense_solvers.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -343,10 +344,15 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   const Eigen::Vector2d focal = camera.FocalPx(), principal = camera.PrincipalPointPx();
   metric.intrinsics_px << focal, principal;
   metric.cam_from_world = upgrade.cam_from_world;
-  const Eigen::PartialPivLU<Eigen::Matrix4d> lu(upgrade.H);
+  const auto inverse = InverseOf(upgrade.H);
+  if (!inverse) {
+    result.upgrade_reason = "no plane at infinity could be computed";
+    return false;
+  }
+  const Eigen::Matrix4d back = *inverse;
   metric.X.assign(model.X.size(), Eigen::Vector4d::Zero());
   for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (model.solved[t]) metric.X[t] = lu.solve(model.X[t]).normalized();
+    if (model.solved[t]) metric.X[t] = (back * model.X[t]).normalized();
   // Points are placed anew under the Euclidean cameras, which are near but not equal to the projective ones.
   ToProjective(points, metric, model);
   for (const auto& x : metric.X)

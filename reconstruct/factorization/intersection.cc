@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -31,8 +33,7 @@ Eigen::Vector4d LinearPoint(const std::vector<Ray>& views, const std::vector<cha
       gram.noalias() += row.transpose() * row;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(gram);
-  return eigen.eigenvectors().col(0);
+  return LeastDirection(gram);
 }
 
 Eigen::Vector4d RefinePoint(const std::vector<Ray>& views, const std::vector<char>& use, Eigen::Vector4d X) {
@@ -57,7 +58,7 @@ Eigen::Vector4d RefinePoint(const std::vector<Ray>& views, const std::vector<cha
       g.noalias() += J.transpose() * ((y - views[i].x) * views[i].unit);
     }
     const double size = A.trace() / 4;
-    const Eigen::Vector4d Y = (X - (A + size * (X * X.transpose() + damping * Eigen::Matrix4d::Identity())).ldlt().solve(g)).normalized();
+    const Eigen::Vector4d Y = (X - SolveSymmetric(A + size * (X * X.transpose() + damping * Eigen::Matrix4d::Identity()), g)).normalized();
     const double c = Y.allFinite() ? loss(Y) : std::numeric_limits<double>::infinity();
     if (c < best) {
       const bool done = best - c < 1e-6 * best;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -28,8 +30,7 @@ double SharedErrorPx2(const SharedSight& s, const Matrix4d& H) {
 }
 
 Matrix4d SmallestTransformation(const Matrix16d& gram) {
-  const Eigen::SelfAdjointEigenSolver<Matrix16d> eigen(gram);
-  const Vector16d h = eigen.eigenvectors().col(0);
+  const Vector16d h = LeastDirection(gram);
   return Eigen::Map<const RowMajor4d>(h.data());
 }
 
@@ -88,7 +89,7 @@ Matrix4d RefineTransformation(const std::vector<SharedSight>& sights, Matrix4d H
     const double size = A.trace() / 16;
     bool better = false;
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-      const Vector16d next = h - (A + size * (h * h.transpose() + damping * Matrix16d::Identity())).ldlt().solve(g);
+      const Vector16d next = h - SolveSymmetric(A + size * (h * h.transpose() + damping * Matrix16d::Identity()), g);
       const Matrix4d G = Matrix4d(Eigen::Map<const RowMajor4d>(next.data())).normalized();
       const double c = G.allFinite() ? loss(G) : std::numeric_limits<double>::infinity();
       if (c < best) {
@@ -168,10 +169,10 @@ MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Wind
   }
   summary.inlier_share = inliers / static_cast<double>(sights.size());
   summary.rms_px = inliers > 0 ? std::sqrt(sum / inliers) : 0.0;
-  const Eigen::FullPivLU<Matrix4d> lu(H);
-  if (summary.inlier_share < options.min_inlier_share || !lu.isInvertible()) return summary;
+  const auto inverse = InverseOf(H);
+  if (summary.inlier_share < options.min_inlier_share || !inverse) return summary;
 
-  const Matrix4d back = lu.inverse();
+  const Matrix4d back = *inverse;
   std::vector<char> fresh(points.FrameCount(), 0);
   for (std::size_t i = 0; i < window.frames.size(); ++i) {
     const auto f = static_cast<std::size_t>(window.frames[i]);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 
 ProjectiveModel::ProjectiveModel(const ImagePoints& points)
@@ -54,11 +56,13 @@ double RmsPx(const ImagePoints& points, const ProjectiveModel& model) {
 }
 
 void ChangeFrame(ProjectiveModel& model, const Eigen::Matrix4d& H) {
-  const Eigen::PartialPivLU<Eigen::Matrix4d> lu(H);
+  const auto inverse = InverseOf(H);
+  if (!inverse) return;
+  const Eigen::Matrix4d back = *inverse;
   for (std::size_t f = 0; f < model.P.size(); ++f)
     if (model.placed[f]) model.P[f] = (model.P[f] * H).eval().normalized();
   for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (model.solved[t]) model.X[t] = lu.solve(model.X[t]).normalized();
+    if (model.solved[t]) model.X[t] = (back * model.X[t]).normalized();
 }
 
 void BalanceFrame(ProjectiveModel& model) {
@@ -67,11 +71,11 @@ void BalanceFrame(ProjectiveModel& model) {
     Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
     for (std::size_t f = 0; f < model.P.size(); ++f)
       if (model.placed[f]) gram += model.P[f].transpose() * model.P[f] / model.P[f].squaredNorm();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(gram);
-    const Eigen::Vector4d values = eigen.eigenvalues();
+    const SymmetricEigen eigen = EigenOfSymmetric(gram);
+    const Eigen::Vector4d values = eigen.values;
     // A frame in which all cameras share a centre has no fourth direction to balance.
     if (!(values[0] > 1e-14 * values[3])) return;
-    ChangeFrame(model, eigen.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal());
+    ChangeFrame(model, eigen.vectors * values.cwiseSqrt().cwiseInverse().asDiagonal());
   }
 }
 

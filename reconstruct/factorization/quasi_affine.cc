@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "reconstruct/factorization/linear_program.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 namespace {
@@ -125,9 +126,8 @@ void Apply(ProjectiveModel& model, const Matrix4d& H) {
 
 // The plane goes to (0, 0, 0, 1); the points' centre to the origin, their covariance to one.
 Matrix4d ToInfinity(const ProjectiveModel& model, const Vector4d& plane, double delta) {
-  const Eigen::JacobiSVD<Eigen::RowVector4d> svd(plane.transpose(), Eigen::ComputeFullV);
   Matrix4d H;
-  H << svd.matrixV().rightCols<3>().transpose(), plane.transpose() / plane.norm();
+  H << PerpendicularColumns(plane).transpose(), plane.transpose() / plane.norm();
   if (H.determinant() * delta < 0) H.row(0) = -H.row(0).eval();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> moved;

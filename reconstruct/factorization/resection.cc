@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -29,10 +31,7 @@ Matrix34d SixPoint(const std::vector<Eigen::Vector4d>& X, const std::vector<Eige
     else
       At.col(i) << Eigen::Vector4d::Zero(), X[k], -x[k].y() * X[k];
   }
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 12, 11>> qr(At);
-  Vector12d null = Vector12d::Unit(11);
-  null.applyOnTheLeft(qr.householderQ());
-  return CameraFromRows(null);
+  return CameraFromRows(PerpendicularColumns(At));
 }
 
 Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, const std::vector<char>& use,
@@ -48,8 +47,7 @@ Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
         -x[i].y() * Xw.transpose();
     gram.noalias() += r.transpose() * r;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix12d> eigen(gram / gram.trace());
-  return CameraFromRows(eigen.eigenvectors().col(0));
+  return CameraFromRows(LeastDirection(gram / gram.trace()));
 }
 
 }  // namespace
@@ -90,7 +88,7 @@ Matrix34d RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
       // The scale of P is free: its direction is filled in.
       const Matrix12d damped = A + size * (p * p.transpose() + damping * Matrix12d::Identity());
-      const Matrix34d Q = CameraFromRows(p - damped.ldlt().solve(g)).normalized();
+      const Matrix34d Q = CameraFromRows(p - SolveSymmetric(damped, g)).normalized();
       const double c = Q.allFinite() ? loss(Q) : std::numeric_limits<double>::infinity();
       if (c < best) {
         better = true;

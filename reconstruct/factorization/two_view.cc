@@ -9,6 +9,7 @@
 #include <random>
 
 #include "reconstruct/factorization/projective_model.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 namespace {
@@ -129,10 +130,7 @@ int SevenPoint(const PairPoints& p, const std::array<std::size_t, 7>& s, Matrix3
     const std::size_t k = s[static_cast<std::size_t>(i)];
     At.col(i) = EpipolarRow(p.a[k], p.b[k]).transpose();
   }
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 7>> qr(At);
-  Eigen::Matrix<double, 9, 2> null = Eigen::Matrix<double, 9, 2>::Zero();
-  null(7, 0) = null(8, 1) = 1;
-  null.applyOnTheLeft(qr.householderQ());
+  const Eigen::Matrix<double, 9, 2> null = PerpendicularColumns(At);
   const Matrix3d F0 = MatrixFromRows(null.col(0)), F1 = MatrixFromRows(null.col(1));
   const double at0 = F0.determinant(), at1 = (F0 + F1).determinant(), at_minus1 = (F0 - F1).determinant(), c3 = F1.determinant();
   const double c2 = (at1 + at_minus1) / 2 - at0, c1 = (at1 - at_minus1) / 2 - c3;
@@ -151,8 +149,7 @@ std::optional<Matrix3d> FitHomography(const PairPoints& p, const std::vector<std
     r << a.transpose(), 0, 0, 0, -b.x() * a.transpose(), 0, 0, 0, a.transpose(), -b.y() * a.transpose();
     gram.noalias() += r.transpose() * r;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram);
-  const Matrix3d H = MatrixFromRows(eigen.eigenvectors().col(0));
+  const Matrix3d H = MatrixFromRows(LeastDirection(gram));
   if (!H.allFinite()) return std::nullopt;
   return H;
 }
@@ -166,10 +163,7 @@ Matrix3d FourPoint(const PairPoints& p, const std::array<std::size_t, 4>& s) {
     At.col(2 * i) << a, Vector3d::Zero(), -b.x() * a;
     At.col(2 * i + 1) << Vector3d::Zero(), a, -b.y() * a;
   }
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(At);
-  Eigen::Matrix<double, 9, 1> null = Eigen::Matrix<double, 9, 1>::Unit(8);
-  null.applyOnTheLeft(qr.householderQ());
-  return MatrixFromRows(null);
+  return MatrixFromRows(PerpendicularColumns(At));
 }
 
 // Least squares over Sampson distances by reweighting, rank 2 restored each time.
@@ -183,11 +177,9 @@ Matrix3d RefineFundamental(const PairPoints& p, Matrix3d F, double limit2) {
       const auto r = EpipolarRow(p.a[i], p.b[i]);
       gram.noalias() += w * r.transpose() * r;
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(gram / gram.trace());
-    const Eigen::JacobiSVD<Matrix3d> svd(MatrixFromRows(eigen.eigenvectors().col(0)), Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Vector3d s = svd.singularValues();
-    s[2] = 0;
-    const Matrix3d next = (svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose()).normalized();
+    SingularValueDecomposition svd = DecomposeSingular(MatrixFromRows(LeastDirection(gram / gram.trace())));
+    svd.values[2] = 0;
+    const Matrix3d next = (svd.U * svd.values.asDiagonal() * svd.V.transpose()).normalized();
     if (!next.allFinite()) break;
     F = next;
   }
@@ -304,8 +296,7 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
 }
 
 Eigen::Matrix<double, 3, 4> CanonicalCamera(const Matrix3d& F) {
-  const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector3d e = svd.matrixU().col(2);
+  const Vector3d e = DecomposeSingular(F).U.col(2);
   const Matrix3d G = CrossMatrix(e) * F;
   const Matrix3d onto = Matrix3d::Identity() - e * e.transpose();
   double s = (G.transpose() * onto).trace() / G.squaredNorm();

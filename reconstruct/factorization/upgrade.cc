@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "reconstruct/factorization/normalise.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 namespace {
@@ -33,10 +34,10 @@ std::optional<Canonical> MakeCanonical(const std::vector<Matrix34d>& P, const st
   const Matrix34d& R = P[reference];
   Matrix4d augmented;
   augmented << R / R.norm(), CentreOfProjection(R).transpose();
-  const Eigen::FullPivLU<Matrix4d> lu(augmented);
-  if (!lu.isInvertible()) return std::nullopt;
+  const auto inverse = InverseOf(augmented);
+  if (!inverse) return std::nullopt;
   Canonical c;
-  c.G = lu.inverse();
+  c.G = *inverse;
   std::vector<double> size;
   for (const std::size_t f : frames) {
     Matrix34d Q = P[f] * c.G;
@@ -108,7 +109,7 @@ Vector3d RefinePlane(const Canonical& c, Vector3d p) {
     const Vector3d g = J.transpose() * r;
     bool better = false;
     for (int attempt = 0; attempt < 6 && !better; ++attempt) {
-      const Vector3d q = p - (A + damping * (A.trace() / 3 + 1e-300) * Matrix3d::Identity()).ldlt().solve(g);
+      const Vector3d q = p - SolveSymmetric(A + damping * (A.trace() / 3 + 1e-300) * Matrix3d::Identity(), g);
       const double cost = q.allFinite() ? PlaneCost(c, q) : std::numeric_limits<double>::infinity();
       if (cost < best) {
         better = true;
@@ -153,7 +154,7 @@ Vector3d FromQuadric(const Canonical& c) {
       add([](const Matrix3d& m) { return 2 * m(0, 2); });
       add([](const Matrix3d& m) { return 2 * m(1, 2); });
     }
-    const Vector4d next = normal.completeOrthogonalDecomposition().solve(rhs);
+    const Vector4d next = SolveLeastNorm(normal, rhs);
     if (!next.allFinite()) break;
     x = next;
   }
@@ -162,11 +163,11 @@ Vector3d FromQuadric(const Canonical& c) {
 
 // The two rotations of the essential matrix [a] A, and for each the p nearest to A - a p^T = s R.
 void FromEssential(const Matrix3d& A, const Vector3d& a, std::vector<Vector3d>& starts) {
-  const Eigen::JacobiSVD<Matrix3d> svd(CrossMatrix(a) * A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const SingularValueDecomposition svd = DecomposeSingular(CrossMatrix(a) * A);
   Matrix3d W;
   W << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   for (const Matrix3d& turn : {W, Matrix3d(W.transpose())}) {
-    Matrix3d R = svd.matrixU() * turn * svd.matrixV().transpose();
+    Matrix3d R = svd.U * turn * svd.V.transpose();
     if (R.determinant() < 0) R = -R;
     // Across a: s R' = A'; along a: p = (A - s R)^T a / a.a.
     const Matrix3d across = Matrix3d::Identity() - a * a.transpose() / a.squaredNorm();
@@ -224,20 +225,19 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
       const double s = std::cbrt(M.determinant());
       if (!(std::abs(s) > 1e-12)) continue;
       M /= s;
-      const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const Matrix3d R = svd.matrixU() * Vector3d(1, 1,
-          (svd.matrixU() * svd.matrixV().transpose()).determinant()).asDiagonal() * svd.matrixV().transpose();
-      pose[c.frame[i]] = {Eigen::Quaterniond(R).normalized(), c.a[i] / s};
+      pose[c.frame[i]] = {Eigen::Quaterniond(NearestRotation(M)).normalized(), c.a[i] / s};
     }
     Matrix4d to = Matrix4d::Identity();
     to.bottomLeftCorner<1, 3>() = -f.p.transpose();
     const Matrix4d H = c.G * to;
-    const Eigen::PartialPivLU<Matrix4d> lu(H);
+    const auto inverse = InverseOf(H);
+    if (!inverse) continue;
+    const Matrix4d back = *inverse;
     long front = 0, behind = 0;
     std::vector<double> depths;
     for (std::size_t t = 0; t < model.X.size(); ++t) {
       if (!model.solved[t]) continue;
-      const Vector4d X = lu.solve(model.X[t]);
+      const Vector4d X = back * model.X[t];
       for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
         const auto frame = static_cast<std::size_t>(points.tracks[t][k].frame);
         if (!model.placed[frame] || !model.inlier[t][k]) continue;
@@ -266,8 +266,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   }
   Eigen::VectorXd r;
   const Eigen::MatrixXd J = PlaneDerivative(c, best_p, &r);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J.transpose() * J);
-  const double largest = std::sqrt(std::max(0.0, svd.singularValues()[0])), smallest = std::sqrt(std::max(0.0, svd.singularValues()[2]));
+  const Eigen::VectorXd singular = SingularValues(J);
+  const double largest = singular[0], smallest = singular[2];
   const double n = static_cast<double>(c.A.size());
   result.residual = std::sqrt(r.squaredNorm() / n);
   result.condition = smallest > 0 ? largest / smallest : std::numeric_limits<double>::infinity();
@@ -305,7 +305,7 @@ double DeviationFromConstantOrientation(const ImagePoints& points, const Project
         normal += by * by.transpose();
         rhs += by * value;
       }
-  const Vector3d p = normal.completeOrthogonalDecomposition().solve(rhs);
+  const Vector3d p = SolveLeastNorm(normal, rhs);
   double sum = 0;
   for (std::size_t i = 0; i < c.A.size(); ++i) {
     const Matrix3d M = c.A[i] - c.a[i] * p.transpose();

@@ -7,6 +7,7 @@
 
 #include "render/radiance/optimum.h"
 #include "render/radiance/optimum/keep_largest.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 
@@ -21,11 +22,11 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
   setup.sources = MakeRelative(sources, setup.desired, use, settings.fov_feather);
   Eigen::Matrix3d M = setup.desired.P.leftCols<3>();
   M /= M.row(2).norm();
-  const Eigen::FullPivLU<Eigen::Matrix3d> lu(M);
-  if (!lu.isInvertible()) throw std::invalid_argument("MakeViewSetup: the desired camera's matrix is singular");
+  const auto inverse = InverseOf(M);
+  if (!inverse) throw std::invalid_argument("MakeViewSetup: the desired camera's matrix is singular");
   setup.desired.P.leftCols<3>() = M;
   setup.desired.P.col(3) = -M * setup.desired.centre;
-  setup.ray_from_pixel = lu.inverse();
+  setup.ray_from_pixel = *inverse;
   setup.focal_px = static_cast<float>(std::sqrt(std::abs(M.determinant())));
   return setup;
 }

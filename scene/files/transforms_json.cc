@@ -14,6 +14,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -118,8 +119,7 @@ struct Reader {
     if (!((R_gl * R_gl.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) || !(R_gl.determinant() > 0))
       throw fail("is no rotation and translation");
     const Eigen::Matrix3d world_from_cam = R_gl * kFlip.asDiagonal();
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(world_from_cam, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Quaterniond nearest(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+    const Eigen::Quaterniond nearest(NearestRotation(world_from_cam));
     return Rigid3{nearest.normalized(), m.col(3)}.Inverse();
   }
 };

@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -56,9 +58,9 @@ Eigen::Vector4d CentreOfProjection(const Matrix34d& P) {
 
 std::optional<Eigen::Vector3d> RayDirection(const Matrix34d& P, const Eigen::Vector2d& x_px) {
   const Eigen::Matrix3d M = P.leftCols<3>();
-  const Eigen::FullPivLU<Eigen::Matrix3d> lu(M);
-  if (!lu.isInvertible() || lu.rcond() < kSingular) return std::nullopt;
-  Eigen::Vector3d d = lu.solve(x_px.homogeneous());
+  const auto inverse = InverseOf(M, kSingular);
+  if (!inverse) return std::nullopt;
+  Eigen::Vector3d d = *inverse * x_px.homogeneous();
   // Forward: w of the point at infinity in direction d is positive.
   if (M.row(2).dot(d) < 0) d = -d;
   return d;
@@ -72,7 +74,7 @@ std::optional<Eigen::Vector4d> InverseProject(const Matrix34d& P, const Plane& p
   if (!(std::abs(at_centre) > kSingular * plane.norm())) return std::nullopt;
   // A second point of the ray: the pseudo-inverse of P.
   const Eigen::Matrix3d gram = P * P.transpose();
-  const Eigen::Vector4d b = P.transpose() * gram.ldlt().solve(x_px.homogeneous());
+  const Eigen::Vector4d b = P.transpose() * SolveSymmetric(gram, Eigen::Vector3d(x_px.homogeneous()));
   Eigen::Vector4d x = at_centre * b - plane.dot(b) * c;
   const double n = x.norm();
   if (!(n > 0) || !x.allFinite()) return std::nullopt;
@@ -92,12 +94,12 @@ std::optional<Eigen::Matrix3d> PlaneHomography(const Matrix34d& P_target, const 
     if (!(row_scale[i] > 0)) return std::nullopt;
     P_aug.row(i) /= row_scale[i];
   }
-  const Eigen::FullPivLU<Eigen::Matrix4d> lu(P_aug);
-  if (!lu.isInvertible() || lu.rcond() < kSingular) return std::nullopt;
+  const auto inverse = InverseOf(P_aug, kSingular);
+  if (!inverse) return std::nullopt;
   // x_world = P_aug^-1 (x, y, w, 0); the scaling of the rows goes into the right-hand side.
   Eigen::Matrix<double, 4, 3> rhs = Eigen::Matrix<double, 4, 3>::Zero();
   for (int i = 0; i < 3; ++i) rhs(i, i) = 1.0 / row_scale[i];
-  return Eigen::Matrix3d(P_target * lu.solve(rhs));
+  return Eigen::Matrix3d(P_target * *inverse * rhs);
 }
 
 std::optional<Eigen::Vector3d> Epipole(const Matrix34d& P, const Matrix34d& other) {

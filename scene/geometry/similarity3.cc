@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "scene/geometry/angle.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 namespace {
@@ -16,14 +17,6 @@ Eigen::Vector3d Mean(const std::vector<Eigen::Vector3d>& x) {
   Eigen::Vector3d m = Eigen::Vector3d::Zero();
   for (const auto& p : x) m += p;
   return m / static_cast<double>(x.size());
-}
-
-// The rotation R that maximises trace(R * C^T) for a covariance C = sum target source^T (Kabsch).
-Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& C) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(C, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign(1, 1, 1);
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign.z() = -1;
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
 }
 
 struct Moments {
@@ -69,9 +62,9 @@ Similarity3 AlignPoints(const std::vector<Eigen::Vector3d>& source, const std::v
   failed.scale = 0;
   if (source.size() < 3) return failed;
   const Moments m = ComputeMoments(source, target);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.covariance);
+  const Eigen::VectorXd singular = SingularValues(m.covariance);
   // The second singular value is zero for collinear points: the turn about their line is then free.
-  if (!(svd.singularValues()[1] > 1e-12 * svd.singularValues()[0])) return failed;
+  if (!(singular[1] > 1e-12 * singular[0])) return failed;
   return FromRotation(m, NearestRotation(m.covariance));
 }
 
@@ -89,11 +82,11 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::ve
   }
   const Moments m = ComputeMoments(source, target);
   if (!(m.source_variance > 0)) return failed;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.covariance);
+  const Eigen::VectorXd singular = SingularValues(m.covariance);
   // Centres along a path that is thinner than a thirtieth of its length say little about the turn around it: their noise over that width. The
   // photos' rotations do, and then count as much as the centres.
   constexpr double kThinPath = 1e-3;  // of variances
-  if (svd.singularValues()[1] > kThinPath * svd.singularValues()[0]) return FromRotation(m, NearestRotation(m.covariance));
+  if (singular[1] > kThinPath * singular[0]) return FromRotation(m, NearestRotation(m.covariance));
   const double centres = 1 / std::sqrt(m.source_variance * std::max(m.target_variance, std::numeric_limits<double>::min()));
   return FromRotation(m, NearestRotation(centres * m.covariance + turn / static_cast<double>(source.size())));
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 namespace {
 
@@ -109,9 +111,9 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
   const double gap = std::sqrt(std::max(0.0, trace * trace / 4 - det));
   if (!(trace / 2 - gap > 1e-3 * (trace / 2 + gap))) return std::nullopt;  // an edge: it slides along itself
   H.diagonal().head<4>() *= 1 + kAffineDamping;
-  const Eigen::LLT<Matrix6d> llt(H);
-  if (llt.info() != Eigen::Success || !(llt.rcond() > kMinRcond)) return std::nullopt;
-  patch.inverse_hessian = llt.solve(Matrix6d::Identity());
+  const auto inverse = InverseOf(H, kMinRcond);
+  if (!inverse) return std::nullopt;
+  patch.inverse_hessian = *inverse;
   return patch;
 }
 

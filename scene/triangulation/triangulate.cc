@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/geometry/angle.h"
+#include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
 namespace {
@@ -38,7 +39,7 @@ std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P, co
     for (std::size_t j = 0; j < i; ++j) spread = std::max(spread, AngleBetween(direction[i], direction[j]));
   }
   if (!(spread > kMinAngleRad)) return std::nullopt;
-  Eigen::Vector3d x = centre[0] + A.ldlt().solve(b);
+  Eigen::Vector3d x = centre[0] + SolveSymmetric(A, b);
 
   // Gauss-Newton on the reprojection error, stopped where it no longer falls.
   const auto cost = [&](const Eigen::Vector3d& p, double* sum) {
@@ -62,7 +63,7 @@ std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P, co
       H += J.transpose() * J;
       g += J.transpose() * (Eigen::Vector2d(q.hnormalized()) - x_px[i]);
     }
-    const Eigen::Vector3d candidate = x - H.ldlt().solve(g);
+    const Eigen::Vector3d candidate = x - SolveSymmetric(H, g);
     double c;
     if (!candidate.allFinite() || !cost(candidate, &c) || !(c < best)) break;
     const bool done = best - c < 1e-12 * best;

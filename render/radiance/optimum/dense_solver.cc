@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "scene/geometry/dense_solvers.h"
+
 namespace lumi {
 
 Eigen::MatrixXd SimilarityMatrix(const FallingLeaves& leaves, double alpha, const DenseSystem& s) {
@@ -35,10 +37,10 @@ DenseResult SolveDense(const Eigen::MatrixXd& S, const Eigen::VectorXd& y, const
     if (also_z) out.z = factor.solve(f);
     return out;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+  const SymmetricEigen eigen = EigenOfSymmetric(S);
   out.clipped = true;
-  const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(kSmallestEigenvalue).cwiseInverse();
-  const Eigen::MatrixXd& V = eigen.eigenvectors();
+  const Eigen::VectorXd inverse = eigen.values.cwiseMax(kSmallestEigenvalue).cwiseInverse();
+  const Eigen::MatrixXd& V = eigen.vectors;
   out.w = V * (inverse.asDiagonal() * (V.transpose() * y));
   if (also_z) out.z = V * (inverse.asDiagonal() * (V.transpose() * f));
   return out;
