@@ -2,7 +2,7 @@
 #
 #   lumi_library(NAME [COLD] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])   a stage's library (or scene)
 #   lumi_program(NAME main.cc [LIBS libs...])                           a program of a few lines
-#   lumi_test(NAME SOURCES ... [LIBS libs...] [LABELS labels...])       a GoogleTest executable, a ctest entry each
+#   lumi_test(NAME SOURCES ... [LIBS libs...] [LABELS labels...] [SECONDS s])   a GoogleTest executable, a ctest entry each
 
 add_library(lumi_warnings INTERFACE)
 target_compile_options(lumi_warnings INTERFACE
@@ -74,7 +74,7 @@ function(lumi_program name main)
 endfunction()
 
 function(lumi_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "SECONDS" "SOURCES;LIBS;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   lumi_unity(${name})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock GTest::gtest GTest::gtest_main lumi_warnings)
@@ -86,6 +86,9 @@ function(lumi_test name)
   # One entry an executable: a process a test would spend most of the time loading shared libraries.
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
+  if(arg_SECONDS)  # the longest first: a fresh clone has no record of what tests cost
+    set_tests_properties(${name} PROPERTIES COST ${arg_SECONDS})
+  endif()
   if(arg_LABELS)
     set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}")
   endif()

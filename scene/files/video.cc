@@ -21,9 +21,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <vector>
 
+#include "scene/files/codecs.h"
 #include "scene/files/file_name.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -63,7 +63,7 @@ bool HasVideoExtension(const fs::path& path) {
 
 struct VideoReader::Impl {
   fs::path path;
-  cv::VideoCapture capture;
+  std::unique_ptr<VideoDecoder> decoder;
   double fps = kAssumedFps;
   long hint = 0;
   bool hint_is_stated = false;  // by the container; MPEG streams have no such field, there it is a guess from the bit rate
@@ -76,7 +76,7 @@ struct VideoReader::Impl {
   // Time of the frame just grabbed. The container's, where it says one and it increases (FFmpeg says 0 for the last
   // frames of many files); else by the frame rate.
   double FrameTime() {
-    const double stated_s = capture.get(cv::CAP_PROP_POS_MSEC) / 1000.0;
+    const double stated_s = decoder->TimeMs() / 1000.0;
     double time_s = stated_s;
     if (!std::isfinite(stated_s) || stated_s < 0 || stated_s <= last_time_s) {
       time_s = read / fps;
@@ -94,21 +94,20 @@ VideoReader::VideoReader(const fs::path& path) : impl_(std::make_unique<Impl>())
   std::error_code error;
   if (!fs::exists(path, error)) throw InputError(path, "there is no such video");
   if (!fs::is_regular_file(path, error)) throw InputError(path, "is no video file");
+  VideoClaims claims;
   try {
     // By its full path: a relative name such as "a%04d" or "rtsp:" would mean something else to the decoder.
-    v.capture.open(fs::absolute(path).string(), cv::CAP_FFMPEG);
+    v.decoder = LoadCodecs().open_video(fs::absolute(path), &claims);
   } catch (const cv::Exception&) {
     throw InputError(path, "is not a video that can be read");
   }
-  if (!v.capture.isOpened())
+  if (!v.decoder)
     throw InputError(path, "is not a video that can be read", "was it cut off while being copied? ffmpeg -i may tell more");
-  const double fps = v.capture.get(cv::CAP_PROP_FPS);
-  if (std::isfinite(fps) && fps > 0 && fps <= kMaxFps) v.fps = fps;
-  const double frames = v.capture.get(cv::CAP_PROP_FRAME_COUNT);
-  if (std::isfinite(frames) && frames > 0 && frames < 1e9) v.hint = static_cast<long>(frames);
+  if (std::isfinite(claims.fps) && claims.fps > 0 && claims.fps <= kMaxFps) v.fps = claims.fps;
+  if (std::isfinite(claims.frames) && claims.frames > 0 && claims.frames < 1e9) v.hint = static_cast<long>(claims.frames);
   v.hint_is_stated = !IsMpegStream(path);
-  v.width = static_cast<int>(v.capture.get(cv::CAP_PROP_FRAME_WIDTH));
-  v.height = static_cast<int>(v.capture.get(cv::CAP_PROP_FRAME_HEIGHT));
+  v.width = claims.width;
+  v.height = claims.height;
 }
 
 VideoReader::~VideoReader() = default;
@@ -122,7 +121,7 @@ int VideoReader::frames_read() const { return impl_->read; }
 bool VideoReader::Skip() {
   Impl& v = *impl_;
   if (v.ended) return false;
-  if (!v.capture.grab()) {
+  if (!v.decoder->Grab()) {
     v.ended = true;
     return false;
   }
@@ -135,7 +134,7 @@ std::optional<VideoFrame> VideoReader::Next() {
   Impl& v = *impl_;
   if (v.ended) return std::nullopt;
   try {
-    if (!v.capture.grab() || !v.capture.retrieve(v.bgr) || v.bgr.empty() || v.bgr.depth() != CV_8U) {
+    if (!v.decoder->Grab() || !v.decoder->Retrieve(v.bgr) || v.bgr.empty() || v.bgr.depth() != CV_8U) {
       v.ended = true;
       return std::nullopt;
     }

@@ -1,0 +1,203 @@
+// The module that LoadCodecs opens: everything that touches OpenImageIO and OpenCV's video reader.
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <opencv2/videoio.hpp>
+
+#include "scene/files/codecs.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+// A picture of more pixels than any photograph is a decompression bomb or a corrupt header.
+constexpr std::int64_t kMaxPixels = std::int64_t(1) << 29;
+constexpr int kMaxSide = 65500;
+// From so many pixels on, a file must have a byte for every so many of them: no format packs a real photograph tighter,
+// and a header that lies must not get gigabytes.
+constexpr std::int64_t kManyPixels = std::int64_t(1) << 24;
+constexpr std::int64_t kPixelsPerByte = 2000;
+constexpr int kMaxChannels = 64;
+// PNG: a fifth of the default's (6, filters off) time on photographs, for a fifth more bytes.
+constexpr int kPngCompression = 2;
+constexpr int kPngFilterSub = 0x10;
+constexpr int kFullChromaQuality = 95;  // JPEG: from here on colour keeps its full resolution too
+
+// OpenImageIO's messages may have several lines; ours have one.
+std::string OneLine(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  return text;
+}
+
+// Pictures are read and written side by side by whoever has many: one thread each, none more inside.
+void LimitThreads() {
+  static const bool done = OIIO::attribute("threads", 1);
+  static_cast<void>(done);
+}
+
+std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
+  LimitThreads();
+  std::error_code error;
+  if (!fs::exists(path, error)) throw InputError(path, "there is no such picture");
+  if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file, also where transparent
+  auto in = OIIO::ImageInput::open(path.string(), &config);
+  if (!in) {
+    const std::string why = OneLine(OIIO::geterror());
+    throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
+  }
+  const OIIO::ImageSpec& spec = in->spec();
+  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSide || spec.height > kMaxSide ||
+      spec.nchannels > kMaxChannels || static_cast<std::int64_t>(spec.width) * spec.height > kMaxPixels || spec.depth > 1)
+    throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width, spec.height, spec.nchannels));
+  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height;
+  if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error)); !error && pixels > kManyPixels && pixels / kPixelsPerByte > bytes)
+    throw InputError(path, fmt::format("claims {} x {} pixels in {} bytes: the file is cut off or corrupt", spec.width, spec.height, bytes));
+  return in;
+}
+
+template <typename T>
+Image<T> ReadPixels(OIIO::ImageInput& in, const fs::path& path, OIIO::TypeDesc type) {
+  const OIIO::ImageSpec spec = in.spec();
+  Image<T> image(spec.width, spec.height, spec.nchannels);
+  const bool read = in.read_image(0, 0, 0, spec.nchannels, type, image.data.data());
+  if (!read || in.has_error()) {
+    const std::string why = OneLine(in.geterror());
+    throw InputError(path, fmt::format("is truncated or corrupt{}{}", why.empty() ? "" : ": ", why), "copy it again, or leave it out");
+  }
+  return image;
+}
+
+std::uint8_t ToCode(std::uint8_t v) { return v; }
+std::uint8_t ToCode(std::uint16_t v) { return static_cast<std::uint8_t>((v * 255u + 32767u) / 65535u); }
+std::uint8_t ToCode(float v) {
+  if (!(v > 0)) return 0;  // also not a number
+  return v >= 1 ? 255 : static_cast<std::uint8_t>(v * 255.0f + 0.5f);
+}
+
+// Which channels of the file become red, green, blue and alpha (-1: none, opaque).
+std::array<int, 4> ChannelsOf(const OIIO::ImageSpec& spec) {
+  const int n = spec.nchannels;
+  int alpha = spec.alpha_channel >= 0 && spec.alpha_channel < n ? spec.alpha_channel : -1;
+  if (alpha < 0 && (n == 2 || n == 4)) alpha = n - 1;
+  if (n < 3) return {0, 0, 0, n == 2 ? alpha : -1};
+  return {0, 1, 2, alpha};
+}
+
+template <typename T>
+Image8 ToImage8(const Image<T>& source, const std::array<int, 4>& from, int channels) {
+  Image8 image(source.width, source.height, channels);
+  const std::size_t pixels = static_cast<std::size_t>(source.width) * static_cast<std::size_t>(source.height);
+  const T* s = source.data.data();
+  std::uint8_t* d = image.data.data();
+  for (std::size_t i = 0; i < pixels; ++i, s += source.channels, d += channels)
+    for (int c = 0; c < channels; ++c) {
+      const int k = from[static_cast<std::size_t>(c)];
+      d[c] = k < 0 ? 255 : ToCode(s[k]);
+    }
+  return image;
+}
+
+ImageInfo ReadInfo(const fs::path& path) {
+  const auto in = Open(path);
+  const OIIO::ImageSpec& spec = in->spec();
+  ImageInfo info;
+  info.width = spec.width;
+  info.height = spec.height;
+  info.channels = spec.nchannels;
+  info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
+  if (const float f = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0); f > 0 && std::isfinite(f)) info.focal_35mm = f;
+  for (const char* name : {"Exif:DateTimeOriginal", "DateTime"})
+    if (const std::string time(spec.get_string_attribute(name)); !time.empty() && !info.capture_time) info.capture_time = time;
+  return info;
+}
+
+Image8 Read8(const fs::path& path, int channels) {
+  const auto in = Open(path);
+  const OIIO::ImageSpec spec = in->spec();
+  const auto from = ChannelsOf(spec);
+  if (spec.format == OIIO::TypeDesc::UINT8) {
+    Image8 image = ReadPixels<std::uint8_t>(*in, path, OIIO::TypeDesc::UINT8);
+    if (spec.nchannels == channels && (channels == 3 || from[3] == 3)) return image;
+    return ToImage8(image, from, channels);
+  }
+  if (spec.format == OIIO::TypeDesc::UINT16)
+    return ToImage8(ReadPixels<std::uint16_t>(*in, path, OIIO::TypeDesc::UINT16), from, channels);
+  return ToImage8(ReadPixels<float>(*in, path, OIIO::TypeDesc::FLOAT), from, channels);
+}
+
+ImageF ReadF(const fs::path& path) {
+  const auto in = Open(path);
+  return ReadPixels<float>(*in, path, OIIO::TypeDesc::FLOAT);
+}
+
+void Write(const fs::path& path, const PictureToWrite& picture, const PictureSink& sink) {
+  LimitThreads();
+  const OIIO::TypeDesc type = picture.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
+  OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, type);
+  if (!picture.is_float) {
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+  }
+  if (picture.format == PictureFormat::kJpeg) {
+    spec.attribute("Compression", fmt::format("jpeg:{}", std::clamp(picture.jpeg_quality, 1, 100)));
+    spec.attribute("jpeg:subsampling", picture.jpeg_quality >= kFullChromaQuality ? "4:4:4" : "4:2:0");
+  } else if (picture.format == PictureFormat::kPng) {
+    spec.attribute("png:compressionLevel", kPngCompression);
+    spec.attribute("png:filter", kPngFilterSub);
+  }
+  auto out = OIIO::ImageOutput::create(path.string());
+  if (!out) {
+    OIIO::geterror();
+    throw UsageError(fmt::format("{}: pictures cannot be written with the ending \"{}\"", path.string(), path.extension().string()),
+                     "use .png, .jpg or .exr");
+  }
+  const auto write = [&](const std::string& name, OIIO::Filesystem::IOProxy* proxy) {
+    if (proxy) out->set_ioproxy(proxy);
+    const bool done = out->open(name, spec) && out->write_image(type, picture.pixels) && out->close();
+    if (!done)
+      throw MachineError(fmt::format("cannot write the picture: {}", OneLine(out->geterror())), "is the disk full?", path);
+  };
+  // Encoded in memory where the format allows: then the disk's answer to every byte is ours to check.
+  if (out->supports("ioproxy")) {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    write(path.string(), &memory);
+    sink.bytes(bytes.data(), bytes.size());
+  } else {
+    sink.file([&](const fs::path& temporary) { write(temporary.string(), nullptr); });
+  }
+}
+
+struct OpenCvDecoder : VideoDecoder {
+  cv::VideoCapture capture;
+  bool Grab() override { return capture.grab(); }
+  bool Retrieve(cv::Mat& bgr) override { return capture.retrieve(bgr); }
+  double TimeMs() override { return capture.get(cv::CAP_PROP_POS_MSEC); }
+};
+
+std::unique_ptr<VideoDecoder> OpenVideo(const fs::path& path, VideoClaims* claims) {
+  auto decoder = std::make_unique<OpenCvDecoder>();
+  decoder->capture.open(path.string(), cv::CAP_FFMPEG);
+  if (!decoder->capture.isOpened()) return nullptr;
+  claims->fps = decoder->capture.get(cv::CAP_PROP_FPS);
+  claims->frames = decoder->capture.get(cv::CAP_PROP_FRAME_COUNT);
+  claims->width = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_WIDTH));
+  claims->height = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_HEIGHT));
+  return decoder;
+}
+
+constexpr Codecs kCodecs{ReadInfo, Read8, ReadF, Write, OpenVideo};
+
+}  // namespace
+}  // namespace lumi
+
+extern "C" __attribute__((visibility("default"))) const lumi::Codecs* LumigraphCodecs() { return &lumi::kCodecs; }
