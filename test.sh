@@ -26,4 +26,5 @@ install_packages
 build "$preset" all
 # COLMAP, OpenCV and Embree keep what they allocate until the end: leaks of ours show in the objects' own tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
-ctest --test-dir "build/$preset" -j "$(nproc)" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}"
+# One more than there are cores: tests that start programs wait for them now and then.
+ctest --test-dir "build/$preset" -j "$(($(nproc) + 1))" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}"

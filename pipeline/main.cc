@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app();
   app.add_option("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")->required();
   app.add_option("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
-  app.add_option("--proxy", options.proxy, "How the proxy is made")->check(CLI::IsMember({"auto", "plane", "delaunay"}))->capture_default_str();
+  app.add_option("--proxy", options.proxy, "How the proxy is made")->check(CLI::IsMember({"auto", "plane", "planes", "box", "delaunay"}))->capture_default_str();
   app.add_option("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")->capture_default_str();
   app.add_option("--render-backend", options.render_backend, "What renders")->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
   app.add_flag("--no-video{false}", options.video, "No fly-through");

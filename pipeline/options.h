@@ -14,7 +14,7 @@ struct PipelineOptions {
   std::string board, square_mm;       // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
   bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
-  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, delaunay
+  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, planes, box, delaunay
   int holdout = 8;                // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
   std::string render_backend = "cpu";  // cpu, gl
   bool video = true;              // the fly-through

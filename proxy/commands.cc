@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/make_proxy.h"
 #include "proxy/mesh_query.h"
 #include "proxy/plane/plane_proxy.h"
 #include "proxy/proxy_store.h"
@@ -29,8 +30,8 @@ Scene Open(const std::filesystem::path& path, ProgressSink& progress) {
   return scene;
 }
 
-// Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says.
-// `make` fills its own keys into the JSON.
+}  // namespace
+
 std::string MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
                       std::map<std::string, std::string> inputs, ProgressSink& progress,
                       const std::function<Mesh(const Scene&, Json&)>& make) {
@@ -72,8 +73,6 @@ std::string MakeProxy(const ProxyTarget& target, const std::string& kind, std::m
   json["seconds"] = SecondsSince(start);
   return json.dump();
 }
-
-}  // namespace
 
 std::string RunPlane(const ProxyTarget& target, ProgressSink& progress) {
   return MakeProxy(target, "plane", {}, {}, progress, [](const Scene& scene, Json& json) {

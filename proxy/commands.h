@@ -2,6 +2,7 @@
 // seconds; more beside them).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -20,6 +21,19 @@ std::string RunPlane(const ProxyTarget& target, ProgressSink& progress);
 
 // `merge_px`: points nearer than this many pixels in the view that sees them finest become one.
 std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress);
+
+// A rectangular tube around the cameras' path, of 4 to 6 sides (docs/proxy.md).
+std::string RunBox(const ProxyTarget& target, int sides, ProgressSink& progress);
+
+struct PlanesRequest {
+  int max_planes = 6;
+  double tolerance = 0.01;     // of the median depth
+  double min_share = 0.05;     // of the points
+  bool backdrop = true;
+  std::uint64_t seed = 0;
+  std::filesystem::path from;  // JSON of quads and planes to take instead of looking for some
+};
+std::string RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress);
 
 // A mesh that somebody else made, times `scale`.
 std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress);

@@ -34,6 +34,25 @@ int main(int argc, char** argv) {
   delaunay->add_option("--merge-px", merge_px, "Points nearer than this in the finest view become one, in pixels, >= 0")->capture_default_str();
   delaunay->callback([&] { run = [&] { return lumi::RunDelaunay(mesh_target, merge_px, program.progress()); }; });
 
+  lumi::PlanesRequest planes;
+  CLI::App* several = app.add_subcommand("planes", "A few planes found in the points, cut where they meet, or planes and quads given");
+  lumi::ProxyTarget planes_target{.scene = {}, .name = "planes", .output = {}};
+  add_target(several, planes_target, true);
+  several->add_option("--max-planes", planes.max_planes, "How many at most, 1 to 100")->capture_default_str();
+  several->add_option("--tolerance", planes.tolerance, "Distance at which a point is on a plane, of the median depth, (0, 0.5]")->capture_default_str();
+  several->add_option("--min-share", planes.min_share, "Share of the points that makes a plane, (0, 1]")->capture_default_str();
+  several->add_flag("!--no-backdrop", planes.backdrop, "Nothing behind the planes, even where they leave the views' rays empty");
+  several->add_option("--seed", planes.seed, "Of the random samples")->capture_default_str();
+  several->add_option("--from", planes.from, "JSON of quads and planes to take instead (docs/proxy.md)");
+  several->callback([&] { run = [&] { return lumi::RunPlanes(planes_target, planes, program.progress()); }; });
+
+  int sides = 6;
+  CLI::App* box = app.add_subcommand("box", "A rectangular tube around the cameras' path and the points, as of a hallway");
+  lumi::ProxyTarget box_target{.scene = {}, .name = "box", .output = {}};
+  add_target(box, box_target, true);
+  box->add_option("--sides", sides, "6: closed; 5: open behind the cameras; 4: open at both ends")->capture_default_str();
+  box->callback([&] { run = [&] { return lumi::RunBox(box_target, sides, program.progress()); }; });
+
   std::filesystem::path file;
   double scale = 1;
   CLI::App* import = app.add_subcommand("import", "A mesh made elsewhere (PLY, OBJ), in the scene's frame");

@@ -3,15 +3,22 @@
 #include <cmath>
 
 namespace lumi {
+namespace {
+
+// Of a measure: beyond it, sums of measures leave what a float holds.
+constexpr double kMaxFactor = 1e9;
+
+}  // namespace
 
 std::string Validate(const RadianceSettings& s) {
   const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
-  const auto weight = [](double v) { return v >= 0 && std::isfinite(v); };
+  const auto weight = [](double v) { return v >= 0 && v <= kMaxFactor; };
+  const auto duration = [](double v) { return v >= 0 && std::isfinite(v); };
   if (s.k < 0 || s.k > kMaxBlend) return "--k takes 1 to " + std::to_string(kMaxBlend) + ", or all";
-  if (!weight(s.alpha)) return "--alpha must be 0 or more";
-  if (!weight(s.beta)) return "--beta must be 0 or more";
-  if (!weight(s.gamma)) return "--gamma must be 0 or more";
-  if (!weight(s.epsilon)) return "--epsilon must be 0 or more";
+  if (!weight(s.alpha)) return "--alpha must lie in [0, 1e9]";
+  if (!weight(s.beta)) return "--beta must lie in [0, 1e9]";
+  if (!weight(s.gamma)) return "--gamma must lie in [0, 1e9]";
+  if (!weight(s.epsilon)) return "--epsilon must lie in [0, 1e9]";
   if (!(s.fov_feather > 0 && s.fov_feather <= 0.5)) return "--fov-feather must lie in (0, 0.5]";
   if (!(s.r_min_rad >= 0 && s.r_min_rad <= s.r_max_rad)) return "--r-min-deg must lie in [0, --r-max-deg]";
   if (!(s.r_max_rad > 0 && s.r_max_rad <= std::numbers::pi / 2)) return "--r-max-deg must lie in (0, 90]";
@@ -21,7 +28,7 @@ std::string Validate(const RadianceSettings& s) {
   if (!(s.resolution_high > 1 && std::isfinite(s.resolution_high))) return "--resolution-range must end above 1";
   if (!std::isfinite(s.time_s)) return "--time-s must be a number";
   if (!positive(s.time_window_s)) return "--time-window-s must be above 0";
-  if (!weight(s.period_s)) return "the scene's period must be 0 or more";
+  if (!duration(s.period_s)) return "the scene's period must be 0 or more";
   const bool none = s.grid_columns == 0 && s.grid_rows == 0;
   if (!none && (s.grid_columns < 2 || s.grid_rows < 2 || s.grid_columns > 4096 || s.grid_rows > 4096))
     return "--grid takes WxH with 2 to 4096 samples a side, or pixel";

@@ -167,6 +167,7 @@ TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
       {{"--width", "32769"}, "--width"},
       {{"--height", "-1"}, "--height"},
       {{"--alpha", "-1"}, "--alpha"},
+      {{"--alpha", "1e300"}, "--alpha"},
       {{"--r-min-deg", "6"}, "--r-min-deg"},
       {{"--effects", "fov,shine"}, "shine"},
       {{"--similarity", "full", "--correlation", "inverse"}, "--correlation"},
