@@ -55,8 +55,9 @@ double HalfWidth(const Cloud& cloud, const Eigen::Matrix3d& frame) {
   return Quantile(std::move(away), 0.75);
 }
 
-// The distance at which most points lie within `tolerance`, outside of all cameras: by a sliding window over the sorted values.
-bool DensestWall(std::vector<double> values, double beyond, double tolerance, std::size_t least, double* offset) {
+// The distance at which most points lie within `tolerance`, outside of all cameras, and how many: a window slides over the sorted
+// values.
+std::size_t DensestWall(std::vector<double> values, double beyond, double tolerance, double* offset) {
   std::erase_if(values, [&](double v) { return v <= beyond; });
   std::sort(values.begin(), values.end());
   std::size_t best = 0, best_begin = 0;
@@ -64,22 +65,44 @@ bool DensestWall(std::vector<double> values, double beyond, double tolerance, st
     while (values[j] - values[i] > 2 * tolerance) ++i;
     if (j - i + 1 > best) best = j - i + 1, best_begin = i;
   }
-  if (best < least) return false;
-  *offset = values[best_begin + best / 2];
-  return true;
+  if (best > 0) *offset = values[best_begin + best / 2];
+  return best;
 }
 
+// The wall with most points first; its points are then no other's: a wall of doors and posters has points at every height.
 void PlaceWalls(const Cloud& cloud, double tolerance, Fit& fit) {
   const auto least = std::max<std::size_t>(3, static_cast<std::size_t>(kLeastWallShare * static_cast<double>(cloud.x.size())));
+  std::vector<Eigen::Vector3d> left = cloud.x;
+  fit.found = {};
+  for (int round = 0; round < 4; ++round) {
+    int most = -1;
+    std::size_t count = least;
+    for (int wall = 0; wall < 4; ++wall) {
+      const auto w = static_cast<std::size_t>(wall);
+      if (fit.found[w]) continue;
+      const double side = wall % 2 ? 1 : -1;
+      const Eigen::RowVector3d axis = side * fit.frame.row(AxisOf(wall));
+      std::vector<double> values;
+      for (const Eigen::Vector3d& x : left) values.push_back(axis * x);
+      const std::size_t n = DensestWall(values, CameraRange(cloud, axis).high, tolerance, &fit.offset[w]);
+      if (n == 0) fit.offset[w] = Quantile(values, 0.98);
+      fit.offset[w] *= side;
+      if (n >= count) most = wall, count = n;
+    }
+    if (most < 0) break;
+    fit.found[static_cast<std::size_t>(most)] = true;
+    std::erase_if(left, [&](const Eigen::Vector3d& x) {
+      return std::abs(fit.frame.row(AxisOf(most)) * x - fit.offset[static_cast<std::size_t>(most)]) <= tolerance;
+    });
+  }
+  // Where no wall stands out, the space ends where the points do.
   for (int wall = 0; wall < 4; ++wall) {
-    const double side = wall % 2 ? 1 : -1;
-    const Eigen::RowVector3d axis = side * fit.frame.row(AxisOf(wall));
-    std::vector<double> values;
-    for (const Eigen::Vector3d& x : cloud.x) values.push_back(axis * x);
     const auto w = static_cast<std::size_t>(wall);
-    fit.found[w] = DensestWall(values, CameraRange(cloud, axis).high, tolerance, least, &fit.offset[w]);
-    if (!fit.found[w]) fit.offset[w] = Quantile(values, 0.98);
-    fit.offset[w] *= side;
+    if (fit.found[w]) continue;
+    const double side = wall % 2 ? 1 : -1;
+    std::vector<double> values;
+    for (const Eigen::Vector3d& x : cloud.x) values.push_back(side * fit.frame.row(AxisOf(wall)) * x);
+    fit.offset[w] = side * Quantile(values, 0.98);
   }
 }
 
@@ -236,7 +259,10 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
 
   Eigen::Vector3d low(best.offset[0], best.offset[2], 0), high(best.offset[1], best.offset[3], 0);
   std::vector<double> along;
-  for (const Eigen::Vector3d& x : cloud.x) along.push_back(best.frame.row(2) * x);
+  for (const Eigen::Vector3d& x : cloud.x) {
+    double d;  // what is seen through a window is not the tube's length
+    if (NearestWall(best, x, best_tolerance, &d) >= 0) along.push_back(best.frame.row(2) * x);
+  }
   const Range path = CameraRange(cloud, best.frame.row(2));
   low.z() = path.low;
   high.z() = std::max(Quantile(along, options.end_quantile), path.high);

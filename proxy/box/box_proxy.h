@@ -18,7 +18,7 @@ struct BoxOptions {
   PointSelectionOptions points;
   int sides = 6;               // 6: closed; 5: open behind the cameras; 4: open at both ends
   double tolerance = 0.05;     // of the tube's half width: a point this near to a wall is on it
-  double end_quantile = 0.98;  // the front end stands behind this share of the points
+  double end_quantile = 0.98;  // the front end stands behind this share of the walls' points
   double margin = 0.05;        // of the tube's length and width: the least room between a camera and a wall
 };
 std::string Validate(const BoxOptions& options);  // empty, or what is wrong
