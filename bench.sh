@@ -62,6 +62,7 @@ if [ ! -d "$work/desk-262" ]; then
 fi
 table 'Sparse samples against a weight a pixel: desk, foreground, plane' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane
 table 'The same, true mesh' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth
+if [ ! -d "$work/fox" ] && [ -n "$data" ] && [ -d "$data/fox" ]; then "$bin/bench_figures" --work "$work" --data "$data" --only fox >/dev/null; fi
 if [ -d "$work/fox" ]; then
   for proxy in plane mesh; do table "The same: fox, $proxy" "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy"; done
 fi
@@ -73,4 +74,4 @@ if [ -n "$data" ] && [ -d "$data/knights" ]; then
   fi
   table 'The same: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
 fi
-table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane --quiet
+table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane

@@ -1,5 +1,5 @@
-// What lumi-proxy does: the subcommands. Each returns its summary as JSON text (DESIGN.md's keys: name, faces, closed,
-// seconds; more beside them).
+// What lumi-proxy does: the subcommands. Each returns its summary as JSON text (name, faces, closed, seconds;
+// more beside them).
 #pragma once
 
 #include <cstdint>

@@ -50,12 +50,19 @@ Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
 
 namespace {
 
+// Of weights that sum to one and may be negative: below, dividing by what is left makes noise.
+constexpr float kLeastContained = 0.05F;
+
 // radiance(j, u_px, v_px, depth in the photo, depth in the view): RGB in [0,1].
 template <typename Radiance>
 void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const Radiance& radiance) {
   const auto k = static_cast<std::size_t>(plan.k);
   const RelativeSources& r = setup.sources;
+  // Where the field of view does not take a photo's weight to 0 at its border (off, or a finite penalty in the optimum), no colour
+  // from outside the photo is used all the same.
   const bool fading = setup.settings.field_of_view;
+  const bool additive = setup.settings.similarity == Similarity::kFull && setup.settings.combine == Combine::kAdditive;
+  const bool ends = !fading || additive;
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
   std::size_t s = 0;
   for (int y = 0; y < plan.window.height; ++y) {
@@ -69,7 +76,7 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
       const Eigen::Vector3f& offset = plan.offset[s];
       Eigen::Array3f color = Eigen::Array3f::Zero();
       const float depth = axis.dot(offset);
-      float contained = 0;  // share of the weights whose photos contain the point: 1 unless field of view is off
+      float contained = 0;  // share of the weights whose photos contain the point
       for (std::size_t i = 0; i < k; ++i) {
         const std::int32_t camera = plan.camera[s * k + i];
         if (camera < 0) continue;
@@ -78,12 +85,19 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
         const float w = r.m[6][j] * px + r.m[7][j] * py + r.m[8][j] * pz;
         const float u = (r.m[0][j] * px + r.m[1][j] * py + r.m[2][j] * pz) / w;
         const float v = (r.m[3][j] * px + r.m[4][j] * py + r.m[5][j] * pz) / w;
-        if (!fading && !(w > 0 && u >= 0 && v >= 0 && u <= r.width_px[j] && v <= r.height_px[j])) continue;
+        if (ends && !(w > 0 && u >= 0 && v >= 0 && u <= r.width_px[j] && v <= r.height_px[j])) continue;
         const float weight = plan.weight[s * k + i];
         contained += weight;
         color += weight * radiance(j, u, v, w, depth);
       }
-      // What is missing is a hole, neither black nor made up for by the others.
+      if (fading && additive) {  // the others make up for it
+        if (!(contained > kLeastContained)) {
+          out[0] = out[1] = out[2] = out[3] = 0;
+          continue;
+        }
+        color /= contained;
+      }
+      // With field of view off, what is missing is a hole, neither black nor made up for by the others.
       color *= alpha;
       out[0] = color[0];
       out[1] = color[1];

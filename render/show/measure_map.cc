@@ -7,6 +7,7 @@
 
 #include "render/radiance/frame_plan.h"
 #include "render/visibility_maps.h"
+#include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 
@@ -46,9 +47,12 @@ std::optional<Measure> MeasureFromName(std::string_view name) {
 }
 
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source) {
+  if (measure == Measure::kWeight && request.settings.similarity == Similarity::kFull)
+    throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
   const VisibilityMaps maps = CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+  const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // in the weights, as when rendering
   const ViewSetup weighing = MakeViewSetup(sources, request.view, request.settings, request.use);
   ViewSetup shown = weighing;
   if (measure == Measure::kResolution && shown.settings.resolution == Resolution::kOff) shown.settings.resolution = Resolution::kJacobian;
@@ -72,12 +76,12 @@ MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderR
         int camera = source;
         float weight = 0;
         if (weighing.settings.k == 0) {
-          if (!(WeighAll(weighing.sources, &maps, direction[x], t[x], weighing.settings, scratch, everyone, normal[x]) > 0)) continue;
+          if (!(WeighAll(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, everyone, normal[x]) > 0)) continue;
           const auto best = source >= 0 ? everyone.begin() + source : std::max_element(everyone.begin(), everyone.end());
           camera = static_cast<int>(best - everyone.begin());
           weight = *best;
         } else {
-          const RayWeights w = Weigh(weighing.sources, &maps, direction[x], t[x], weighing.settings, scratch, normal[x]);
+          const RayWeights w = Weigh(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x]);
           for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
             if (source >= 0 ? w.camera[i] == source : w.weight[i] > weight) {
               camera = w.camera[i];

@@ -13,6 +13,7 @@
 namespace lumi {
 
 std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
+  if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
   std::vector<ScriptStep> script = ParseScript(options.script);
   if (!options.screenshot.empty()) {
     if (!HasImageExtension(options.screenshot))

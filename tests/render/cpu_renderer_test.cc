@@ -44,6 +44,37 @@ TEST(CpuRenderer, APhotosOwnViewGivesThePhotoBackToItsBorders) {
   }
 }
 
+// Borders painted in another colour: whatever is read from outside a photo has it.
+TEST(CpuRenderer, TheOptimumWithAFinitePenaltyReadsNothingFromOutsideAPhoto) {
+  test::Capture c = test::MakeCapture(8, 64, std::array<std::uint8_t, 3>{90, 90, 90});
+  for (Photo& photo : c.photos)
+    for (Image8& level : photo.levels)
+      for (int y = 0; y < level.height; ++y)
+        for (int x = 0; x < level.width; ++x)
+          if (x == 0 || y == 0 || x == level.width - 1 || y == level.height - 1) level.At(x, y, 0) = 255;
+  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  RenderRequest request;
+  request.settings.similarity = Similarity::kFull;
+  request.settings.correlation = Correlation::kFallingLeaves;
+  request.settings.combine = Combine::kAdditive;
+  request.settings.gamma = 0.1;
+  request.settings.r_max_rad = 0.5;
+  request.settings.prefilter = false;
+  request.view = MakeRenderView(c.scene.cameras[0], LookAt({2.2, 0.4, -4.6}, {1.9, 0, 0.5}, {0, -1, 0}));
+  const ImageF image = renderer->Render(request);
+  int seen = 0, tinted = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const float a = image.At(x, y, 3);
+      if (!(a > 0.5F)) continue;
+      ++seen;
+      tinted += image.At(x, y, 0) / a > 1.2F * 90 / 255;
+    }
+  EXPECT_GT(seen, 1500);
+  // The borders themselves: eight of them, each over two pixels or so. What lies beyond them is a third of the picture.
+  EXPECT_LT(tinted, seen / 6);
+}
+
 TEST(CpuRenderer, AHeldOutViewWithTheTrueProxyIsClose) {
   const test::Capture c = test::MakeCapture(13, 128);
   const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);

@@ -448,6 +448,11 @@ TEST_F(ViewerWindow, WithoutADisplayItSaysSo) {
 TEST_F(ViewerWindow, RefusesWhatItCannotShow) {
   EXPECT_EQ(RunViewer({"--script", "dance"}).exit_code, 2);
   EXPECT_EQ(RunViewer({"--screenshot", "shot.txt"}).exit_code, 2);
+  for (const std::vector<std::string>& settings : {std::vector<std::string>{"--alpha", "-1"}, {"--r-min-deg", "10"}, {"--similarity", "full", "--correlation", "inverse"}}) {
+    const Result refused = RunViewer(settings);
+    EXPECT_EQ(refused.exit_code, 2) << refused.messages;
+    EXPECT_THAT(refused.messages, HasSubstr("--"));
+  }
   Result r = RunViewer({"--view", "nobody.jpg", "--screenshot", folder_ / "a.png"});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   EXPECT_EQ(r.exit_code, 2) << r.messages;
