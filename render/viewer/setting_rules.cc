@@ -11,7 +11,6 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
       if (n == option) return true;
     return false;
   };
-  if (full && !s.Sparse() && is({"k"})) return "the optimum takes all photos within the cutoff at every pixel";
   if (full && is({"correlation"})) return "the optimum needs falling leaves: 1/h is no covariance";
   if (!full && is({"sum", "combine", "cutoff-deg", "accuracy"})) return "only for the optimum (similarity full)";
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";

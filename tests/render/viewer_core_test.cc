@@ -233,7 +233,7 @@ TEST(SettingRules, AnOptionSaysWhyItHasNoEffect) {
   EXPECT_NE(WhyWithoutEffect(s, "beta"), "");
   s.similarity = Similarity::kFull;
   Reconcile(s, "similarity");
-  EXPECT_NE(WhyWithoutEffect(s, "k"), "");
+  EXPECT_EQ(WhyWithoutEffect(s, "k"), "") << "its local mean is over the k nearest";
   EXPECT_EQ(WhyWithoutEffect(s, "cutoff-deg"), "");
   EXPECT_EQ(WhyWithoutEffect(s, "r-min-deg"), "");
   s.grid_columns = s.grid_rows = 25;
