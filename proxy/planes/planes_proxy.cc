@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -20,6 +21,8 @@ constexpr int kLocalDraws = 24;            // a sample's second and third point 
 constexpr double kSideShare = 0.9;         // a plane with this share of its points on one side of another is cut there
 constexpr double kBoundaryShare = 0.97;    // a plane with this share of all points on its cameras' side bounds the scene
 constexpr double kMergedShare = 0.85;      // of the points of both that the merged plane must keep
+constexpr double kSeenThrough = 0.5;        // lines of sight that a plane blocks over those that end on it: beyond, there is no plane
+constexpr double kTukeyPerMedian = 4.685 * 1.4826;  // 95 % efficient where the scatter is normal
 constexpr double kExtentMargin = 0.05;
 constexpr double kEmptyShare = 0.02;       // of the views' rays: beyond, a backdrop is wanted
 constexpr double kBackdropQuantile = 0.98; // of the points' depths
@@ -33,13 +36,13 @@ struct Cloud3 {
 
 double SignedDistance(const FittedPlane& plane, const Eigen::Vector3d& x) { return plane.normal.dot(x) - plane.offset; }
 
-// Least squares by Tukey's weights; false where the points have no plane.
-bool RefitPlane(const Cloud3& cloud, const std::vector<std::int32_t>& among, FittedPlane& plane) {
+// Least squares by Tukey's weights that end at `scale` reaches; false where the points have no plane.
+bool FitWithin(const Cloud3& cloud, const std::vector<std::int32_t>& among, double scale, FittedPlane& plane) {
   for (int round = 0; round < 6; ++round) {
     double sum = 0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     const auto weight = [&](std::size_t i) {
-      const double u = SignedDistance(plane, cloud.x[i]) / cloud.reach[i];
+      const double u = SignedDistance(plane, cloud.x[i]) / (scale * cloud.reach[i]);
       return std::abs(u) < 1 ? (1 - u * u) * (1 - u * u) / (cloud.reach[i] * cloud.reach[i]) : 0.0;
     };
     for (const std::int32_t k : among) {
@@ -61,6 +64,24 @@ bool RefitPlane(const Cloud3& cloud, const std::vector<std::int32_t>& among, Fit
     if (normal.dot(plane.normal) < 0) normal = -normal;
     plane.normal = normal;
     plane.offset = normal.dot(mean);
+  }
+  return true;
+}
+
+// Then once more by the scatter that the points have, where that is less: what stands on a ground is not to lift it.
+bool RefitPlane(const Cloud3& cloud, const std::vector<std::int32_t>& among, FittedPlane& plane) {
+  if (!FitWithin(cloud, among, 1, plane)) return false;
+  for (int round = 0; round < 3; ++round) {
+    std::vector<double> off;
+    for (const std::int32_t k : among) {
+      const auto i = static_cast<std::size_t>(k);
+      const double u = std::abs(SignedDistance(plane, cloud.x[i])) / cloud.reach[i];
+      if (u < 1) off.push_back(u);
+    }
+    const double scale = kTukeyPerMedian * Quantile(std::move(off), 0.5);
+    FittedPlane finer = plane;
+    if (!(scale > 1e-9 && scale < 1) || !FitWithin(cloud, among, scale, finer)) break;
+    plane = finer;
   }
   return true;
 }
@@ -214,6 +235,33 @@ bool BoundsTheScene(const Cloud3& cloud, const FittedPlane& plane) {
   return static_cast<double>(inside) >= kBoundaryShare * static_cast<double>(cloud.x.size());
 }
 
+bool InPolygon(const Polygon& polygon, const Eigen::Vector3d& normal, const Eigen::Vector3d& x) {
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((b - a).cross(x - a).dot(normal) < 0) return false;
+  }
+  return polygon.size() >= 3;
+}
+
+// Is a plane amid the scene one that cameras look through? Lines of sight that it would block against those that end on it.
+bool SeenThrough(const Cloud3& cloud, const std::vector<ProxyPoint>& points, const std::vector<Eigen::Vector3d>& camera, const FittedPlane& plane,
+                 const Frusta& frusta) {
+  const Polygon polygon = PointsRectangle(cloud, plane, frusta);
+  std::size_t through = 0, on = 0;
+  for (const std::int32_t k : plane.points) on += points[static_cast<std::size_t>(k)].views.size();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double end = SignedDistance(plane, cloud.x[i]);
+    if (std::abs(end) < 2 * cloud.reach[i]) continue;
+    for (const std::int32_t v : points[i].views) {
+      const Eigen::Vector3d& c = camera[static_cast<std::size_t>(v)];
+      const double begin = SignedDistance(plane, c);
+      if ((begin > 0) == (end > 0)) continue;
+      through += InPolygon(polygon, plane.normal, c + begin / (begin - end) * (cloud.x[i] - c));
+    }
+  }
+  return static_cast<double>(through) > kSeenThrough * static_cast<double>(on);
+}
+
 // +1: plane's points lie on `other`'s cameras' side; -1: on its far side; 0: on both.
 int SideOf(const Cloud3& cloud, const FittedPlane& plane, const FittedPlane& other) {
   std::size_t front = 0, back = 0;
@@ -313,17 +361,22 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
     std::mt19937_64 random(options.seed);
     const auto least = std::max(kLeastPlanePoints, static_cast<std::size_t>(options.min_share * static_cast<double>(points.size())));
     std::vector<std::int32_t> left = all;
-    FittedPlane plane;
-    while (static_cast<int>(planes.size()) < options.max_planes && FindPlane(cloud, left, options, least, random, &plane)) {
+    FittedPlane next;
+    while (static_cast<int>(planes.size()) < options.max_planes && FindPlane(cloud, left, options, least, random, &next)) {
       std::vector<std::int32_t> rest;
-      std::set_difference(left.begin(), left.end(), plane.points.begin(), plane.points.end(), std::back_inserter(rest));
+      std::set_difference(left.begin(), left.end(), next.points.begin(), next.points.end(), std::back_inserter(rest));
       left = std::move(rest);
-      planes.push_back(plane);
+      planes.push_back(next);
     }
     if (planes.empty())
       throw DataError("no plane holds " + std::to_string(least) + " of the " + std::to_string(points.size()) + " reliable points",
                       "lumi-proxy delaunay takes any shape");
     MergeLikePlanes(cloud, options, planes);
+    std::vector<Eigen::Vector3d> camera;
+    for (const ProxyView& v : views) camera.push_back(v.render.centre - eye);
+    for (FittedPlane& plane : planes) FaceTheCameras(frusta, plane);
+    std::erase_if(planes, [&](const FittedPlane& p) { return !BoundsTheScene(cloud, p) && SeenThrough(cloud, points, camera, p, frusta); });
+    if (planes.empty()) throw DataError("what planes there are the cameras look through", "lumi-proxy delaunay takes any shape");
   } else {
     for (FittedPlane& plane : planes) TakePoints(cloud, all, plane);
   }
