@@ -56,15 +56,6 @@ Tracks Among(const Tracks& all, const std::set<std::string>& names, int min_leng
   return some;
 }
 
-void SetTimes(const Capture& capture, Scene& scene) {
-  for (View& view : scene.views) {
-    const auto photo = std::lower_bound(capture.photos.begin(), capture.photos.end(), view.name, [](const Photo& p, const std::string& n) { return p.name < n; });
-    if (photo == capture.photos.end() || photo->name != view.name) continue;
-    view.time_s = photo->time_s;
-    view.frame_index = photo->frame_index;
-  }
-}
-
 }  // namespace
 
 KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions& options) {
@@ -178,7 +169,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     scene.cameras = {known.camera->WithPinhole(scene.cameras.front().FocalPx(), scene.cameras.front().PrincipalPointPx())};
   for (View& view : scene.views) view.camera = CameraId{0};
   scene.image_folder = used.folder;
-  SetTimes(used, scene);
+  CopyTimes(used, scene);
   for (const MissingFrame& missing : result.missing)
     summary.missing.push_back({tracks.frames[static_cast<std::size_t>(missing.frame)].name, missing.reason, "photos that overlap more, or --backend colmap"});
   for (const MissingPhoto& photo : used.unreadable) summary.missing.push_back(photo);
