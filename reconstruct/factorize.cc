@@ -22,6 +22,8 @@ namespace {
 
 constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal length
 constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
+constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
+constexpr int kPartners = 20;
 constexpr int kVideoTrackLength = 3;       // keyframes that a track must be seen in
 
 std::vector<std::string> Names(const Capture& capture) {
@@ -98,6 +100,7 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
     match.seed = options.seed;
     if (options.features > 0) match.max_features = options.features;
     if (options.max_image_size_px > 0) match.max_size_px = options.max_image_size_px;
+    if (options.matching == Matching::kAuto && capture.photos.size() > kMaxMatchedWithAll) match.partners = kPartners;
     return MatchPhotos(PhotoSource(capture.folder, Names(capture), options.masks), match, sink);
   }
   TrackVideoOptions track;
