@@ -159,13 +159,14 @@ std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double
 }
 
 // The pairs in which one photo is among the other's best partners.
-std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features, const std::vector<std::pair<int, int>>& all, const MatchPhotosOptions& o, ProgressSink& sink) {
+std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features, const std::vector<std::pair<int, int>>& all,
+                                             const MatchPhotosOptions& o, ProgressSink& sink) {
   std::vector<int> matches(all.size(), 0);
   Progress progress(sink, "choosing pairs of photos", static_cast<long>(all.size()));
   ParallelFor(all.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto [a, b] = all[i];
-      matches[i] = static_cast<int>(MatchDescriptors(features[static_cast<std::size_t>(a)], features[static_cast<std::size_t>(b)], o.ratio, kPreemptiveFeatures).size());
+      const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
+      matches[i] = static_cast<int>(MatchDescriptors(features[a], features[b], o.ratio, kPreemptiveFeatures).size());
       progress.Step();
     }
   });
