@@ -40,6 +40,15 @@ if [ -z "$only_speed$only_quality" ]; then
   "$bin/test_calibrate" --gtest_filter=Refinement.StandardDeviations* --gtest_brief=1 | grep ratio
   "$bin/test_calibrate_simulated_boards" --gtest_brief=1 | grep -E 'sigma|views'
   printf '```\n'
+  # Against the desk's true cameras. A run's own row, "as given", is what lumi-reconstruct does without options.
+  focal=$(grep -m1 -A1 '"params"' "$work/desk-capture/truth/cameras.json" | sed -n '2s/[^0-9.]//gp')
+  for backend in factorization colmap; do
+    more=()
+    [ "$backend" = colmap ] || more=(--focal-px "$focal")
+    printf '\n## lumi-reconstruct --tradeoff: desk, %s\n\n```\n' "$backend"
+    "$bin/lumi-reconstruct" "$work/desk-capture/images" -o "$work/desk-$backend" --backend "$backend" "${more[@]}" --tradeoff
+    printf '```\n'
+  done
 fi
 [ -z "$only_quality" ] || exit 0
 

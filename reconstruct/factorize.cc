@@ -22,6 +22,8 @@ namespace {
 
 constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal length
 constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
+constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
+constexpr int kPartners = 20;
 constexpr int kVideoTrackLength = 3;       // keyframes that a track must be seen in
 
 std::vector<std::string> Names(const Capture& capture) {
@@ -54,15 +56,6 @@ Tracks Among(const Tracks& all, const std::set<std::string>& names, int min_leng
     if (static_cast<int>(kept.observations.size()) >= min_length) some.tracks.push_back(std::move(kept));
   }
   return some;
-}
-
-void SetTimes(const Capture& capture, Scene& scene) {
-  for (View& view : scene.views) {
-    const auto photo = std::lower_bound(capture.photos.begin(), capture.photos.end(), view.name, [](const Photo& p, const std::string& n) { return p.name < n; });
-    if (photo == capture.photos.end() || photo->name != view.name) continue;
-    view.time_s = photo->time_s;
-    view.frame_index = photo->frame_index;
-  }
 }
 
 }  // namespace
@@ -107,6 +100,7 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
     match.seed = options.seed;
     if (options.features > 0) match.max_features = options.features;
     if (options.max_image_size_px > 0) match.max_size_px = options.max_image_size_px;
+    if (options.matching == Matching::kAuto && capture.photos.size() > kMaxMatchedWithAll) match.partners = kPartners;
     return MatchPhotos(PhotoSource(capture.folder, Names(capture), options.masks), match, sink);
   }
   TrackVideoOptions track;
@@ -178,7 +172,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     scene.cameras = {known.camera->WithPinhole(scene.cameras.front().FocalPx(), scene.cameras.front().PrincipalPointPx())};
   for (View& view : scene.views) view.camera = CameraId{0};
   scene.image_folder = used.folder;
-  SetTimes(used, scene);
+  CopyTimes(used, scene);
   for (const MissingFrame& missing : result.missing)
     summary.missing.push_back({tracks.frames[static_cast<std::size_t>(missing.frame)].name, missing.reason, "photos that overlap more, or --backend colmap"});
   for (const MissingPhoto& photo : used.unreadable) summary.missing.push_back(photo);

@@ -75,7 +75,7 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
       throw InputError(options.database, "knows none of these photos", "its image names must be paths relative to the folder of photos");
     return options.database;
   }
-  if (capture.is_video || capture.resampled) return {};
+  if (capture.is_video || capture.resampled || !options.database_beside) return {};
   const fs::path beside = fs::absolute(options.input).lexically_normal() / ".." / "database.db";
   const fs::path path = beside.lexically_normal();
   constexpr auto kTheirs = ColmapDatabase::Access::kTheirs;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reconstruct/reconstruct.h"
+#include "reconstruct/tradeoff.h"
 #include "scene/program/main_program.h"
 
 namespace {
@@ -44,6 +45,7 @@ std::string ForPeople(const std::string& text) {
     for (const auto& n : j["components"]) lines += fmt::format(" {}", n.get<int>());
     lines += fmt::format(" photos; number {} was taken (--component picks)", j["component"].get<int>());
   }
+  if (const std::string table = lumi::TradeoffTable(text); !table.empty()) lines += "\n\n" + table;
   return lines;
 }
 
@@ -69,7 +71,7 @@ int main(int argc, char** argv) {
   app.add_option("--masks", o.masks, "Folder of masks NAME.png (COLMAP's naming: photo.jpg.png), black = ignore");
   app.add_option("--database", o.database, "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of photos");
   app.add_option("--component", o.component, "Which part of a split scene to take, by size from 0")->capture_default_str();
-  app.add_option("--matching", o.matching, "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes")
+  app.add_option("--matching", o.matching, "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes (factorization: 100 photos)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Matching>{{"auto", lumi::Matching::kAuto}, {"exhaustive", lumi::Matching::kExhaustive}, {"sequential", lumi::Matching::kSequential}}));
   app.add_option("--quality", o.quality, "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of photos")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Quality>{{"auto", lumi::Quality::kAuto}, {"low", lumi::Quality::kLow}, {"medium", lumi::Quality::kMedium}, {"high", lumi::Quality::kHigh}}));
@@ -93,11 +95,15 @@ int main(int argc, char** argv) {
   app.add_option("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names");
   app.add_option("--grid-positions", o.grid_positions, "CSV: file,row,column,vertical,horizontal (any unit)");
   app.add_option("--grid-plane", o.grid_plane, "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras")->capture_default_str();
+  app.add_flag("--tradeoff", o.tradeoff, "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; colmap: image size, features): "
+                                         "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
+  app.add_option("--reference", o.reference, "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside the photos, else the dearest setting's cameras");
   return program.Run(
       argc, argv,
       [&] {
         o.seed = program.seed();
         o.threads = program.threads();
+        if (o.tradeoff) return lumi::ToJson(lumi::ReconstructWithTradeoff(o, program.progress()));
         return lumi::ToJson(lumi::Reconstruct(o, program.progress()));
       },
       ForPeople);

@@ -41,6 +41,12 @@ std::string Validate(const ReconstructOptions& o) {
   }
   if (o.backend == Backend::kColmap && o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
     return "--focal-px and --intrinsics go with --poses, --rig or --backend factorization; known intrinsics are given with --camera camera.yaml";
+  if (!o.reference.empty() && !o.tradeoff) return "--reference goes with --tradeoff";
+  if (o.tradeoff) {
+    if (!o.poses.empty() || o.rig != Rig::kNone) return "--tradeoff measures cameras that are estimated: leave out --poses and --rig";
+    if (!o.database.empty()) return "--tradeoff finds the features anew under each setting: leave out --database";
+    if (!o.reference.empty() && o.projective) return "--reference is compared with metric cameras, which --projective stops before";
+  }
   if (o.rig == Rig::kGrid && !o.focal_px && o.intrinsics.empty() && o.camera_yaml.empty()) return "--rig grid needs --focal-px F";
   if (o.rig == Rig::kGrid && o.grid_size.empty() == o.grid_positions.empty()) return "--rig grid needs one of --grid-size ROWSxCOLUMNS and --grid-positions FILE.csv";
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane != 0)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";

@@ -43,6 +43,11 @@ struct ReconstructOptions {
   double min_registered = 0.0;        // fraction of the photos that must get a camera, in [0, 1]
   std::uint64_t seed = 0;
   int threads = 0;                    // 0 = all cores
+  bool database_beside = true;        // a database.db beside the folder of photos is taken where `database` is empty
+
+  // Measuring (tradeoff.h); the scene does not depend on it.
+  bool tradeoff = false;
+  std::filesystem::path reference;    // scene, COLMAP model or truth/ that cameras are compared with; empty: see ReconstructWithTradeoff
 
   // Video.
   int keyframes = 0;        // how many; 0 = by parallax

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <mutex>
 
 #include "scene/files/image_io.h"
@@ -163,6 +164,17 @@ Capture StageForColmap(const Capture& capture, const fs::path& staging, Progress
   });
   std::sort(staged.photos.begin(), staged.photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
   return staged;
+}
+
+void CopyTimes(const Capture& capture, Scene& scene) {
+  std::map<std::string, const Photo*> photo_of;
+  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
+  for (View& view : scene.views) {
+    const auto it = photo_of.find(view.name);
+    if (it == photo_of.end()) continue;
+    view.time_s = it->second->time_s;
+    view.frame_index = it->second->frame_index;
+  }
 }
 
 }  // namespace lumi

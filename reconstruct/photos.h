@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reconstruct/options.h"
+#include "scene/model/scene.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -40,5 +41,8 @@ Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
 // 8-bit copies of what COLMAP cannot read, beside links to the others, in `staging`; returns the capture that COLMAP
 // shall see (the same one where nothing needs a copy). A converted photo is named NAME.png.
 Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
+
+// Times and frame numbers of the photos for the views of their names; other views stay as they are.
+void CopyTimes(const Capture& capture, Scene& scene);
 
 }  // namespace lumi

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -58,17 +57,6 @@ Provenance WantedProvenance(const ReconstructOptions& options) {
   wanted.options = OptionsAsText(options);
   wanted.inputs[fs::absolute(options.input).lexically_normal().string()] = Fingerprint(options.input);
   return wanted;
-}
-
-void CopyTimes(const Capture& capture, Scene& scene) {
-  std::map<std::string, const Photo*> photo_of;
-  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
-  for (View& view : scene.views) {
-    const auto it = photo_of.find(view.name);
-    if (it == photo_of.end()) continue;
-    view.time_s = it->second->time_s;
-    view.frame_index = it->second->frame_index;
-  }
 }
 
 std::set<std::string> ViewNames(const Scene& scene) {

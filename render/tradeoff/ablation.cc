@@ -9,12 +9,12 @@
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
-#include "render/tradeoff/plot.h"
 #include "render/tradeoff/sweep.h"
 #include "render/tradeoff/tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
+#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -14,11 +14,11 @@
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/front.h"
 #include "render/tradeoff/measure.h"
-#include "render/tradeoff/plot.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -76,6 +76,15 @@ class Fields {
   std::string where_;
 };
 
+// The opening of each of our files: "format" and "version". `not_it`: "is no manifest of a lumigraph".
+inline void RequireFormat(const Fields& fields, const std::filesystem::path& file, const char* format, int version, const char* not_it) {
+  if (fields.Text("format").value_or("") != format) throw InputError(file, fmt::format("{}: format is missing or another", not_it));
+  const auto found = fields.Integer("version");
+  if (!found || *found < 1) throw InputError(file, "has no version");
+  if (*found > version)
+    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *found, version), "install a newer version of this suite");
+}
+
 inline Json ParseJson(const std::filesystem::path& file) {
   try {
     return Json::parse(ReadText(file));

@@ -13,6 +13,7 @@ namespace {
 using json_fields::Fields;
 using json_fields::Json;
 using json_fields::ParseJson;
+using json_fields::RequireFormat;
 
 constexpr const char* kFormat = "lumigraph-projective";
 constexpr int kVersion = 1;
@@ -87,11 +88,7 @@ Point ReadPoint(const Fields& fields) {
 Scene ReadProjectiveJson(const fs::path& file) {
   const Json json = ParseJson(file);
   const Fields fields(json, file, "");
-  if (fields.Text("format").value_or("") != kFormat) throw InputError(file, "holds no projection matrices of a lumigraph: format is missing or another");
-  const auto version = fields.Integer("version");
-  if (!version || *version < 1) throw InputError(file, "has no version");
-  if (*version > kVersion)
-    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *version, kVersion), "install a newer version of this suite");
+  RequireFormat(fields, file, kFormat, kVersion, "holds no projection matrices of a lumigraph");
   Scene scene;
   const std::string frame = fields.Text("frame").value_or("");
   const auto known = FrameFromName(frame);

@@ -25,6 +25,7 @@ namespace {
 using json_fields::Fields;
 using json_fields::Json;
 using json_fields::ParseJson;
+using json_fields::RequireFormat;
 
 constexpr const char* kManifestName = "lumigraph.json";
 constexpr const char* kFormatName = "lumigraph";
@@ -73,11 +74,7 @@ struct Manifest {
 Manifest ReadManifest(const fs::path& file) {
   const Json json = ParseJson(file);
   const Fields fields(json, file, "");
-  if (fields.Text("format").value_or("") != kFormatName) throw InputError(file, "is no manifest of a lumigraph: format is missing or another");
-  const auto version = fields.Integer("version");
-  if (!version || *version < 1) throw InputError(file, "has no version");
-  if (*version > kSceneFormatVersion)
-    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *version, kSceneFormatVersion), "install a newer version of this suite");
+  RequireFormat(fields, file, kFormatName, kSceneFormatVersion, "is no manifest of a lumigraph");
   Manifest m;
   const std::string frame = fields.Text("frame").value_or("metric");
   const auto known = FrameFromName(frame);

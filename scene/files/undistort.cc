@@ -22,6 +22,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/undistort/undistorter.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -31,42 +32,12 @@ constexpr int kJpegQuality = 95;
 constexpr double kMaxTangent = 5.67;  // 80 degrees off axis: a plane beyond shows nothing but stretched pixels
 constexpr int kMaxPhotoSide = 32766;       // of cv::remap
 
-// The point on z = 1 seen at a border pixel, or, where the border looks too far to the side (a fisheye), at the
-// outermost usable pixel towards the principal point.
-Eigen::Vector2d BorderPoint(const Camera& camera, const Eigen::Vector2d& border_px) {
-  const Eigen::Vector2d c = camera.PrincipalPointPx();
-  const auto at = [&](double t) -> std::optional<Eigen::Vector2d> {
-    const auto x = camera.Normalized(c + t * (border_px - c));
+// A fisheye's border that looks too far to the side counts as having no ray.
+Camera PinholeFor(const Camera& camera) {
+  return PinholeInside({camera.width_px, camera.height_px}, camera.FocalPx(), camera.PrincipalPointPx(), [&](const Eigen::Vector2d& x_px) {
+    const auto x = camera.Normalized(x_px);
     return x && x->norm() <= kMaxTangent ? x : std::nullopt;
-  };
-  if (const auto x = at(1)) return *x;
-  double inside = 0, outside = 1;
-  for (int i = 0; i < 40; ++i) (at((inside + outside) / 2) ? inside : outside) = (inside + outside) / 2;
-  return at(inside).value_or(Eigen::Vector2d::Zero());
-}
-
-Camera PinholeInside(const Camera& camera) {
-  // The largest upright rectangle on z = 1 that no border of the photo cuts into.
-  double left = -1e9, right = 1e9, top = -1e9, bottom = 1e9;
-  const double w = camera.width_px, h = camera.height_px;
-  constexpr int kSamples = 512;
-  for (int i = 0; i <= kSamples; ++i) {
-    const double t = static_cast<double>(i) / kSamples;
-    left = std::max(left, BorderPoint(camera, {0, t * h}).x());
-    right = std::min(right, BorderPoint(camera, {w, t * h}).x());
-    top = std::max(top, BorderPoint(camera, {t * w, 0}).y());
-    bottom = std::min(bottom, BorderPoint(camera, {t * w, h}).y());
-  }
-  if (!(right - left > 1e-6) || !(bottom - top > 1e-6))
-    throw DataError("the lens distortion of a camera leaves no image to undistort", "check the camera's distortion parameters");
-  const Eigen::Vector2d f = camera.FocalPx();
-  const double scale = std::max(w / ((right - left) * f.x()), h / ((bottom - top) * f.y()));
-  const double fx = scale * f.x(), fy = scale * f.y();
-  // The window [-c, size - c] / f inside the rectangle, the principal point as near to the old one as that allows.
-  const auto place = [](double old, double low, double high) { return low <= high ? std::clamp(old, low, high) : (low + high) / 2; };
-  const Eigen::Vector2d c = camera.PrincipalPointPx();
-  return Camera::Pinhole(camera.width_px, camera.height_px, fx, fy, place(c.x(), w - right * fx, -left * fx),
-                         place(c.y(), h - bottom * fy, -top * fy));
+  });
 }
 
 // For each pixel of the pinhole image the photo's pixel, in cv::remap's fixed-point form.
@@ -185,7 +156,7 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
     const Camera& c = scene.cameras[i];
     if (std::max(c.width_px, c.height_px) > kMaxPhotoSide) throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxPhotoSide));
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
-    result.cameras[i] = c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeInside(c);
+    result.cameras[i] = c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeFor(c);
   }
   for (View& view : result.views)
     if (!scene.CameraOf(view).IsPinhole() && !CanKeepEnding(view.name)) view.name += ".png";

@@ -28,6 +28,9 @@ constexpr int kDescriptor = 128;
 constexpr Eigen::Index kBlock = 256;
 constexpr double kConfidence = 0.9999;
 constexpr int kRansacIterations = 5000;
+// Features of a photo that choose its partners, and matches among them below which two photos show nothing in common.
+constexpr Eigen::Index kPreemptiveFeatures = 256;
+constexpr int kPreemptiveMatches = 4;
 
 using Descriptors = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // kDescriptor columns
 
@@ -131,12 +134,14 @@ struct BestTwo {
   }
 };
 
-std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double ratio) {
-  std::vector<BestTwo> of_a(a.x_px.size()), of_b(b.x_px.size());
+// Of each photo's `most` strongest features.
+std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double ratio, Eigen::Index most) {
+  const Eigen::Index count_a = std::min(most, a.descriptors.rows()), count_b = std::min(most, b.descriptors.rows());
+  std::vector<BestTwo> of_a(static_cast<std::size_t>(count_a)), of_b(static_cast<std::size_t>(count_b));
   Descriptors product;
-  for (Eigen::Index begin = 0; begin < a.descriptors.rows(); begin += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, a.descriptors.rows() - begin);
-    product.noalias() = a.descriptors.middleRows(begin, rows) * b.descriptors.transpose();
+  for (Eigen::Index begin = 0; begin < count_a; begin += kBlock) {
+    const Eigen::Index rows = std::min(kBlock, count_a - begin);
+    product.noalias() = a.descriptors.middleRows(begin, rows) * b.descriptors.topRows(count_b).transpose();
     for (Eigen::Index i = 0; i < rows; ++i)
       for (Eigen::Index j = 0; j < product.cols(); ++j) {
         const float value = product(i, j);
@@ -151,6 +156,33 @@ std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double
     if (back.at == static_cast<int>(i) && back.Passes(ratio)) matches.push_back({static_cast<int>(i), of_a[i].at, of_a[i].best});
   }
   return matches;
+}
+
+// The pairs in which one photo is among the other's best partners.
+std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features, const std::vector<std::pair<int, int>>& all,
+                                             const MatchPhotosOptions& o, ProgressSink& sink) {
+  std::vector<int> matches(all.size(), 0);
+  Progress progress(sink, "choosing pairs of photos", static_cast<long>(all.size()));
+  ParallelFor(all.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
+      matches[i] = static_cast<int>(MatchDescriptors(features[a], features[b], o.ratio, kPreemptiveFeatures).size());
+      progress.Step();
+    }
+  });
+  std::vector<std::vector<std::size_t>> of_photo(features.size());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (matches[i] >= kPreemptiveMatches)
+      for (const int photo : {all[i].first, all[i].second}) of_photo[static_cast<std::size_t>(photo)].push_back(i);
+  std::vector<char> chosen(all.size(), 0);
+  for (auto& candidates : of_photo) {
+    std::stable_sort(candidates.begin(), candidates.end(), [&](std::size_t i, std::size_t j) { return matches[i] > matches[j]; });
+    for (std::size_t k = 0; k < candidates.size() && k < static_cast<std::size_t>(o.partners); ++k) chosen[candidates[k]] = 1;
+  }
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (chosen[i]) pairs.push_back(all[i]);
+  return pairs;
 }
 
 // Those that one fundamental matrix explains, or one homography where there is none (equal photos, a camera that only
@@ -232,6 +264,7 @@ std::optional<std::string> Validate(const MatchPhotosOptions& o) {
   if (!(o.epipolar_px > 0)) return "the distance to the epipolar line: above 0 pixels";
   if (o.min_matches < 8) return "verified matches that a pair needs: 8 and more";
   if (o.min_length < 2) return "a track's minimum length: 2 photos and more";
+  if (o.partners < 0) return "partners of a photo: 0 (all photos) and more";
   return std::nullopt;
 }
 
@@ -262,6 +295,7 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
         for (std::size_t i = begin; i < end; ++i) find(i);
       });
   }
+  if (options.partners > 0 && options.pairs.empty()) pairs = ChoosePairs(features, pairs, options, sink);
   std::vector<PairResult> results(pairs.size());
   {
     Progress progress(sink, "matching photos", static_cast<long>(pairs.size()));
@@ -270,7 +304,7 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
         const auto [a, b] = pairs[i];
         const Features& fa = features[static_cast<std::size_t>(a)];
         const Features& fb = features[static_cast<std::size_t>(b)];
-        const std::vector<Match> matches = MatchDescriptors(fa, fb, options.ratio);
+        const std::vector<Match> matches = MatchDescriptors(fa, fb, options.ratio, std::max(fa.descriptors.rows(), fb.descriptors.rows()));
         results[i].matches = static_cast<int>(matches.size());
         results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
         progress.Step();

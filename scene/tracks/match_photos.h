@@ -1,5 +1,6 @@
 // Tracks across unordered photographs: SIFT features, matched both ways with a ratio test, each pair of photos verified
-// by its epipolar geometry, matches joined to tracks. For up to about a hundred photos: every pair is tried.
+// by its epipolar geometry, matches joined to tracks. Every pair is tried, or of many photos (`partners`) those that a few
+// features of each say are worth it.
 //
 // Same photos, options and seed, same tracks, whatever the number of threads.
 #pragma once
@@ -24,8 +25,11 @@ struct MatchPhotosOptions {
   int min_matches = 16;         // verified matches that a pair needs. 8 and more
   int min_length = 2;           // photos; shorter tracks are dropped. 2 and more
   std::uint64_t seed = 0;
-  // Pairs (first < second) to try; empty: all.
+  // Pairs (first < second) to try; empty: all, or by `partners`.
   std::vector<std::pair<int, int>> pairs;
+  // Above 0, and `pairs` empty: a pair is tried where one of its photos is among so many that the other's strongest features match best
+  // (preemptive matching, Wu 2013). Finding these costs about a fiftieth of trying all pairs.
+  int partners = 0;
 };
 std::optional<std::string> Validate(const MatchPhotosOptions& options);
 
@@ -37,7 +41,7 @@ struct MatchedPair {
 
 struct MatchPhotosSummary {
   std::vector<int> features;         // found in each photo
-  std::vector<MatchedPair> pairs;    // tried, in order of first, second
+  std::vector<MatchedPair> pairs;    // tried in full, in order of first, second
   int conflicts = 0;                 // matches not followed: they would have joined two points of one photo
   double seconds = 0;
 };

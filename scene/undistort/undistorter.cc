@@ -13,33 +13,39 @@
 namespace lumi {
 namespace {
 
-// Borders where the polynomial has no inverse are moved in by steps of 1 % of the way to the principal point.
-Eigen::Vector2d BorderPoint(const PlumbBobCamera& k, const Eigen::Vector2d& border_px) {
-  const Eigen::Vector2d c(k.cx, k.cy);
-  for (int percent = 100; percent > 0; --percent)
-    if (const auto x = Unproject(k, c + percent / 100.0 * (border_px - c))) return *x;
-  return Eigen::Vector2d::Zero();
+Eigen::Vector2d BorderPoint(const RayOfPixel& ray, const Eigen::Vector2d& c, const Eigen::Vector2d& border_px) {
+  const auto at = [&](double t) { return ray(c + t * (border_px - c)); };
+  if (const auto x = at(1)) return *x;
+  double inside = 0, outside = 1;
+  for (int i = 0; i < 40; ++i) (at((inside + outside) / 2) ? inside : outside) = (inside + outside) / 2;
+  return at(inside).value_or(Eigen::Vector2d::Zero());
 }
 
 }  // namespace
 
-Camera PinholeInside(const PlumbBobCamera& k) {
-  const double w = k.width_px, h = k.height_px;
+Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& f, const Eigen::Vector2d& c, const RayOfPixel& ray) {
+  // The largest upright rectangle on z = 1 that no border of the photo cuts into.
   double left = -1e9, right = 1e9, top = -1e9, bottom = 1e9;
-  constexpr int kSamples = 256;
+  const double w = size_px.x(), h = size_px.y();
+  constexpr int kSamples = 512;
   for (int i = 0; i <= kSamples; ++i) {
     const double t = static_cast<double>(i) / kSamples;
-    left = std::max(left, BorderPoint(k, {0, t * h}).x());
-    right = std::min(right, BorderPoint(k, {w, t * h}).x());
-    top = std::max(top, BorderPoint(k, {t * w, 0}).y());
-    bottom = std::min(bottom, BorderPoint(k, {t * w, h}).y());
+    left = std::max(left, BorderPoint(ray, c, {0, t * h}).x());
+    right = std::min(right, BorderPoint(ray, c, {w, t * h}).x());
+    top = std::max(top, BorderPoint(ray, c, {t * w, 0}).y());
+    bottom = std::min(bottom, BorderPoint(ray, c, {t * w, h}).y());
   }
-  if (!(right - left > 1e-6) || !(bottom - top > 1e-6)) throw DataError("the lens distortion leaves no picture to undistort");
-  // One factor on both focal lengths: an image window of the photo's size inside the rectangle.
-  const double scale = std::max(w / ((right - left) * k.fx), h / ((bottom - top) * k.fy));
-  const double fx = scale * k.fx, fy = scale * k.fy;
+  if (!(right - left > 1e-6) || !(bottom - top > 1e-6))
+    throw DataError("the lens distortion of a camera leaves no image to undistort", "check the camera's distortion parameters");
+  const double scale = std::max(w / ((right - left) * f.x()), h / ((bottom - top) * f.y()));
+  const double fx = scale * f.x(), fy = scale * f.y();
+  // The window [-c, size - c] / f inside the rectangle, the principal point as near to the old one as that allows.
   const auto place = [](double old, double low, double high) { return low <= high ? std::clamp(old, low, high) : (low + high) / 2; };
-  return Camera::Pinhole(k.width_px, k.height_px, fx, fy, place(k.cx, w - right * fx, -left * fx), place(k.cy, h - bottom * fy, -top * fy));
+  return Camera::Pinhole(size_px.x(), size_px.y(), fx, fy, place(c.x(), w - right * fx, -left * fx), place(c.y(), h - bottom * fy, -top * fy));
+}
+
+Camera PinholeInside(const PlumbBobCamera& k) {
+  return PinholeInside({k.width_px, k.height_px}, {k.fx, k.fy}, {k.cx, k.cy}, [&](const Eigen::Vector2d& x_px) { return Unproject(k, x_px); });
 }
 
 Undistorter::Undistorter(const PlumbBobCamera& camera, const Camera& pinhole)

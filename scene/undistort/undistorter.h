@@ -2,6 +2,9 @@
 // COLMAP's models is in files/undistort.cc.
 #pragma once
 
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "scene/model/camera.h"
@@ -10,8 +13,14 @@
 
 namespace lumi {
 
-// Of the photo's size, with the largest field of view that lies wholly inside the photo. Throws DataError where the distortion leaves none.
+// Of the photo's size, with the largest field of view that lies wholly inside the photo: one factor on both focal lengths, the principal point
+// moved only as far as that needs. Throws DataError where the distortion leaves none.
 Camera PinholeInside(const PlumbBobCamera& camera);
+
+// A pixel's ray as its point on z = 1, where it has one.
+using RayOfPixel = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d& x_px)>;
+// The same of any lens. Where the photo's border has no ray, the outermost pixel towards the principal point that has one stands for it.
+Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& focal_px, const Eigen::Vector2d& principal_point_px, const RayOfPixel& ray);
 
 // For as many photos as wanted; any thread may use one.
 class Undistorter {

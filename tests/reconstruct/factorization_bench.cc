@@ -1,9 +1,7 @@
 // Accuracy and time of the factorisation on simulated tracks of 100 frames: the figures of docs/factorization.md.
 #include <cstdio>
 
-#include "factorization_scenes.h"
-#include "reconstruct/factorization/factorization.h"
-#include "scene/geometry/similarity3.h"
+#include "factorization_errors.h"
 #include "scene/program/parallel.h"
 
 namespace {
@@ -17,16 +15,9 @@ void Row(const std::string& name, const SimulatedTracks& s, const FactorizationO
   const FactorizationResult r = ReconstructFromTracks(s.tracks, s.camera, options, SilentProgress());
   double rotation = 0, centre = 0;
   if (r.upgrade == UpgradeKind::kMetric) {
-    std::vector<Rigid3> found, truth;
-    for (std::size_t f = 0; f < r.placed.size(); ++f)
-      if (r.placed[f]) {
-        found.push_back(r.cam_from_world[f]);
-        truth.push_back(s.cam_from_world[f]);
-      }
-    rotation = ComparePoses(found, truth).rotation_max_deg;
-    const Similarity3 align = AlignPoses(found, truth);
-    for (std::size_t i = 0; i < found.size(); ++i)
-      centre = std::max(centre, 100 * (align * found[i].OriginInSource() - truth[i].OriginInSource()).norm() / s.scene_size);
+    const TruthErrors errors = ErrorsAgainst(s, r);
+    rotation = errors.rotation_max_deg;
+    centre = 100 * errors.centre_max_share;
   }
   const StageSeconds& t = r.seconds;
   std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n", name.c_str(),
@@ -43,9 +34,7 @@ int main() {
   std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade", "cam", "rms P",
       "rms M", "deg", "%",
               "win", "merge", "proj", "upgr", "metr", "ms");
-  Noise noise;
-  noise.sigma_px = 0.3;
-  noise.max_track_frames = 40;
+  const Noise noise = Tracked(0.3, 40);
   const SimulatedTracks plaza = See(PlazaPath(100), PlazaPoints(600), noise), hallway = See(HallwayPath(100), HallwayPoints(600), noise),
                         desk = See(DeskPath(100), DeskPoints(300), noise), round = See(DeskPath(100, 360), DeskPoints(300), noise);
   Row("plaza", plaza, {});

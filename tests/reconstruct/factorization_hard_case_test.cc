@@ -4,15 +4,14 @@
 #include <functional>
 #include <limits>
 
-#include "factorization_scenes.h"
-#include "reconstruct/factorization/factorization.h"
-#include "scene/geometry/similarity3.h"
+#include "factorization_errors.h"
 
 namespace lumi {
 namespace {
 
 using test::DeskPath;
 using test::DeskPoints;
+using test::ErrorsAgainst;
 using test::HallwayPath;
 using test::HallwayPoints;
 using test::Noise;
@@ -20,16 +19,11 @@ using test::PlazaPath;
 using test::PlazaPoints;
 using test::See;
 using test::SimulatedTracks;
+using test::Tracked;
 
-constexpr double kNoisePx = 0.3;
+constexpr double kNoisePx = 0.3;         // Tracked()'s
 constexpr double kRotationDeg = 0.1;     // what is promised of ordinary scenes
 constexpr double kCentreShareOfScene = 0.003;
-
-Noise Tracked(double sigma_px = kNoisePx) {
-  Noise noise;
-  noise.sigma_px = sigma_px;
-  return noise;
-}
 
 struct Outcome {
   std::optional<FactorizationResult> result;
@@ -60,37 +54,14 @@ Outcome Reconstruct(const SimulatedTracks& s, const std::optional<Camera>& camer
   return outcome;
 }
 
-// Rotations between neighbouring placed frames against the truth: says whether a scene is bent, whatever its extent.
-double WorstRelativeRotationDeg(const FactorizationResult& r, const SimulatedTracks& s) {
-  double worst = 0;
-  std::size_t last = r.placed.size();
-  for (std::size_t f = 0; f < r.placed.size(); ++f) {
-    if (!r.placed[f]) continue;
-    if (last < f) {
-      const Eigen::Quaterniond found = r.cam_from_world[f].rotation * r.cam_from_world[last].rotation.conjugate();
-      const Eigen::Quaterniond truth = s.cam_from_world[f].rotation * s.cam_from_world[last].rotation.conjugate();
-      worst = std::max(worst, found.angularDistance(truth) * kDegPerRad);
-    }
-    last = f;
-  }
-  return worst;
-}
-
 void ExpectTruth(const Outcome& outcome, const SimulatedTracks& s, double rotation_deg = kRotationDeg, double share = kCentreShareOfScene) {
   ASSERT_TRUE(outcome.result) << outcome.message;
   const FactorizationResult& r = *outcome.result;
   ASSERT_EQ(r.upgrade, UpgradeKind::kMetric) << r.upgrade_reason;
-  std::vector<Rigid3> found, truth;
-  for (std::size_t f = 0; f < r.placed.size(); ++f)
-    if (r.placed[f]) {
-      found.push_back(r.cam_from_world[f]);
-      truth.push_back(s.cam_from_world[f]);
-    }
-  EXPECT_EQ(found.size(), s.cam_from_world.size());
-  EXPECT_LT(WorstRelativeRotationDeg(r, s), rotation_deg);
-  const Similarity3 align = AlignPoses(found, truth);
-  for (std::size_t i = 0; i < found.size(); ++i)
-    EXPECT_LT((align * found[i].OriginInSource() - truth[i].OriginInSource()).norm(), share * s.scene_size);
+  const test::TruthErrors errors = ErrorsAgainst(s, r);
+  EXPECT_EQ(errors.placed, s.cam_from_world.size());
+  EXPECT_LT(errors.neighbour_rotation_max_deg, rotation_deg);
+  EXPECT_LT(errors.centre_max_share, share);
 }
 
 void ExpectRefusal(const Outcome& outcome, FactorizationRefusal expected) {
@@ -156,7 +127,7 @@ TEST(HardCase, TowardsAPlaneStepByStep) {
         EXPECT_EQ(*outcome.refusal, FactorizationRefusal::kPlanarScene);
         EXPECT_LT(thickness, 0.5);
       } else if (outcome.result->upgrade == UpgradeKind::kMetric) {
-        EXPECT_LT(WorstRelativeRotationDeg(*outcome.result, s), thickness == 1 ? kRotationDeg : 5 * kRotationDeg);
+        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg, thickness == 1 ? kRotationDeg : 5 * kRotationDeg);
       }
     }
 }
@@ -173,7 +144,7 @@ TEST(HardCase, TowardsPureRotationStepByStep) {
         EXPECT_TRUE(*outcome.refusal == FactorizationRefusal::kPureRotation || *outcome.refusal == FactorizationRefusal::kPlanarScene);
         EXPECT_LT(baseline, 0.5);
       } else if (outcome.result->upgrade == UpgradeKind::kMetric) {
-        EXPECT_LT(WorstRelativeRotationDeg(*outcome.result, s), baseline == 1 ? kRotationDeg : 5 * kRotationDeg);
+        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg, baseline == 1 ? kRotationDeg : 5 * kRotationDeg);
       }
     }
 }
@@ -297,13 +268,7 @@ TEST(HardCase, ACameraThatTurnsFullCircle) {
 }
 
 TEST(HardCase, ConstantOrientationIsSolvedWithKnownIntrinsicsAndNamedWithout) {
-  std::vector<Rigid3> path = PlazaPath(30);
-  for (Rigid3& pose : path) {
-    const Eigen::Vector3d c = pose.OriginInSource();
-    pose.rotation.setIdentity();
-    pose.translation = -c;
-  }
-  const SimulatedTracks s = See(path, PlazaPoints(500), Tracked());
+  const SimulatedTracks s = See(test::WithoutTurning(PlazaPath(30)), PlazaPoints(500), Tracked());
   ExpectTruth(Reconstruct(s, s.camera), s);
   const Outcome unknown = Reconstruct(s, std::nullopt);
   ASSERT_TRUE(unknown.result) << unknown.message;

@@ -50,6 +50,16 @@ ProjectiveModel TrueModel(const SimulatedTracks& s, const ImagePoints& points) {
   return model;
 }
 
+struct TrueScene {
+  SimulatedTracks s;
+  ImagePoints points;
+  ProjectiveModel model;
+};
+TrueScene TrueSceneOf(const SimulatedTracks& s) {
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  return {s, points, TrueModel(s, points)};
+}
+
 TEST(Normalise, EachFramesPointsHaveTheirCentroidAtZeroAndSizeRootTwo) {
   const SimulatedTracks s = See(DeskPath(5), DeskPoints(80), {});
   const ImagePoints points = Normalise(s.tracks, std::nullopt);
@@ -94,9 +104,7 @@ TEST(Normalise, SightsThatAreNotNumbersAreLeftOut) {
 }
 
 TEST(Windows, EveryFrameIsInOneAndNeighboursOverlap) {
-  Noise noise;
-  noise.max_track_frames = 40;
-  const ImagePoints points = Normalise(See(PlazaPath(97), PlazaPoints(800), noise).tracks, std::nullopt);
+  const ImagePoints points = Normalise(See(PlazaPath(97), PlazaPoints(800), test::Tracked(0, 40)).tracks, std::nullopt);
   const auto windows = SplitIntoWindows(points, {});
   ASSERT_GT(windows.size(), 3U);
   EXPECT_EQ(windows.front().frames.front(), 0);
@@ -106,12 +114,7 @@ TEST(Windows, EveryFrameIsInOneAndNeighboursOverlap) {
 
 TEST(Windows, UnorderedPhotosAreGroupedByWhatTheyShare) {
   // Every second photo shows one of two ends of the plaza; photos in the middle connect them.
-  SimulatedTracks s = See(PlazaPath(30), PlazaPoints(400), {});
-  const auto place = [](int f) { return f * 7 % 30; };
-  for (Track& track : s.tracks.tracks) {
-    for (auto& o : track.observations) o.frame = place(o.frame);
-    std::sort(track.observations.begin(), track.observations.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  }
+  const SimulatedTracks s = test::InNoOrder(See(PlazaPath(30), PlazaPoints(400), {}));
   WindowOptions options;
   options.ordered = false;
   options.length = 10;
@@ -149,8 +152,7 @@ PairOfFrames TakePair(const ImagePoints& points, int i, int j) {
 }
 
 TEST(TwoView, TheFundamentalMatrixIsFoundUnderFortyPercentOutliers) {
-  Noise noise;
-  noise.sigma_px = kNoisePx;
+  Noise noise = test::Tracked(kNoisePx);
   noise.outliers = 0.225;  // of each sight: 40 % of the pairs
   const SimulatedTracks s = See(DeskPath(2, 20), DeskPoints(300), noise);
   const PairOfFrames pair = TakePair(Normalise(s.tracks, std::nullopt), 0, 1);
@@ -172,10 +174,8 @@ TEST(TwoView, OnePlaneAndItsParallaxAreEnough) {
   auto points = PlazaPoints(300);
   for (std::size_t i = 0; i < points.size(); ++i)
     if (i % 5 != 0) points[i].y() = 2;  // the ground
-  Noise noise;
-  noise.sigma_px = kNoisePx;
   const auto path = PlazaPath(40);
-  const SimulatedTracks s = See({path[10], path[25]}, points, noise);
+  const SimulatedTracks s = See({path[10], path[25]}, points, test::Tracked(kNoisePx));
   const PairOfFrames pair = TakePair(Normalise(s.tracks, std::nullopt), 0, 1);
   const TwoView two = EstimateTwoView(pair.a, pair.b, pair.unit_a, pair.unit_b, {});
   EXPECT_EQ(two.kind, TwoViewKind::kGeneral);
@@ -195,12 +195,9 @@ TEST(TwoView, CanonicalCameraHasItsFundamentalMatrix) {
 }
 
 TEST(Resection, ACameraIsFoundUnderFortyPercentOutliers) {
-  Noise noise;
+  Noise noise = test::Tracked(kNoisePx);
   noise.outliers = 0.4;
-  noise.sigma_px = kNoisePx;
-  const SimulatedTracks s = See(DeskPath(3), DeskPoints(200), noise);
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  const ProjectiveModel truth = TrueModel(s, points);
+  const auto [s, points, truth] = TrueSceneOf(See(DeskPath(3), DeskPoints(200), noise));
   std::vector<Eigen::Vector4d> X;
   std::vector<Eigen::Vector2d> x;
   int good = 0;
@@ -233,9 +230,7 @@ TEST(Resection, PointsThatAgreeWithNoCameraGiveNone) {
 
 TEST(Intersection, APointAtInfinityIsAPointLikeAnyOther) {
   const Eigen::Vector4d direction(0.1, -0.05, 1, 0);
-  const SimulatedTracks s = See(PlazaPath(8), {direction}, {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  ProjectiveModel model = TrueModel(s, points);
+  auto [s, points, model] = TrueSceneOf(See(PlazaPath(8), {direction}, {}));
   const Eigen::Vector4d expected = model.X[0];
   model.solved[0] = 0;
   model.X[0].setZero();
@@ -244,9 +239,7 @@ TEST(Intersection, APointAtInfinityIsAPointLikeAnyOther) {
 }
 
 TEST(Intersection, OutliersAmongTheSightsAreNamed) {
-  Noise noise;
-  noise.sigma_px = kNoisePx;
-  SimulatedTracks s = See(DeskPath(12), DeskPoints(20), noise);
+  SimulatedTracks s = See(DeskPath(12), DeskPoints(20), test::Tracked(kNoisePx));
   for (auto& track : s.tracks.tracks)
     if (track.observations.size() > 8)
       for (const std::size_t k : {1U, 5U, 7U}) track.observations[k].x_px += Eigen::Vector2d(25, -31);
@@ -274,6 +267,12 @@ MeasurementMatrix Complete(const ImagePoints& points) {
   return m;
 }
 
+Eigen::MatrixXd StackedCameras(const ProjectiveModel& model) {
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(model.P.size()), 4);
+  for (std::size_t f = 0; f < model.P.size(); ++f) rows.middleRows<3>(3 * static_cast<Eigen::Index>(f)) = model.P[f];
+  return rows;
+}
+
 TEST(Factorise, DepthsFromNothingMoveTowardsRankFour) {
   const ImagePoints points = Normalise(See(DeskPath(12), DeskPoints(150), {}).tracks, std::nullopt);
   FactoriseOptions options;
@@ -289,14 +288,8 @@ TEST(Factorise, DepthsFromNothingMoveTowardsRankFour) {
 TEST(Factorise, TheGapIsTheSignalOverTheNoise) {
   double last = 1e300;
   for (const double sigma : {0.01, 0.1, 1.0}) {
-    Noise noise;
-    noise.sigma_px = sigma;
-    const SimulatedTracks s = See(DeskPath(12), DeskPoints(150), noise);
-    const ImagePoints points = Normalise(s.tracks, std::nullopt);
-    const ProjectiveModel truth = TrueModel(s, points);
-    Eigen::MatrixXd start(36, 4);
-    for (Eigen::Index f = 0; f < 12; ++f) start.middleRows<3>(3 * f) = truth.P[static_cast<std::size_t>(f)];
-    const Factorisation result = Factorise(Complete(points), start, {});
+    const auto [s, points, truth] = TrueSceneOf(See(DeskPath(12), DeskPoints(150), test::Tracked(sigma)));
+    const Factorisation result = Factorise(Complete(points), StackedCameras(truth), {});
     EXPECT_LT(result.gap, last / 5);
     EXPECT_LE(result.rms, result.start_rms);
     EXPECT_GT(result.depths.minCoeff() * result.depths.maxCoeff() + 1, 0);
@@ -307,18 +300,12 @@ TEST(Factorise, TheGapIsTheSignalOverTheNoise) {
 TEST(Factorise, APlaneHasRankThree) {
   auto flat = DeskPoints(150);
   for (auto& x : flat) x.y() = 0;
-  const SimulatedTracks s = See(DeskPath(12), flat, {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  const ProjectiveModel truth = TrueModel(s, points);
-  Eigen::MatrixXd start(36, 4);
-  for (Eigen::Index f = 0; f < 12; ++f) start.middleRows<3>(3 * f) = truth.P[static_cast<std::size_t>(f)];
-  EXPECT_GT(Factorise(Complete(points), start, {}).rank3_gap, 1e6);
+  const auto [s, points, truth] = TrueSceneOf(See(DeskPath(12), flat, {}));
+  EXPECT_GT(Factorise(Complete(points), StackedCameras(truth), {}).rank3_gap, 1e6);
 }
 
 TEST(ProjectiveBundle, BringsADisturbedModelBack) {
-  const SimulatedTracks s = See(DeskPath(8), DeskPoints(60), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  ProjectiveModel model = TrueModel(s, points);
+  auto [s, points, model] = TrueSceneOf(See(DeskPath(8), DeskPoints(60), {}));
   std::mt19937_64 random(5);
   std::normal_distribution<double> gauss(0, 2e-3);
   for (auto& P : model.P)
@@ -378,12 +365,9 @@ TEST(MetricBundle, FindsTheFocalLengthAndThePoses) {
 }
 
 TEST(Cull, TheLimitFollowsTheNoiseAndOutliersAreFound) {
-  Noise noise;
-  noise.sigma_px = 0.8;
+  Noise noise = test::Tracked(0.8);
   noise.outliers = 0.1;
-  const SimulatedTracks s = See(DeskPath(15), DeskPoints(100), noise);
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  ProjectiveModel model = TrueModel(s, points);
+  auto [s, points, model] = TrueSceneOf(See(DeskPath(15), DeskPoints(100), noise));
   const CullResult result = Cull(points, model, {});
   EXPECT_NEAR(result.sigma_px, 0.8, 0.25);  // the truth's errors, taken for a fit's: a little too large
   int wrong = 0, lost = 0;
@@ -397,9 +381,7 @@ TEST(Cull, TheLimitFollowsTheNoiseAndOutliersAreFound) {
 }
 
 TEST(Merge, TwoFramesOfReferenceBecomeOneExactly) {
-  const SimulatedTracks s = See(DeskPath(16), DeskPoints(150), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  const ProjectiveModel truth = TrueModel(s, points);
+  const auto [s, points, truth] = TrueSceneOf(See(DeskPath(16), DeskPoints(150), {}));
   const Window window = MakeWindow(points, {6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
   ProjectiveModel whole = truth, part(Extract(points, window));
   for (std::size_t i = 0; i < window.frames.size(); ++i) {
@@ -424,9 +406,7 @@ TEST(Merge, TwoFramesOfReferenceBecomeOneExactly) {
 }
 
 TEST(Merge, WhatDoesNotFitIsNotMerged) {
-  const SimulatedTracks s = See(DeskPath(16), DeskPoints(150), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  const ProjectiveModel truth = TrueModel(s, points);
+  const auto [s, points, truth] = TrueSceneOf(See(DeskPath(16), DeskPoints(150), {}));
   const Window window = MakeWindow(points, {8, 9, 10, 11, 12, 13});
   ProjectiveModel whole = truth, part(Extract(points, window));
   std::mt19937_64 random(7);
@@ -506,9 +486,7 @@ TEST(LinearProgram, ContradictionsAreNamed) {
 }
 
 TEST(QuasiAffine, EverythingIsInFrontAndOnOneSideOfInfinity) {
-  const SimulatedTracks s = See(PlazaPath(20), PlazaPoints(200), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  ProjectiveModel model = TrueModel(s, points);
+  auto [s, points, model] = TrueSceneOf(See(PlazaPath(20), PlazaPoints(200), {}));
   std::mt19937_64 random(17);
   for (auto& P : model.P) P *= random() % 2 ? 1 : -1;
   for (auto& X : model.X) X *= random() % 2 ? 1 : -1;
@@ -528,9 +506,7 @@ TEST(QuasiAffine, EverythingIsInFrontAndOnOneSideOfInfinity) {
 TEST(QuasiAffine, TheHullOfPointsAndCamerasIsNotCut) {
   // Convex combinations of points keep w > 0, and the true frame's order of depths in each camera survives: what a
   // quasi-affine frame promises.
-  const SimulatedTracks s = See(DeskPath(10), DeskPoints(100), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  ProjectiveModel model = TrueModel(s, points);
+  auto [s, points, model] = TrueSceneOf(See(DeskPath(10), DeskPoints(100), {}));
   ASSERT_TRUE(SolveQuasiAffine(points, model).solved);
   std::mt19937_64 random(19);
   for (int trial = 0; trial < 200; ++trial) {
@@ -549,9 +525,7 @@ TEST(QuasiAffine, TheHullOfPointsAndCamerasIsNotCut) {
 }
 
 TEST(Upgrade, TheTrueFrameIsFoundExactly) {
-  const SimulatedTracks s = See(PlazaPath(12), PlazaPoints(150), {});
-  const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  const ProjectiveModel model = TrueModel(s, points);
+  const auto [s, points, model] = TrueSceneOf(See(PlazaPath(12), PlazaPoints(150), {}));
   std::vector<Eigen::Matrix3d> K;
   for (std::size_t f = 0; f < 12; ++f) K.push_back(NormalisedFromPixels(points, f) * s.camera.K());
   const Upgrade upgrade = UpgradeToEuclidean(points, model, K);
@@ -573,11 +547,7 @@ TEST(Upgrade, ConstantOrientationIsToldFromTurning) {
     return DeviationFromConstantOrientation(points, TrueModel(s, points));
   };
   EXPECT_GT(deviation(), 0.05);
-  for (Rigid3& pose : path) {
-    const Eigen::Vector3d c = pose.OriginInSource();
-    pose.rotation.setIdentity();
-    pose.translation = -c;
-  }
+  path = test::WithoutTurning(path);
   EXPECT_LT(deviation(), 1e-8);
 }
 

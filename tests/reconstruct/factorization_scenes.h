@@ -1,6 +1,7 @@
 // Tracks of simulated scenes: random points in front of a moving camera, projected exactly, noise and outliers added.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -35,6 +36,14 @@ struct Noise {
   int max_track_frames = kForever;   // a track is cut after so many frames, and a new one begins
   unsigned seed = 1;
 };
+
+// Noise as a tracker leaves it.
+inline Noise Tracked(double sigma_px = 0.3, int max_track_frames = kForever) {
+  Noise noise;
+  noise.sigma_px = sigma_px;
+  noise.max_track_frames = max_track_frames;
+  return noise;
+}
 
 // Sees what is in front and inside the photo; tracks seen in fewer than two frames are left out.
 inline SimulatedTracks See(const std::vector<Rigid3>& path, const std::vector<Eigen::Vector4d>& points, const Noise& noise,
@@ -89,6 +98,26 @@ inline SimulatedTracks See(const std::vector<Rigid3>& path, const std::vector<Ei
   s.scene_size = (high - low).norm();
   for (int i = 0; i < 2; ++i) s.camera.params[static_cast<std::size_t>(2 + i)] += noise.offset_px[i];
   return s;
+}
+
+// The same frames in another order, neighbours far apart. Their number is no multiple of 7.
+inline SimulatedTracks InNoOrder(SimulatedTracks s) {
+  const int n = static_cast<int>(s.cam_from_world.size());
+  const auto place = [&](int f) { return f * 7 % n; };
+  std::vector<Rigid3> path(s.cam_from_world.size());
+  for (int f = 0; f < n; ++f) path[static_cast<std::size_t>(place(f))] = s.cam_from_world[static_cast<std::size_t>(f)];
+  s.cam_from_world = path;
+  for (Track& track : s.tracks.tracks) {
+    for (auto& o : track.observations) o.frame = place(o.frame);
+    std::sort(track.observations.begin(), track.observations.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
+  }
+  return s;
+}
+
+// The same way without turning.
+inline std::vector<Rigid3> WithoutTurning(std::vector<Rigid3> path) {
+  for (Rigid3& pose : path) pose = {Eigen::Quaterniond::Identity(), -pose.OriginInSource()};
+  return path;
 }
 
 inline std::vector<Eigen::Vector4d> PointsInBox(const Eigen::Vector3d& low, const Eigen::Vector3d& high, int n, unsigned seed) {

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "factorization_scenes.h"
-#include "scene/geometry/similarity3.h"
+#include "factorization_errors.h"
 
 namespace lumi {
 namespace {
@@ -24,27 +23,15 @@ constexpr double kRotationDeg = 0.1;
 constexpr double kCentreShareOfScene = 0.003;
 constexpr double kProjectiveRmsPx = 0.5;
 
-Noise Tracked(double sigma_px = 0.3) {
-  Noise noise;
-  noise.sigma_px = sigma_px;
-  noise.max_track_frames = 40;
-  return noise;
-}
+Noise Tracked() { return test::Tracked(0.3, 40); }
 
 void ExpectTruth(const FactorizationResult& r, const SimulatedTracks& s, double rotation_deg = kRotationDeg,
     double share = kCentreShareOfScene) {
   ASSERT_EQ(r.upgrade, UpgradeKind::kMetric) << r.upgrade_reason;
-  std::vector<Rigid3> found, truth;
-  for (std::size_t f = 0; f < r.placed.size(); ++f)
-    if (r.placed[f]) {
-      found.push_back(r.cam_from_world[f]);
-      truth.push_back(s.cam_from_world[f]);
-    }
-  EXPECT_EQ(found.size(), s.cam_from_world.size());
-  EXPECT_LT(ComparePoses(found, truth).rotation_max_deg, rotation_deg);
-  const Similarity3 align = AlignPoses(found, truth);
-  for (std::size_t i = 0; i < found.size(); ++i)
-    EXPECT_LT((align * found[i].OriginInSource() - truth[i].OriginInSource()).norm(), share * s.scene_size);
+  const test::TruthErrors errors = test::ErrorsAgainst(s, r);
+  EXPECT_EQ(errors.placed, s.cam_from_world.size());
+  EXPECT_LT(errors.rotation_max_deg, rotation_deg);
+  EXPECT_LT(errors.centre_max_share, share);
 }
 
 class OfAnExample : public testing::TestWithParam<const char*> {};
@@ -115,15 +102,7 @@ TEST(Factorization, AFocalLengthFivePercentOffIsNotSwallowedSilently) {
 }
 
 TEST(Factorization, UnorderedPhotosGoByWhatTheyShare) {
-  SimulatedTracks s = See(DeskPath(30, 120), DeskPoints(300), Tracked());
-  const auto place = [](int f) { return f * 7 % 30; };
-  std::vector<Rigid3> path(30);
-  for (int f = 0; f < 30; ++f) path[static_cast<std::size_t>(place(f))] = s.cam_from_world[static_cast<std::size_t>(f)];
-  s.cam_from_world = path;
-  for (Track& track : s.tracks.tracks) {
-    for (auto& o : track.observations) o.frame = place(o.frame);
-    std::sort(track.observations.begin(), track.observations.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  }
+  const SimulatedTracks s = test::InNoOrder(See(DeskPath(30, 120), DeskPoints(300), Tracked()));
   FactorizationOptions options;
   options.windows.ordered = false;
   options.windows.length = 12;

@@ -36,6 +36,12 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.search_focal = true; }));  // not observable
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2"; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.all_frames = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.reference = "truth"; }));                             // with nothing to measure
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.poses = "p"; }));                  // nothing is estimated
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.rig = Rig::kRing; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.database = "d"; }));               // features are what is measured
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.reference = "truth", o.backend = Backend::kFactorization, o.projective = true; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.focal_px = 500; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kRing, o.search_focal = true; }));
 }
@@ -54,6 +60,7 @@ TEST(ReconstructOptions, EveryOptionThatChangesTheResultChangesTheRecord) {
   EXPECT_TRUE(differs([](auto& o) { o.intrinsics = {1, 2, 3, 4}; }));
   EXPECT_TRUE(differs([](auto& o) { o.all_frames = true; }));
   EXPECT_FALSE(differs([](auto& o) { o.threads = 3; }));
+  EXPECT_FALSE(differs([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));  // measured beside the scene
 }
 
 TEST(ReconstructSummary, SurvivesItsJson) {

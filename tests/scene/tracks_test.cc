@@ -443,6 +443,34 @@ TEST(MatchPhotos, ASymmetricSpotIsAtItsMiddle) {
   EXPECT_NEAR(dy[dy.size() / 2], 0, 0.05);
 }
 
+// A long way over the plane, its photos in no order: each is matched with the few that see what it sees.
+TEST(MatchPhotos, PhotosAreMatchedWithTheirBestPartners) {
+  constexpr int kPhotos = 12;
+  const auto place = [](int i) { return i * 5 % kPhotos; };
+  const Motion way = [&](int photo, const Eigen::Vector2d& x) -> Eigen::Vector2d { return x + Eigen::Vector2d(110.0 * place(photo), 0); };
+  const FrameSource photos = TexturedFrames(kPhotos, 320, 240, way, kNoise);
+  MatchPhotosOptions options;
+  MatchPhotosSummary all, some;
+  const Tracks by_all = MatchPhotos(photos, options, SilentProgress(), &all);
+  options.partners = 3;
+  const Tracks tracks = MatchPhotos(photos, options, SilentProgress(), &some);
+  EXPECT_EQ(all.pairs.size(), 66u);
+  EXPECT_LE(some.pairs.size(), static_cast<std::size_t>(3 * kPhotos));
+  // Neighbours are among the pairs, and hardly a verified match is lost.
+  int neighbours = 0, verified = 0, verified_of_all = 0;
+  for (const MatchedPair& p : some.pairs) {
+    neighbours += std::abs(place(p.first) - place(p.second)) == 1;
+    verified += p.verified;
+  }
+  for (const MatchedPair& p : all.pairs) verified_of_all += p.verified;
+  EXPECT_EQ(neighbours, kPhotos - 1);
+  EXPECT_GT(verified, 0.9 * verified_of_all);
+  EXPECT_GT(static_cast<double>(tracks.tracks.size()), 0.9 * static_cast<double>(by_all.tracks.size()));
+  EXPECT_LT(Compare(tracks, way).outliers, 0.03);
+  options.partners = -1;
+  EXPECT_REFUSED(ExitCode::kUsage, "partners", MatchPhotos(photos, options, SilentProgress()));
+}
+
 TEST(MatchPhotos, MasksAreRespectedAndPairsMayBeChosen) {
   FrameSource photos = TexturedFrames(3, 320, 240, PlanePhotos());
   photos.mask = [](int) {

@@ -1,4 +1,4 @@
-#include "render/tradeoff/plot.h"
+#include "scene/plot/plot.h"
 
 #include <fmt/format.h>
 

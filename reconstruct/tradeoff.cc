@@ -1,0 +1,560 @@
+#include "reconstruct/tradeoff.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "reconstruct/factorization/windows.h"
+#include "reconstruct/features.h"
+#include "reconstruct/reconstruct.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/scene_folder.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/plot/plot.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
+#include "scene/tracks/match_photos.h"
+#include "scene/tracks/track_video.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr std::size_t kLeastShared = 3;  // photos: fewer cannot be aligned
+constexpr int kLeastFeatures = 50, kLeastWindow = 3, kLeastSidePx = 100;
+constexpr double kLongerWindow = 1.25;     // a window that is longer by less is the same
+constexpr double kAdjustmentEffort = 10;   // ranks any adjusted setting above the same without
+constexpr double kLeastShownError = 1e-6;  // where the logarithmic axes end
+
+// One thing to turn.
+struct Dial {
+  const char* line;
+  std::vector<int> values;  // ascending, `given` among them
+  int given;
+  void (*set)(ReconstructOptions&, int);
+  std::string (*text)(int);
+  double (*effort)(int);
+};
+
+std::vector<int> Around(int given, std::initializer_list<double> factors, int least, int most) {
+  std::vector<int> values{given};
+  for (const double factor : factors) {
+    const int value = static_cast<int>(std::lround(std::min(factor * given, static_cast<double>(most))));
+    if (value >= least && value != given) values.push_back(value);
+  }
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+double InProportion(int value) { return value; }
+
+bool FollowsFrames(const ReconstructOptions& o, const ReconstructExtent& extent) {
+  return extent.is_video || o.matching == Matching::kSequential;
+}
+
+std::vector<Dial> DialsOf(const ReconstructOptions& o, const ReconstructExtent& extent) {
+  constexpr int kAny = std::numeric_limits<int>::max();
+  const auto size_dial = [&](int limit) {
+    // A limit beyond the photos' size does what their size does.
+    const int given = std::min(limit, extent.longest_side_px);
+    return Dial{"image size",
+                Around(given, {0.25, 0.5, 2}, kLeastSidePx, extent.longest_side_px),
+                given,
+                [](ReconstructOptions& r, int v) { r.max_image_size_px = v; },
+                [](int v) { return fmt::format("{} px", v); },
+                InProportion};
+  };
+  const auto features_text = [](int v) { return fmt::format("features {}", v); };
+  if (o.backend == Backend::kColmap) {
+    const FeatureLimits limits = LimitsFor(o, static_cast<std::size_t>(std::max(0, extent.photos)));
+    return {size_dial(limits.max_image_size_px),
+            Dial{"features", Around(limits.max_features, {0.25, 0.5, 2}, kLeastFeatures, kAny), limits.max_features,
+                 [](ReconstructOptions& r, int v) { r.max_features = v; }, features_text, InProportion}};
+  }
+  const bool follow = FollowsFrames(o, extent);
+  const int features = o.features > 0 ? o.features : follow ? TrackVideoOptions{}.features : MatchPhotosOptions{}.max_features;
+  const int window = o.window_frames > 0 ? o.window_frames : WindowOptions{}.length;
+  const int frames = o.all_frames ? kAny : std::max(kLeastWindow, extent.photos);
+  const int effective = std::min(window, frames);
+  std::vector<int> windows = Around(effective, {0.5, 2}, kLeastWindow, frames);
+  std::erase_if(windows, [&](int v) { return v == effective || (v > effective && v < kLongerWindow * effective); });
+  windows.push_back(window);
+  std::sort(windows.begin(), windows.end());
+  std::vector<Dial> dials{Dial{"features", Around(features, {0.25, 0.5, 2}, kLeastFeatures, kAny), features,
+                               [](ReconstructOptions& r, int v) { r.features = v; }, features_text, InProportion},
+                          Dial{"window", windows, window, [](ReconstructOptions& r, int v) { r.window_frames = v; },
+                               [](int v) { return fmt::format("window {}", v); }, InProportion},
+                          Dial{"adjustment",
+                               {0, 1},
+                               o.adjust ? 1 : 0,
+                               [](ReconstructOptions& r, int v) { r.adjust = v != 0; },
+                               [](int v) { return std::string(v != 0 ? "adjusted" : "not adjusted"); },
+                               [](int v) { return v != 0 ? kAdjustmentEffort : 1; }}};
+  if (!follow) dials.push_back(size_dial(o.max_image_size_px > 0 ? o.max_image_size_px : MatchPhotosOptions{}.max_size_px));
+  return dials;
+}
+
+// Cameras to be compared with, by the photos' names; a video's frames also by their numbers.
+class ReferencePoses {
+ public:
+  explicit ReferencePoses(const Scene& scene) {
+    std::map<std::string, int> stems;
+    for (const View& view : scene.views) ++stems[fs::path(view.name).stem().string()];
+    for (const View& view : scene.views) {
+      const std::string stem = fs::path(view.name).stem().string();
+      by_name_[view.name] = view.cam_from_world;
+      if (stems[stem] == 1) by_stem_[stem] = view.cam_from_world;
+      if (view.frame_index) by_frame_[*view.frame_index] = view.cam_from_world;
+    }
+  }
+  const Rigid3* Find(const View& view) const {
+    if (const auto it = by_name_.find(view.name); it != by_name_.end()) return &it->second;
+    if (const auto it = by_stem_.find(fs::path(view.name).stem().string()); it != by_stem_.end()) return &it->second;
+    if (!view.frame_index) return nullptr;
+    const auto it = by_frame_.find(*view.frame_index);
+    return it == by_frame_.end() ? nullptr : &it->second;
+  }
+  std::size_t Shared(const Scene& scene) const {
+    return static_cast<std::size_t>(
+        std::count_if(scene.views.begin(), scene.views.end(), [&](const View& v) { return Find(v) != nullptr; }));
+  }
+  std::optional<PoseErrors> Errors(const Scene& scene) const {
+    if (scene.frame != Frame::kMetric || Shared(scene) < kLeastShared) return std::nullopt;
+    std::vector<Rigid3> found, reference;
+    for (const View& view : scene.views)
+      if (const Rigid3* pose = Find(view)) {
+        found.push_back(view.cam_from_world);
+        reference.push_back(*pose);
+      }
+    return ComparePoses(found, reference);
+  }
+
+ private:
+  std::map<std::string, Rigid3> by_name_, by_stem_;
+  std::map<int, Rigid3> by_frame_;
+};
+
+Scene CamerasAsTheyAre(const fs::path& path) {
+  OpenOptions open;
+  open.check_photos = false;
+  open.undistort = false;
+  std::error_code ec;
+  // A model alone will do: the truth of a simulated capture has no photos beside it.
+  if (!fs::exists(path / "lumigraph.json", ec))
+    if (const auto model = FindColmapModel(path)) return ReadColmapModel(*model);
+  return OpenScene(path, open, SilentProgress());
+}
+
+Scene GivenReference(const fs::path& path) {
+  std::error_code ec;
+  if (!fs::exists(path, ec)) throw InputError(path, "no such file or folder");
+  Scene scene = CamerasAsTheyAre(path);
+  if (scene.frame != Frame::kMetric)
+    throw UsageError(fmt::format("--reference {}: its frame is {}, metric cameras are compared", path.string(), Name(scene.frame)));
+  return scene;
+}
+
+// CAPTURE/truth of photos that lie in CAPTURE/images.
+std::optional<fs::path> TruthBeside(const fs::path& input) {
+  std::error_code ec;
+  if (!fs::is_directory(input, ec)) return std::nullopt;
+  fs::path photos = fs::absolute(input).lexically_normal();
+  if (!photos.has_filename()) photos = photos.parent_path();
+  const fs::path truth = photos.parent_path() / "truth";
+  return FindColmapModel(truth) ? std::optional(truth) : std::nullopt;
+}
+
+// One setting's progress as a step of all settings'.
+class SettingProgress : public ProgressSink {
+ public:
+  SettingProgress(ProgressSink& sink, std::string task, long done, long total, std::chrono::steady_clock::time_point start,
+                  double seconds_left)
+      : sink_(sink), task_(std::move(task)), done_(done), total_(total), start_(start), left_(seconds_left) {
+    Report({}, 0, 0, 0, 0);
+  }
+  void Report(const std::string&, long, long, double, double) override {
+    sink_.Report(task_, done_, total_, SecondsSince(start_), left_ < 0 ? -1 : std::max(0.0, left_ - SecondsSince(begin_)));
+  }
+  void Finish(const std::string&, long, double) override {}
+  void Message(const std::string&) override {}
+
+ private:
+  ProgressSink& sink_;
+  const std::string task_;
+  const long done_, total_;
+  const std::chrono::steady_clock::time_point start_, begin_ = std::chrono::steady_clock::now();
+  const double left_;
+};
+
+OrderedJson SettingsJson(const ReconstructOptions& o, bool sized) {
+  OrderedJson j;
+  if (o.backend == Backend::kFactorization) {
+    j = {{"features", o.features}, {"window", o.window_frames}, {"adjust", o.adjust}};
+    if (sized) j["max_image_size"] = o.max_image_size_px;
+  } else {
+    j = {{"max_image_size", o.max_image_size_px}, {"max_features", o.max_features}};
+  }
+  return j;
+}
+
+double SecondsOfGiven(const ReconstructTradeoff& t) {
+  return t.rows.empty() || !t.rows.front().failed.empty() ? 0 : t.rows.front().seconds;
+}
+
+OrderedJson RowJson(const TradeoffRow& row, double given_seconds) {
+  OrderedJson j = {{"name", row.setting.name},
+                   {"line", row.setting.line},
+                   {"settings", SettingsJson(row.setting.options, row.setting.options.max_image_size_px > 0)},
+                   {"seconds", row.seconds},
+                   {"seconds_ratio", given_seconds > 0 && row.failed.empty() ? OrderedJson(row.seconds / given_seconds) : OrderedJson()}};
+  if (!row.failed.empty()) {
+    j["failed"] = row.failed;
+    return j;
+  }
+  j["images_registered"] = row.images_registered;
+  j["images_total"] = row.images_total;
+  j["points"] = row.points;
+  j["mean_reprojection_error_px"] = row.mean_reprojection_error_px;
+  j["upgrade"] = row.upgrade;
+  if (row.poses) {
+    j["centre_rms_percent"] = row.poses->centre_rms_percent;
+    j["centre_max_percent"] = row.poses->centre_max_percent;
+    j["rotation_rms_deg"] = row.poses->rotation_rms_deg;
+    j["rotation_max_deg"] = row.poses->rotation_max_deg;
+  }
+  j["reference"] = row.is_reference;
+  j["front"] = row.on_front;
+  return j;
+}
+
+OrderedJson JsonOf(const ReconstructTradeoff& t) {
+  OrderedJson j = {{"backend", Name(t.backend)}, {"reference", t.reference}, {"points", OrderedJson::array()}};
+  const double given = SecondsOfGiven(t);
+  for (const TradeoffRow& row : t.rows) j["points"].push_back(RowJson(row, given));
+  j["seconds"] = t.seconds;
+  return j;
+}
+
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+// The dearest of those that placed the most photos: -1 where no row is metric.
+std::ptrdiff_t BestRow(const std::vector<TradeoffRow>& rows, const std::vector<std::optional<Scene>>& scenes) {
+  std::ptrdiff_t best = -1;
+  const auto rank = [&](std::size_t i) { return std::pair(rows[i].images_registered, rows[i].setting.effort); };
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (scenes[i] && scenes[i]->frame == Frame::kMetric && scenes[i]->views.size() >= kLeastShared &&
+        (best < 0 || rank(i) > rank(static_cast<std::size_t>(best))))
+      best = static_cast<std::ptrdiff_t>(i);
+  return best;
+}
+
+}  // namespace
+
+std::vector<ReconstructSetting> TradeoffSettings(const ReconstructOptions& options, const ReconstructExtent& extent) {
+  const std::vector<Dial> dials = DialsOf(options, extent);
+  std::vector<ReconstructSetting> settings;
+  std::vector<std::vector<int>> taken;
+  const auto add = [&](const std::vector<int>& values) {
+    if (std::find(taken.begin(), taken.end(), values) != taken.end()) return;
+    taken.push_back(values);
+    ReconstructSetting s;
+    s.options = options;
+    s.options.tradeoff = false;
+    s.options.reference.clear();
+    s.options.database_beside = false;
+    int turned = 0;
+    std::string all;
+    for (std::size_t d = 0; d < dials.size(); ++d) {
+      const Dial& dial = dials[d];
+      dial.set(s.options, values[d]);
+      s.effort *= dial.effort(values[d]) / dial.effort(dial.given);
+      all += (d > 0 ? ", " : "") + dial.text(values[d]);
+      if (values[d] == dial.given) continue;
+      s.name += (turned > 0 ? ", " : "") + dial.text(values[d]);
+      s.line = turned++ > 0 ? "several" : dial.line;
+    }
+    if (turned == 0) s.name = "as given: " + all;
+    settings.push_back(std::move(s));
+  };
+  std::vector<int> given, cheapest, dearest;
+  for (const Dial& dial : dials) {
+    given.push_back(dial.given);
+    cheapest.push_back(dial.values.front());
+    dearest.push_back(dial.values.back());
+  }
+  add(given);
+  for (std::size_t d = 0; d < dials.size(); ++d)
+    for (const int value : dials[d].values) {
+      std::vector<int> turned = given;
+      turned[d] = value;
+      add(turned);
+    }
+  add(cheapest);
+  add(dearest);
+  return settings;
+}
+
+void MarkFront(std::vector<TradeoffRow>& rows) {
+  int most = 0;
+  bool posed = false;
+  for (TradeoffRow& row : rows) {
+    row.on_front = false;
+    if (row.failed.empty()) most = std::max(most, row.images_registered);
+    posed = posed || row.poses;
+  }
+  std::vector<TradeoffRow*> able;
+  for (TradeoffRow& row : rows)
+    if (row.failed.empty() && row.images_registered == most && !row.is_reference && (row.poses || !posed)) able.push_back(&row);
+  const auto error = [&](const TradeoffRow& row) { return posed ? row.poses->centre_rms_percent : row.mean_reprojection_error_px; };
+  std::stable_sort(able.begin(), able.end(), [&](const TradeoffRow* a, const TradeoffRow* b) {
+    return std::pair(a->seconds, error(*a)) < std::pair(b->seconds, error(*b));
+  });
+  double best = std::numeric_limits<double>::infinity();
+  for (TradeoffRow* row : able)
+    if (error(*row) < best) {
+      row->on_front = true;
+      best = error(*row);
+    }
+}
+
+MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options, ProgressSink& sink) {
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
+  // Read before the scene is written: it may be the one that is written.
+  std::optional<ReferencePoses> reference;
+  std::string reference_name;
+  if (!options.reference.empty()) {
+    reference.emplace(GivenReference(options.reference));
+    reference_name = options.reference.string();
+  }
+  MeasuredReconstruction measured;
+  ReconstructOptions made = options;
+  made.tradeoff = false;
+  made.reference.clear();
+  measured.summary = Reconstruct(made, sink);
+
+  const auto start = std::chrono::steady_clock::now();
+  ReconstructTradeoff& t = measured.tradeoff;
+  t.backend = options.backend;
+  const Scene scene = CamerasAsTheyAre(options.scene);
+  std::error_code ec;
+  ReconstructExtent extent;
+  extent.is_video = fs::is_regular_file(options.input, ec);
+  extent.photos = extent.is_video ? measured.summary.keyframes : measured.summary.images_total;
+  for (const View& view : scene.views) extent.longest_side_px = std::max(extent.longest_side_px, SizePx(scene, view).maxCoeff());
+  if (reference && reference->Shared(scene) < kLeastShared)
+    throw DataError(
+        fmt::format("{} has cameras for {} of the photos: three are needed to compare", reference_name, reference->Shared(scene)),
+        "photos are found by their names, a video's frames by frame_index too", options.reference);
+  if (const auto truth = reference ? std::nullopt : TruthBeside(options.input)) {
+    reference.emplace(CamerasAsTheyAre(*truth));
+    if (reference->Shared(scene) < kLeastShared)
+      reference.reset();
+    else
+      reference_name = truth->string();
+  }
+
+  const std::vector<ReconstructSetting> settings = TradeoffSettings(options, extent);
+  const long total = static_cast<long>(settings.size());
+  const bool fresh =
+      std::find(measured.summary.reused.begin(), measured.summary.reused.end(), "everything") == measured.summary.reused.end();
+  std::vector<std::optional<Scene>> scenes;
+  for (const ReconstructSetting& setting : settings) {
+    CheckInterrupted();
+    const long done = static_cast<long>(t.rows.size());
+    const double each = done > 0 ? SecondsSince(start) / static_cast<double>(done) : fresh ? measured.summary.seconds : -1;
+    SettingProgress progress(sink, "measuring, " + setting.name, done, total, start,
+                             each < 0 ? -1 : each * static_cast<double>(total - done));
+    TradeoffRow row;
+    row.setting = setting;
+    scenes.emplace_back();
+    const TemporaryFolder folder;
+    ReconstructOptions run = setting.options;
+    run.scene = folder / "scene";
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      const ReconstructSummary summary = Reconstruct(run, progress);
+      row.seconds = summary.seconds;
+      row.images_registered = summary.images_registered;
+      row.images_total = summary.images_total;
+      row.points = summary.points;
+      row.mean_reprojection_error_px = summary.mean_reprojection_error_px;
+      row.upgrade = summary.upgrade;
+      scenes.back() = CamerasAsTheyAre(run.scene);
+      scenes.back()->points.clear();
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      row.failed = "out of memory";
+    } catch (const std::exception& e) {
+      CheckInterrupted();  // what failed because it was told to end
+      row.failed = e.what();
+    }
+    if (!row.failed.empty()) {
+      row.seconds = SecondsSince(begin);
+      sink.Message(fmt::format("{} failed: {}", setting.name, row.failed));
+    }
+    t.rows.push_back(std::move(row));
+  }
+  CheckInterrupted();
+  sink.Finish("measuring settings", total, SecondsSince(start));
+
+  if (!reference)
+    if (const std::ptrdiff_t best = BestRow(t.rows, scenes); best >= 0) {
+      const auto i = static_cast<std::size_t>(best);
+      reference.emplace(*scenes[i]);
+      t.rows[i].is_reference = true;
+      reference_name = "the dearest setting's own cameras (" + t.rows[i].setting.name + ")";
+    }
+  t.reference = reference_name;
+  for (std::size_t i = 0; i < t.rows.size(); ++i)
+    if (reference && scenes[i] && !t.rows[i].is_reference) t.rows[i].poses = reference->Errors(*scenes[i]);
+  MarkFront(t.rows);
+  t.seconds = SecondsSince(start);
+
+  const FolderLock lock(options.scene);
+  const fs::path stem = options.scene / "tradeoff" / Name(t.backend);
+  t.json = stem.string() + ".json";
+  t.csv = stem.string() + ".csv";
+  t.svg = stem.string() + ".svg";
+  WriteTextAtomically(t.json, JsonOf(t).dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n");
+  WriteTextAtomically(t.csv, TradeoffCsv(t));
+  WriteTextAtomically(t.svg, TradeoffSvg(t));
+  return measured;
+}
+
+std::string TradeoffCsv(const ReconstructTradeoff& t) {
+  std::string csv =
+      "setting,line,features,window,adjust,max_image_size,seconds,seconds_ratio,images_registered,images_total,points,mean_reprojection_"
+      "error_px,"
+      "centre_rms_percent,centre_max_percent,rotation_rms_deg,rotation_max_deg,upgrade,reference,front,failed\n";
+  const double given = SecondsOfGiven(t);
+  for (const TradeoffRow& row : t.rows) {
+    const ReconstructOptions& o = row.setting.options;
+    const bool colmap = o.backend == Backend::kColmap;
+    csv += fmt::format("{},{},{},{},{},{},{:.3f},", Quoted(row.setting.name), row.setting.line, colmap ? o.max_features : o.features,
+                       colmap ? "" : std::to_string(o.window_frames),
+                       colmap     ? ""
+                       : o.adjust ? "1"
+                                  : "0",
+                       o.max_image_size_px > 0 ? std::to_string(o.max_image_size_px) : "", row.seconds);
+    if (!row.failed.empty()) {
+      csv += ",,,,,,,,,,,," + Quoted(row.failed) + "\n";
+      continue;
+    }
+    csv += fmt::format("{},{},{},{},{:.6g},", given > 0 ? fmt::format("{:.3f}", row.seconds / given) : "", row.images_registered,
+                       row.images_total, row.points, row.mean_reprojection_error_px);
+    csv += row.poses ? fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},", row.poses->centre_rms_percent, row.poses->centre_max_percent,
+                                   row.poses->rotation_rms_deg, row.poses->rotation_max_deg)
+                     : ",,,,";
+    csv += fmt::format("{},{},{},\n", row.upgrade, row.is_reference ? 1 : 0, row.on_front ? 1 : 0);
+  }
+  return csv;
+}
+
+std::string TradeoffSvg(const ReconstructTradeoff& t) {
+  struct Kind {
+    const char *line, *color;
+    Marker marker;
+  };
+  constexpr Kind kKinds[] = {{"", "#24292f", Marker::kDiamond},          {"features", "#1f6feb", Marker::kCircle},
+                             {"window", "#15803d", Marker::kSquare},     {"adjustment", "#cf222e", Marker::kCross},
+                             {"image size", "#b45309", Marker::kSquare}, {"several", "#9333ea", Marker::kCircle}};
+  const bool posed = std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
+  const auto panel = [&](const std::string& title, const std::string& subtitle, const std::string& label, bool front, auto&& error) {
+    Plot plot;
+    plot.title = title;
+    plot.subtitle = subtitle;
+    plot.x = {"seconds", true, false};
+    plot.y = {label, true, false};
+    if (front) {
+      std::vector<const TradeoffRow*> best;
+      for (const TradeoffRow& row : t.rows)
+        if (row.on_front) best.push_back(&row);
+      std::sort(best.begin(), best.end(), [](const TradeoffRow* a, const TradeoffRow* b) { return a->seconds < b->seconds; });
+      PlotSeries line{"front", "#57606a", Marker::kNone, true, true, false, {}};
+      for (const TradeoffRow* row : best) line.points.push_back({row->seconds, std::max(kLeastShownError, *error(*row)), {}, {}});
+      if (!line.points.empty()) plot.series.push_back(std::move(line));
+    }
+    for (const Kind& kind : kKinds) {
+      PlotSeries series{*kind.line ? kind.line : "as given", kind.color, kind.marker, false, false, false, {}};
+      for (const TradeoffRow& row : t.rows) {
+        const std::optional<double> e = row.failed.empty() && row.setting.line == kind.line ? error(row) : std::nullopt;
+        if (!e) continue;
+        const std::string place =
+            row.images_registered < row.images_total ? fmt::format(", {} of {} photos", row.images_registered, row.images_total) : "";
+        series.points.push_back({row.seconds, std::max(kLeastShownError, *e), row.setting.line.empty() ? "as given" : row.setting.name,
+                                 fmt::format("{}: {:.1f} s, {:.4g}{}", row.setting.name, row.seconds, *e, place)});
+      }
+      if (!series.points.empty()) plot.series.push_back(std::move(series));
+    }
+    return plot;
+  };
+  using Figure = std::optional<double>;
+  std::vector<Plot> panels;
+  if (posed) {
+    const std::string against = "against " + t.reference;
+    panels.push_back(panel("Camera centres", against, "rms, % of their extent", true,
+                           [](const TradeoffRow& row) { return row.poses ? Figure(row.poses->centre_rms_percent) : Figure(); }));
+    panels.push_back(panel("Rotations", against, "rms, degrees", false,
+                           [](const TradeoffRow& row) { return row.poses ? Figure(row.poses->rotation_rms_deg) : Figure(); }));
+  }
+  panels.push_back(panel("Reprojection error", "of each setting's own points", "mean, px", !posed,
+                         [](const TradeoffRow& row) { return Figure(row.mean_reprojection_error_px); }));
+  return SvgOf(panels);
+}
+
+std::string ToJson(const MeasuredReconstruction& measured) {
+  OrderedJson j = OrderedJson::parse(ToJson(measured.summary));
+  j["tradeoff"] = JsonOf(measured.tradeoff);
+  const ReconstructTradeoff& t = measured.tradeoff;
+  j["tradeoff_json"] = t.json.string(), j["tradeoff_csv"] = t.csv.string(), j["tradeoff_svg"] = t.svg.string();
+  return j.dump(2, ' ', false, OrderedJson::error_handler_t::replace);
+}
+
+std::string TradeoffTable(const std::string& json) {
+  const OrderedJson j = OrderedJson::parse(json);
+  if (!j.contains("tradeoff")) return {};
+  const OrderedJson& t = j["tradeoff"];
+  const auto number = [](const OrderedJson& row, const char* key, int digits) {
+    return row.contains(key) && row[key].is_number() ? fmt::format("{:.{}f}", row[key].get<double>(), digits) : std::string("-");
+  };
+  std::size_t wide = 20;
+  for (const auto& row : t["points"]) wide = std::max(wide, row["name"].get<std::string>().size());
+  std::string text = fmt::format("  {:<{}}  {:>8} {:>6} {:>9} {:>7} {:>7} {:>10} {:>10}\n", "setting", wide, "seconds", "ratio", "photos",
+                                 "points", "px", "centres %", "degrees");
+  for (const auto& row : t["points"]) {
+    const std::string name = row["name"];
+    if (row.contains("failed")) {
+      text += fmt::format("  {:<{}}  {:>8} {:>6} {}\n", name, wide, number(row, "seconds", 1), "-", row["failed"].get<std::string>());
+      continue;
+    }
+    text +=
+        fmt::format("{} {:<{}}  {:>8} {:>6} {:>9} {:>7} {:>7} {:>10} {:>10}{}\n", row["front"].get<bool>() ? '*' : ' ', name, wide,
+                    number(row, "seconds", 1), number(row, "seconds_ratio", 2),
+                    fmt::format("{}/{}", row["images_registered"].get<int>(), row["images_total"].get<int>()), row["points"].get<int>(),
+                    number(row, "mean_reprojection_error_px", 3), number(row, "centre_rms_percent", 4), number(row, "rotation_rms_deg", 4),
+                    row["reference"].get<bool>() ? "  the reference"
+                    : row["upgrade"] != "metric" ? "  " + row["upgrade"].get<std::string>()
+                                                 : "");
+  }
+  text += "* no other setting is both faster and better";
+  if (const std::string reference = t["reference"]; !reference.empty())
+    text += "; centres and rotations (rms, aligned) against " + reference;
+  return text + fmt::format("\n{}, .csv, .svg; {:.0f} s", j["tradeoff_json"].get<std::string>(), t["seconds"].get<double>());
+}
+
+}  // namespace lumi
