@@ -23,6 +23,7 @@ constexpr double kLeastDilation = 0.5;   // pixels: what a silhouette of whole p
 constexpr double kDilationStep = 0.25;   // pixels, where a measured hull falls short
 constexpr double kContourReserve = 1;    // pixels of dilation beyond the largest allowed, for what the grid takes
 constexpr double kMostUncovered = 0.5;   // of a silhouette, by all others: of another object
+constexpr double kSpeck = 1e-3;          // of the largest part's volume
 constexpr int kMostHalvings = 3;
 constexpr int kMostRepeats = 16;
 constexpr std::size_t kMostViews = 65535;
@@ -100,8 +101,9 @@ WorkFrame FindObject(const std::vector<SilhouetteView>& views, const std::vector
   return frame;
 }
 
-// Enclosed pockets have faces that look inwards, to nowhere that a camera is: filled. Only a sampled hull has any.
-void FillPockets(Mesh& mesh) {
+// The parts of more than `share` of the largest part's volume. 0: all but enclosed pockets, whose faces look inwards, to nowhere that
+// a camera is; only a sampled hull has any.
+Mesh KeepParts(const Mesh& mesh, double share) {
   std::vector<std::int32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](std::int32_t v) {
@@ -122,10 +124,11 @@ void FillPockets(Mesh& mesh) {
     volume[static_cast<std::size_t>(r)] += (mesh.vertices[static_cast<std::size_t>(f[0])] - o)
         .dot((mesh.vertices[static_cast<std::size_t>(f[1])] - o).cross(mesh.vertices[static_cast<std::size_t>(f[2])] - o));
   }
+  const double least = volume.empty() ? 0 : share * *std::max_element(volume.begin(), volume.end());
   std::vector<std::int32_t> number(mesh.vertices.size(), -1);
   Mesh kept;
   for (const auto& f : mesh.faces) {
-    if (!(volume[static_cast<std::size_t>(root(f[0]))] > 0)) continue;
+    if (!(volume[static_cast<std::size_t>(root(f[0]))] > least)) continue;
     std::array<std::int32_t, 3> face;
     for (std::size_t k = 0; k < 3; ++k) {
       std::int32_t& n = number[static_cast<std::size_t>(f[k])];
@@ -137,7 +140,7 @@ void FillPockets(Mesh& mesh) {
     }
     kept.faces.push_back(face);
   }
-  mesh = std::move(kept);
+  return kept;
 }
 
 struct Contoured {
@@ -188,8 +191,7 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
     if (surface->cubes.empty()) return std::nullopt;
     result.cell = cell;
     result.cell_px = cell * finest;
-    result.mesh = Contour(grid, surface->cubes, solid);
-    FillPockets(result.mesh);
+    result.mesh = KeepParts(Contour(grid, surface->cubes, solid), 0);
     if (!result.mesh.faces.empty()) return result;
     cell *= 0.5;  // all of it, if there is any, fell between the grid's corners
     ++finer;
@@ -326,7 +328,22 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
       break;
     }
   }
-  for (const std::size_t v : used) s.used.push_back(chosen[v].name);
+  // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.
+  std::vector<SilhouetteView> shown;
+  for (const std::size_t v : used) {
+    s.used.push_back(chosen[v].name);
+    shown.push_back(chosen[v]);
+  }
+  Mesh large = KeepParts(mesh, kSpeck);
+  if (large.faces.size() < mesh.faces.size()) {
+    const std::vector<SilhouetteFit> fits = MeasureSilhouettes(large, shown);
+    bool missed = false;
+    for (std::size_t n = 0; n < fits.size(); ++n) missed = missed || fits[n].coverage < s.fits[n].coverage;
+    if (!missed) {
+      mesh = std::move(large);
+      s.fits = fits;
+    }
+  }
   s.dilation_px = dilation;
   s.fit = Summarize(s.fits);
   s.volume = EnclosedVolume(mesh);
