@@ -143,5 +143,15 @@ TEST(Outline, ATriangleCoversThePixelsWhoseCentresItHolds) {
   }
 }
 
+// Front faces and back faces cover the same pixels, without a gap between two faces.
+TEST(Outline, FrontAndBackFacesDrawTheSame) {
+  const std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 24);
+  Mesh mesh;
+  ExpectSolidHull(views, {}, &mesh);
+  Mesh turned = mesh;
+  for (auto& f : turned.faces) std::swap(f[0], f[1]);
+  for (const SilhouetteView& v : views) EXPECT_EQ(RenderOutline(mesh, v.P, 320, 320).data, RenderOutline(turned, v.P, 320, 320).data);
+}
+
 }  // namespace
 }  // namespace lumi::test
