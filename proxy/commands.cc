@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/hull/soundness.h"
 #include "proxy/make_proxy.h"
 #include "proxy/mesh_query.h"
 #include "proxy/plane/plane_proxy.h"
@@ -103,6 +104,77 @@ std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink
   });
 }
 
+std::string RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress) {
+  if (const std::string wrong = Validate(request.hull); !wrong.empty()) throw UsageError(wrong);
+  const Scene opened = Open(target.scene, progress);
+  const std::filesystem::path folder = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
+  const HullOptions& h = request.hull;
+  const CleanOptions& c = request.clean;
+  std::map<std::string, std::string> options{{"cell_px", fmt::format("{}", h.cell_px)}, {"max_dilation_px", fmt::format("{}", h.max_dilation_px)},
+                                             {"dilation_px", h.dilation_px ? fmt::format("{}", *h.dilation_px) : "auto"},
+                                             {"keep_all_views", h.keep_all_views ? "yes" : "no"},
+                                             {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
+  Json made;
+  Json json = Json::parse(MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress, [&](const Scene& scene, Json&) {
+    std::vector<std::string> without;
+    const std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, c, &without, progress);
+    std::optional<Eigen::Vector3d> near;
+    if (!scene.points.empty()) {
+      Eigen::Vector3d median;
+      for (int a = 0; a < 3; ++a) {
+        std::vector<double> values;
+        for (const Point& p : scene.points) values.push_back(p.x_in_world[a]);
+        median[a] = Quantile(std::move(values), 0.5);
+      }
+      near = median;
+    }
+    HullSummary s;
+    Mesh mesh = BuildVisualHull(views, h, progress, &s, near);
+    const Soundness sound = CheckSoundness(mesh);
+    made = Json{{"coverage_min", s.fit.coverage_min}, {"iou_min", s.fit.iou_min}, {"iou_median", s.fit.iou_median},
+                {"deepest_uncovered_px", s.fit.deepest_uncovered_px}, {"dilation_px", s.dilation_px}, {"cell_px", s.cell_px}, {"cell", s.cell},
+                {"volume", s.volume}, {"bounded", s.bounded}, {"sound", sound.IsSolid()}, {"soundness", sound.Describe()}, {"parts", sound.parts},
+                {"views_used", s.used.size()}, {"views_left_out", Json::array()},
+                {"seconds_by_step", {{"agreement", s.agreement_s}, {"contour", s.contour_s}, {"measure", s.measure_s}}}};
+    for (const std::string& name : without) made["views_left_out"].push_back({{"name", name}, {"reason", "it has no silhouette"}});
+    for (const auto& l : s.left_out) made["views_left_out"].push_back({{"name", l.name}, {"reason", l.reason}});
+    return mesh;
+  }));
+  if (target.output.empty()) {
+    // Beside the mesh, for a run that has nothing to do.
+    const std::filesystem::path record = ProxyPath(opened.folder, target.name).replace_extension(".json");
+    std::error_code error;
+    if (!made.empty()) WriteTextAtomically(record, made.dump(2) + "\n");
+    else if (std::filesystem::exists(record, error)) made = Json::parse(ReadText(record));
+  }
+  json.update(made);
+  return json.dump();
+}
+
+std::string RunSilhouettes(const std::filesystem::path& path, const SilhouetteSource& source, const CleanOptions& clean,
+                           const std::filesystem::path& output, ProgressSink& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const Scene scene = Open(path, progress);
+  std::optional<FolderLock> lock;
+  if (output.empty()) {
+    RequireKeepsProxies(scene);
+    lock.emplace(scene.folder);
+  }
+  const std::filesystem::path folder = output.empty() ? scene.folder / "silhouettes" : output;
+  Json json{{"folder", folder.string()}, {"silhouettes", Json::array()}};
+  std::map<SilhouetteKind, std::size_t> kinds;
+  for (const FoundSilhouette& f : MakeSilhouettes(scene, source, clean, folder, progress)) {
+    ++kinds[f.info.kind];
+    json["silhouettes"].push_back({{"name", f.name}, {"kind", Name(f.info.kind)}, {"pixels", f.info.pixels}, {"parts", f.info.parts},
+                                   {"holes", f.info.holes}, {"touches_border", f.info.touches_border}});
+  }
+  json["empty"] = kinds[SilhouetteKind::kEmpty];
+  json["full"] = kinds[SilhouetteKind::kFull];
+  json["tiny"] = kinds[SilhouetteKind::kTiny];
+  json["seconds"] = SecondsSince(start);
+  return json.dump();
+}
+
 std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress) {
   if (!(scale > 0) || !(scale < 1e300)) throw UsageError("--scale must be a positive number");
   Mesh mesh = ReadMesh(file);
@@ -182,11 +254,27 @@ std::string DescribeProxy(const std::string& text) {
     }
     return out;
   }
+  if (json.contains("silhouettes")) {
+    out = fmt::format("{} silhouettes in {}, {:.2f} s", json["silhouettes"].size(), json["folder"].get<std::string>(), json["seconds"].get<double>());
+    for (const Json& s : json["silhouettes"]) {
+      if (s["kind"] != "normal") out += fmt::format("\n{}: {}, {} pixels", s["name"].get<std::string>(), s["kind"].get<std::string>(), s["pixels"].get<std::size_t>());
+      else if (s["touches_border"] == true) out += fmt::format("\n{}: touches the photo's border", s["name"].get<std::string>());
+    }
+    return out;
+  }
   out = fmt::format("{}: {} faces, {}, {:.2f} s{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(),
                     json["closed"].get<bool>() ? "closed" : "open", json["seconds"].get<double>(), json["reused"].get<bool>() ? " (nothing had changed)" : "");
   if (json.contains("blocked_ray_fraction")) {
     out += fmt::format("\n{} of {} points, {:.2f} % of {} lines of sight blocked", json["points_used"].get<std::size_t>(), json["points_total"].get<std::size_t>(),
                        100 * json["blocked_ray_fraction"].get<double>(), json["lines_of_sight"].get<std::size_t>());
+  }
+  if (json.contains("iou_median")) {
+    out += fmt::format("\n{}; volume {:.6g}{}\n{} views: covered {:.2f} % at least, deepest uncovered pixel {:.1f} px from the border, after a dilation of {:.2f} px; "
+                       "intersection over union {:.4f} median, {:.4f} least",
+                       json["soundness"].get<std::string>(), json["volume"].get<double>(), json["bounded"].get<bool>() ? "" : ", cut off: the views leave it open to a side",
+                       json["views_used"].get<std::size_t>(), 100 * json["coverage_min"].get<double>(), json["deepest_uncovered_px"].get<double>(),
+                       json["dilation_px"].get<double>(), json["iou_median"].get<double>(), json["iou_min"].get<double>());
+    for (const Json& l : json["views_left_out"]) out += fmt::format("\nleft out {}: {}", l["name"].get<std::string>(), l["reason"].get<std::string>());
   }
   return out;
 }

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "proxy/hull/visual_hull.h"
+#include "proxy/silhouettes/silhouette_files.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -37,6 +39,20 @@ std::string RunPlanes(const ProxyTarget& target, const PlanesRequest& request, P
 
 // A mesh that somebody else made, times `scale`.
 std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress);
+
+struct HullRequest {
+  std::filesystem::path silhouettes;  // a folder; empty: the scene's own
+  HullOptions hull;
+  CleanOptions clean;
+};
+// Keys beside the common ones: coverage_min, iou_min, iou_median, deepest_uncovered_px, dilation_px, cell_px, volume, bounded, sound,
+// views_used, views_left_out[{name, reason}].
+std::string RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress);
+
+// Silhouettes of the scene's photos, into SCENE/silhouettes or `output`. Keys: silhouettes[{name, kind, pixels, parts, holes,
+// touches_border}], empty, full, tiny, folder, seconds.
+std::string RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,
+                           const std::filesystem::path& output, ProgressSink& progress);
 
 struct AutoOptions {
   std::filesystem::path scene;

@@ -47,11 +47,56 @@ int main(int argc, char** argv) {
   several->callback([&] { run = [&] { return lumi::RunPlanes(planes_target, planes, program.progress()); }; });
 
   int sides = 6;
-  CLI::App* box = app.add_subcommand("box", "A rectangular tube around the cameras' path and the points, as of a hallway");
+  CLI::App* tube = app.add_subcommand("box", "A rectangular tube around the cameras' path and the points, as of a hallway");
   lumi::ProxyTarget box_target{.scene = {}, .name = "box", .output = {}};
-  add_target(box, box_target, true);
-  box->add_option("--sides", sides, "6: closed; 5: open behind the cameras; 4: open at both ends")->capture_default_str();
-  box->callback([&] { run = [&] { return lumi::RunBox(box_target, sides, program.progress()); }; });
+  add_target(tube, box_target, true);
+  tube->add_option("--sides", sides, "6: closed; 5: open behind the cameras; 4: open at both ends")->capture_default_str();
+  tube->callback([&] { run = [&] { return lumi::RunBox(box_target, sides, program.progress()); }; });
+
+  const auto add_clean = [](CLI::App* command, lumi::CleanOptions& clean) {
+    command->add_option("--close-px", clean.close_px, "Gaps about twice as wide are bridged, in pixels, 0..100")->capture_default_str();
+    command->add_option("--grow-px", clean.grow_px, "Widened by so many pixels; negative: narrowed; -100..100")->capture_default_str();
+    command->add_option("--min-part-px", clean.min_part_px, "Parts of fewer pixels are removed, >= 0")->capture_default_str();
+    command->add_option("--min-radius-px", clean.min_radius_px, "Parts that hold no circle of this radius are removed, 0..100")->capture_default_str();
+    command->add_option("--min-hole-px", clean.min_hole_px, "Holes of fewer pixels are filled, >= 0")->capture_default_str();
+  };
+  CLI::App* hull = app.add_subcommand("hull", "The visual hull of the object's silhouettes: closed, covers every silhouette used");
+  lumi::ProxyTarget hull_target{.scene = {}, .name = "hull", .output = {}};
+  lumi::HullRequest hull_request;
+  double dilation_px = 0;
+  add_target(hull, hull_target, true);
+  hull->add_option("--silhouettes", hull_request.silhouettes, "Folder of silhouettes, white = object; default: SCENE/silhouettes");
+  hull->add_option("--cell-px", hull_request.hull.cell_px, "Edge of the grid's cells in pixels of the finest view: detail against time, > 0")->capture_default_str();
+  CLI::Option* dilate = hull->add_option("--dilate-px", dilation_px, "Widen every silhouette by so many pixels, 0..40; default: the least at which they agree");
+  hull->add_option("--max-dilation-px", hull_request.hull.max_dilation_px, "Silhouettes that would need more do not agree and are left out, in pixels, 0..40")->capture_default_str();
+  hull->add_flag("--keep-all-views", hull_request.hull.keep_all_views, "Leave no view out, though silhouettes disagree");
+  add_clean(hull, hull_request.clean);
+  hull->callback([&] {
+    if (dilate->count() > 0) hull_request.hull.dilation_px = dilation_px;
+    run = [&] { return lumi::RunHull(hull_request, hull_target, program.progress()); };
+  });
+
+  CLI::App* silhouettes = app.add_subcommand("silhouettes", "Which pixels show the object, written to SCENE/silhouettes");
+  std::filesystem::path silhouette_scene, silhouette_output;
+  lumi::SilhouetteSource source;
+  lumi::CleanOptions source_clean{.min_radius_px = 4};
+  std::vector<double> colour, box;
+  silhouettes->add_option("scene", silhouette_scene, "Scene folder")->required();
+  silhouettes->add_option("-o,--output", silhouette_output, "Folder to write to instead");
+  silhouettes->add_option("--rule", source.rule, "On R G B (0..255), H (degrees), S V (0..1), L, X Y (pixels): \"(B - R) < 25 && R + G + B > 60\"");
+  silhouettes->add_option("--background", source.background, "A photo of the background, or a folder with one for each photo");
+  silhouettes->add_option("--background-colour", colour, "R G B of the background, 0..255")->expected(3);
+  silhouettes->add_flag("--background-border", source.border_colour, "The background's colour is the median of each photo's border");
+  silhouettes->add_option("--threshold", source.threshold, "Colours farther than this from the background's are the object, 0..442")->capture_default_str();
+  silhouettes->add_flag("--alpha", source.alpha, "The photos' own transparency");
+  silhouettes->add_option("--masks", source.masks, "Folder of masks, white = object");
+  silhouettes->add_option("--box", box, "Left top right bottom in pixels, around the object in every photo: GrabCut")->expected(4);
+  add_clean(silhouettes, source_clean);
+  silhouettes->callback([&] {
+    if (!colour.empty()) source.colour = Eigen::Vector3d(colour[0], colour[1], colour[2]);
+    if (!box.empty()) source.box_px = Eigen::Vector4d(box[0], box[1], box[2], box[3]);
+    run = [&] { return lumi::RunSilhouettes(silhouette_scene, source, source_clean, silhouette_output, program.progress()); };
+  });
 
   std::filesystem::path file;
   double scale = 1;

@@ -1,0 +1,109 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "proxy/commands.h"
+#include "scene/files/image_io.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
+#include "tests/proxy/hull_bodies.h"
+#include "tests/proxy/synthetic_scene.h"
+
+namespace lumi::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// A red ellipsoid before a grey wall, photographed from eight sides.
+void WriteEllipsoidScene(const fs::path& folder) {
+  SceneBuilder builder(5);
+  for (int n = 0; n < 8; ++n) builder.AddCamera({4 * std::cos(n * 0.785), 4 * std::sin(n * 0.785), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
+  Scene scene = builder.Build();
+  scene.cameras[0] = scene.cameras[0].Scaled(320, 240);
+  scene.folder = folder;
+  scene.image_folder = folder / "images";
+  const Body body = Ellipsoid({0.8, 0.6, 0.5});
+  for (const View& view : scene.views) {
+    const RenderView render = MakeRenderView(scene, view);
+    Image8 photo(320, 240, 3, 110);
+    for (int y = 0; y < 240; ++y) {
+      for (int x = 0; x < 320; ++x) {
+        if (!body(render.centre, *RayDirection(render.P, {x + 0.5, y + 0.5}))) continue;
+        photo.At(x, y, 0) = 220;
+        photo.At(x, y, 1) = photo.At(x, y, 2) = 30;
+      }
+    }
+    WriteImage(fs::path(scene.image_folder / view.name), photo);
+  }
+  UpdateFrameOfReference(scene);
+  WriteScene(scene, folder);
+}
+
+TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
+  const TemporaryFolder folder;
+  WriteEllipsoidScene(folder / "scene");
+  EXPECT_THROW(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()), DataError);  // no silhouettes yet
+  SilhouetteSource source;
+  EXPECT_THROW(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()), UsageError);
+  source.rule = "R > 300";
+  EXPECT_THROW(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()), DataError);
+  EXPECT_FALSE(fs::exists(folder / "scene" / "silhouettes"));
+  source.rule = "R > 2 * G";
+  const json found = json::parse(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()));
+  EXPECT_EQ(found["silhouettes"].size(), 8u);
+  EXPECT_EQ(found["empty"], 0);
+  EXPECT_EQ(found["silhouettes"][0]["parts"], 1);
+
+  const json hull = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  EXPECT_EQ(hull["closed"], true);
+  EXPECT_EQ(hull["sound"], true);
+  EXPECT_EQ(hull["active"], true);
+  EXPECT_EQ(hull["views_used"], 8);
+  EXPECT_GE(hull["coverage_min"].get<double>(), 0.995);
+  EXPECT_GE(hull["iou_median"].get<double>(), 0.95);
+  EXPECT_GE(hull["iou_median"].get<double>(), hull["iou_min"].get<double>());
+  EXPECT_GT(hull["volume"].get<double>(), 4.0 / 3 * 3.14159265 * 0.24);
+  EXPECT_EQ(ReadMesh(ProxyPath(folder / "scene", "hull")).faces.size(), hull["faces"].get<std::size_t>());
+  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "hull");
+
+  const json again = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  EXPECT_EQ(again["reused"], true);
+  EXPECT_EQ(again["iou_median"], hull["iou_median"]);
+  EXPECT_THAT(DescribeProxy(again.dump()), testing::HasSubstr("after a dilation of"));
+  // One silhouette less: another hull.
+  fs::remove(FindSilhouette(folder / "scene" / "silhouettes", found["silhouettes"][2]["name"]));
+  const json less = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  EXPECT_EQ(less["reused"], false);
+  ASSERT_EQ(less["views_left_out"].size(), 1u);
+  EXPECT_EQ(less["views_left_out"][0]["reason"], "it has no silhouette");
+}
+
+TEST(HullCommands, OtherSourcesFindTheSameSilhouettes) {
+  const TemporaryFolder folder;
+  WriteEllipsoidScene(folder / "scene");
+  SilhouetteSource rule, border, colour, masks;
+  rule.rule = "R > 2 * G";
+  border.border_colour = true;
+  colour.colour = Eigen::Vector3d(110, 110, 110);
+  masks.masks = folder / "by_rule";
+  const auto of = [&](const SilhouetteSource& source, const fs::path& to) { return json::parse(RunSilhouettes(folder / "scene", source, {}, to, SilentProgress()))["silhouettes"]; };
+  const json expected = of(rule, folder / "by_rule");
+  EXPECT_EQ(of(border, folder / "a"), expected);
+  EXPECT_EQ(of(colour, folder / "b"), expected);
+  EXPECT_EQ(of(masks, folder / "c"), expected);
+  SilhouetteSource alpha;
+  alpha.alpha = true;
+  EXPECT_THROW(RunSilhouettes(folder / "scene", alpha, {}, folder / "d", SilentProgress()), DataError);
+  WriteImage(fs::path(folder / "small.png"), Image8(10, 10, 3));
+  SilhouetteSource background;
+  background.background = folder / "small.png";
+  EXPECT_THROW(RunSilhouettes(folder / "scene", background, {}, folder / "e", SilentProgress()), InputError);
+}
+
+}  // namespace
+}  // namespace lumi::test

@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <numbers>
+
+#include "proxy/hull/soundness.h"
+#include "proxy/hull/visual_hull.h"
+#include "scene/program/error.h"
+#include "tests/proxy/hull_bodies.h"
+
+namespace lumi::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+HullSummary ExpectSolidHull(const std::vector<SilhouetteView>& views, const HullOptions& options = {}, Mesh* mesh_out = nullptr) {
+  HullSummary summary;
+  const Mesh mesh = BuildVisualHull(views, options, SilentProgress(), &summary);
+  const Soundness s = CheckSoundness(mesh);
+  EXPECT_TRUE(s.IsSolid()) << s.Describe();
+  EXPECT_GE(summary.fit.coverage_min, 0.995);
+  EXPECT_LE(summary.fit.deepest_uncovered_px, 2);
+  EXPECT_EQ(summary.used.size() + summary.left_out.size(), views.size());
+  if (mesh_out != nullptr) *mesh_out = mesh;
+  return summary;
+}
+
+// So ordered that the first few already stand all around.
+std::vector<SilhouetteView> Spread(const std::vector<SilhouetteView>& views) {
+  std::vector<SilhouetteView> out;
+  for (std::size_t n = 0; n < views.size(); ++n) out.push_back(views[n * 27 % views.size()]);  // 27 has no divisor in common with 64
+  return out;
+}
+
+// Volumes approach the body's from above as views are added.
+void ExpectVolumesFromAbove(const char* name, const Body& body, double volume, double at_most_in_the_end) {
+  double last = 1e300;
+  const std::vector<SilhouetteView> all = Spread(Around(body, 64));
+  for (const int views : {4, 8, 16, 32, 64}) {
+    const HullSummary s = ExpectSolidHull({all.begin(), all.begin() + views});
+    std::printf("%-10s %3d views  volume / body's %.4f  IoU median %.4f  dilation %.2f px\n", name, views, s.volume / volume, s.fit.iou_median, s.dilation_px);
+    EXPECT_EQ(s.left_out.size(), 0u);
+    EXPECT_GT(s.volume, volume) << name << " " << views;
+    EXPECT_LT(s.volume, last) << name << " " << views;
+    last = s.volume;
+  }
+  EXPECT_LT(last, at_most_in_the_end * volume) << name;
+}
+
+TEST(VisualHull, VolumesApproachTheBodysFromAbove) {
+  // Half a pixel of a radius of 100 is 1.5 % of a ball's volume; 64 cones leave some more.
+  ExpectVolumesFromAbove("ball", Ellipsoid({1, 1, 1}), 4.0 / 3 * kPi, 1.06);
+  ExpectVolumesFromAbove("ellipsoid", Ellipsoid({1, 0.7, 0.5}), 4.0 / 3 * kPi * 0.35, 1.08);
+  // Its edges are seen edge-on by few views: slower.
+  ExpectVolumesFromAbove("cube", Block({0.6, 0.6, 0.6}), 8 * 0.216, 1.25);
+}
+
+// Six cameras on a cube's axes at distance D see squares. The cones' intersection has volume 8 (k D)^3 / (1 + k)^2, k the
+// tangent of half the angle at which a face is seen (8 a^3 D / (D - a) for a half edge a): the ordered region
+// x >= y >= z >= 0, x + k y <= k D, times 48.
+TEST(VisualHull, OfACubeFromItsAxesHasTheExactVolume) {
+  const double D = 5, k = 0.25;  // half edge 1; 100 px at f = 400, the sides between two pixels
+  Shot shot;
+  shot.focal_px = 400;
+  std::vector<SilhouetteView> views;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+      eye[axis] = side * D;
+      views.push_back(Photograph(Block({1, 1, 1}), eye, Eigen::Vector3d::Zero(), shot));
+    }
+  }
+  HullOptions options;
+  for (const double dilation : {0.0, 0.5, 1.0}) {
+    options.dilation_px = dilation;
+    options.keep_all_views = true;
+    double error = 1;
+    for (const double cell : {4.0, 2.0, 1.0}) {
+      options.cell_px = cell;
+      HullSummary s;
+      const Mesh mesh = BuildVisualHull(views, options, SilentProgress(), &s);
+      EXPECT_TRUE(CheckSoundness(mesh).IsSolid());
+      const double wide = k * (1 + dilation / 100), exact = 8 * std::pow(wide * D, 3) / std::pow(1 + wide, 2);
+      // The grid cuts corners and edges: quadratic in its cell. A hundredth at 4 pixels of 200.
+      EXPECT_NEAR(s.volume / exact, 1, 0.01 * std::pow(cell / 4, 1.0)) << dilation << " " << cell;
+      EXPECT_LT(std::abs(s.volume / exact - 1), error) << dilation << " " << cell;
+      error = std::abs(s.volume / exact - 1) + 1e-4;
+    }
+  }
+}
+
+TEST(VisualHull, AViewWhoseCameraIsOffIsFoundAndLeftOut) {
+  for (const double off : {0.01, 0.03, 0.1}) {
+    std::vector<SilhouetteView> views = Around(Union(Ellipsoid({1, 0.6, 0.5}), Block({0.2, 0.2, 0.9})), 16);
+    // Moved sideways by a share of its distance: five pixels at 1 %.
+    views[5].P.col(3) += views[5].P.leftCols<3>() * (off * 5 * Eigen::Vector3d(views[5].P.block<1, 3>(0, 0).transpose()).normalized());
+    const HullSummary s = ExpectSolidHull(views);
+    ASSERT_EQ(s.left_out.size(), 1u) << off;
+    EXPECT_EQ(s.left_out[0].name, "view5") << off;
+    EXPECT_NE(s.left_out[0].reason.find("does not agree"), std::string::npos) << s.left_out[0].reason;
+  }
+}
+
+TEST(VisualHull, SeveralWrongViewsAreFoundToo) {
+  std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 20);
+  views[3].P = LookAt({5, 0.3, 0}, {0.2, 0, 0});                       // another place altogether
+  std::swap(views[7].mask, views[12].mask);                           // two masks mixed up
+  for (int y = 0; y < 320; ++y) for (int x = 0; x < 150; ++x) views[16].mask.At(x, y, 0) = 0;  // half of it lost
+  const HullSummary s = ExpectSolidHull(views);
+  std::vector<std::string> names;
+  for (const auto& l : s.left_out) names.push_back(l.name);
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, (std::vector<std::string>{"view12", "view16", "view3", "view7"}));
+}
+
+TEST(VisualHull, TheSameInputGivesTheSameMesh) {
+  const std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 8);
+  Mesh a, b;
+  ExpectSolidHull(views, {}, &a);
+  ExpectSolidHull(views, {}, &b);
+  EXPECT_EQ(a.faces, b.faces);
+  EXPECT_EQ(a.vertices, b.vertices);
+}
+
+TEST(VisualHull, OptionsOutOfRangeAreRefused) {
+  HullOptions options;
+  options.cell_px = 0;
+  EXPECT_THROW(BuildVisualHull({}, options, SilentProgress()), UsageError);
+  options = {};
+  options.dilation_px = -1;
+  EXPECT_THROW(BuildVisualHull({}, options, SilentProgress()), UsageError);
+}
+
+TEST(Outline, ATriangleCoversThePixelsWhoseCentresItHolds) {
+  Mesh mesh;
+  mesh.vertices = {{1, 1, 1}, {5, 1, 1}, {1, 5, 1}};  // pixels of a camera with f = 1
+  mesh.faces = {{0, 1, 2}, {0, 2, 1}};  // front and back
+  Matrix34d P = Matrix34d::Zero();
+  P.leftCols<3>().setIdentity();
+  const Image8 outline = RenderOutline(mesh, P, 8, 8);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) EXPECT_EQ(outline.At(x, y, 0) != 0, x >= 1 && y >= 1 && x + y + 1 <= 6) << x << " " << y;
+  }
+}
+
+// Front faces and back faces cover the same pixels, without a gap between two faces.
+TEST(Outline, FrontAndBackFacesDrawTheSame) {
+  const std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 24);
+  Mesh mesh;
+  ExpectSolidHull(views, {}, &mesh);
+  Mesh turned = mesh;
+  for (auto& f : turned.faces) std::swap(f[0], f[1]);
+  for (const SilhouetteView& v : views) EXPECT_EQ(RenderOutline(mesh, v.P, 320, 320).data, RenderOutline(turned, v.P, 320, 320).data);
+}
+
+}  // namespace
+}  // namespace lumi::test
