@@ -17,13 +17,17 @@
 #include "reconstruct/factorization/seed.h"
 #include "reconstruct/factorization/two_view.h"
 #include "reconstruct/factorization/upgrade.h"
+#include "reconstruct/factorization/window_upgrade.h"
 #include "reconstruct/factorization/windows.h"
+#include "scene/geometry/similarity3.h"
 
 namespace lumi {
 namespace {
 
 using test::DeskPath;
 using test::DeskPoints;
+using test::HallwayPath;
+using test::HallwayPoints;
 using test::Noise;
 using test::PlazaPath;
 using test::PlazaPoints;
@@ -579,6 +583,62 @@ TEST(Upgrade, ConstantOrientationIsToldFromTurning) {
     pose.translation = -c;
   }
   EXPECT_LT(deviation(), 1e-8);
+}
+
+// A projective frame that bends along the way: each frame's plane at infinity is a little off its neighbours'.
+ProjectiveModel Bent(const SimulatedTracks& s, const ImagePoints& points, double bend) {
+  ProjectiveModel model = TrueModel(s, points);
+  for (std::size_t f = 0; f < model.P.size(); ++f) {
+    Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+    H(3, 0) = bend * static_cast<double>(f) / static_cast<double>(model.P.size());
+    model.P[f] = (model.P[f] * H).eval().normalized();
+  }
+  for (std::size_t t = 0; t < model.X.size(); ++t) {
+    model.solved[t] = 0;
+    IntersectTrack(points, model, t, {});
+  }
+  return model;
+}
+
+TEST(WindowUpgrade, ABentFrameIsMetricWindowByWindow) {
+  Noise noise;
+  noise.max_track_frames = 10;
+  const SimulatedTracks s = See(HallwayPath(60), HallwayPoints(900), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel model = Bent(s, points, 0.1);
+  std::vector<Eigen::Matrix3d> K;
+  for (std::size_t f = 0; f < points.FrameCount(); ++f) K.push_back(NormalisedFromPixels(points, f) * s.camera.K());
+  const PoseErrors at_once = ComparePoses(UpgradeToEuclidean(points, model, K).cam_from_world, s.cam_from_world);
+  EXPECT_GT(at_once.rotation_max_deg, 1);
+  const auto windows = SplitIntoWindows(points, {});
+  const Eigen::Vector4d intrinsics_px(560, 560, 322.5, 238.5);
+  const WindowUpgrade joined = UpgradeByWindows(points, model, windows, intrinsics_px, {});
+  ASSERT_TRUE(joined.found);
+  EXPECT_EQ(joined.windows, static_cast<int>(windows.size()));
+  const PoseErrors errors = ComparePoses(joined.cam_from_world, s.cam_from_world);
+  EXPECT_LT(errors.rotation_max_deg, 1e-6);
+  EXPECT_LT(errors.centre_max_percent, 1e-6);
+  // Points move with their windows.
+  MetricModel metric{intrinsics_px, joined.cam_from_world, joined.X};
+  ProjectiveModel euclidean = model;
+  euclidean.solved = joined.solved;
+  ToProjective(points, metric, euclidean);
+  EXPECT_GT(euclidean.SolvedCount(), model.SolvedCount() / 2);
+  EXPECT_LT(RmsPx(points, euclidean), 1e-5);
+}
+
+TEST(WindowUpgrade, AFrameThatNoWindowReachesLeavesNoAnswer) {
+  const SimulatedTracks s = See(HallwayPath(30), HallwayPoints(400), {});
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  std::vector<Window> windows;
+  for (const int begin : {0, 15}) {  // side by side, without a frame in common
+    std::vector<int> frames;
+    for (int f = begin; f < begin + 15; ++f) frames.push_back(f);
+    windows.push_back(MakeWindow(points, frames));
+  }
+  const WindowUpgrade joined = UpgradeByWindows(points, TrueModel(s, points), windows, Eigen::Vector4d(560, 560, 322.5, 238.5), {});
+  EXPECT_FALSE(joined.found);
+  EXPECT_EQ(joined.windows, 1);
 }
 
 }  // namespace
