@@ -34,6 +34,8 @@ constexpr double kLeastFrontShare = 0.98;
 // Of the cameras' left blocks, in one frame's normalised units: about a degree over the photo's half diagonal.
 constexpr double kConstantOrientation = 0.02;
 
+// A video of more frames than the first is adjusted with its tracks cut after the second, until the last adjustments.
+constexpr int kManyFrames = 100, kMostSpan = 40;
 const WindowOptions kShortWindows{.length = 6, .overlap = 4, .min_shared = 0};
 // An adjustment ends where a step gains less than this part of the cost; ends that count ask for more.
 constexpr double kTolerance = 1e-3, kFineTolerance = 1e-6;
@@ -138,12 +140,20 @@ void Follow(const ImagePoints& points, const ProjectiveModel& steering, Projecti
   });
 }
 
+int MaxSpan(const ProjectiveModel& model, const FactorizationOptions& options) {
+  return options.windows.ordered && model.PlacedCount() > kManyFrames ? kMostSpan : 0;
+}
+
 void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull) {
   ProjectiveModel steering = Steering(points, model, sights);
   if (!AdjustProjective(points, steering, bundle).usable) return;
   model.P = steering.P;
-  for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (steering.solved[t]) model.X[t] = steering.X[t];
+  for (std::size_t t = 0; t < model.X.size(); ++t) {
+    if (!steering.solved[t]) continue;
+    model.X[t] = steering.X[t];
+    // A cut track's point is that of its middle.
+    if (CutTrack(points, steering, t, bundle).count > 1) steering.solved[t] = 0;
+  }
   Follow(points, steering, model, cull);
 }
 
@@ -263,7 +273,9 @@ Merged MergeWindows(const ImagePoints& points, std::vector<SolvedWindow>& solved
     BalanceFrame(whole);
     if (options.adjust && whole.PlacedCount() >= 1.7 * adjusted_at) {
       const CullResult culled = Cull(points, whole, options.cull);
-      AdjustAll(points, whole, Adjustment(options, std::max(culled.sigma_px, 0.25), 5), options.adjust_sights / 2, options.cull);
+      BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, 0.25), 5);
+      bundle.max_span = MaxSpan(whole, options);
+      AdjustAll(points, whole, bundle, options.adjust_sights / 2, options.cull);
       adjusted_at = whole.PlacedCount();
     }
   }
@@ -355,6 +367,7 @@ std::optional<MetricAttempt> Attempt(const ImagePoints& points, const Projective
   if (!options.adjust) return a;
   // First with a wide loss, so that a model that is still off is pulled as a whole.
   BundleOptions bundle = Adjustment(options, std::max(4 * sigma_px, 1.0), 20);
+  bundle.max_span = MaxSpan(a.model, options);
   AdjustMetric(points, a.steering, a.metric, options.intrinsics, bundle);
   bundle = Adjustment(options, sigma_px, 30);
   bundle.tolerance = kFineTolerance;
@@ -455,8 +468,14 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   if (options.adjust) {
     bundle = Adjustment(options, culled.sigma_px, 10);
     bundle.tolerance = 1e-5;
+    // The tracks that steer hold a long video's ends together; the others add to what neighbours know of each other.
+    bundle.max_span = MaxSpan(model, options);
+    bundle.whole = steering.solved;
     AdjustMetric(points, model, metric, options.intrinsics, bundle);
     ToProjective(points, metric, model);
+    ProjectiveModel uncut = model;
+    for (std::size_t t = 0; t < model.X.size(); ++t) uncut.solved[t] = model.solved[t] && CutTrack(points, model, t, bundle).count == 1;
+    Follow(points, uncut, model, cull);
     culled = Cull(points, model, cull);
   }
   long front = 0, sights = 0;
@@ -569,8 +588,9 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   {
     Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);
     CullResult culled = Cull(points, model, options.cull);
-    if (options.adjust) AdjustAll(points, model, Adjustment(options, std::max(culled.sigma_px, 0.25), 10), options.adjust_sights,
-        options.cull);
+    BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, 0.25), 10);
+    bundle.max_span = MaxSpan(model, options);
+    if (options.adjust) AdjustAll(points, model, bundle, options.adjust_sights, options.cull);
     progress.Step();
     CullOptions cull = options.cull;
     cull.min_sights = std::min(cull.min_sights, std::max(2, model.PlacedCount()));
@@ -587,7 +607,9 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     culled = Cull(points, model, cull);
     if (options.adjust) {
       progress.Step();
-      AdjustAll(points, model, Adjustment(options, culled.sigma_px, 20), options.adjust_sights, cull);
+      bundle = Adjustment(options, culled.sigma_px, 20);
+      bundle.max_span = MaxSpan(model, options);
+      AdjustAll(points, model, bundle, options.adjust_sights, cull);
       culled = Cull(points, model, cull);
       progress.Step();
     }

@@ -308,6 +308,31 @@ TEST(Factorise, TheGapIsTheSignalOverTheNoise) {
   }
 }
 
+TEST(Factorise, MissingEntriesAreFilledAndDoNotCountForTheGap) {
+  Noise noise;
+  noise.sigma_px = kNoisePx;
+  const SimulatedTracks s = See(DeskPath(12), DeskPoints(150), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel truth = TrueModel(s, points);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> gauss(0, 2e-3);
+  Eigen::MatrixXd start(36, 4);
+  for (Eigen::Index f = 0; f < 12; ++f) start.middleRows<3>(3 * f) = truth.P[static_cast<std::size_t>(f)];
+  for (Eigen::Index i = 0; i < start.size(); ++i) start.data()[i] += gauss(random);
+  MeasurementMatrix m = Complete(points);
+  const Factorisation complete = Factorise(m, start, {});
+  for (Eigen::Index p = 0; p < m.seen.cols(); ++p)
+    for (Eigen::Index f = 0; f < 12; ++f)
+      if (p % 3 > 0 && random() % 2) {
+        m.seen(f, p) = false;
+        m.x.block<2, 1>(2 * f, p).setZero();
+      }
+  const Factorisation result = Factorise(m, start, {});
+  ASSERT_TRUE(result.usable);
+  EXPECT_LT(result.rms, 0.5 * result.start_rms);
+  EXPECT_NEAR(result.gap, complete.gap, 0.3 * complete.gap);
+}
+
 TEST(Factorise, APlaneHasRankThree) {
   auto flat = DeskPoints(150);
   for (auto& x : flat) x.y() = 0;
@@ -379,6 +404,34 @@ TEST(MetricBundle, FindsTheFocalLengthAndThePoses) {
   EXPECT_LT(summary.rms_px, 1e-3);
   EXPECT_NEAR(metric.intrinsics_px[0], 560, 0.1);
   EXPECT_NEAR(metric.intrinsics_px[3], 238.5, 0.1);
+}
+
+// Each cut leaves two points for one; neighbours are held by tracks that are cut elsewhere.
+TEST(MetricBundle, CutTracksStillTieEachCameraToItsNeighbours) {
+  Noise noise;
+  noise.max_track_frames = 12;
+  const SimulatedTracks s = See(PlazaPath(30), PlazaPoints(300), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel used(TrueModel(s, points));
+  MetricModel metric;
+  metric.intrinsics_px << 560, 560, 322.5, 238.5;
+  metric.cam_from_world = s.cam_from_world;
+  metric.X = s.x_in_world;
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> gauss(0, 3e-3);
+  for (auto& pose : metric.cam_from_world) pose.translation += Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
+  BundleOptions options;
+  options.loss = BundleOptions::Loss::kNone;
+  options.max_iterations = 100;
+  options.tolerance = 1e-12;
+  options.max_span = 5;
+  int cut = 0;
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) cut += CutTrack(points, used, t, options).count > 1;
+  EXPECT_GT(cut, 100);
+  EXPECT_TRUE(AdjustMetric(points, used, metric, FreeIntrinsics::kNone, options).usable);
+  EXPECT_LT(ComparePoses(metric.cam_from_world, s.cam_from_world).centre_max_percent, 1e-3);
+  options.whole.assign(points.tracks.size(), 1);
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) EXPECT_EQ(CutTrack(points, used, t, options).count, 1);
 }
 
 TEST(Cull, TheLimitFollowsTheNoiseAndOutliersAreFound) {
