@@ -622,6 +622,36 @@ TEST(Upgrade, TheTrueFrameIsFoundExactly) {
   }
 }
 
+TEST(Upgrade, TheUncertaintyFollowsTheNoiseAndOneBadCameraDoesNoHarm) {
+  const SimulatedTracks s = See(PlazaPath(12), PlazaPoints(150), {});
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  std::vector<Eigen::Matrix3d> K;
+  for (std::size_t f = 0; f < 12; ++f) K.push_back(NormalisedFromPixels(points, f) * s.camera.K());
+  double last = 0;
+  for (const double noise : {1e-6, 1e-5, 1e-4}) {
+    ProjectiveModel model = TrueModel(s, points);
+    std::mt19937_64 random(41);
+    std::normal_distribution<double> gauss(0, noise);
+    for (auto& P : model.P)
+      for (int i = 0; i < 12; ++i) P.data()[i] += gauss(random);
+    const double sigma = UpgradeToEuclidean(points, model, K).plane_sigma;
+    EXPECT_GT(sigma, noise);
+    if (last > 0) {
+      EXPECT_NEAR(sigma / last, 10, 3);
+    }
+    last = sigma;
+  }
+  ProjectiveModel model = TrueModel(s, points);
+  model.P[2] = Matrix34d::Random().normalized();
+  const Upgrade upgrade = UpgradeToEuclidean(points, model, K);
+  ASSERT_TRUE(upgrade.found);
+  for (std::size_t f = 4; f < 12; ++f) {
+    const Eigen::Quaterniond found = upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[3].rotation.conjugate();
+    const Eigen::Quaterniond truth = s.cam_from_world[f].rotation * s.cam_from_world[3].rotation.conjugate();
+    EXPECT_LT(found.angularDistance(truth), 0.02);  // a camera that is off altogether still pulls a little
+  }
+}
+
 TEST(Upgrade, ConstantOrientationIsToldFromTurning) {
   auto path = PlazaPath(12);
   const auto deviation = [&] {
