@@ -26,7 +26,8 @@ struct KnownIntrinsics {
 KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions& options);
 
 // Features followed through the frames of a video (or of a folder, with --matching sequential), else matched across photos.
-// A video is followed through all its frames; the tracks are then those of the frames that `capture` names, or of all with --all-frames.
+// A video is followed through all its frames; the tracks are then those of the frames that `capture` names and, where these are few,
+// of some between them; or of all with --all-frames. `used`: the frames that a camera is asked for.
 Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const std::filesystem::path& work_folder,
                   Capture* used, ProgressSink& sink);
 

@@ -15,6 +15,7 @@
 #include "reconstruct/factorization/refusal.h"
 #include "reconstruct/factorization/seed.h"
 #include "reconstruct/factorization/upgrade.h"
+#include "reconstruct/factorization/window_upgrade.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/parallel.h"
 
@@ -33,6 +34,9 @@ constexpr double kLeastFrontShare = 0.98;
 // Of the cameras' left blocks, in one frame's normalised units: about a degree over the photo's half diagonal.
 constexpr double kConstantOrientation = 0.02;
 
+// A video of more frames than the first is adjusted with its tracks cut after the second, until the last adjustments.
+constexpr int kManyFrames = 100, kMostSpan = 40;
+const WindowOptions kShortWindows{.length = 6, .overlap = 4, .min_shared = 0};
 // An adjustment ends where a step gains less than this part of the cost; ends that count ask for more.
 constexpr double kTolerance = 1e-3, kFineTolerance = 1e-6;
 
@@ -136,12 +140,20 @@ void Follow(const ImagePoints& points, const ProjectiveModel& steering, Projecti
   });
 }
 
+int MaxSpan(const ProjectiveModel& model, const FactorizationOptions& options) {
+  return options.windows.ordered && model.PlacedCount() > kManyFrames ? kMostSpan : 0;
+}
+
 void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull) {
   ProjectiveModel steering = Steering(points, model, sights);
   if (!AdjustProjective(points, steering, bundle).usable) return;
   model.P = steering.P;
-  for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (steering.solved[t]) model.X[t] = steering.X[t];
+  for (std::size_t t = 0; t < model.X.size(); ++t) {
+    if (!steering.solved[t]) continue;
+    model.X[t] = steering.X[t];
+    // A cut track's point is that of its middle.
+    if (CutTrack(points, steering, t, bundle).count > 1) steering.solved[t] = 0;
+  }
   Follow(points, steering, model, cull);
 }
 
@@ -261,7 +273,9 @@ Merged MergeWindows(const ImagePoints& points, std::vector<SolvedWindow>& solved
     BalanceFrame(whole);
     if (options.adjust && whole.PlacedCount() >= 1.7 * adjusted_at) {
       const CullResult culled = Cull(points, whole, options.cull);
-      AdjustAll(points, whole, Adjustment(options, std::max(culled.sigma_px, 0.25), 5), options.adjust_sights / 2, options.cull);
+      BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, 0.25), 5);
+      bundle.max_span = MaxSpan(whole, options);
+      AdjustAll(points, whole, bundle, options.adjust_sights / 2, options.cull);
       adjusted_at = whole.PlacedCount();
     }
   }
@@ -322,9 +336,52 @@ void TakeCameras(const ImagePoints& points, const ProjectiveModel& model, Factor
   }
 }
 
+// A metric start, and what adjusting its steering tracks makes of it.
+struct MetricAttempt {
+  ProjectiveModel model;       // every track, as the start has it
+  ProjectiveModel steering;
+  MetricModel metric;
+  double plane_sigma = 0;
+  double projective_rms = 0, rms = 0;   // of the same sights
+
+  double Limit() const { return kMetricRmsFactor * projective_rms + kMetricRmsFloorPx; }
+};
+
+// None where a point of the start is no number.
+std::optional<MetricAttempt> Attempt(const ImagePoints& points, const ProjectiveModel& projective, MetricModel start, double plane_sigma,
+                                     double sigma_px, const FactorizationOptions& options) {
+  MetricAttempt a;
+  a.model = projective;
+  a.metric = std::move(start);
+  a.plane_sigma = plane_sigma;
+  for (std::size_t t = 0; t < a.metric.X.size(); ++t)
+    if (!a.metric.X[t].allFinite()) return std::nullopt;
+  // Points are placed anew under the Euclidean cameras, which are near but not equal to the projective ones.
+  ToProjective(points, a.metric, a.model);
+  // The same sights judge both models.
+  a.steering = Steering(points, a.model, options.adjust_sights);
+  ProjectiveModel judged = projective;
+  judged.solved = a.steering.solved;
+  a.projective_rms = RmsPx(points, judged);
+  a.rms = RmsPx(points, a.steering);
+  if (!options.adjust) return a;
+  // First with a wide loss, so that a model that is still off is pulled as a whole.
+  BundleOptions bundle = Adjustment(options, std::max(4 * sigma_px, 1.0), 20);
+  bundle.max_span = MaxSpan(a.model, options);
+  AdjustMetric(points, a.steering, a.metric, options.intrinsics, bundle);
+  bundle = Adjustment(options, sigma_px, 30);
+  bundle.tolerance = kFineTolerance;
+  a.rms = AdjustMetric(points, a.steering, a.metric, options.intrinsics, bundle).rms_px;
+  ToProjective(points, a.metric, a.steering);
+  a.model.P = a.steering.P;
+  for (std::size_t t = 0; t < a.model.X.size(); ++t)
+    if (a.steering.solved[t]) a.model.X[t] = a.steering.X[t];
+  return a;
+}
+
 // True: result holds the metric reconstruction. False: result.upgrade_reason says why not.
-bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, const Tracks& tracks, const Camera& camera,
-               const FactorizationOptions& options, FactorizationResult& result) {
+bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, const std::vector<Window>& windows, const Tracks& tracks,
+               const Camera& camera, const FactorizationOptions& options, FactorizationResult& result) {
   auto begin = Clock::now();
   const Eigen::Matrix3d K = camera.K();
   std::vector<Eigen::Matrix3d> K_normalised;
@@ -334,63 +391,63 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   result.upgrade_condition = upgrade.condition;
   result.upgrade_plane_sigma = upgrade.plane_sigma;
   result.upgrade_residual = upgrade.residual;
-  if (!upgrade.found) {
-    result.upgrade_reason = "no plane at infinity could be computed";
-    return false;
-  }
   begin = Clock::now();
-  ProjectiveModel model = projective;
-  MetricModel metric;
+  MetricModel start;
   const Eigen::Vector2d focal = camera.FocalPx(), principal = camera.PrincipalPointPx();
-  metric.intrinsics_px << focal, principal;
-  metric.cam_from_world = upgrade.cam_from_world;
-  const auto inverse = InverseOf(upgrade.H);
-  if (!inverse) {
+  start.intrinsics_px << focal, principal;
+  std::optional<MetricAttempt> attempt;
+  if (const auto inverse = InverseOf(upgrade.H); upgrade.found && inverse) {
+    start.cam_from_world = upgrade.cam_from_world;
+    start.X.assign(projective.X.size(), Eigen::Vector4d::Zero());
+    for (std::size_t t = 0; t < start.X.size(); ++t)
+      if (projective.solved[t]) start.X[t] = (*inverse * projective.X[t]).normalized();
+    attempt = Attempt(points, projective, start, upgrade.plane_sigma, result.sigma_px, options);
+  }
+  const auto explained = [&] { return attempt && attempt->rms <= attempt->Limit(); };
+  if (options.adjust && windows.size() > 1 && !explained()) {
+    // No one plane at infinity does for all frames; each window may have its own. Where tracks are short, only short ones have.
+    WindowUpgradeOptions by_windows;
+    by_windows.loss = options.loss;
+    by_windows.sigma_px = result.sigma_px;
+    by_windows.max_rms_factor = kMetricRmsFactor;
+    by_windows.max_rms_more_px = kMetricRmsFloorPx;
+    std::vector<std::vector<Window>> splits{windows};
+    if (options.windows.ordered) splits.push_back(SplitIntoWindows(points, kShortWindows));
+    for (const std::vector<Window>& split : splits) {
+      const WindowUpgrade joined = UpgradeByWindows(points, projective, split, start.intrinsics_px, by_windows);
+      if (!joined.found) continue;
+      ProjectiveModel part = projective;
+      for (std::size_t t = 0; t < part.solved.size(); ++t) part.solved[t] = part.solved[t] && joined.solved[t];
+      start.cam_from_world = joined.cam_from_world;
+      start.X = joined.X;
+      auto other = Attempt(points, part, start, joined.plane_sigma, result.sigma_px, options);
+      if (other && (!attempt || other->rms < attempt->rms)) {
+        attempt = std::move(other);
+        result.upgrade_plane_sigma = attempt->plane_sigma;
+      }
+      if (explained()) break;
+    }
+  }
+  result.seconds.metric += Since(begin);
+  if (!attempt) {
     result.upgrade_reason = "no plane at infinity could be computed";
     return false;
   }
-  const Eigen::Matrix4d back = *inverse;
-  metric.X.assign(model.X.size(), Eigen::Vector4d::Zero());
-  for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (model.solved[t]) metric.X[t] = (back * model.X[t]).normalized();
-  // Points are placed anew under the Euclidean cameras, which are near but not equal to the projective ones.
-  ToProjective(points, metric, model);
-  for (const auto& x : metric.X)
-    if (!x.allFinite()) {
-      result.upgrade_reason = "no plane at infinity could be computed";
-      return false;
-    }
+  ProjectiveModel &model = attempt->model, &steering = attempt->steering;
+  MetricModel& metric = attempt->metric;
+  const double projective_rms = attempt->projective_rms, rms = attempt->rms;
+  BundleOptions bundle = Adjustment(options, result.sigma_px, 30);
+  bundle.tolerance = kFineTolerance;
   CullOptions cull = options.cull;
   cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
-  // The same sights judge both models.
-  ProjectiveModel steering = Steering(points, model, options.adjust_sights);
-  ProjectiveModel judged = projective;
-  judged.solved = steering.solved;
-  const double projective_rms = RmsPx(points, judged);
-  double rms = RmsPx(points, steering);
-  BundleOptions bundle = Adjustment(options, std::max(4 * result.sigma_px, 1.0), 20);
-  if (options.adjust) {
-    // First with a wide loss, so that a model that is still off is pulled as a whole.
-    AdjustMetric(points, steering, metric, options.intrinsics, bundle);
-    bundle.scale_px = std::max(2 * result.sigma_px, 0.1);
-    bundle.max_iterations = 30;
-    bundle.tolerance = kFineTolerance;
-    rms = AdjustMetric(points, steering, metric, options.intrinsics, bundle).rms_px;
-    ToProjective(points, metric, steering);
-    model.P = steering.P;
-    for (std::size_t t = 0; t < model.X.size(); ++t)
-      if (steering.solved[t]) model.X[t] = steering.X[t];
-  }
-  const double limit = kMetricRmsFactor * projective_rms + kMetricRmsFloorPx;
-  result.seconds.metric += Since(begin);
-  if (options.adjust ? !(rms <= limit) : !(upgrade.residual < 0.1)) {
+  if (options.adjust ? !(rms <= attempt->Limit()) : !(upgrade.residual < 0.1)) {
     result.upgrade_reason = "the intrinsics do not explain the images: reprojection error " + Fixed(rms, 2) + " px with them, " +
                             Fixed(projective_rms, 2) + " px without";
     return false;
   }
-  if (!(upgrade.plane_sigma <= options.max_plane_sigma)) {
+  if (!(attempt->plane_sigma <= options.max_plane_sigma)) {
     result.upgrade_reason = "the plane at infinity is ill-conditioned (baseline too short for the noise): relative uncertainty of depths " +
-                            Fixed(upgrade.plane_sigma, 2);
+                            Fixed(attempt->plane_sigma, 2);
     return false;
   }
   begin = Clock::now();
@@ -411,8 +468,14 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   if (options.adjust) {
     bundle = Adjustment(options, culled.sigma_px, 10);
     bundle.tolerance = 1e-5;
+    // The tracks that steer hold a long video's ends together; the others add to what neighbours know of each other.
+    bundle.max_span = MaxSpan(model, options);
+    bundle.whole = steering.solved;
     AdjustMetric(points, model, metric, options.intrinsics, bundle);
     ToProjective(points, metric, model);
+    ProjectiveModel uncut = model;
+    for (std::size_t t = 0; t < model.X.size(); ++t) uncut.solved[t] = model.solved[t] && CutTrack(points, model, t, bundle).count == 1;
+    Follow(points, uncut, model, cull);
     culled = Cull(points, model, cull);
   }
   long front = 0, sights = 0;
@@ -481,11 +544,12 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   if (points.FrameCount() < 2) Refuse(points, {}, camera);
 
   // Windows side by side; where none has parallax, longer ones.
+  std::vector<Window> windows;
   std::vector<SolvedWindow> solved;
   std::vector<PairHomography> homographies;
   WindowOptions window_options = options.windows;
   while (true) {
-    const std::vector<Window> windows = SplitIntoWindows(points, window_options);
+    windows = SplitIntoWindows(points, window_options);
     solved.assign(windows.size(), {});
     Progress progress(sink, "factorising windows", static_cast<long>(windows.size()));
     ParallelFor(windows.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -524,8 +588,9 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   {
     Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);
     CullResult culled = Cull(points, model, options.cull);
-    if (options.adjust) AdjustAll(points, model, Adjustment(options, std::max(culled.sigma_px, 0.25), 10), options.adjust_sights,
-        options.cull);
+    BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, 0.25), 10);
+    bundle.max_span = MaxSpan(model, options);
+    if (options.adjust) AdjustAll(points, model, bundle, options.adjust_sights, options.cull);
     progress.Step();
     CullOptions cull = options.cull;
     cull.min_sights = std::min(cull.min_sights, std::max(2, model.PlacedCount()));
@@ -542,7 +607,9 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     culled = Cull(points, model, cull);
     if (options.adjust) {
       progress.Step();
-      AdjustAll(points, model, Adjustment(options, culled.sigma_px, 20), options.adjust_sights, cull);
+      bundle = Adjustment(options, culled.sigma_px, 20);
+      bundle.max_span = MaxSpan(model, options);
+      AdjustAll(points, model, bundle, options.adjust_sights, cull);
       culled = Cull(points, model, cull);
       progress.Step();
     }
@@ -570,7 +637,7 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
 
   if (camera && !options.projective_only) {
     Progress progress(sink, "upgrade to a metric frame", 1);
-    TryMetric(points, model, tracks, *camera, options, result);
+    TryMetric(points, model, windows, tracks, *camera, options, result);
     progress.Step();
   } else {
     result.upgrade_reason = camera ? "a projective scene was asked for" : "the intrinsics are not known";

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <chrono>
+#include <deque>
 #include <memory>
 
 #include "reconstruct/factorization/normalise.h"
@@ -163,21 +164,25 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
   problem.AddParameterBlock(k.data(), 4, &focal);
   if (free == FreeIntrinsics::kNone) problem.SetParameterBlockConstant(k.data());
   ordering->AddElementToGroup(k.data(), 1);
+  std::deque<Eigen::Vector4d> more;  // points of tracks that are cut; the middle piece's is X[t]
   for (std::size_t t = 0; t < X.size(); ++t) {
     if (!used.solved[t]) continue;
-    bool added = false;
+    const TrackPieces pieces = CutTrack(points, used, t, options);
+    int piece = -1;
+    Eigen::Vector4d* point = nullptr;
     for (std::size_t i = 0; i < points.tracks[t].size(); ++i) {
       const Sight& sight = points.tracks[t][i];
       const auto f = static_cast<std::size_t>(sight.frame);
       if (!used.inlier[t][i] || !used.placed[f]) continue;
-      if (!added) {
-        X[t].normalize();
-        problem.AddParameterBlock(X[t].data(), 4, &sphere);
-        ordering->AddElementToGroup(X[t].data(), 0);
-        added = true;
+      if (const int now = pieces.Of(sight.frame); now != piece) {
+        piece = now;
+        point = now == pieces.count / 2 ? &X[t] : &more.emplace_back(model.X[t]);
+        point->normalize();
+        problem.AddParameterBlock(point->data(), 4, &sphere);
+        ordering->AddElementToGroup(point->data(), 0);
       }
       problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(), pose[f].data(),
-          X[t].data(), k.data());
+          point->data(), k.data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

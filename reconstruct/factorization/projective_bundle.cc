@@ -7,6 +7,7 @@
 #include <ceres/sphere_manifold.h>
 
 #include <chrono>
+#include <deque>
 #include <memory>
 
 namespace lumi {
@@ -54,6 +55,22 @@ constexpr std::size_t kDenseCameras = 30;
 
 }  // namespace
 
+TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track, const BundleOptions& options) {
+  TrackPieces pieces;
+  if (options.max_span <= 0 || (track < options.whole.size() && options.whole[track])) return pieces;
+  int last = -1;
+  for (std::size_t k = 0; k < points.tracks[track].size(); ++k) {
+    const int f = points.tracks[track][k].frame;
+    if (!used.inlier[track][k] || !used.placed[static_cast<std::size_t>(f)]) continue;
+    if (last < 0) pieces.first = f;
+    last = f;
+  }
+  if (last < 0) return pieces;
+  pieces.frames = last - pieces.first + 1;
+  pieces.count = (pieces.frames + options.max_span - 1) / options.max_span;
+  return pieces;
+}
+
 BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options,
     const std::vector<char>& held) {
   const auto begin = std::chrono::steady_clock::now();
@@ -83,20 +100,24 @@ BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model
     ordering->AddElementToGroup(P[f].data(), 1);
     ++cameras;
   }
+  std::deque<Eigen::Vector4d> more;  // points of tracks that are cut; the middle piece's is X[t]
   for (std::size_t t = 0; t < X.size(); ++t) {
     if (!model.solved[t]) continue;
-    bool added = false;
+    const TrackPieces pieces = CutTrack(points, model, t, options);
+    int piece = -1;
+    Eigen::Vector4d* point = nullptr;
     for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
       const Sight& sight = points.tracks[t][k];
       const auto f = static_cast<std::size_t>(sight.frame);
       if (!model.inlier[t][k] || !model.placed[f]) continue;
-      if (!added) {
-        X[t].normalize();
-        problem.AddParameterBlock(X[t].data(), 4, &point_sphere);
-        ordering->AddElementToGroup(X[t].data(), 0);
-        added = true;
+      if (const int now = pieces.Of(sight.frame); now != piece) {
+        piece = now;
+        point = now == pieces.count / 2 ? &X[t] : &more.emplace_back(model.X[t]);
+        point->normalize();
+        problem.AddParameterBlock(point->data(), 4, &point_sphere);
+        ordering->AddElementToGroup(point->data(), 0);
       }
-      problem.AddResidualBlock(new SightCost(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), X[t].data());
+      problem.AddResidualBlock(new SightCost(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), point->data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

@@ -17,13 +17,17 @@
 #include "reconstruct/factorization/seed.h"
 #include "reconstruct/factorization/two_view.h"
 #include "reconstruct/factorization/upgrade.h"
+#include "reconstruct/factorization/window_upgrade.h"
 #include "reconstruct/factorization/windows.h"
+#include "scene/geometry/similarity3.h"
 
 namespace lumi {
 namespace {
 
 using test::DeskPath;
 using test::DeskPoints;
+using test::HallwayPath;
+using test::HallwayPoints;
 using test::Noise;
 using test::PlazaPath;
 using test::PlazaPoints;
@@ -297,6 +301,31 @@ TEST(Factorise, TheGapIsTheSignalOverTheNoise) {
   }
 }
 
+TEST(Factorise, MissingEntriesAreFilledAndDoNotCountForTheGap) {
+  Noise noise;
+  noise.sigma_px = kNoisePx;
+  const SimulatedTracks s = See(DeskPath(12), DeskPoints(150), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel truth = TrueModel(s, points);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> gauss(0, 2e-3);
+  Eigen::MatrixXd start(36, 4);
+  for (Eigen::Index f = 0; f < 12; ++f) start.middleRows<3>(3 * f) = truth.P[static_cast<std::size_t>(f)];
+  for (Eigen::Index i = 0; i < start.size(); ++i) start.data()[i] += gauss(random);
+  MeasurementMatrix m = Complete(points);
+  const Factorisation complete = Factorise(m, start, {});
+  for (Eigen::Index p = 0; p < m.seen.cols(); ++p)
+    for (Eigen::Index f = 0; f < 12; ++f)
+      if (p % 3 > 0 && random() % 2) {
+        m.seen(f, p) = false;
+        m.x.block<2, 1>(2 * f, p).setZero();
+      }
+  const Factorisation result = Factorise(m, start, {});
+  ASSERT_TRUE(result.usable);
+  EXPECT_LT(result.rms, 0.5 * result.start_rms);
+  EXPECT_NEAR(result.gap, complete.gap, 0.3 * complete.gap);
+}
+
 TEST(Factorise, APlaneHasRankThree) {
   auto flat = DeskPoints(150);
   for (auto& x : flat) x.y() = 0;
@@ -362,6 +391,34 @@ TEST(MetricBundle, FindsTheFocalLengthAndThePoses) {
   EXPECT_LT(summary.rms_px, 1e-3);
   EXPECT_NEAR(metric.intrinsics_px[0], 560, 0.1);
   EXPECT_NEAR(metric.intrinsics_px[3], 238.5, 0.1);
+}
+
+// Each cut leaves two points for one; neighbours are held by tracks that are cut elsewhere.
+TEST(MetricBundle, CutTracksStillTieEachCameraToItsNeighbours) {
+  Noise noise;
+  noise.max_track_frames = 12;
+  const SimulatedTracks s = See(PlazaPath(30), PlazaPoints(300), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel used(TrueModel(s, points));
+  MetricModel metric;
+  metric.intrinsics_px << 560, 560, 322.5, 238.5;
+  metric.cam_from_world = s.cam_from_world;
+  metric.X = s.x_in_world;
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> gauss(0, 3e-3);
+  for (auto& pose : metric.cam_from_world) pose.translation += Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
+  BundleOptions options;
+  options.loss = BundleOptions::Loss::kNone;
+  options.max_iterations = 100;
+  options.tolerance = 1e-12;
+  options.max_span = 5;
+  int cut = 0;
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) cut += CutTrack(points, used, t, options).count > 1;
+  EXPECT_GT(cut, 100);
+  EXPECT_TRUE(AdjustMetric(points, used, metric, FreeIntrinsics::kNone, options).usable);
+  EXPECT_LT(ComparePoses(metric.cam_from_world, s.cam_from_world).centre_max_percent, 1e-3);
+  options.whole.assign(points.tracks.size(), 1);
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) EXPECT_EQ(CutTrack(points, used, t, options).count, 1);
 }
 
 TEST(Cull, TheLimitFollowsTheNoiseAndOutliersAreFound) {
@@ -539,6 +596,36 @@ TEST(Upgrade, TheTrueFrameIsFoundExactly) {
   }
 }
 
+TEST(Upgrade, TheUncertaintyFollowsTheNoiseAndOneBadCameraDoesNoHarm) {
+  const SimulatedTracks s = See(PlazaPath(12), PlazaPoints(150), {});
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  std::vector<Eigen::Matrix3d> K;
+  for (std::size_t f = 0; f < 12; ++f) K.push_back(NormalisedFromPixels(points, f) * s.camera.K());
+  double last = 0;
+  for (const double noise : {1e-6, 1e-5, 1e-4}) {
+    ProjectiveModel model = TrueModel(s, points);
+    std::mt19937_64 random(41);
+    std::normal_distribution<double> gauss(0, noise);
+    for (auto& P : model.P)
+      for (int i = 0; i < 12; ++i) P.data()[i] += gauss(random);
+    const double sigma = UpgradeToEuclidean(points, model, K).plane_sigma;
+    EXPECT_GT(sigma, noise);
+    if (last > 0) {
+      EXPECT_NEAR(sigma / last, 10, 3);
+    }
+    last = sigma;
+  }
+  ProjectiveModel model = TrueModel(s, points);
+  model.P[2] = Matrix34d::Random().normalized();
+  const Upgrade upgrade = UpgradeToEuclidean(points, model, K);
+  ASSERT_TRUE(upgrade.found);
+  for (std::size_t f = 4; f < 12; ++f) {
+    const Eigen::Quaterniond found = upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[3].rotation.conjugate();
+    const Eigen::Quaterniond truth = s.cam_from_world[f].rotation * s.cam_from_world[3].rotation.conjugate();
+    EXPECT_LT(found.angularDistance(truth), 0.02);  // a camera that is off altogether still pulls a little
+  }
+}
+
 TEST(Upgrade, ConstantOrientationIsToldFromTurning) {
   auto path = PlazaPath(12);
   const auto deviation = [&] {
@@ -549,6 +636,62 @@ TEST(Upgrade, ConstantOrientationIsToldFromTurning) {
   EXPECT_GT(deviation(), 0.05);
   path = test::WithoutTurning(path);
   EXPECT_LT(deviation(), 1e-8);
+}
+
+// A projective frame that bends along the way: each frame's plane at infinity is a little off its neighbours'.
+ProjectiveModel Bent(const SimulatedTracks& s, const ImagePoints& points, double bend) {
+  ProjectiveModel model = TrueModel(s, points);
+  for (std::size_t f = 0; f < model.P.size(); ++f) {
+    Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+    H(3, 0) = bend * static_cast<double>(f) / static_cast<double>(model.P.size());
+    model.P[f] = (model.P[f] * H).eval().normalized();
+  }
+  for (std::size_t t = 0; t < model.X.size(); ++t) {
+    model.solved[t] = 0;
+    IntersectTrack(points, model, t, {});
+  }
+  return model;
+}
+
+TEST(WindowUpgrade, ABentFrameIsMetricWindowByWindow) {
+  Noise noise;
+  noise.max_track_frames = 10;
+  const SimulatedTracks s = See(HallwayPath(60), HallwayPoints(900), noise);
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  const ProjectiveModel model = Bent(s, points, 0.1);
+  std::vector<Eigen::Matrix3d> K;
+  for (std::size_t f = 0; f < points.FrameCount(); ++f) K.push_back(NormalisedFromPixels(points, f) * s.camera.K());
+  const PoseErrors at_once = ComparePoses(UpgradeToEuclidean(points, model, K).cam_from_world, s.cam_from_world);
+  EXPECT_GT(at_once.rotation_max_deg, 1);
+  const auto windows = SplitIntoWindows(points, {});
+  const Eigen::Vector4d intrinsics_px(560, 560, 322.5, 238.5);
+  const WindowUpgrade joined = UpgradeByWindows(points, model, windows, intrinsics_px, {});
+  ASSERT_TRUE(joined.found);
+  EXPECT_EQ(joined.windows, static_cast<int>(windows.size()));
+  const PoseErrors errors = ComparePoses(joined.cam_from_world, s.cam_from_world);
+  EXPECT_LT(errors.rotation_max_deg, 1e-6);
+  EXPECT_LT(errors.centre_max_percent, 1e-6);
+  // Points move with their windows.
+  MetricModel metric{intrinsics_px, joined.cam_from_world, joined.X};
+  ProjectiveModel euclidean = model;
+  euclidean.solved = joined.solved;
+  ToProjective(points, metric, euclidean);
+  EXPECT_GT(euclidean.SolvedCount(), model.SolvedCount() / 2);
+  EXPECT_LT(RmsPx(points, euclidean), 1e-5);
+}
+
+TEST(WindowUpgrade, AFrameThatNoWindowReachesLeavesNoAnswer) {
+  const SimulatedTracks s = See(HallwayPath(30), HallwayPoints(400), {});
+  const ImagePoints points = Normalise(s.tracks, std::nullopt);
+  std::vector<Window> windows;
+  for (const int begin : {0, 15}) {  // side by side, without a frame in common
+    std::vector<int> frames;
+    for (int f = begin; f < begin + 15; ++f) frames.push_back(f);
+    windows.push_back(MakeWindow(points, frames));
+  }
+  const WindowUpgrade joined = UpgradeByWindows(points, TrueModel(s, points), windows, Eigen::Vector4d(560, 560, 322.5, 238.5), {});
+  EXPECT_FALSE(joined.found);
+  EXPECT_EQ(joined.windows, 1);
 }
 
 }  // namespace

@@ -165,6 +165,27 @@ inline std::vector<Eigen::Vector4d> HallwayPoints(int n, unsigned seed = 8) {
   return points;
 }
 
+// A drive of 29 m down a corridor 2.4 m wide, photos a metre and more apart, seen small: after three or four of them all that
+// was near is past.
+inline Camera DriveCamera() { return Camera::Pinhole(320, 240, 228.5, 228.5, 160, 120); }
+inline std::vector<Rigid3> DrivePath(int frames) {
+  std::vector<Rigid3> path;
+  for (int i = 0; i < frames; ++i) {
+    const double s = frames > 1 ? i / static_cast<double>(frames - 1) : 0.0;
+    const Eigen::Vector3d eye(0.06 * std::sin(9 * s), 0, 29 * s);
+    path.push_back(LookAt(eye, eye + Eigen::Vector3d(0.02 * std::sin(7 * s), 0.02, 1), -Eigen::Vector3d::UnitY()));
+  }
+  return path;
+}
+inline std::vector<Eigen::Vector4d> DrivePoints(int n, unsigned seed = 10) {
+  std::vector<Eigen::Vector4d> points = PointsInBox({-1.2, -1.3, 1}, {1.2, 1.3, 37}, n, seed);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i % 2 == 0) points[i].x() = i % 4 == 0 ? -1.2 : 1.2;
+    else points[i].y() = i % 4 == 1 ? -1.3 : 1.3;
+  }
+  return points;
+}
+
 // An arc around things on a desk.
 inline std::vector<Rigid3> DeskPath(int frames, double arc_deg = 60) {
   std::vector<Rigid3> path;
