@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -42,6 +42,12 @@ if [ -z "$only_speed$only_quality" ]; then
   printf '```\n'
   # Against the desk's true cameras. A run's own row, "as given", is what lumi-reconstruct does without options.
   focal=$(grep -m1 -A1 '"params"' "$work/desk-capture/truth/cameras.json" | sed -n '2s/[^0-9.]//gp')
+  # Held to their bounds by tests, which print what they see: a square, a drive and a desk, simulated, and a road.
+  printf '\n## Cameras without COLMAP, against the truth\n\n```\n'
+  "$bin/factorization_test" --gtest_filter='*CanBeLookedAt:FactorizedDrive.*' --gtest_brief=1 | grep centres
+  "$bin/real_captures_test" --gtest_filter='DeskByFactorisation.*' --gtest_brief=1 | grep centres
+  [ -z "$data" ] || "$bin/reconstruct_data_test" --gtest_filter='*Road*' --gtest_brief=1 | grep centres || true
+  printf '```\n'
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")
