@@ -6,6 +6,7 @@
 
 #include "render/convert.h"
 #include "render/output_name.h"
+#include "render/view_time.h"
 #include "scene/files/image_io.h"
 #include "scene/geometry/angle.h"
 #include "scene/image_difference/image_difference.h"
@@ -33,6 +34,18 @@ ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& us
   return best;
 }
 
+RenderView HeldOutView(const Scene& scene, const View& view, int width_px) {
+  Camera camera = scene.CameraOf(view);
+  if (width_px > 0 && width_px < camera.width_px) {
+    const double height = static_cast<double>(camera.height_px) * width_px / camera.width_px;
+    camera = camera.Scaled(width_px, std::max(1, static_cast<int>(std::lround(height))));
+  }
+  RenderView v = MakeRenderView(camera, view.cam_from_world);
+  v.time_s = view.time_s;
+  v.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
+  return v;
+}
+
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& sink) {
   const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
   if (held_out.empty() || scene.views.size() < 2)
@@ -53,23 +66,18 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
   std::vector<double> times;
   for (const ViewId id : held_out) {
     const View& view = scene.views[static_cast<std::size_t>(id.value)];
-    Camera camera = scene.CameraOf(view);
-    Image8 photo = ReadImage8(scene.ImagePath(view), 3);
-    if (options.width_px > 0 && options.width_px < camera.width_px) {
-      const int height = std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * options.width_px / camera.width_px)));
-      camera = camera.Scaled(options.width_px, height);
-      photo = Resize(photo, camera.width_px, camera.height_px);
-    }
     RenderRequest request;
-    request.view = MakeRenderView(camera, view.cam_from_world);
-    request.view.time_s = view.time_s;
-    request.view.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
-    request.settings = options.settings;
+    request.view = HeldOutView(scene, view, options.width_px);
+    const Image8 photo = Resize(ReadImage8(scene.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
+    request.settings = options.own_times ? AtTimeOf(options.settings, request.view) : options.settings;
     request.use = use;
     const auto start = std::chrono::steady_clock::now();
     const ImageF image = renderer.Render(request);
     HoldoutView result;
     result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const RenderStatistics statistics = renderer.Statistics();
+    summary.samples += statistics.samples;
+    summary.optimum += statistics.optimum;
     result.name = view.name;
     result.coverage = Coverage(image);
     const Image8 rendered = ToRgb8(image);

@@ -17,6 +17,7 @@ struct HoldoutOptions {
   Fold fold = Fold::kReport;
   int width_px = 0;                        // 0: the photo's own size
   RadianceSettings settings;
+  bool own_times = true;                   // each view is rendered at its photo's time, where it has one; else at settings.time_s
   std::filesystem::path folder;            // renders and differences go here; empty: none are written
 };
 
@@ -32,12 +33,17 @@ struct HoldoutSummary {
   double psnr_mean_db = 0, ssim_mean = 0, coverage_mean = 0;
   double nearest_psnr_mean_db = 0, nearest_ssim_mean = 0, nearest_coverage_mean = 0;
   double ms_per_frame = 0;                 // median
+  long samples = 0;                        // rays at which weights were computed, and what the optimum says of them: sums over the
+  OptimumCounts optimum;                   // held-out views, without the baseline
   std::vector<HoldoutView> views;
 };
 
 // The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
 // plus the angle between the optical axes.
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use);
+
+// The photo's own view at most this wide (0: at its own size), with its time and exposure. Metric frames.
+RenderView HeldOutView(const Scene& scene, const View& view, int width_px);
 
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& progress);
 

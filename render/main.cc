@@ -19,9 +19,11 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
       nlohmann::ordered_json j = nlohmann::ordered_json::parse(lumi::ReadText(file));
       if (j.contains("settings")) j = j["settings"];
       for (const auto& [name, value] : j.items()) {
-        if (name == "backend")
+        if (name == "backend") {
           options.backend = value.get<std::string>();
-        else if (lumi::SetOption(options.settings, name, value))
+          if (options.backend != "cpu" && options.backend != "gl")
+            throw lumi::InputError(file, "backend takes cpu or gl, not " + options.backend);
+        } else if (lumi::SetOption(options.settings, name, value))
           options.decided.insert(name);
         else
           throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
@@ -37,15 +39,20 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
       lumi::SetOption(options.settings, name, value);
       options.decided.insert(name);
     }
+  if (options.phase && !given.at("time-s").empty()) throw lumi::UsageError("--phase and --time-s do not go together: both say when");
   // Who names a time wants it to count.
   if ((!given.at("time-s").empty() || options.phase) && given.at("time").empty()) {
     options.settings.time = true;
     options.decided.insert("time");
   }
-  // What the optimum needs and nobody spoke against: 1/h is no covariance, and candidates are weighed one by one.
+  // What the optimum needs and nobody spoke against: 1/h is no covariance, and candidates are weighed one by one. The line's
+  // --similarity full wins over what a file, written for another similarity, says of them.
   if (options.settings.similarity == lumi::Similarity::kFull) {
-    if (given.at("correlation").empty()) options.settings.correlation = lumi::Correlation::kFallingLeaves;
-    if (given.at("sampling").empty()) options.settings.sampling = lumi::Sampling::kInterpolated;
+    const auto open = [&](const char* name) {
+      return given.at(name).empty() && (!given.at("similarity").empty() || options.decided.count(name) == 0);
+    };
+    if (open("correlation")) options.settings.correlation = lumi::Correlation::kFallingLeaves;
+    if (open("sampling")) options.settings.sampling = lumi::Sampling::kInterpolated;
   }
 }
 
@@ -114,9 +121,12 @@ int main(int argc, char** argv) {
         const std::string backend = o.backend;
         ApplySettings(settings_file, given, o);
         if (app.get_option("--backend")->count() > 0) o.backend = backend;
+        for (const std::string name : {"format", "fold", "seconds", "fps"})
+          if (app.get_option("--" + name)->count() > 0) o.decided.insert(name);
         properties = properties || properties_command->parsed();
         if (tradeoff->parsed() || properties) {
           if (*budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
+          if (o.phase) throw lumi::UsageError("--phase goes with rendering, not with measuring: --time-s");
           if (!ablation && !m.view.empty()) throw lumi::UsageError("tradeoff's --view goes with --ablation");
           if (properties && !m.path.empty()) throw lumi::UsageError("tradeoff's --path does not go with --properties");
           if (ablation && properties) throw lumi::UsageError("--ablation and --properties do not go together");

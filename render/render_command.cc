@@ -17,6 +17,8 @@
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
 #include "render/tradeoff/budget.h"
+#include "render/tradeoff/sweep.h"
+#include "render/view_time.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -39,7 +41,7 @@ double Milliseconds(Clock::time_point since) { return std::chrono::duration<doub
 
 void RequireConsistent(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
-  if (o.backend == "gl" && !o.budget_ms) RequireDrawnByGl(o.settings);
+  if (o.backend == "gl" && (!o.budget_ms || o.decided.count("grid") > 0)) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms))) throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
@@ -48,6 +50,24 @@ void RequireConsistent(const RenderOptions& o) {
   if (!o.of.empty() && !MeasureFromName(o.show)) throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty()) throw UsageError("--show difference needs --view: the photo to compare with");
+  // What would be passed over in silence.
+  const auto given = [&](const char* name) { return o.decided.count(name) > 0; };
+  if (o.phase && !std::isfinite(*o.phase)) throw UsageError("--phase must be a number");
+  if (o.settings.Sparse() && !o.budget_ms && !HasSamples(o.settings))
+    throw UsageError("--grid with --k all needs --sampling interpolated: all photos are candidates at every pixel");
+  if (o.show == "tessellation" && !o.budget_ms && !HasSamples(o.settings))
+    throw UsageError("--show tessellation needs --grid: there are no sparse samples to show");
+  if (o.holdout != 0 && o.height_px > 0) throw UsageError("--holdout keeps the photos' aspect: --width, not --height");
+  if (o.holdout != 0 && given("format")) throw UsageError("--holdout writes JPEG: --format does not go with it");
+  if (o.holdout == 0 && given("fold")) throw UsageError("--fold goes with --holdout");
+  const bool path_is_given = !o.path.empty(), is_path = o.holdout == 0 && o.view.empty();
+  if (o.video && !is_path) throw UsageError("--video shows a path, not --view or --holdout");
+  for (const char* name : {"seconds", "fps"})
+    if (given(name) && (path_is_given || !is_path))
+      throw UsageError(std::string("--") + name + " is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("format") && o.output.extension() == ".mp4") throw UsageError("--format is of pictures: -o names a video");
+  if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
+    throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");
   if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
   if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxPictureSide || o.height_px > kMaxPictureSide)
     throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
@@ -88,8 +108,11 @@ class Job {
   std::string Run() {
     std::vector<bool> use;
     const RenderView first = DesiredViews(use).front();
-    MeasureEffects(*renderer_, first, use, choice_);
     KeepBudget(first, use);
+    choice_.settings = SettingsFor(first);
+    if (o_.show == "tessellation" && !HasSamples(settings_))
+      sink_.Message("the budget is kept without sparse samples: --show tessellation has none to show");
+    MeasureEffects(*renderer_, first, use, choice_);
     Json j = o_.holdout != 0 ? Holdout() : !o_.view.empty() ? OneView() : Path();
     j["proxy"] = o_.proxy.empty() ? scene_.active_proxy : o_.proxy;
     j["device"] = renderer_->Device();
@@ -98,19 +121,18 @@ class Job {
     if (!scale_.is_null()) j["scale"] = scale_;
     j["effects"] = Json::array();
     for (const Effect& e : choice_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}, {"cost_ms", e.cost_ms}});
-    const RenderStatistics statistics = renderer_->Statistics();
-    if (statistics.samples > 0) j["samples"] = statistics.samples;
-    if (settings_.similarity == Similarity::kFull)
-      j["optimum"] = {{"samples", statistics.optimum.samples},
-                      {"cameras_mean", statistics.optimum.samples > 0 ? static_cast<double>(statistics.optimum.cameras) / static_cast<double>(statistics.optimum.samples) : 0},
-                      {"dense", statistics.optimum.dense},
-                      {"nugget_raised", statistics.optimum.nugget_raised},
-                      {"indefinite", statistics.optimum.indefinite},
-                      {"small_sums", statistics.optimum.small_sums}};
-    if (settings_.similarity == Similarity::kFull && 2 * statistics.optimum.small_sums > statistics.optimum.samples)
+    if (samples_ > 0) j["samples"] = samples_;
+    if (optimum_.samples > 0)
+      j["optimum"] = {{"samples", optimum_.samples},
+                      {"cameras_mean", static_cast<double>(optimum_.cameras) / static_cast<double>(optimum_.samples)},
+                      {"dense", optimum_.dense},
+                      {"nugget_raised", optimum_.nugget_raised},
+                      {"indefinite", optimum_.indefinite},
+                      {"small_sums", optimum_.small_sums}};
+    if (2 * optimum_.small_sums > optimum_.samples)
       sink_.Message(fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x --r-max-deg, and the "
                                 "optimum falls back to the local mean; a larger --r-max-deg gives it something to say",
-                                100.0 * static_cast<double>(statistics.optimum.small_sums) / static_cast<double>(statistics.optimum.samples)));
+                                100.0 * static_cast<double>(optimum_.small_sums) / static_cast<double>(optimum_.samples)));
     if (!o_.output.empty() && o_.output.extension() != ".mp4") WriteTextAtomically(o_.output / kMarker, j.dump(2) + "\n");
     return j.dump();
   }
@@ -118,6 +140,7 @@ class Job {
  private:
   Json SettingsJson() const {
     Json j = ToJson(settings_);
+    if (own_times_) j.erase("time-s");  // differs from frame to frame: as an option it would stop them all
     j["backend"] = o_.backend;
     return j;
   }
@@ -129,16 +152,11 @@ class Job {
   }
 
   // --budget-ms: the settings for frames like this one. What the user decided stays.
-  void KeepBudget(RenderView first, const std::vector<bool>& use) {
+  void KeepBudget(const RenderView& first, const std::vector<bool>& use) {
     if (!o_.budget_ms) return;
-    if (o_.holdout != 0 && o_.width_px > 0 && o_.width_px < first.size_px.x()) {
-      const double share = static_cast<double>(o_.width_px) / first.size_px.x();
-      first.P.topRows<2>() *= share;
-      first.size_px = {o_.width_px, std::max(1, static_cast<int>(std::lround(share * first.size_px.y())))};
-    }
     RenderRequest request;
     request.view = first;
-    request.settings = settings_;
+    request.settings = SettingsFor(first);
     request.use = use;
     FixedOptions fixed;
     const Json now = ToJson(settings_);
@@ -153,13 +171,17 @@ class Job {
       }
   }
 
-  // A time was asked for, or the scene has a period.
+  // A time was asked for, or each frame has its own.
   void ApplyTime() {
     settings_.period_s = scene_.period_s.value_or(0);
+    own_times_ = !o_.phase && decided_.count("time-s") == 0;
+    if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
     if (!o_.phase) return;
     if (!(settings_.period_s > 0)) throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", o_.scene);
     settings_.time_s = *o_.phase * settings_.period_s;
   }
+
+  RadianceSettings SettingsFor(const RenderView& view) const { return own_times_ ? AtTimeOf(settings_, view) : settings_; }
 
   // What will be rendered, and from which photos.
   std::vector<RenderView> DesiredViews(std::vector<bool>& use) const {
@@ -168,7 +190,7 @@ class Job {
       use.assign(scene_.views.size(), true);
       for (const ViewId id : FoldViews(scene_, o_.holdout, o_.fold == "choose" ? Fold::kChoose : Fold::kReport)) {
         use[static_cast<std::size_t>(id.value)] = false;
-        desired.push_back(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(id.value)]));
+        desired.push_back(HeldOutView(scene_, scene_.views[static_cast<std::size_t>(id.value)], o_.width_px));
       }
       if (std::none_of(use.begin(), use.end(), [](bool u) { return u; })) use.clear();
     } else if (!o_.view.empty()) {
@@ -195,7 +217,13 @@ class Job {
 
   ImageF Picture(const RenderRequest& request) {
     const auto measure = MeasureFromName(o_.show);
-    if (!measure) return renderer_->Render(request);
+    if (!measure) {
+      ImageF image = renderer_->Render(request);
+      const RenderStatistics statistics = renderer_->Statistics();
+      samples_ += statistics.samples;
+      optimum_ += statistics.optimum;
+      return image;
+    }
     MeasureMap map = RenderMeasureMap(scene_, mesh_, request, *measure, o_.of.empty() ? -1 : ViewCalled(o_.of));
     scale_ = {{"measure", o_.show}, {"low", map.low}, {"high", map.high}, {"unit", map.unit}};
     return std::move(map.image);
@@ -217,8 +245,11 @@ class Job {
     h.fold = o_.fold == "choose" ? Fold::kChoose : Fold::kReport;
     h.width_px = o_.width_px;
     h.settings = settings_;
+    h.own_times = own_times_;
     h.folder = o_.output;
     const HoldoutSummary s = EvaluateHoldout(scene_, *renderer_, h, sink_);
+    samples_ = s.samples;
+    optimum_ = s.optimum;
     Json views = Json::array();
     for (const HoldoutView& v : s.views)
       views.push_back({{"name", v.name}, {"psnr_db", v.psnr_db}, {"ssim", v.ssim}, {"coverage", v.coverage},
@@ -263,14 +294,18 @@ class Job {
     const double aspect = static_cast<double>(first.height_px) / first.width_px;
     if (width == 0) width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
     if (height == 0) height = static_cast<int>(std::lround(width * aspect));
-    return SamplePath(path, width, height);
+    std::vector<RenderView> views = SamplePath(path, width, height);
+    // The path's clock begins at the scene's first moment.
+    const std::optional<double> first_time = FirstTime(scene_);
+    for (RenderView& v : views) v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;
+    return views;
   }
 
   Json OneView() {
     const View& view = scene_.views[static_cast<std::size_t>(view_)];
     RenderRequest request;
     request.view = RequestedView();
-    request.settings = settings_;
+    request.settings = SettingsFor(request.view);
     request.show = ShowMode();
     if (o_.leave_out) {
       request.use.assign(scene_.views.size(), true);
@@ -279,10 +314,19 @@ class Job {
     const auto start = Clock::now();
     const ImageF image = Picture(request);
     const double ms = Milliseconds(start);
-    Image8 photo = ReadImage8(scene_.ImagePath(view), 3);
-    if (photo.width != image.width || photo.height != image.height) photo = Resize(photo, image.width, image.height);
-    const Image8 rendered = ToRgb8(image);
-    const ImageDifference d = Compare(rendered, photo);
+    Json figures = {{"name", view.name}, {"coverage", Coverage(image)}};
+    if (request.settings.time) figures["time_s"] = request.settings.time_s;
+    Image8 photo, rendered;
+    // Heat maps and false colours are no picture of what was photographed.
+    if (o_.show == "color" || o_.show == "difference") {
+      photo = Resize(ReadImage8(scene_.ImagePath(view), 3), image.width, image.height);
+      rendered = ToRgb8(image);
+      const ImageDifference d = Compare(rendered, photo);
+      figures["psnr_db"] = d.psnr_db;
+      figures["ssim"] = d.ssim;
+      figures["mean_absolute_difference"] = d.mean_absolute;
+      figures["mean_absolute_difference_seen"] = SeenDifference(image, photo);
+    }
     const std::filesystem::path stem = o_.output / OutputName(view.name);
     if (o_.show == "cameras")
       WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide));
@@ -290,9 +334,9 @@ class Job {
       WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DifferenceImage(rendered, photo));
     else
       Write(stem, image);
-    return {{"frames", 1}, {"ms_per_frame", ms}, {"coverage", Coverage(image)},
-            {"views", Json::array({{{"name", view.name}, {"psnr_db", d.psnr_db}, {"ssim", d.ssim}, {"mean_absolute_difference", d.mean_absolute},
-                                    {"mean_absolute_difference_seen", SeenDifference(image, photo)}, {"coverage", Coverage(image)}}})}};
+    Json views = Json::array();
+    views.push_back(figures);
+    return {{"frames", 1}, {"ms_per_frame", ms}, {"coverage", Coverage(image)}, {"views", views}};
   }
 
   static ImageF Opaque(const Image8& rgb) {
@@ -314,6 +358,17 @@ class Job {
         n += 3;
       }
     return n > 0 ? sum / n : 0;
+  }
+
+  // Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied by alpha.
+  static Image8 FrameOnDisk(const std::filesystem::path& file) {
+    if (file.extension() == ".exr") return ToRgb8(ReadImageF(file));
+    const Image8 rgba = ReadImage8(file, 4);
+    Image8 rgb(rgba.width, rgba.height, 3);
+    for (int y = 0; y < rgb.height; ++y)
+      for (int x = 0; x < rgb.width; ++x)
+        for (int c = 0; c < 3; ++c) rgb.At(x, y, c) = static_cast<std::uint8_t>((rgba.At(x, y, c) * rgba.At(x, y, 3) + 127) / 255);
+    return rgb;
   }
 
   Json Path() {
@@ -349,13 +404,13 @@ class Job {
       const std::filesystem::path file = stem.string() + "." + o_.format;
       if (!only_video && std::filesystem::exists(file)) {
         ++reused;
-        if (video) video->Add(ReadImage8(file, 3));
+        if (video) video->Add(FrameOnDisk(file));
         progress.Step();
         continue;
       }
       RenderRequest request;
       request.view = views[i];
-      request.settings = settings_;
+      request.settings = SettingsFor(request.view);
       request.show = ShowMode();
       const auto start = Clock::now();
       const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide)) : Picture(request);
@@ -367,16 +422,20 @@ class Job {
       progress.Step();
     }
     if (video) video->Finish();
-    Json j = {{"frames", views.size()}, {"frames_reused", reused}, {"ms_per_frame", Median(times)}, {"width", width}, {"height", height}};
+    Json j = {{"frames", views.size()}, {"frames_reused", reused},
+              {"ms_per_frame", rendered > 0 ? Json(Median(times)) : Json(nullptr)}, {"width", width}, {"height", height}};
     j["coverage"] = rendered > 0 ? Json(coverage / static_cast<double>(rendered)) : Json(nullptr);
     if (video) j["video"] = (only_video ? o_.output : o_.output / "path.mp4").generic_string();
     return j;
   }
 
   std::string FrameFingerprint(const CameraPath& path, int width, int height) const {
-    Json j = {{"settings", SettingsJson()}, {"show", o_.show}, {"width", width}, {"height", height},
+    Json j = {{"settings", ToJson(settings_)}, {"own_times", own_times_}, {"backend", o_.backend},
+              {"show", o_.show}, {"of", o_.of}, {"width", width}, {"height", height},
               {"scene", Fingerprint(scene_.folder / "sparse")}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
     j["proxy"] = Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
+    // The photos alone: an image folder may hold these frames, too.
+    for (const View& v : scene_.views) j["photos"].push_back({v.name, Fingerprint(scene_.ImagePath(v))});
     j["fps"] = path.fps;
     for (const PathKey& key : path.keys) {
       const auto& q = key.cam_from_world.rotation.coeffs();
@@ -393,9 +452,12 @@ class Job {
   std::set<std::string> decided_;
   EffectChoice choice_;
   Json scale_;
+  long samples_ = 0;                    // of all frames rendered: rays at which weights were computed ...
+  OptimumCounts optimum_;               // ... and what the optimum says of them
   Scene scene_;
   Mesh mesh_;
   int view_ = -1;
+  bool own_times_ = true;               // each frame is rendered at its view's time; else all at settings_.time_s
   std::vector<Photo> photos_;
   std::unique_ptr<Renderer> renderer_;
 };
@@ -422,8 +484,9 @@ std::string DescribeRender(const std::string& json) {
                         100 * j["coverage"].get<double>(), j["nearest_photo_psnr_mean_db"].get<double>());
   } else if (j.contains("views")) {
     const auto& v = j["views"][0];
-    text += fmt::format("{}: PSNR {:.2f} dB, SSIM {:.4f}, coverage {:.1f}%\n", v["name"].get<std::string>(), v["psnr_db"].get<double>(), v["ssim"].get<double>(),
-                        100 * v["coverage"].get<double>());
+    text += v["name"].get<std::string>() + ": ";
+    if (v.contains("psnr_db")) text += fmt::format("PSNR {:.2f} dB, SSIM {:.4f}, ", v["psnr_db"].get<double>(), v["ssim"].get<double>());
+    text += fmt::format("coverage {:.1f}%\n", 100 * v["coverage"].get<double>());
   }
   if (j.contains("budget")) {
     const auto& b = j["budget"];
@@ -433,8 +496,9 @@ std::string DescribeRender(const std::string& json) {
   for (const auto& e : j["effects"])
     text += fmt::format("{:<11} {:<4} {}{}\n", e["name"].get<std::string>(), e["on"].get<bool>() ? "on" : "off", e["evidence"].get<std::string>(),
                         e["on"].get<bool>() ? fmt::format(" ({:.1f} ms)", e["cost_ms"].get<double>()) : "");
-  text += fmt::format("{} frames, {:.1f} ms each, proxy {}, {}", j["frames"].get<long>(), j["ms_per_frame"].get<double>(),
-                      j["proxy"].get<std::string>(), j["device"].get<std::string>());
+  const std::string each = !j["ms_per_frame"].is_number() ? "all there already" : fmt::format("{:.1f} ms each", j["ms_per_frame"].get<double>());
+  text += fmt::format("{} frames, {}, proxy {}, {}", j["frames"].get<long>(), each, j["proxy"].get<std::string>(),
+                      j["device"].get<std::string>());
   return text;
 }
 

@@ -34,7 +34,7 @@ struct RenderOptions {
   bool video = false;                   // a path's frames also as OUT/path.mp4
   RadianceSettings settings;            // from --settings and the line
   std::string effects = "auto";         // auto, none, or a list of EffectNames()
-  std::set<std::string> decided;        // options and effects that --settings or the line spoke about
+  std::set<std::string> decided;        // options and effects that --settings or the line spoke about; format, fold ... on the line
   std::optional<double> phase;          // of the scene's period, instead of a time
   std::optional<double> budget_ms;      // a frame; settings that nobody decided then follow the scene's front or a probe
   bool rescale_cameras = false;

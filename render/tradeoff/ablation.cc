@@ -150,15 +150,19 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   Progress progress(sink, "rendering the rows", static_cast<long>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i, progress.Step()) {
     const Row& row = rows[i];
-    Json r = {{"name", row.name}, {"what", row.what}, {"settings", SettingsWithBackend(row.settings, o.backend)}};
-    subject.request.settings = row.settings;
+    Json r = {{"name", row.name}, {"what", row.what}, {"settings", bench.ToJson(row.settings)}};
+    subject.request.settings = bench.For(subject.request.view, row.settings);
+    // The optimum at every pixel is what the others are compared with: from the CPU where OpenGL does not draw it.
+    const bool from_cpu = o.backend == "gl" && MethodOf(row.settings) == Method::kOptimumPixel;
+    if (from_cpu) r["settings"]["backend"] = "cpu";
     TimedFrame frame;
     ImageF false_color;
     try {
+      Renderer& drawing = from_cpu ? bench.Cpu(proxy) : renderer;
       subject.request.show = Show::kColor;
-      frame = TimeFrame(renderer, subject.request, o.repeats);
+      frame = TimeFrame(drawing, subject.request, o.repeats);
       subject.request.show = Show::kFalseColor;
-      false_color = renderer.Render(subject.request);
+      false_color = drawing.Render(subject.request);
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {

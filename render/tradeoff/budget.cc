@@ -50,7 +50,8 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
     p.settings.k = row.k;
     p.settings = WithFixed(p.settings, fixed);
     const auto same = [&](const FrontPoint& q) { return q.settings == p.settings; };
-    if (!Validate(p.settings).empty() || std::any_of(table.begin(), table.end(), same)) continue;
+    const bool idle = p.settings.Sparse() && !HasSamples(p.settings);
+    if (idle || !Validate(p.settings).empty() || std::any_of(table.begin(), table.end(), same)) continue;
     p.name = PointName(p.settings, base);
     table.push_back(std::move(p));
   }

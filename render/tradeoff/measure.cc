@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "render/path/camera_path.h"
+#include "render/view_time.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -74,7 +75,9 @@ RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, in
   const int height = path.width_px > 0 && path.height_px > 0
                          ? std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * path.height_px / path.width_px)))
                          : HeightFor(scene.CameraOf(scene.views.front()), width_px);
-  return SamplePath(path, width_px, height).front();
+  RenderView view = SamplePath(path, width_px, height).front();
+  view.time_s = FirstTime(scene);
+  return view;
 }
 
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms) {

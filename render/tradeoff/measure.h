@@ -38,7 +38,8 @@ struct TimedFrame {
 // measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms = 4000);
 
-// The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera.
+// The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera; at the
+// scene's first moment.
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px);
 
 

@@ -98,7 +98,7 @@ class Properties {
               {"proxy", proxy_.empty() ? bench_.scene().active_proxy : proxy_},
               {"backend", o_.backend},
               {"device", bench_.Measured(proxy_).Device()},
-              {"settings", SettingsWithBackend(settings_, o_.backend)},
+              {"settings", bench_.ToJson(settings_)},
               {"properties", rows}};
     if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, j.dump(1) + "\n");
     return j.dump();
@@ -210,7 +210,7 @@ class Properties {
     // A picture turned by 90 degrees: pixel (x, y) of one is (h - 1 - y, x) of the other.
     const TestView t = Views(Fold::kReport).front();
     RenderRequest r;
-    r.settings = settings_;
+    r.settings = bench_.For(t.view, settings_);
     r.use = t.use;
     r.view = t.view;
     const ImageF upright = bench_.Cpu(proxy_).Render(r);
@@ -236,7 +236,7 @@ class Properties {
       RenderRequest r;
       r.view = t.view;
       r.use = t.use;
-      r.settings = s;
+      r.settings = bench_.For(t.view, s);
       try {
         j[key] = TimeFrame(bench_.Measured(proxy_), r, o_.repeats).ms;
       } catch (const Interrupted&) {
@@ -260,7 +260,7 @@ class Properties {
       RenderRequest r;
       r.view = t.view;
       r.use = t.use;
-      r.settings = s;
+      r.settings = bench_.For(t.view, s);
       const ImageF image = renderer.Render(r);
       errors.push_back(ErrorAgainstPhoto(image, t.photo));
       seen += Coverage(image) / static_cast<double>(views.size());

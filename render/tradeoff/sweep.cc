@@ -41,6 +41,10 @@ RadianceSettings WithMethod(RadianceSettings s, Method method, int grid) {
   return s;
 }
 
+bool HasSamples(const RadianceSettings& s) {
+  return s.Sparse() && (s.similarity == Similarity::kFull || s.sampling == Sampling::kInterpolated || s.k > 0);
+}
+
 RadianceSettings PerPixel(const RadianceSettings& settings) {
   RadianceSettings s = settings;
   s.grid_columns = s.grid_rows = 0;
@@ -73,7 +77,8 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   std::vector<SweepPoint> table;
   const auto add = [&](const RadianceSettings& s) {
     const bool known = std::any_of(table.begin(), table.end(), [&](const SweepPoint& p) { return p.settings == s; });
-    if (!known && Validate(s).empty()) table.push_back({PointName(s, base), s});
+    const bool idle = s.Sparse() && !HasSamples(s);
+    if (!known && !idle && Validate(s).empty()) table.push_back({PointName(s, base), s});
   };
   const auto with = [&](Method method, int side, auto&& change) {
     RadianceSettings s = WithMethod(base, method, side);

@@ -19,6 +19,9 @@ RadianceSettings WithMethod(RadianceSettings base, Method method, int grid = 25)
 // "candidates 25x25, k 4": the method and what differs from `base`.
 std::string PointName(const RadianceSettings& settings, const RadianceSettings& base);
 
+// Whether sparse samples decide anything: all photos as candidates are what a pixel of its own takes, too.
+bool HasSamples(const RadianceSettings& settings);
+
 // The same weights computed at every pixel: what a sparse point is measured against (Fig. 5-4).
 RadianceSettings PerPixel(const RadianceSettings& settings);
 

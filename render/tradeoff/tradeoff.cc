@@ -58,11 +58,11 @@ Json ErrorJson(const FrameError& e, double false_color) {
   return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"mse", e.mse}, {"false_color_mse", false_color}};
 }
 
-Json PointJson(const MeasuredPoint& p, const std::string& backend) {
+Json PointJson(const MeasuredPoint& p, const Workbench& bench) {
   Json j = {{"name", p.name},
             {"method", Name(MethodOf(p.settings))},
             {"proxy", p.proxy},
-            {"settings", SettingsWithBackend(p.settings, backend)},
+            {"settings", bench.ToJson(p.settings)},
             {"ms", p.ms},
             {"plan_ms", p.plan_ms},
             {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
@@ -133,7 +133,7 @@ class Tradeoff {
       r.view.time_s = t.view.time_s;
       r.view.gain = t.view.gain;
     }
-    r.settings = settings;
+    r.settings = bench_.For(r.view, settings);
     r.use = t.use;
     return r;
   }
@@ -177,7 +177,7 @@ class Tradeoff {
       r = Request(views_[view], settings, true);
     } else {
       r.view = FirstOfPath(bench_.scene(), o_.path, reference_width_);
-      r.settings = settings;
+      r.settings = bench_.For(r.view, settings);
     }
     Pair pair;
     pair.color = renderer.Render(r);
@@ -333,9 +333,9 @@ class Tradeoff {
     for (const TestView& t : views_) j["views"].push_back(t.name);
     j["figure_view"] = o_.path.empty() ? Json(nullptr) : Json(o_.path.stem().string());
     j["points"] = Json::array();
-    for (const MeasuredPoint& p : points_) j["points"].push_back(PointJson(p, o_.backend));
+    for (const MeasuredPoint& p : points_) j["points"].push_back(PointJson(p, bench_));
     j["front"] = Json::array();
-    for (const FrontPoint& f : front_) j["front"].push_back(PointJson(Find(f), o_.backend));
+    for (const FrontPoint& f : front_) j["front"].push_back(PointJson(Find(f), bench_));
 
     j["sparse"] = SparseTable();
     report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
@@ -349,7 +349,7 @@ class Tradeoff {
       const MeasuredPoint& p = Find(f);
       if (!reports.contains(f.name)) reports[f.name] = Report(p);
       Json r = {{"budget_ms", budget ? Json(*budget) : Json(nullptr)}, {"fits", fits}};
-      r.update(PointJson(p, o_.backend));
+      r.update(PointJson(p, bench_));
       r["report"] = reports[f.name];
       j["recommended"].push_back(r);
     };

@@ -5,8 +5,10 @@
 
 #include "render/effects/effects.h"
 #include "render/effects/exposure.h"
+#include "render/holdout.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/sweep.h"
+#include "render/view_time.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -64,12 +66,25 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
   std::vector<RenderView> desired;
   std::vector<bool> use(scene_.views.size(), true);
   for (const ViewId id : FoldViews(scene_, o.holdout, Fold::kReport)) {
-    desired.push_back(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(id.value)]));
+    desired.push_back(HeldOutView(scene_, scene_.views[static_cast<std::size_t>(id.value)], Width()));
     use[static_cast<std::size_t>(id.value)] = false;
   }
   if (std::none_of(use.begin(), use.end(), [](bool u) { return u; })) use.clear();
   settings_.period_s = scene_.period_s.value_or(0);
+  own_times_ = !decided.contains("time-s");
+  if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
   settings_ = ChooseEffects(scene_, mesh(proxies_.front()), desired, use, settings_, decided, gain_spread).settings;
+}
+
+RadianceSettings Workbench::For(const RenderView& view, const RadianceSettings& settings) const {
+  return own_times_ ? AtTimeOf(settings, view) : settings;
+}
+
+nlohmann::ordered_json Workbench::ToJson(const RadianceSettings& settings) const {
+  nlohmann::ordered_json j = lumi::ToJson(settings);
+  if (own_times_) j.erase("time-s");
+  j["backend"] = o_.backend;
+  return j;
 }
 
 Renderer& Workbench::Cpu(const std::string& proxy) {
@@ -106,12 +121,6 @@ RadianceSettings ReferenceSettings(const RadianceSettings& base) {
   RadianceSettings s = WithMethod(base, Method::kOptimumPixel);
   s.cutoff_rad = kReferenceCutoffDeg * kRadiansPerDegree;
   return s;
-}
-
-nlohmann::ordered_json SettingsWithBackend(const RadianceSettings& settings, const std::string& backend) {
-  nlohmann::ordered_json j = ToJson(settings);
-  j["backend"] = backend;
-  return j;
 }
 
 }  // namespace lumi

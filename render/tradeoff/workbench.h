@@ -45,6 +45,10 @@ class Workbench {
   const Scene& scene() const { return scene_; }
   // The options' settings, with the effects that the scene calls for at its held-out photos.
   const RadianceSettings& settings() const { return settings_; }
+  // `settings` for this view: at its own time, unless the options name one.
+  RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const;
+  // As --settings takes them back, the backend among them; without a time that differs from view to view.
+  nlohmann::ordered_json ToJson(const RadianceSettings& settings) const;
   const std::vector<std::string>& proxies() const { return proxies_; }
   const Mesh& mesh(const std::string& proxy) const { return *meshes_.at(proxy); }
   std::vector<Photo>& photos() { return photos_; }
@@ -61,6 +65,7 @@ class Workbench {
  private:
   const MeasureOptions& o_;
   RadianceSettings settings_;
+  bool own_times_ = true;
   Scene scene_;
   std::vector<std::string> proxies_;
   std::map<std::string, std::unique_ptr<Mesh>> meshes_;
@@ -71,8 +76,5 @@ class Workbench {
 // The optimum that everything is measured against: every pixel, all cameras within 24 degrees (thesis chapter 4; beyond them a
 // weight changes by less than 1e-6).
 RadianceSettings ReferenceSettings(const RadianceSettings& base);
-
-// The settings as --settings takes them back, the backend among them.
-nlohmann::ordered_json SettingsWithBackend(const RadianceSettings& settings, const std::string& backend);
 
 }  // namespace lumi

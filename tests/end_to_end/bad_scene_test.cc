@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <tuple>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
@@ -177,13 +178,45 @@ TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
       {{"--phase", "0.5"}, "--phase"},
       {{"--show", "x-ray"}, "--show"},
       {{"--show", "cameras"}, "--view"},
-      {{"--of", "photo00.png"}, "--of"}};
+      {{"--of", "photo00.png"}, "--of"},
+      {{"--phase", "0.5", "--time-s", "1"}, "--time-s"},
+      {{"--grid", "25x25", "--k", "all"}, "--sampling interpolated"},
+      {{"--show", "tessellation"}, "--grid"},
+      {{"--show", "tessellation", "--k", "all", "--grid", "8x8"}, "--sampling"},
+      {{"--holdout", "4", "--height", "24"}, "--height"},
+      {{"--holdout", "4", "--format", "png"}, "--format"},
+      {{"--holdout", "4", "--video"}, "--video"},
+      {{"--holdout", "4", "--seconds", "2"}, "--seconds"},
+      {{"--view", "photo10", "--fold", "report"}, "--fold"},
+      {{"--view", "photo10", "--video"}, "--video"},
+      {{"--view", "photo10", "--fps", "25"}, "--fps"},
+      {{"--view", "photo10", "--show", "difference", "--format", "exr"}, "--format"}};
   for (const auto& [options, named] : cases) {
     std::vector<std::string> argv = {"lumi-render", path_.string(), "-o", output.string()};
     argv.insert(argv.end(), options.begin(), options.end());
     // The scene has no period: that is the data's, not the line's.
     ExpectRefusal({argv, named == "--phase" ? 1 : 2, {named}, output, {path_}});
   }
+}
+
+TEST_F(BadScene, ASettingsFileIsHeldToWhatTheLineIsHeldTo) {
+  const fs::path output = folder_ / "out", file = folder_ / "settings.json";
+  const std::vector<std::tuple<std::string, int, std::string>> cases = {
+      {"{\"backend\": \"foo\"}", 3, "foo"},
+      {"{\"backend\": 1}", 3, "settings.json"},
+      {"{\"similarity\": \"full\", \"correlation\": \"inverse\"}", 2, "--correlation"},
+      {"{\"similarity\": \"full\", \"grid\": \"8x8\", \"sampling\": \"candidates\"}", 2, "--sampling"},
+      {"{\"k\": \"all\", \"grid\": \"8x8\"}", 2, "--sampling"}};
+  for (const auto& [text, exit_code, named] : cases) {
+    WriteTextAtomically(file, text);
+    ExpectRefusal({{"lumi-render", path_.string(), "-o", output.string(), "--settings", file.string()},
+                   exit_code, {named}, output, {path_}});
+  }
+  // A summary's settings say everything; the line's --similarity full is said of all of it.
+  WriteTextAtomically(file, "{\"similarity\": \"identity\", \"correlation\": \"inverse\"}");
+  const ProgramResult done = RunProgram({"lumi-render", path_.string(), "-o", output.string(), "--settings", file.string(),
+                                         "--similarity", "full", "--view", "photo12", "--width", "16"});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
 }
 
 // Whether the output is missing, or is somebody's folder, is the second question.
@@ -197,6 +230,7 @@ TEST_F(BadScene, MeasuringCommandsLookAtTheirOptionsBeforeTheirOutput) {
       {{"--repeats", "0"}, "--repeats"},
       {{"--holdout", "1"}, "--holdout"},
       {{"--budget-ms", "5"}, "--budget-ms"},
+      {{"--phase", "0.5"}, "--phase"},
       {{"--k", "0"}, "--k"},
       {{"--grid", "25"}, "--grid"},
       {{"--alpha", "-1"}, "--alpha"},

@@ -1,0 +1,295 @@
+#include "render/render_command.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "capture.h"
+#include "render/path/camera_path.h"
+#include "render/tradeoff/budget.h"
+#include "render/tradeoff/sweep.h"
+#include "render/tradeoff/tradeoff.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/files/video.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// A scene of small photos on disk, with its true proxy.
+class RenderCommand : public testing::Test {
+ protected:
+  void WriteCapture(int views) {
+    capture_ = test::MakeCapture(views, 64);
+    WriteCapture();
+  }
+  void WriteCapture() {
+    capture_.scene.image_folder = scene() / "images";
+    for (std::size_t i = 0; i < capture_.photos.size(); ++i)
+      WriteImage(scene() / "images" / capture_.scene.views[i].name, capture_.photos[i].levels[0]);
+    capture_.scene.active_proxy = "truth";
+    WriteScene(capture_.scene, scene());
+    WriteMesh(ProxyPath(scene(), "truth"), capture_.proxy);
+  }
+  // Every other photo shows the same place half a period later, in other colours.
+  void WriteMovingCapture(int views) {
+    capture_ = test::MakeCapture(views, 64);
+    capture_.scene.period_s = 1;
+    for (std::size_t i = 0; i < capture_.photos.size(); ++i) {
+      capture_.scene.views[i].time_s = kFirst_s + 0.5 * static_cast<double>(i % 2);
+      if (i % 2 == 0) continue;
+      for (auto& value : capture_.photos[i].levels[0].data) value = static_cast<std::uint8_t>(255 - value);
+    }
+    WriteCapture();
+  }
+  fs::path scene() const { return folder_ / "scene"; }
+  RenderOptions Options(const std::string& out) const {
+    RenderOptions o;
+    o.scene = scene();
+    o.output = folder_ / out;
+    return o;
+  }
+  // A camera that stands still for half a second, in two frames.
+  RenderOptions StandingStill(const std::string& out) const {
+    CameraPath path;
+    path.fps = 4;
+    path.width_px = 32;
+    path.height_px = 24;
+    for (const double t : {0.0, 0.5}) {
+      PathKey key;
+      key.cam_from_world = capture_.scene.views[4].cam_from_world;
+      key.vertical_fov_rad = 0.8;
+      key.time_s = t;
+      path.keys.push_back(key);
+    }
+    RenderOptions o = Options(out);
+    o.path = folder_ / "path.json";
+    WriteCameraPath(o.path, path);
+    return o;
+  }
+  static RenderOptions Optimum(RenderOptions o) {
+    o.settings.similarity = Similarity::kFull;
+    o.settings.correlation = Correlation::kFallingLeaves;
+    o.settings.sampling = Sampling::kInterpolated;
+    o.decided = {"similarity"};
+    return o;
+  }
+  static Json Run(const RenderOptions& o) { return Json::parse(RunRender(o, SilentProgress())); }
+  static double Psnr(const fs::path& a, const fs::path& b) { return Compare(ReadImage8(a), ReadImage8(b)).psnr_db; }
+
+  static constexpr double kFirst_s = 10.25;
+  TemporaryFolder folder_;
+  test::Capture capture_;
+};
+
+TEST_F(RenderCommand, APhotosOwnViewIsOfItsOwnMoment) {
+  WriteMovingCapture(9);
+  for (const std::size_t i : {4U, 5U}) {
+    RenderOptions o = Options("view" + std::to_string(i));
+    o.view = capture_.scene.views[i].name;
+    const Json j = Run(o);
+    EXPECT_GT(j["views"][0]["psnr_db"], 60.0) << "the photo itself is there: " << i;
+    EXPECT_EQ(j["views"][0].value("time_s", 0.0), *capture_.scene.views[i].time_s);
+    EXPECT_FALSE(j["settings"].contains("time-s")) << "as an option it would stop a path";
+  }
+  RenderOptions other = Options("other");
+  other.view = capture_.scene.views[5].name;
+  other.settings.time_s = kFirst_s;
+  other.decided = {"time-s"};
+  EXPECT_LT(Run(other)["views"][0]["psnr_db"], 30.0) << "the user's word is kept";
+}
+
+TEST_F(RenderCommand, HeldOutPhotosAreOfTheirOwnMoments) {
+  WriteMovingCapture(13);
+  RenderOptions o = Options("own");
+  o.holdout = 3;
+  const double own_db = Run(o)["psnr_mean_db"];
+  o.settings.time_s = kFirst_s;
+  o.decided = {"time-s"};
+  const double first_db = Run(o)["psnr_mean_db"];
+  o.decided = {"time"};
+  const double untimed_db = Run(o)["psnr_mean_db"];
+  EXPECT_GT(own_db, first_db + 3);
+  EXPECT_GT(own_db, untimed_db + 3);
+}
+
+TEST_F(RenderCommand, TimeRunsAlongAPathFromTheFirstPhotosOn) {
+  WriteMovingCapture(9);
+  ASSERT_EQ(Run(StandingStill("path"))["frames"], 2);
+  EXPECT_LT(Psnr(folder_ / "path/frames/frame_000000.png", folder_ / "path/frames/frame_000001.png"), 20);
+  for (const int i : {0, 1}) {
+    RenderOptions o = StandingStill("stopped" + std::to_string(i));
+    o.settings.time_s = kFirst_s + 0.5 * i;
+    o.decided = {"time-s"};
+    Run(o);
+    const std::string frame = "frames/frame_00000" + std::to_string(i) + ".png";
+    EXPECT_EQ(Psnr(o.output / frame, folder_ / "path" / frame), Psnr(o.output / frame, o.output / frame));
+    EXPECT_EQ(ReadText(o.output / "frames/frame_000000.png"), ReadText(o.output / "frames/frame_000001.png"));
+  }
+}
+
+TEST_F(RenderCommand, MeasuresEachViewAtItsOwnMoment) {
+  WriteMovingCapture(9);
+  MeasureOptions o;
+  o.scene = scene();
+  o.output = folder_ / "ablation";
+  o.view = capture_.scene.views[5].name;
+  o.width_px = 32;
+  o.repeats = 1;
+  const auto nearest_db = [&] {
+    const Json j = Json::parse(RunAblation(o, SilentProgress()));
+    EXPECT_EQ(j["rows"][3]["settings"].contains("time-s"), o.decided.contains("time-s"));
+    return j["rows"][3]["psnr_photo_db"].get<double>();
+  };
+  const double own_db = nearest_db();
+  o.settings.time_s = kFirst_s;
+  o.decided = {"time-s"};
+  EXPECT_GT(own_db, nearest_db() + 3);
+}
+
+TEST_F(RenderCommand, EffectsAreChosenAtTheSizeThatIsRendered) {
+  WriteCapture(9);
+  const auto prefiltered = [&](int width_px) {
+    RenderOptions o = Options("holdout");
+    o.holdout = 4;
+    o.width_px = width_px;
+    MeasureOptions m;
+    m.scene = scene();
+    m.width_px = width_px;
+    const Json j = Run(o);
+    EXPECT_EQ(Workbench(m, "", SilentProgress()).settings().prefilter, j["settings"]["prefilter"] == "on");
+    return j["settings"]["prefilter"] == "on";
+  };
+  EXPECT_TRUE(prefiltered(16));
+  EXPECT_FALSE(prefiltered(64));
+}
+
+TEST_F(RenderCommand, TheOptimumsCountsAreOfAllFramesAndNoBaseline) {
+  WriteCapture(17);
+  RenderOptions o = Optimum(Options("holdout"));
+  o.holdout = 8;
+  o.width_px = 16;
+  o.settings.r_max_rad = 10 * kRadiansPerDegree;  // photos stand up to 6.5 degrees apart
+  const Json holdout = Run(o)["optimum"];
+  EXPECT_GT(holdout["cameras_mean"], 1.5);
+  EXPECT_LT(holdout["small_sums"].get<long>(), holdout["samples"].get<long>() / 2);
+  EXPECT_GT(holdout["samples"].get<long>(), 2 * 16 * 12) << "of three views";
+  const Json path = Run(Optimum(StandingStill("path")))["optimum"];
+  RenderOptions one = Optimum(Options("one"));
+  one.view = capture_.scene.views[4].name;
+  one.width_px = 32;
+  EXPECT_GT(path["samples"].get<long>(), 1.5 * Run(one)["optimum"]["samples"].get<double>());
+}
+
+TEST_F(RenderCommand, FramesOfAnotherPhotosMeasureOrOfOtherPhotosAreRenderedAgain) {
+  WriteCapture(9);
+  RenderOptions o = StandingStill("path");
+  o.show = "weights";
+  o.of = "view104";
+  EXPECT_EQ(Run(o)["frames_reused"], 0);
+  const Json again = Run(o);
+  EXPECT_EQ(again["frames_reused"], 2);
+  EXPECT_TRUE(again["ms_per_frame"].is_null());
+  EXPECT_THAT(DescribeRender(again.dump()), testing::HasSubstr("2 frames, all there already"));
+  o.of = "view105";
+  EXPECT_EQ(Run(o)["frames_reused"], 0);
+  WriteImage(scene() / "images/view105.png", Image8(64, 48, 3, 90));
+  EXPECT_EQ(Run(o)["frames_reused"], 0);
+  EXPECT_EQ(Run(o)["frames_reused"], 2);
+}
+
+TEST_F(RenderCommand, AVideoOfFramesThatWereThereIsTheVideoOfFramesThatAreRendered) {
+  WriteCapture(9);
+  for (const char* format : {"png", "exr"}) {
+    RenderOptions o = StandingStill(format);
+    o.format = format;
+    o.video = true;
+    // Photos that end fade into holes: half-transparent pixels.
+    o.settings.fov_feather = 0.4;
+    o.settings.k = 1;
+    CameraPath path = ReadCameraPath(o.path);
+    for (PathKey& key : path.keys) key.vertical_fov_rad = 1.6;
+    WriteCameraPath(o.path, path);
+    Run(o);
+    const Image8 rendered = VideoReader(o.output / "path.mp4").Next()->rgb;
+    ASSERT_EQ(Run(o)["frames_reused"], 2);
+    const Image8 reused = VideoReader(o.output / "path.mp4").Next()->rgb;
+    EXPECT_GT(Compare(rendered, reused).psnr_db, 48) << format;  // PNG's 8 bits of a colour over 8 bits of alpha
+  }
+}
+
+TEST_F(RenderCommand, OnlyPicturesAreComparedWithPhotos) {
+  WriteCapture(9);
+  for (const std::string show : {"color", "difference", "weights", "false-color", "cameras"}) {
+    RenderOptions o = Options(show);
+    o.view = "view104";
+    o.show = show;
+    const Json j = Run(o);
+    const bool picture = show == "color" || show == "difference";
+    EXPECT_EQ(j["views"][0].contains("psnr_db"), picture) << show;
+    EXPECT_EQ(DescribeRender(j.dump()).find("PSNR") != std::string::npos, picture) << show;
+  }
+}
+
+TEST_F(RenderCommand, RefusesAPhaseThatIsNoNumber) {
+  WriteMovingCapture(5);
+  RenderOptions o = Options("out");
+  for (const double phase : {double(NAN), double(INFINITY)}) {
+    o.phase = phase;
+    EXPECT_THROW(RunRender(o, SilentProgress()), UsageError);
+  }
+}
+
+// ---- where OpenGL is not there, there is nothing to see
+
+bool HasGl(const test::Capture& c) {
+  try {
+    MakeGlRenderer(c.scene, c.proxy, c.photos);
+    return true;
+  } catch (const MachineError&) {
+    return false;
+  }
+}
+
+TEST_F(RenderCommand, ABudgetFindsTheGridThatOpenGlNeedsForTheOptimum) {
+  WriteCapture(9);
+  if (!HasGl(capture_)) GTEST_SKIP() << "no OpenGL 4.3 here";
+  RenderOptions o = Optimum(Options("out"));
+  o.backend = "gl";
+  o.budget_ms = 100;
+  o.view = "view104";
+  const Json j = Run(o);
+  EXPECT_EQ(j["settings"]["similarity"], "full");
+  EXPECT_NE(j["settings"]["grid"], "pixel");
+}
+
+TEST_F(RenderCommand, AnAblationInOpenGlIsComparedWithTheOptimum) {
+  WriteCapture(9);
+  if (!HasGl(capture_)) GTEST_SKIP() << "no OpenGL 4.3 here";
+  MeasureOptions o;
+  o.scene = scene();
+  o.output = folder_ / "ablation";
+  o.backend = "gl";
+  o.width_px = 32;
+  o.repeats = 1;
+  const Json j = Json::parse(RunAblation(o, SilentProgress()));
+  EXPECT_EQ(j["compared_with"], "optimum");
+  EXPECT_EQ(j["rows"][0]["settings"]["backend"], "cpu");
+  EXPECT_EQ(j["rows"][1]["settings"]["backend"], "gl");
+  for (const Json& row : j["rows"]) EXPECT_FALSE(row.contains("refused")) << row["name"];
+}
+
+TEST(Budget, SamplesThatDecideNothingAreNotTried) {
+  for (const FrontPoint& p : ProbeTable({}, {{"k", "all"}}))
+    EXPECT_TRUE(!p.settings.Sparse() || HasSamples(p.settings)) << p.name;
+}
+
+}  // namespace
+}  // namespace lumi
