@@ -14,7 +14,12 @@ struct PipelineOptions {
   std::string board, square_mm;       // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
   bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
-  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, planes, box, delaunay
+  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, planes, box, delaunay, hull
+  // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder of
+  // photos) of the background. None: those that the scene has.
+  std::string silhouette_rule;
+  std::filesystem::path silhouettes, silhouette_background;
+  int faces = 0;                  // the proxy is simplified to so many; a hull by collapses that keep it a hull. 0: as it is
   int holdout = 8;                // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
   std::string render_backend = "cpu";  // cpu, gl
   bool video = true;              // the fly-through

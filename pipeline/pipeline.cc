@@ -38,6 +38,10 @@ void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
                      "choose an output beside it");
 }
 
+bool HasSilhouetteSource(const PipelineOptions& o) {
+  return !o.silhouette_rule.empty() || !o.silhouettes.empty() || !o.silhouette_background.empty();
+}
+
 bool IsCameraFile(const fs::path& path) { return path.extension() == ".yaml" || path.extension() == ".yml"; }
 
 // How long stages took when they did their work, STAGE -> {seconds, colmap_seconds}: kept after each stage, so that a
@@ -101,11 +105,13 @@ class Run {
 
     const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) && IsWithin(options_.input, summary_.scene);
     const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
-    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + 1 + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
+    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 + (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
 
     if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
+    if (HasSilhouetteSource(options_)) MakeSilhouettes();
     MakeProxy();
+    if (options_.faces > 0) Simplify();
     if (options_.holdout > 0) Evaluate(in_place);
     if (options_.video) MakeVideo();
     Report();
@@ -222,6 +228,25 @@ class Run {
     Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
+  void MakeSilhouettes() {
+    const fs::path folder = summary_.scene / "silhouettes";
+    std::vector<std::string> arguments;
+    std::map<std::string, fs::path> inputs{{"images", summary_.scene / "images"}, {"sparse", summary_.scene / "sparse"}};
+    if (!options_.silhouette_rule.empty()) arguments = {"--rule", options_.silhouette_rule};
+    if (!options_.silhouettes.empty()) arguments = {"--masks", (inputs["masks"] = options_.silhouettes).string()};
+    if (!options_.silhouette_background.empty()) arguments = {"--background", (inputs["background"] = options_.silhouette_background).string()};
+    StartRecorded("silhouettes", "lumi-proxy", inputs, {folder}, {"silhouettes", summary_.scene.string()}, std::move(arguments));
+  }
+
+  // The proxy that was made becomes NAME-FACES beside it, and that one is active.
+  void Simplify() {
+    const json made = json::parse(summary_.stages.back().json, nullptr, false);
+    const std::string name = made.value("name", options_.proxy), faces = std::to_string(options_.faces);
+    std::vector<std::string> arguments{"simplify", summary_.scene.string(), "--from", name, "--name", name + "-" + faces, "--faces", faces, "--activate"};
+    if (options_.proxy == "hull") arguments.emplace_back("--keep-hull");
+    Start("simplify", "lumi-proxy", std::move(arguments));
+  }
+
   void Evaluate(bool in_place) {
     if (!in_place && NumberOf(StageNamed({"reconstruct", "import"}), "images_registered") < kFewestPhotosForHoldout) {
       progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
@@ -242,7 +267,7 @@ class Run {
     double seconds = 0;
     for (std::size_t i = 0; i < summary_.stages.size(); ++i) {
       const std::string& name = summary_.stages[i].name;
-      if (name == "reconstruct" || name == "import" || name == "proxy") seconds += summary_.computed_seconds[i];
+      if (name == "reconstruct" || name == "import" || name == "silhouettes" || name == "proxy" || name == "simplify") seconds += summary_.computed_seconds[i];
     }
     return std::max(0.0, seconds - summary_.colmap_seconds);
   }
@@ -305,6 +330,9 @@ std::string Validate(const PipelineOptions& options) {
   if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
   const bool boards = !options.calibration.empty() && !IsCameraFile(options.calibration);
   if (!boards && (!options.board.empty() || !options.square_mm.empty())) return "--board and --square-mm go with --calibration BOARDS";
+  if (!options.silhouette_rule.empty() + !options.silhouettes.empty() + !options.silhouette_background.empty() > 1)
+    return "give one of --silhouette-rule, --silhouettes and --silhouette-background";
+  if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
     if (!options.calibration.empty() && std::find(passed.begin(), passed.end(), other) != passed.end())
@@ -350,6 +378,10 @@ std::string ForPeople(const PipelineSummary& summary) {
     if (s.name == "calibrate")
       text += fmt::format("             focal length {:.2f} +- {:.2f} px, {:.0f} views, cross-validated error {:.3f} px\n", NumberOf(s, "fx"), NumberOf(s, "sigma_fx"),
                           NumberOf(s, "views_used"), NumberOf(s, "cross_validated_rms_px"));
+    if (s.name == "simplify") text += fmt::format("             {:.0f} faces\n", NumberOf(s, "faces"));
+    if (s.name == "holdout" && NumberOf(s, "psnr_object_mean_db") > 0)
+      text += fmt::format("             over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", NumberOf(s, "psnr_object_mean_db"),
+                          NumberOf(s, "nearest_photo_psnr_object_mean_db"));
     if (s.name == "reconstruct")
       text += fmt::format("             {:.0f} of {:.0f} photos have a camera, reprojection error {:.2f} px\n", NumberOf(s, "images_registered"),
                           NumberOf(s, "images_total"), NumberOf(s, "mean_reprojection_error_px"));

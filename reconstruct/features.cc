@@ -153,14 +153,27 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const Reconstruc
                        "see the log", colmap.log_file());
 }
 
-void Match(const Capture& capture, const ReconstructOptions& options, const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
+void Match(const Capture& capture, const ReconstructOptions& options, const std::vector<std::pair<int, int>>& pairs, const fs::path& work_folder,
+           const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
   const bool sequential = UseSequentialMatching(options, capture);
+  const bool listed = sequential && options.matching == Matching::kAuto && !pairs.empty();
+  const fs::path list = work_folder / "pairs.txt";
+  if (listed) {
+    std::string text;
+    for (const auto& [a, b] : pairs) text += capture.photos[static_cast<std::size_t>(a)].name + " " + capture.photos[static_cast<std::size_t>(b)].name + "\n";
+    WriteTextAtomically(list, text);
+  }
   const auto n = capture.photos.size();
   const auto run = [&](bool gpu) {
     std::vector<ColmapOption> arguments = {{"database_path", database.string()},
                                            {"SiftMatching.use_gpu", gpu ? "1" : "0"},
                                            {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
                                            {"random_seed", std::to_string(options.seed), false}};
+    if (listed) {
+      arguments.push_back({"match_list_path", list.string()});
+      arguments.push_back({"match_type", "pairs"});
+      return colmap.Run("matches_importer", arguments, "matching near cameras (COLMAP)", 0);
+    }
     if (sequential) {
       arguments.push_back({"SequentialMatching.overlap", std::to_string(kSequentialOverlap)});
       arguments.push_back({"SequentialMatching.quadratic_overlap", "1", false});
@@ -229,7 +242,7 @@ bool UseSequentialMatching(const ReconstructOptions& options, const Capture& cap
 }
 
 Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options,
-                              const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+                              const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink, const std::vector<std::pair<int, int>>& pairs) {
   Features features;
   features.database = work_folder / "database.db";
   const fs::path key_file = work_folder / "features.json";
@@ -273,12 +286,12 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   else if ((cameras.shared || options.single_camera == SingleCamera::kAuto) && user_database.empty())
     ShareEqualCameras(capture, features.database);
 
-  const auto pairs = ColmapDatabase(features.database).MatchedPairs().size();
-  const bool exhausted = pairs >= known * (known - 1) / 2;
-  if (exhausted || (!user_database.empty() && pairs > 0 && features.reused.size() == 1))
+  const auto matched = ColmapDatabase(features.database).MatchedPairs().size();
+  const bool exhausted = matched >= known * (known - 1) / 2;
+  if (exhausted || (!user_database.empty() && matched > 0 && features.reused.size() == 1))
     features.reused.push_back("matches");
   else
-    Match(capture, options, features.database, colmap, sink);
+    Match(capture, options, pairs, work_folder, features.database, colmap, sink);
   return features;
 }
 

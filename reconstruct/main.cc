@@ -87,14 +87,14 @@ int main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::PosesFormat>{{"projection", lumi::PosesFormat::kProjection}, {"cam_from_world", lumi::PosesFormat::kCamFromWorld}, {"world_from_cam", lumi::PosesFormat::kWorldFromCam}}));
   app.add_option("--pixel-origin", o.pixel_origin, "Where (0, 0) lies in the upper-left pixel, for --poses and --intrinsics: corner or centre")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::PixelOrigin>{{"corner", lumi::PixelOrigin::kCorner}, {"centre", lumi::PixelOrigin::kCentre}}));
-  app.add_option_function<std::string>("--focal-px", [&](const std::string& text) { SetFocal(o, text); }, "Focal length in px, or 'search' (--rig ring); principal point in the middle");
+  app.add_option_function<std::string>("--focal-px", [&](const std::string& text) { SetFocal(o, text); }, "Focal length in px, or 'search' (--rig); principal point in the middle");
   app.add_option("--intrinsics", o.intrinsics, "fx,fy,cx,cy in px, for --poses and --rig")->delimiter(',')->expected(4);
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Known cameras of another size than the photos: scale them instead of refusing");
   app.add_option("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Rig>{{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}}));
-  app.add_option("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names");
+  app.add_option("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");
   app.add_option("--grid-positions", o.grid_positions, "CSV: file,row,column,vertical,horizontal (any unit)");
-  app.add_option("--grid-plane", o.grid_plane, "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras")->capture_default_str();
+  app.add_option("--grid-plane", o.grid_plane, "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras; default: by the matches");
   app.add_flag("--tradeoff", o.tradeoff, "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; colmap: image size, features): "
                                          "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
   app.add_option("--reference", o.reference, "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside the photos, else the dearest setting's cameras");

@@ -25,9 +25,7 @@ std::string Validate(const ReconstructOptions& o) {
   if (sources > 1) return "give one of --camera, --intrinsics and --focal-px";
   if (!o.poses.empty() && o.rig != Rig::kNone) return "--poses and --rig exclude each other: known cameras need not be assumed";
   if (o.poses.empty() && o.poses_format != PosesFormat::kUnset) return "--poses-format goes with --poses FILE";
-  if (o.search_focal && o.rig != Rig::kRing)
-    return o.rig == Rig::kGrid ? "a grid of parallel cameras looks the same under any focal length: give --focal-px F"
-                               : "--focal-px search goes with --rig ring";
+  if (o.search_focal && o.rig == Rig::kNone) return "--focal-px search goes with --rig";
   if (o.backend == Backend::kFactorization) {
     if (!o.poses.empty() || o.rig != Rig::kNone) return "--backend factorization finds the cameras itself: leave out --poses and --rig";
     if (!o.database.empty()) return "--database holds COLMAP's features: it goes with --backend colmap";
@@ -47,10 +45,9 @@ std::string Validate(const ReconstructOptions& o) {
     if (!o.database.empty()) return "--tradeoff finds the features anew under each setting: leave out --database";
     if (!o.reference.empty() && o.projective) return "--reference is compared with metric cameras, which --projective stops before";
   }
-  if (o.rig == Rig::kGrid && !o.focal_px && o.intrinsics.empty() && o.camera_yaml.empty()) return "--rig grid needs --focal-px F";
-  if (o.rig == Rig::kGrid && o.grid_size.empty() == o.grid_positions.empty()) return "--rig grid needs one of --grid-size ROWSxCOLUMNS and --grid-positions FILE.csv";
-  if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane != 0)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
-  if (!(o.grid_plane >= 0)) return "--grid-plane is a distance";
+  if (!o.grid_size.empty() && !o.grid_positions.empty()) return "give one of --grid-size and --grid-positions";
+  if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
+  if (o.grid_plane && !(*o.grid_plane >= 0)) return "--grid-plane is a distance";
   if (o.all_frames && (!o.poses.empty() || o.rig != Rig::kNone)) return "--all-frames goes with cameras that COLMAP estimates, not with --poses or --rig";
   return {};
 }
@@ -86,7 +83,7 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["rig"] = std::to_string(static_cast<int>(o.rig));
   text["grid_size"] = o.grid_size;
   text["grid_positions"] = o.grid_positions.empty() ? "" : Fingerprint(o.grid_positions);
-  text["grid_plane"] = fmt::format("{}", o.grid_plane);
+  text["grid_plane"] = o.grid_plane ? fmt::format("{}", *o.grid_plane) : "";
   return text;
 }
 

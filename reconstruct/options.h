@@ -66,8 +66,8 @@ struct ReconstructOptions {
   bool search_focal = false;                // --focal-px search
   std::string grid_size;                    // "ROWSxCOLUMNS"
   std::filesystem::path grid_positions;     // CSV: file, row, column, vertical, horizontal coordinate
-  double grid_plane = 0;                    // distance of the plane on which all photos coincide, in units of the
-                                            // positions; 0: parallel cameras with the principal point in the middle
+  std::optional<double> grid_plane;         // distance of the plane on which all photos coincide, in units of the positions;
+                                            // 0: parallel cameras with the principal point in the middle; none: found
 };
 
 std::string Name(Backend backend);

@@ -14,12 +14,14 @@
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
 #include "reconstruct/given_camera.h"
+#include "reconstruct/grid.h"
 #include "reconstruct/held_cameras.h"
 #include "reconstruct/known_cameras.h"
 #include "reconstruct/mapping.h"
 #include "reconstruct/missing.h"
 #include "reconstruct/photos.h"
-#include "reconstruct/rig.h"
+#include "reconstruct/near_pairs.h"
+#include "reconstruct/ring.h"
 #include "reconstruct/video_frames.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
@@ -110,9 +112,18 @@ Scene Hold(const Capture& photos, const ReconstructOptions& options, const fs::p
   ReconstructOptions feature_options = options;
   feature_options.camera_yaml.clear();
   feature_options.single_camera = SingleCamera::kNo;
-  const Features features = FindAndMatchFeatures(capture, cameras, feature_options, work_folder, colmap, sink);
+  std::vector<KnownStand> stands;
+  std::vector<GridPosition> grid;
+  if (options.rig == Rig::kGrid) {
+    grid = GridPositions(capture, options);
+    for (const GridPosition& p : grid) stands.push_back({{p.horizontal, p.vertical, 0}, Eigen::Vector3d::UnitZ()});
+  }
+  if (views.size() == capture.photos.size())  // in the photos' order
+    for (const HeldView& view : views) stands.push_back({view.cam_from_world.OriginInSource(), view.cam_from_world.R().row(2)});
+  const Features features = FindAndMatchFeatures(capture, cameras, feature_options, work_folder, colmap, sink, NearPairs(stands));
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
-  if (options.rig != Rig::kNone) views = AssumeRig(capture, options, features.database, sink);
+  if (options.rig == Rig::kRing) views = AssumeRing(capture, options, features.database, sink);
+  if (options.rig == Rig::kGrid) views = AssumeGrid(capture, options, grid, features.database, sink);
 
   const HeldTriangulationOptions triangulation;
   Scene scene = TriangulateHeld(views, features.database, triangulation, sink);

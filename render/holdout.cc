@@ -8,6 +8,7 @@
 #include "render/output_name.h"
 #include "render/view_time.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
@@ -45,6 +46,28 @@ RenderView HeldOutView(const Scene& scene, const View& view, int width_px) {
   v.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
   return v;
 }
+
+namespace {
+
+// The object's pixels at the size of the render; empty: the scene has no silhouette of this photo.
+Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px) {
+  const std::filesystem::path file = scene.folder.empty() ? std::filesystem::path() : FindMask(scene.folder / "silhouettes", view.name);
+  if (file.empty()) return {};
+  const Image8 rgb = Resize(ReadImage8(file, 3), size_px.x(), size_px.y());
+  Image8 mask(rgb.width, rgb.height, 1);
+  for (std::size_t p = 0; p < mask.data.size(); ++p) mask.data[p] = rgb.data[3 * p];
+  return mask;
+}
+
+std::optional<double> Mean(const std::vector<HoldoutView>& views, std::optional<double> HoldoutView::* value) {
+  double sum = 0;
+  int n = 0;
+  for (const HoldoutView& v : views)
+    if (v.*value) sum += *(v.*value), ++n;
+  return n > 0 ? std::optional(sum / n) : std::nullopt;
+}
+
+}  // namespace
 
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& sink) {
   const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
@@ -85,13 +108,18 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
     result.psnr_db = d.psnr_db;
     result.ssim = d.ssim;
 
+    const Image8 object = ObjectMask(scene, view, request.view.size_px);
+    if (!object.empty()) result.psnr_object_db = PsnrWithin(rendered, photo, object);
+
     const ViewId nearest = NearestPhoto(scene, id, use);
     result.nearest_name = scene.views[static_cast<std::size_t>(nearest.value)].name;
     request.use.assign(scene.views.size(), false);
     request.use[static_cast<std::size_t>(nearest.value)] = true;
     request.settings.k = 1;
     const ImageF baseline = renderer.Render(request);
-    const ImageDifference b = Compare(ToRgb8(baseline), photo);
+    const Image8 baseline8 = ToRgb8(baseline);
+    const ImageDifference b = Compare(baseline8, photo);
+    if (!object.empty()) result.nearest_psnr_object_db = PsnrWithin(baseline8, photo, object);
     result.nearest_psnr_db = b.psnr_db;
     result.nearest_ssim = b.ssim;
     result.nearest_coverage = Coverage(baseline);
@@ -114,6 +142,8 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
     summary.nearest_ssim_mean += v.nearest_ssim / n;
     summary.nearest_coverage_mean += v.nearest_coverage / n;
   }
+  summary.psnr_object_mean_db = Mean(summary.views, &HoldoutView::psnr_object_db);
+  summary.nearest_psnr_object_mean_db = Mean(summary.views, &HoldoutView::nearest_psnr_object_db);
   std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
   summary.ms_per_frame = times[times.size() / 2];
   return summary;

@@ -251,12 +251,15 @@ class Job {
     samples_ = s.samples;
     optimum_ = s.optimum;
     Json views = Json::array();
-    for (const HoldoutView& v : s.views)
+    for (const HoldoutView& v : s.views) {
       views.push_back({{"name", v.name}, {"psnr_db", v.psnr_db}, {"ssim", v.ssim}, {"coverage", v.coverage},
                        {"nearest_photo", v.nearest_name}, {"nearest_photo_psnr_db", v.nearest_psnr_db},
                        {"nearest_photo_ssim", v.nearest_ssim}, {"nearest_photo_coverage", v.nearest_coverage}, {"ms", v.ms},
                        {"file", OutputName(v.name)}});
-    return {{"frames", s.views.size()},
+      if (v.psnr_object_db) views.back()["psnr_object_db"] = *v.psnr_object_db;
+      if (v.nearest_psnr_object_db) views.back()["nearest_photo_psnr_object_db"] = *v.nearest_psnr_object_db;
+    }
+    Json j = {{"frames", s.views.size()},
             {"ms_per_frame", s.ms_per_frame},
             {"coverage", s.coverage_mean},
             {"holdout", o_.holdout},
@@ -267,6 +270,9 @@ class Job {
             {"nearest_photo_ssim_mean", s.nearest_ssim_mean},
             {"nearest_photo_coverage_mean", s.nearest_coverage_mean},
             {"views", views}};
+    if (s.psnr_object_mean_db) j["psnr_object_mean_db"] = *s.psnr_object_mean_db;
+    if (s.nearest_psnr_object_mean_db) j["nearest_photo_psnr_object_mean_db"] = *s.nearest_psnr_object_mean_db;
+    return j;
   }
 
   // The camera of --view, at the size that is wanted.
@@ -482,6 +488,9 @@ std::string DescribeRender(const std::string& json) {
                           v["ssim"].get<double>(), 100 * v["coverage"].get<double>(), v["nearest_photo_psnr_db"].get<double>());
     text += fmt::format("{:<28} {:>9.2f} {:>7.4f} {:>8.1f}% {:>10.2f} dB\n", "mean", j["psnr_mean_db"].get<double>(), j["ssim_mean"].get<double>(),
                         100 * j["coverage"].get<double>(), j["nearest_photo_psnr_mean_db"].get<double>());
+    if (j.contains("psnr_object_mean_db"))
+      text += fmt::format("{:<28} {:>9.2f} {:>7} {:>9} {:>10.2f} dB\n", "mean over the object", j["psnr_object_mean_db"].get<double>(), "", "",
+                          j.value("nearest_photo_psnr_object_mean_db", 0.0));
   } else if (j.contains("views")) {
     const auto& v = j["views"][0];
     text += v["name"].get<std::string>() + ": ";

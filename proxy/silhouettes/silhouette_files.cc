@@ -7,6 +7,7 @@
 #include "proxy/silhouettes/colour_rule.h"
 #include "proxy/silhouettes/grab_cut.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -23,21 +24,13 @@ void RequireSize(const Image8& image, const Eigen::Vector2i& size_px, const fs::
 
 }  // namespace
 
-fs::path FindSilhouette(const fs::path& folder, const std::string& photo) {
-  std::error_code error;
-  for (const fs::path& path : {folder / (photo + ".png"), fs::path(folder / photo).replace_extension(".png"), folder / photo}) {
-    if (fs::is_regular_file(path, error)) return path;
-  }
-  return {};
-}
-
 std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& folder, const CleanOptions& clean, std::vector<std::string>* without,
                                             ProgressSink& progress) {
   if (const std::string wrong = Validate(clean); !wrong.empty()) throw UsageError(wrong);
   std::vector<SilhouetteView> views;
   std::vector<fs::path> files;
   for (const View& view : scene.views) {
-    const fs::path file = FindSilhouette(folder, view.name);
+    const fs::path file = FindMask(folder, view.name);
     if (file.empty()) {
       if (without != nullptr) without->push_back(view.name);
       continue;
@@ -83,7 +76,7 @@ std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const Silhouett
   const auto find = [&](const View& view) -> Image8 {
     const Eigen::Vector2i size_px = SizePx(scene, view);
     if (!source.masks.empty()) {
-      const fs::path file = FindSilhouette(source.masks, view.name);
+      const fs::path file = FindMask(source.masks, view.name);
       if (file.empty()) return Image8(size_px.x(), size_px.y(), 1);
       const Image8 mask = ReadImage8(file, 3);
       RequireSize(mask, size_px, file, "a mask");

@@ -14,10 +14,7 @@
 
 namespace lumi {
 
-// Where `folder` has the silhouette of a photo: photo.jpg.png, photo.png or photo.jpg, in this order; empty: it has none.
-std::filesystem::path FindSilhouette(const std::filesystem::path& folder, const std::string& photo);
-
-// Of every view that has one in `folder`, cleaned. Throws InputError (unreadable, of another size than the photo), DataError where
+// Of every view that has one in `folder` (as FindMask, scene/files/scene_folder.h, finds it), cleaned. Throws InputError (unreadable, of another size than the photo), DataError where
 // there is none at all. without: the names of the views that have none.
 std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const std::filesystem::path& folder, const CleanOptions& clean,
                                             std::vector<std::string>* without, ProgressSink& progress);

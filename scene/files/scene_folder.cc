@@ -326,6 +326,13 @@ void WriteScene(const Scene& scene, const fs::path& folder) {
   WriteManifest(scene, folder);  // last: a folder with a manifest is a whole scene
 }
 
+fs::path FindMask(const fs::path& folder, const std::string& photo) {
+  std::error_code error;
+  for (const fs::path& path : {folder / (photo + ".png"), fs::path(folder / photo).replace_extension(".png"), folder / photo})
+    if (fs::is_regular_file(path, error)) return path;
+  return {};
+}
+
 fs::path ProxyPath(const fs::path& scene_folder, const std::string& name) { return scene_folder / "proxies" / (name + ".ply"); }
 
 std::vector<std::string> ListProxies(const fs::path& scene_folder) {

@@ -50,6 +50,9 @@ void WriteManifest(const Scene& scene, const std::filesystem::path& folder);
 // image_folder is the photos' own.
 Scene UndistortPhotos(const Scene& scene, const std::filesystem::path& image_folder, ProgressSink& progress);
 
+// Where `folder` has the mask of a photo: photo.jpg.png (as COLMAP), photo.png or photo.jpg, in this order; empty: it has none.
+std::filesystem::path FindMask(const std::filesystem::path& folder, const std::string& photo);
+
 // Proxies: SCENE/proxies/NAME.ply.
 std::filesystem::path ProxyPath(const std::filesystem::path& scene_folder, const std::string& name);
 std::vector<std::string> ListProxies(const std::filesystem::path& scene_folder);

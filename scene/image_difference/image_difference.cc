@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kEqualPsnrDb = 99.0;
 
+double PsnrOf(double mse) { return mse > 0 ? std::min(kEqualPsnrDb, 10 * std::log10(255.0 * 255.0 / mse)) : kEqualPsnrDb; }
+
 void RequireSameShape(const Image8& a, const Image8& b) {
   if (a.width != b.width || a.height != b.height || a.channels != 3 || b.channels != 3 || a.empty())
     throw std::invalid_argument("image difference: both must be RGB and of one size");
@@ -75,9 +77,27 @@ ImageDifference Compare(const Image8& image, const Image8& reference) {
   ImageDifference d;
   d.mse = squares / n;
   d.mean_absolute = absolute / n;
-  d.psnr_db = d.mse > 0 ? std::min(kEqualPsnrDb, 10 * std::log10(255.0 * 255.0 / d.mse)) : kEqualPsnrDb;
+  d.psnr_db = PsnrOf(d.mse);
   d.ssim = Ssim(image, reference);
   return d;
+}
+
+std::optional<double> PsnrWithin(const Image8& image, const Image8& reference, const Image8& mask) {
+  RequireSameShape(image, reference);
+  if (mask.width != image.width || mask.height != image.height || mask.channels != 1)
+    throw std::invalid_argument("image difference: the mask must have one channel and the pictures' size");
+  double squares = 0;
+  long n = 0;
+  for (std::size_t p = 0; p < mask.data.size(); ++p) {
+    if (mask.data[p] <= 127) continue;
+    ++n;
+    for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
+      const int d = int(image.data[c]) - int(reference.data[c]);
+      squares += d * d;
+    }
+  }
+  if (n == 0) return std::nullopt;
+  return PsnrOf(squares / (3.0 * static_cast<double>(n)));
 }
 
 Image8 DifferenceImage(const Image8& image, const Image8& reference, double gain) {

@@ -2,6 +2,8 @@
 // counts as black.
 #pragma once
 
+#include <optional>
+
 #include "scene/model/image.h"
 
 namespace lumi {
@@ -15,6 +17,9 @@ struct ImageDifference {
 
 // Same size, 3 channels each; throws std::invalid_argument otherwise.
 ImageDifference Compare(const Image8& image, const Image8& reference);
+
+// PSNR over the pixels whose mask (one channel) is above 127, 99 dB where equal; nothing where there is no such pixel.
+std::optional<double> PsnrWithin(const Image8& image, const Image8& reference, const Image8& mask);
 
 // |a - b| * gain, clamped.
 Image8 DifferenceImage(const Image8& image, const Image8& reference, double gain = 4.0);

@@ -76,7 +76,7 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_EQ(again["iou_median"], hull["iou_median"]);
   EXPECT_THAT(DescribeProxy(again.dump()), testing::HasSubstr("after a dilation of"));
   // One silhouette less: another hull.
-  fs::remove(FindSilhouette(folder / "scene" / "silhouettes", found["silhouettes"][2]["name"]));
+  fs::remove(FindMask(folder / "scene" / "silhouettes", found["silhouettes"][2]["name"]));
   const json less = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
   EXPECT_EQ(less["reused"], false);
   ASSERT_EQ(less["views_left_out"].size(), 1u);

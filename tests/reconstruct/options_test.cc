@@ -33,8 +33,11 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.focal_px = -5; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3}; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3, 4}, o.focal_px = 5; }));
-  EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.search_focal = true; }));  // not observable
-  EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2"; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.search_focal = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.grid_positions = "p.csv"; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_plane = -1; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kRing, o.grid_plane = 0; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid; }));                               // positions may stand in the names
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.all_frames = true; }));
   EXPECT_TRUE(wrong([](auto& o) { o.reference = "truth"; }));                             // with nothing to measure
   EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.poses = "p"; }));                  // nothing is estimated

@@ -80,6 +80,29 @@ TEST(Holdout, APhotoTakenDarkerIsComparedAtItsOwnExposure) {
   EXPECT_GT(EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).views[1].psnr_db, psnr_db + 3);
 }
 
+TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
+  OnDisk d(17);
+  d.capture.scene.folder = d.folder;
+  const Image8& photo = d.capture.photos[8].levels[0];
+  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  Image8 mask(photo.width, photo.height, 1);
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x) mask.At(x, y, 0) = 255;
+  const std::string name = d.capture.scene.views[8].name;
+  WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);
+  HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress());
+  ASSERT_TRUE(s.views[1].psnr_object_db && s.psnr_object_mean_db);
+  EXPECT_FALSE(s.views[0].psnr_object_db);
+  EXPECT_NEAR(*s.views[1].psnr_object_db, s.views[1].psnr_db, 1e-9) << "a mask of everything";
+  EXPECT_NEAR(*s.psnr_object_mean_db, s.views[1].psnr_db, 1e-9);
+  EXPECT_NEAR(*s.views[1].nearest_psnr_object_db, s.views[1].nearest_psnr_db, 1e-9);
+  for (int x = 0; x < mask.width / 2; ++x)
+    for (int y = 0; y < mask.height; ++y) mask.At(x, y, 0) = 0;
+  WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);
+  s = EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress());
+  EXPECT_GT(std::abs(*s.views[1].psnr_object_db - s.views[1].psnr_db), 1e-3) << "half the picture";
+}
+
 TEST(Holdout, OnePhotoCannotBeHeldOut) {
   OnDisk d(1);
   const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);

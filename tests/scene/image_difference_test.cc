@@ -39,6 +39,20 @@ TEST(ImageDifference, SsimOfFlatImagesHasItsClosedForm) {
   EXPECT_NEAR(Compare(a, b).ssim, (2 * 100.0 * 120 + c1) / (100.0 * 100 + 120.0 * 120 + c1), 1e-4);
 }
 
+TEST(ImageDifference, WithinAMaskOnlyItsPixelsCount) {
+  const Image8 a = Noise(2);
+  Image8 b = a, mask(a.width, a.height, 1);
+  EXPECT_FALSE(PsnrWithin(a, b, mask)) << "no pixel";
+  for (int x = 0; x < 5; ++x) {
+    mask.At(x, 3, 0) = 255;
+    for (int c = 0; c < 3; ++c) b.At(x, 3, c) = static_cast<std::uint8_t>(a.At(x, 3, c) > 127 ? a.At(x, 3, c) - 20 : a.At(x, 3, c) + 20);
+  }
+  EXPECT_NEAR(*PsnrWithin(a, b, mask), 10 * std::log10(255.0 * 255.0 / 400), 1e-12);
+  b.At(20, 20, 1) = static_cast<std::uint8_t>(255 - b.At(20, 20, 1));
+  EXPECT_NEAR(*PsnrWithin(a, b, mask), 10 * std::log10(255.0 * 255.0 / 400), 1e-12) << "outside";
+  EXPECT_THROW(PsnrWithin(a, b, Image8(a.width, a.height, 3)), std::invalid_argument);
+}
+
 TEST(ImageDifference, UnrelatedNoiseIsDissimilarAndSizesMustAgree) {
   EXPECT_LT(Compare(Noise(3), Noise(4)).ssim, 0.1);
   EXPECT_THROW(Compare(Noise(3), Image8(10, 10, 3)), std::invalid_argument);

@@ -1,4 +1,4 @@
-#include "reconstruct/rig.h"
+#include "reconstruct/ring.h"
 
 #include <cmath>
 #include <random>
@@ -91,7 +91,7 @@ TEST(RingSearch, FindsFocalLengthElevationAndSenseOfATurntable) {
     ReconstructOptions options;
     options.rig = Rig::kRing;
     options.search_focal = true;
-    const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
+    const auto views = AssumeRing(capture, options, folder.path() / "database.db", SilentProgress());
     ASSERT_EQ(views.size(), 24u);
     // Matches are exact to float; the search stops within a fraction of its narrowest tolerance (1.5 px of 640).
     EXPECT_NEAR(views[0].camera.FocalPx().x() / truth.focal_px, 1, 0.02);
@@ -110,7 +110,7 @@ TEST(RingSearch, AGivenFocalLengthIsKept) {
   ReconstructOptions options;
   options.rig = Rig::kRing;
   options.focal_px = 900;
-  const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
+  const auto views = AssumeRing(capture, options, folder.path() / "database.db", SilentProgress());
   EXPECT_EQ(views[5].camera.FocalPx().x(), 900);
   EXPECT_LT(views[5].cam_from_world.rotation.angularDistance(RingPose(truth, 5).rotation) * kDegPerRad, 0.2);
 }
@@ -128,56 +128,7 @@ TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
   ReconstructOptions options;
   options.rig = Rig::kRing;
   options.search_focal = true;
-  EXPECT_THROW(AssumeRig(capture, options, folder.path() / "database.db", SilentProgress()), DataError);
-}
-
-TEST(GridSearch, FindsWhichWayTheCoordinatesRun) {
-  for (const double sign : {1.0, -1.0}) {
-    const FixtureFolder folder("grid");
-    std::mt19937 random(12);
-    std::uniform_real_distribution<double> coordinate(-2, 2), depth(8, 16);
-    std::vector<Eigen::Vector3d> points;
-    for (int i = 0; i < 100; ++i) points.emplace_back(coordinate(random), coordinate(random), depth(random));
-    const Camera camera = Camera::Pinhole(640, 480, 700, 700, 320, 240);
-    Capture capture;
-    {
-      TestDatabase db(folder.path() / "database.db");
-      for (int v = 0; v < 9; ++v) {
-        Photo photo;
-        photo.name = "p" + std::to_string(v) + ".jpg";
-        photo.width_px = 640;
-        photo.height_px = 480;
-        capture.photos.push_back(photo);
-        std::vector<Eigen::Vector2d> keypoints;
-        for (const auto& X : points) keypoints.push_back(*camera.Project(GridPose(sign * (v % 3), v / 3) * X));  // columns run right or left
-        db.AddImage(v + 1, photo.name, keypoints);
-      }
-      std::vector<std::pair<int, int>> matches;
-      for (int i = 0; i < 100; ++i) matches.emplace_back(i, i);
-      for (int a = 1; a <= 9; ++a)
-        for (int b = a + 1; b <= 9; ++b) db.AddMatches(a, b, matches);
-    }
-    ReconstructOptions options;
-    options.rig = Rig::kGrid;
-    options.grid_size = "3x3";
-    options.focal_px = 700;
-    const auto views = AssumeRig(capture, options, folder.path() / "database.db", SilentProgress());
-    EXPECT_NEAR(views[1].cam_from_world.OriginInSource().x(), sign, kExact);
-    EXPECT_NEAR(views[3].cam_from_world.OriginInSource().y(), 1, kExact);
-    options.grid_size = "2x4";
-    EXPECT_THROW(AssumeRig(capture, options, folder.path() / "database.db", SilentProgress()), DataError);
-  }
-}
-
-TEST(GridPose, CamerasAreParallel) {
-  const Rigid3 pose = GridPose(3, 2);
-  EXPECT_LT((pose.OriginInSource() - Eigen::Vector3d(3, 2, 0)).norm(), kExact);
-  EXPECT_LT((pose * Eigen::Vector3d(3, 2, 7) - Eigen::Vector3d(0, 0, 7)).norm(), kExact);
-}
-
-TEST(GridSize, IsRowsTimesColumns) {
-  EXPECT_EQ(ParseGridSize("17x16"), std::pair(17, 16));
-  for (const char* wrong : {"", "17", "17x", "x17", "0x4", "-1x4", "3x4x5", "axb"}) EXPECT_THROW(ParseGridSize(wrong), UsageError) << wrong;
+  EXPECT_THROW(AssumeRing(capture, options, folder.path() / "database.db", SilentProgress()), DataError);
 }
 
 TEST(NelderMead, FindsTheMinimumOfRosenbrocksValley) {

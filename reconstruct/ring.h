@@ -1,5 +1,5 @@
-// Cameras that are assumed when nothing else is known: a turntable (cameras on a circle, looking at its centre, evenly
-// spaced in the order of the photos' names) or a planar grid of parallel cameras.
+// Cameras that are assumed when nothing else is known: a turntable, that is cameras on a circle, looking at its centre,
+// evenly spaced in the order of the photos' names.
 #pragma once
 
 #include <filesystem>
@@ -22,14 +22,7 @@ struct RingGeometry {
 // lies is free: it is where the optical axis comes nearest, so that no tilt is needed beside the elevation.)
 Rigid3 RingPose(const RingGeometry& ring, int index);
 
-// Positions of a grid: (column, row) spacing 1, row 0 at the top, seen along +z; z = 0.
-Rigid3 GridPose(double horizontal, double vertical);
-
-// Rows x columns from "17x17"; throws UsageError.
-std::pair<int, int> ParseGridSize(const std::string& text);
-
 // Throws DataError where the photos do not determine what is searched.
-std::vector<HeldView> AssumeRig(const Capture& capture, const ReconstructOptions& options, const std::filesystem::path& database,
-                                ProgressSink& sink);
+std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOptions& options, const std::filesystem::path& database, ProgressSink& sink);
 
 }  // namespace lumi
