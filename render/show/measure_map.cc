@@ -47,11 +47,15 @@ std::optional<Measure> MeasureFromName(std::string_view name) {
 }
 
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source) {
-  if (measure == Measure::kWeight && request.settings.similarity == Similarity::kFull)
-    throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
-  const VisibilityMaps maps = CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+  return RenderMeasureMap(sources, tracer, CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps(), request, measure, source);
+}
+
+MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request,
+                            Measure measure, int source) {
+  if (measure == Measure::kWeight && request.settings.similarity == Similarity::kFull)
+    throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
   const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // in the weights, as when rendering
   const ViewSetup weighing = MakeViewSetup(sources, request.view, request.settings, request.use);
   ViewSetup shown = weighing;

@@ -5,6 +5,9 @@
 #include <string>
 #include <string_view>
 
+#include "render/radiance/proxy_tracer.h"
+#include "render/radiance/sources.h"
+#include "render/radiance/visibility.h"
 #include "render/renderer.h"
 
 namespace lumi {
@@ -20,6 +23,8 @@ struct MeasureMap {
 
 // `source`: the photo that is shown; -1: at each ray the one with the largest weight. Values beyond `high` are clipped.
 // Identity weights; measures that the settings leave off are shown all the same.
+MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& proxy, const VisibilityMaps& visibility, const RenderRequest& request,
+                            Measure measure, int source);
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source);
 
 }  // namespace lumi

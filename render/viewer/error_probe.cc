@@ -57,7 +57,9 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     if (!picture) return std::nullopt;
     result_.ms = painter_.picture_ms();
     comparing_ = std::async(std::launch::async, [result = result_, picture = std::move(*picture), photo = std::move(photo_)]() mutable {
-      const ImageDifference d = Compare(ToRgb8(picture), photo);
+      const Image8 rgb = ToRgb8(picture);
+      const ImageDifference d = Compare(rgb, photo);
+      result.difference = DifferenceImage(rgb, photo);
       result.psnr_db = d.psnr_db;
       result.ssim = d.ssim;
       result.coverage = Coverage(picture);

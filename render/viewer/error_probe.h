@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/viewer/strip_painter.h"
+#include "scene/model/image.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
@@ -17,6 +18,7 @@ struct MeasuredError {
   double coverage = 0;
   double ms = 0;                                      // to draw it
   RadianceSettings settings;                          // that it belongs to
+  Image8 difference;                                  // |picture - photo|, four times
 };
 
 constexpr int kErrorSide = 1024;  // larger photos are compared smaller

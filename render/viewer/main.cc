@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--effects", o.effects,
                  "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
       ->capture_default_str();
+  app.add_option("--phase", o.phase, "Moment of a periodic scene to begin with, 0 to 1 of its period");
   app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")
       ->check(CLI::Range(1.0, 1e4));
   app.add_option("--refine", refine,

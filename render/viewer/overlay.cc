@@ -83,6 +83,10 @@ void Overlay::Present(const PictureTexture& picture, const Eigen::Vector2i& wind
   Present(picture.texture(), picture.size_px(), picture.size_px(), window_px);
 }
 
+void Overlay::Present(const FlatSurface& surface, const Eigen::Vector2i& window_px) {
+  Present(surface.texture(), surface.size_px(), surface.size_px(), window_px);
+}
+
 void Overlay::Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px,
                       const Eigen::Vector2i& window_px) {
   glViewport(0, 0, window_px.x(), window_px.y());

@@ -6,6 +6,7 @@
 
 #include "render/gl/gl_lumigraph.h"
 #include "render/radiance/sources.h"
+#include "render/viewer/flat_surface.h"
 #include "render/viewer/picture_texture.h"
 
 namespace lumi {
@@ -20,6 +21,7 @@ class Overlay {
   // The picture, stretched over the window, on a quiet grid where it is transparent.
   void Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
   void Present(const PictureTexture& picture, const Eigen::Vector2i& window_px);
+  void Present(const FlatSurface& surface, const Eigen::Vector2i& window_px);
 
   struct Eye {
     RenderView view;             // normalised frame, at the window's size

@@ -32,7 +32,8 @@ void Help() {
       {"Home", "back to the start"},    {"[ ]", "fewer, more photos a pixel"},
       {"F", "false colours"},           {"C", "photos' cameras"},
       {"K", "key of the camera path"},  {"Space", "play, stop the path"},
-      {"P", "proxy's edges"},           {"Tab", "panel"},
+      {"P", "proxy's edges"},           {"G", "proxy, flat-shaded"},
+      {"N", "next proxy"},              {"Tab", "panel"},
       {"F12", "screenshot"},            {"H", "this help"},
       {"Esc", "quit"}};
   if (!ImGui::BeginTable("help", 2, ImGuiTableFlags_SizingFixedFit)) return;
@@ -67,6 +68,22 @@ void Status(const PanelFacts& facts) {
   if (!facts.problem.empty()) Wrapped(kWarm, facts.problem);
 }
 
+// The heat map's colours and what their ends stand for.
+void Legend(const PanelFacts& facts) {
+  // Viridis at 0, 1/8 ... 1 (S. van der Walt, N. Smith, CC0).
+  constexpr ImU32 kViridis[] = {IM_COL32(68, 1, 84, 255),    IM_COL32(71, 44, 122, 255),  IM_COL32(59, 81, 139, 255),
+                                IM_COL32(44, 113, 142, 255), IM_COL32(33, 144, 141, 255), IM_COL32(39, 173, 129, 255),
+                                IM_COL32(92, 200, 99, 255),  IM_COL32(170, 220, 50, 255), IM_COL32(253, 231, 37, 255)};
+  const ImVec2 x = ImGui::GetCursorScreenPos();
+  const float width = ImGui::CalcItemWidth(), height = 0.6F * ImGui::GetFontSize();
+  constexpr int kSteps = static_cast<int>(std::size(kViridis)) - 1;
+  for (int i = 0; i < kSteps; ++i)
+    ImGui::GetWindowDrawList()->AddRectFilledMultiColor({x.x + width * static_cast<float>(i) / kSteps, x.y}, {x.x + width * static_cast<float>(i + 1) / kSteps, x.y + height},
+                                                        kViridis[i], kViridis[i + 1], kViridis[i + 1], kViridis[i]);
+  ImGui::Dummy({width, height});
+  Dim(fmt::format("{:.3g} to {:.3g}{}{}", facts.heat_low, facts.heat_high, facts.heat_unit.empty() ? "" : " ", facts.heat_unit));
+}
+
 void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   PhotoList(facts, wishes);
   if (ImGui::BeginCombo("proxy", facts.proxy.c_str())) {
@@ -75,21 +92,21 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
     ImGui::EndCombo();
   }
   Tooltip(facts.proxy_loading ? "loading the proxy ..." : fmt::format("{} faces", facts.faces));
-  constexpr std::pair<Show, const char*> kShows[] = {
-      {Show::kColor, "colours"}, {Show::kFalseColor, "false"}, {Show::kTessellation, "samples"}};
-  constexpr const char* kHelp[] = {"As the photos are", "One colour a photo, blended with the same weights",
-                                   "The sparse samples' triangles or cells over the picture"};
-  for (std::size_t i = 0; i < std::size(kShows); ++i) {
-    if (i > 0) ImGui::SameLine();
-    const bool applies = kShows[i].first != Show::kTessellation || settings.radiance.Sparse();
-    ImGui::BeginDisabled(!applies);
-    if (ImGui::RadioButton(kShows[i].second, settings.show == kShows[i].first)) settings.show = kShows[i].first;
-    ImGui::EndDisabled();
-    Tooltip(std::string(kHelp[i]) + (applies ? "" : ": there are none without a grid"));
+  if (ImGui::BeginCombo("show", std::string(NameOf(settings.seen)).c_str(), ImGuiComboFlags_HeightLarge)) {
+    for (const SeenName& n : SeenNames()) {
+      const bool applies = n.seen.show != Show::kTessellation || settings.radiance.Sparse();
+      ImGui::BeginDisabled(!applies);
+      if (ImGui::Selectable(std::string(n.name).c_str(), n.seen == settings.seen)) settings.seen = n.seen;
+      ImGui::EndDisabled();
+      Tooltip(std::string(n.help) + (applies ? "" : ": there are none without a grid"));
+    }
+    ImGui::EndCombo();
   }
+  if (facts.heat) Legend(facts);
   ImGui::Checkbox("cameras", &settings.frusta);
   ImGui::SameLine();
-  ImGui::Checkbox("proxy", &settings.mesh);
+  ImGui::Checkbox("edges", &settings.mesh);
+  Tooltip("The proxy's edges");
   ImGui::SameLine();
   ImGui::Checkbox("path", &settings.path);
   ImGui::SameLine();
@@ -139,6 +156,15 @@ PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings) {
     ImGui::Begin("keys and mouse", &settings.help,
                  ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
     Help();
+    ImGui::End();
+  }
+  if (settings.difference && facts.difference_texture != 0 && !facts.errors.empty()) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const float width = 0.4F * size.x;
+    ImGui::SetNextWindowPos({size.x - unit, size.y - unit}, ImGuiCond_FirstUseEver, {1, 1});
+    ImGui::Begin("difference", &settings.difference, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<intptr_t>(facts.difference_texture)), {width, width / static_cast<float>(facts.difference_aspect)});
+    Dim(fmt::format("{}, {:.2f} dB: |picture - photo|, four times", facts.errors.back().photo, facts.errors.back().psnr_db));
     ImGui::End();
   }
   if (!facts.message.empty()) {

@@ -12,19 +12,20 @@
 #include "render/effects/effects.h"
 #include "render/path/camera_path.h"
 #include "render/radiance/settings.h"
-#include "render/renderer.h"
+#include "render/viewer/seen.h"
 
 namespace lumi {
 
 // What the user may change; keys and scripts change the same.
 struct ViewerSettings {
   RadianceSettings radiance;
-  Show show = Show::kColor;
+  Seen seen;
   bool frusta = false;
   bool mesh = false;
   bool path = true;            // the camera path in the picture
   bool panel = true;
   bool help = false;
+  bool difference = false;     // of the error measured last, in a window of its own
   bool play_time = false;      // the view's time goes on by itself
   double budget_ms = 0;        // a frame while the camera moves; 0: settings stay, the size adapts
   std::optional<bool> refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
@@ -67,7 +68,14 @@ struct PanelFacts {
   std::pair<double, double> times{0, 0};   // of the photos, seconds; equal: they have none
   double period_s = 0;
 
+  // Of the heat map that is shown: its colours' ends.
+  bool heat = false;
+  double heat_low = 0, heat_high = 0;
+  std::string heat_unit;
+
   bool measuring = false;
+  unsigned difference_texture = 0;         // of the error measured last; 0: there is none
+  double difference_aspect = 1;            // width over height
   std::vector<MeasuredLine> errors;        // latest last
 
   CameraPath path;

@@ -215,6 +215,11 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   Tooltip(
       "Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all "
       "pixels, a hole is black).");
+  ImGui::BeginDisabled(facts.difference_texture == 0);
+  ImGui::SameLine();
+  ImGui::Checkbox("difference", &settings.difference);
+  ImGui::EndDisabled();
+  Tooltip("Where that picture and the photo differ, four times as strong.");
   constexpr std::size_t kLines = 3;
   const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
   for (std::size_t i = facts.errors.size(); i-- > first;) {

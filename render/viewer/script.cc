@@ -14,6 +14,7 @@
 #include "render/path/camera_path.h"
 #include "render/radiance/settings.h"
 #include "render/settings_json.h"
+#include "render/viewer/seen.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -42,7 +43,7 @@ constexpr std::array kGrammar{
     Grammar{"set", ScriptVerb::kSet, Takes::kOption, 0, "set OPTION VALUE (an option of lumi-render's reconstruction, without dashes)"},
     Grammar{"effects", ScriptVerb::kEffects, Takes::kText, 0,
             "effects auto|none|LIST (of fov, resolution, visibility, time, exposure, prefilter)"},
-    Grammar{"show", ScriptVerb::kShow, Takes::kText, 0, "show color|false-color|tessellation"},
+    Grammar{"show", ScriptVerb::kShow, Takes::kText, 0, "show color|false-color|tessellation|proxy|weights|angle|fov|resolution|visibility|time|dissimilarity"},
     Grammar{"frusta", ScriptVerb::kFrusta, Takes::kOnOff, 0, "frusta on|off"},
     Grammar{"mesh", ScriptVerb::kMesh, Takes::kOnOff, 0, "mesh on|off"},
     Grammar{"path", ScriptVerb::kPath, Takes::kOnOff, 0, "path on|off"},
@@ -52,8 +53,10 @@ constexpr std::array kGrammar{
     Grammar{"proxy", ScriptVerb::kProxy, Takes::kText, 0, "proxy NAME"},
     Grammar{"budget", ScriptVerb::kBudget, Takes::kNumbers, 1, "budget MILLISECONDS (0: none)"},
     Grammar{"refine", ScriptVerb::kRefine, Takes::kOnOff, 0, "refine on|off"},
+    Grammar{"difference", ScriptVerb::kDifference, Takes::kOnOff, 0, "difference on|off (of the error measured last, in the panel's manner)"},
     Grammar{"measure", ScriptVerb::kMeasure, Takes::kNothing, 0, "measure"},
     Grammar{"time", ScriptVerb::kTime, Takes::kNumbers, 1, "time SECONDS"},
+    Grammar{"phase", ScriptVerb::kPhase, Takes::kNumbers, 1, "phase PHASE (of the scene's period, 0 to 1)"},
     Grammar{"play-time", ScriptVerb::kPlayTime, Takes::kOnOff, 0, "play-time on|off"},
     Grammar{"key-add", ScriptVerb::kKeyAdd, Takes::kNumberOrNothing, 0, "key-add [SECONDS]"},
     Grammar{"key-update", ScriptVerb::kKeyUpdate, Takes::kNumbers, 1, "key-update INDEX"},
@@ -144,7 +147,7 @@ ScriptStep ParseStatement(const std::string& statement) {
       case Takes::kOnOff: fits = OneOf(step.word, {"on", "off"}); break;
     }
     fits = fits && InRange(step.verb, step.numbers);
-    fits = fits && !(step.verb == ScriptVerb::kShow && !OneOf(step.word, {"color", "false-color", "tessellation"}));
+    fits = fits && !(step.verb == ScriptVerb::kShow && !SeenFromName(step.word));
     if (fits && step.verb == ScriptVerb::kK && step.word != "all") {
       const double k = Number(step.word, statement);
       fits = k >= 1 && k <= kMaxBlend && k == std::floor(k);

@@ -28,6 +28,8 @@ enum class ScriptVerb {
   kProxy,       // name
   kBudget,      // milliseconds, 0: none
   kRefine,      // on, off
+  kDifference,  // shown or not: of the error measured last
+  kPhase,       // of the scene's period
   kMeasure,     // the error at the nearest photo; waits for it
   kTime,        // seconds
   kPlayTime,    // on, off

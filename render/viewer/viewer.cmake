@@ -11,6 +11,7 @@ lumi_library(lumi_view_core COLD
     ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
     ${CMAKE_CURRENT_LIST_DIR}/refiner.cc
     ${CMAKE_CURRENT_LIST_DIR}/script.cc
+    ${CMAKE_CURRENT_LIST_DIR}/seen.cc
     ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc
   PUBLIC lumi_render lumi_render_tradeoff lumi_scene
   PRIVATE nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
@@ -19,6 +20,7 @@ lumi_library(lumi_view COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/canvas.cc
     ${CMAKE_CURRENT_LIST_DIR}/error_probe.cc
+    ${CMAKE_CURRENT_LIST_DIR}/flat_surface.cc
     ${CMAKE_CURRENT_LIST_DIR}/frame_painter.cc
     ${CMAKE_CURRENT_LIST_DIR}/opening.cc
     ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
@@ -34,6 +36,7 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_refine.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_show.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc
   PUBLIC lumi_view_core lumi_render_gl
   PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)

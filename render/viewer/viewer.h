@@ -23,6 +23,7 @@ struct ViewerOptions {
   RadianceSettings settings;         // at the start
   std::string effects = "auto";      // auto, none, or a list of EffectNames()
   std::set<std::string> decided;     // options of `settings` that the user spoke about: effects leave them alone
+  std::optional<double> phase;       // of the scene's period, at the start; else settings.time_s where that was decided
   double budget_ms = 0;              // a frame while the camera moves; 0: none
   std::optional<bool> refine;        // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
   std::filesystem::path path;        // camera path JSON to begin with

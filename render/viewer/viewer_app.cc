@@ -54,7 +54,14 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   if (!times.empty()) facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
   facts_.period_s = s.period_s;
   if (!times.empty() && decided_.count("time-s") == 0) s.time_s = facts_.times.first;
+  if (options.phase) {
+    if (!(s.period_s > 0)) throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", options.scene);
+    if (decided_.count("time-s") > 0) throw UsageError("--phase and --time-s do not go together");
+    s.time_s = *options.phase * s.period_s;
+  }
   ApplyEffectList(options.effects, effects_, decided_, s);
+  // Who names a moment wants to see it.
+  if (!times.empty() && options.effects == "auto" && (options.phase || decided_.count("time-s") > 0)) s.time = true;
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
   settings_.refine = options.refine;
@@ -76,7 +83,7 @@ RenderRequest Viewer::Request(const Eigen::Vector2i& size_px, const RadianceSett
   RenderRequest r;
   r.view = MakeWindowView(navigator_.state(), size_px.x(), size_px.y());
   r.settings = settings;
-  r.show = settings_.show == Show::kTessellation && !settings.Sparse() ? Show::kColor : settings_.show;
+  r.show = settings_.seen.show == Show::kTessellation && !settings.Sparse() ? Show::kColor : settings_.seen.show;
   return r;
 }
 
@@ -156,14 +163,20 @@ void Viewer::StepBudgetProbe() {
 // The picture and what is over it, without the panel, into the bound framebuffer.
 void Viewer::Compose() {
   if (painter_.empty()) return overlay_.PresentNothing(size_px_);
-  if (refined_.empty())
+  const RenderView view = Normalized(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world);
+  if (settings_.seen.flat) {
+    flat_.Draw(view, lumigraph_);
+    overlay_.Present(flat_, size_px_);
+  } else if (settings_.seen.measure && !heat_.empty()) {
+    overlay_.Present(heat_, size_px_);
+  } else if (refined_.empty()) {
     overlay_.Present(painter_.shown(), painter_.shown_size_px(), size_px_);
-  else
+  } else {
     overlay_.Present(refined_, size_px_);
+  }
   const bool with_path = settings_.path && !path_.keys.empty() && !playing_s_;
   if (!settings_.frusta && !settings_.mesh && !with_path) return;
-  const Overlay::Eye eye{Normalized(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world),
-                         &painter_.shown(), painter_.shown_size_px(), size_px_};
+  const Overlay::Eye eye{view, &painter_.shown(), painter_.shown_size_px(), size_px_};
   if (settings_.mesh) overlay_.ProxyEdges(eye, lumigraph_);
   if (with_path) DrawPath(eye);
   if (settings_.frusta) {
@@ -220,6 +233,7 @@ nlohmann::json Viewer::Run() {
     const bool changed = Paint();
     StepJobs();
     StepRefinement(changed, moving || navigator_.flying() || window_.Dragging());
+    StepHeatMap();
 
     if (Clock::now() > message_until_) facts_.message.clear();
     facts_.nearest_photo = NearestView(scene_, navigator_.state());

@@ -1,6 +1,6 @@
 // The viewer between its window and its picture: one object a run. viewer_app.cc is its frame; viewer_arrivals.cc takes photos and
 // proxies, viewer_input.cc steers, viewer_path.cc keeps the camera path, records and measures, viewer_refine.cc refines the picture
-// at rest, viewer_script.cc runs scripts.
+// at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs scripts.
 #pragma once
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 #include "render/effects/exposure.h"
 #include "render/gl/gl_lumigraph.h"
 #include "render/viewer/error_probe.h"
+#include "render/viewer/flat_surface.h"
 #include "render/viewer/frame_painter.h"
 #include "render/viewer/motion_budget.h"
 #include "render/viewer/navigation.h"
@@ -124,6 +125,16 @@ class Viewer {
   void StopRefining();
   nlohmann::json RefinementSummary() const;
 
+  // viewer_show.cc: heat maps, and the difference to a photo.
+  struct HeatRequest {
+    RenderRequest request;
+    Measure measure = Measure::kWeight;
+  };
+  void StepHeatMap();
+  bool HeatIsShown(const HeatRequest& wanted) const;
+  bool HeatOpen() const;
+  void ShowDifference(const Image8& difference);
+
   // viewer_path.cc: the camera path, time, recording, measuring.
   PathKey CurrentKey(double time_s) const;
   ViewState StateOfKey(const PathKey& key) const;
@@ -194,6 +205,13 @@ class Viewer {
   long refinements_ = 0, refinements_cancelled_ = 0;
   double refinement_s_ = 0;
   std::string refinement_problem_;
+
+  FlatSurface flat_;
+  PictureTexture heat_, difference_;            // empty: there is none
+  std::future<MeasureMap> heat_drawing_;
+  std::optional<HeatRequest> heat_wanted_, heat_drawn_;
+  long heat_wanted_generation_ = -1, heat_drawn_generation_ = -1;
+  Clock::time_point heat_begun_ = Clock::now();
 
   CameraPath path_;
   std::optional<double> playing_s_;             // since the path's first key

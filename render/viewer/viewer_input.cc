@@ -54,9 +54,17 @@ void Viewer::Key(int key) {
   const int current = current_photo_ >= 0 ? current_photo_ : NearestView(scene_, navigator_.state());
   switch (key) {
     case GLFW_KEY_ESCAPE: return window_.Close();
-    case GLFW_KEY_F: settings_.show = settings_.show == Show::kColor ? Show::kFalseColor : Show::kColor; return;
+    case GLFW_KEY_F: settings_.seen = settings_.seen == Seen{} ? Seen{.show = Show::kFalseColor} : Seen{}; return;
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
     case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
+    case GLFW_KEY_G: settings_.seen = settings_.seen.flat ? Seen{} : Seen{.flat = true}; return;
+    case GLFW_KEY_N:
+      if (const auto at = std::find(facts_.proxies.begin(), facts_.proxies.end(), facts_.proxy); facts_.proxies.size() > 1) {
+        const std::string next = at == facts_.proxies.end() || at + 1 == facts_.proxies.end() ? facts_.proxies.front() : *(at + 1);
+        WishProxy(next);
+        Say("proxy " + next);
+      }
+      return;
     case GLFW_KEY_K: return AddKey({});
     case GLFW_KEY_SPACE:
       if (playing_s_)

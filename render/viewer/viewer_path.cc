@@ -280,6 +280,8 @@ void Viewer::StepJobs() {
     if (step && probe_.busy() && !path_recording_ && !Loading()) {
       if (probe_.drawing()) painter_.Disturbed();
       if (auto measured = probe_.Step(step_ms, undisturbed)) {
+        ShowDifference(measured->difference);
+        measured->difference = {};
         errors_.push_back(*measured);
         facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
       }

@@ -25,9 +25,10 @@ RadianceSettings Viewer::Drawn() const {
 
 // What is to be seen at rest; nullopt: what the graphics processor draws.
 std::optional<RenderRequest> Viewer::WantedRefinement() const {
-  const bool samples_shown = settings_.show == Show::kTessellation && settings_.radiance.Sparse();
+  const bool samples_shown = settings_.seen.show == Show::kTessellation && settings_.radiance.Sparse();
+  const bool other = settings_.seen.flat || settings_.seen.measure;
   const bool plays = playing_s_ || (settings_.play_time && settings_.radiance.time);
-  if (!settings_.Refines() || samples_shown || plays) return std::nullopt;
+  if (!settings_.Refines() || samples_shown || other || plays) return std::nullopt;
   const RadianceSettings optimal = OptimalSettings(settings_.radiance);
   if (!Validate(optimal).empty()) return std::nullopt;
   return Request(size_px_, optimal);

@@ -68,7 +68,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       ApplyEffectList(s.word, effects_, {}, radiance);
       break;
     case ScriptVerb::kShow:
-      settings_.show = s.word == "color" ? Show::kColor : s.word == "false-color" ? Show::kFalseColor : Show::kTessellation;
+      settings_.seen = *SeenFromName(s.word);
       break;
     case ScriptVerb::kFrusta: settings_.frusta = s.word == "on"; break;
     case ScriptVerb::kMesh: settings_.mesh = s.word == "on"; break;
@@ -94,6 +94,11 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       if (!waiting_) StartMeasuring();
       waiting_ = true;
       return !probe_.busy();
+    case ScriptVerb::kDifference: settings_.difference = s.word == "on"; break;
+    case ScriptVerb::kPhase:
+      if (!(facts_.period_s > 0)) throw UsageError("the script's 'phase' says nothing: the scene has no period", "use 'time SECONDS'");
+      radiance.time_s = s.numbers[0] * facts_.period_s;
+      break;
     case ScriptVerb::kTime: radiance.time_s = s.numbers[0]; break;
     case ScriptVerb::kPlayTime: settings_.play_time = s.word == "on"; break;
     case ScriptVerb::kKeyAdd: AddKey(s.numbers.empty() ? std::nullopt : std::optional(s.numbers[0])); break;
@@ -148,13 +153,13 @@ void Viewer::AfterPainting() {
     const double waited = SecondsSince(waiting_since_);
     const bool done = s.numbers.empty()
                           ? Settled() && motion_.ToProbe() == nullptr && painter_.complete() && drawn_generation_ == generation_ &&
-                                !RefinementOpen()
+                                !RefinementOpen() && !HeatOpen()
                           : waited >= s.numbers[0];
     if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
     if (!done)
       throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
   } else if (s.verb == ScriptVerb::kScreenshot) {
-    if (!painter_.complete() || (Settled() && RefinementOpen())) return;
+    if (!painter_.complete() || (Settled() && (RefinementOpen() || HeatOpen()))) return;
     Screenshot(s.word, settings_.panel);
   } else {
     return;

@@ -12,6 +12,7 @@
 #include "render/path/camera_path.h"
 #include "render/renderer.h"
 #include "render/settings_json.h"
+#include "render/show/measure_map.h"
 #include "render/viewer/navigation.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
@@ -245,6 +246,52 @@ TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {
   }
   EXPECT_EQ(r.json["errors"][0]["settings"]["k"], 2);
   EXPECT_EQ(r.json["errors"][1]["settings"]["k"], 6);
+}
+
+TEST_F(ViewerWindow, TheProxyIsShownFlatShadedAndSwitched) {
+  const fs::path flat = folder_ / "flat.png", below = folder_ / "below.png";
+  Mesh turned;  // the floor with its back to the cameras
+  test::AddQuad(turned, {-4, 4, 0}, {4, 4, 0}, {4, -4, 0}, {-4, -4, 0});
+  WriteMesh(ProxyPath(folder_, "turned"), turned);
+  const Result r = RunViewer({"--width", "320", "--height", "240", "--no-ui", "--script",
+                              "show proxy; wait; screenshot " + flat.string() + "; proxy turned; wait; screenshot " + below.string()});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  const ImageF covered = CpuPicture(StateOfView(world_.scene, ViewId{3}), 320, 240);
+  const auto mean = [](const Image8& image, int channel) {
+    double sum = 0;
+    for (int y = 60; y < 180; ++y)
+      for (int x = 80; x < 240; ++x) sum += image.At(x, y, channel);
+    return sum / (120 * 160);
+  };
+  const Image8 grey = ReadImage8(flat), red = ReadImage8(below);
+  ASSERT_EQ(grey.width, 320);
+  ASSERT_GT(covered.At(160, 120, 3), 0.99F);
+  EXPECT_GT(mean(grey, 0), 60);                          // lit by the lamp
+  EXPECT_NEAR(mean(grey, 0) / mean(grey, 2), 0.955, 0.02);  // 0.86 : 0.90
+  EXPECT_GT(mean(red, 0), 1.8 * mean(red, 2)) << "backs are red";
+}
+
+TEST_F(ViewerWindow, HeatMapsAreThoseOfTheRenderer) {
+  const fs::path shot = folder_ / "angle.png";
+  const Result r = RunViewer({"--effects", "fov", "--width", "320", "--height", "240", "--no-ui", "--script", "jump 3; show angle; wait; screenshot " + shot.string()});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  RenderRequest request;
+  request.view = MakeWindowView(StateOfView(world_.scene, ViewId{3}), 160, 120);
+  request.settings = SettingsOf(r.json["settings"]);
+  const ImageF wanted = RenderMeasureMap(world_.scene, world_.proxy, request, Measure::kAngle, -1).image;
+  const Image8 image = ReadImage8(shot);
+  double worst = 0;
+  for (int y = 2; y < 118; ++y)
+    for (int x = 2; x < 158; ++x) {
+      // A pixel of the map is four of the window, with its neighbours blended in: only where it is flat the two are the same.
+      bool flat = wanted.At(x, y, 3) == 1;
+      for (int c = 0; c < 3; ++c)
+        for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}) flat = flat && std::abs(wanted.At(x + dx, y + dy, c) - wanted.At(x, y, c)) < 0.02F;
+      for (int c = 0; flat && c < 3; ++c) worst = std::max(worst, std::abs(image.At(2 * x, 2 * y, c) - 255.0 * static_cast<double>(wanted.At(x, y, c))));
+    }
+  EXPECT_LT(worst, 255 * 0.02 + 1);
 }
 
 TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
