@@ -52,6 +52,8 @@ int main(int argc, char** argv) {
   pass_option("--rig", "Assume ring or grid");
   pass_option("--grid-size", "ROWSxCOLUMNS of --rig grid");
   pass_option("--grid-positions", "CSV of --rig grid");
+  pass_option("--offsets-frames", "When each of several videos starts, in frames");
+  pass_option("--frame-step", "Every so many frames of several videos become views");
   app.add_flag("--rescale-cameras", options.rescale_cameras, "Scale given cameras to photos of another size instead of refusing")->group("Cameras");
   app.add_flag_callback("--all-frames", [&] { options.reconstruct_arguments.emplace_back("--all-frames"); },
                         "A camera for every frame of a video (as lumi-reconstruct)")

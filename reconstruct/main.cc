@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
   lumi::Program program("lumi-reconstruct", "Photos or a video -> a scene folder: cameras, sparse points, undistorted photos");
   lumi::ReconstructOptions o;
   CLI::App& app = program.app();
-  app.add_option("INPUT", o.input, "Folder of photos (searched recursively), or a video")->required();
+  app.add_option("INPUT", o.input, "Folder of photos (searched recursively), a video, or a folder of videos that fixed cameras took at once")->required();
   app.add_option("-o,--output", o.scene, "Scene folder to write")->required();
   app.add_option("--backend", o.backend, "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Backend>{{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}}));
@@ -90,6 +90,8 @@ int main(int argc, char** argv) {
   app.add_option_function<std::string>("--focal-px", [&](const std::string& text) { SetFocal(o, text); }, "Focal length in px, or 'search' (--rig); principal point in the middle");
   app.add_option("--intrinsics", o.intrinsics, "fx,fy,cx,cy in px, for --poses and --rig")->delimiter(',')->expected(4);
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Known cameras of another size than the photos: scale them instead of refusing");
+  app.add_option("--offsets-frames", o.offsets_frames, "Several videos of one scene: when each starts, in frames, in the order of their names; default: found")->delimiter(',');
+  app.add_option("--frame-step", o.frame_step, "Several videos of one scene: every so many frames become views, >= 1")->capture_default_str();
   app.add_option("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Rig>{{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}}));
   app.add_option("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");

@@ -14,6 +14,7 @@ std::string Validate(const ReconstructOptions& o) {
   if (o.input.empty()) return "an input is needed: a folder of photos, or a video";
   if (o.scene.empty()) return "an output folder is needed: -o SCENE";
   if (o.component < 0) return "--component counts from 0";
+  if (o.frame_step < 1) return "--frame-step is 1 or more";
   if (!(o.min_registered >= 0 && o.min_registered <= 1)) return "--min-registered is a fraction from 0 to 1";
   if (o.max_image_size_px < 0 || o.max_features < 0) return "--max-image-size and --max-features are positive";
   if (o.keyframes < 0 || o.keyframes == 1) return "--keyframes needs two or more";
@@ -80,6 +81,8 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["focal_px"] = o.focal_px ? fmt::format("{}", *o.focal_px) : o.search_focal ? "search" : "";
   for (std::size_t i = 0; i < o.intrinsics.size(); ++i) text["intrinsics"] += fmt::format("{}{}", i ? "," : "", o.intrinsics[i]);
   text["rescale_cameras"] = std::to_string(o.rescale_cameras ? 1 : 0);
+  for (const int offset : o.offsets_frames) text["offsets_frames"] += fmt::format("{} ", offset);
+  text["frame_step"] = std::to_string(o.frame_step);
   text["rig"] = std::to_string(static_cast<int>(o.rig));
   text["grid_size"] = o.grid_size;
   text["grid_positions"] = o.grid_positions.empty() ? "" : Fingerprint(o.grid_positions);

@@ -53,6 +53,10 @@ struct ReconstructOptions {
   int keyframes = 0;        // how many; 0 = by parallax
   bool all_frames = false;  // every other frame is resectioned against the keyframes
 
+  // Several videos of one scene, from fixed cameras.
+  std::vector<int> offsets_frames;  // when each starts, in frames of a common clock, in the order of their names; empty: found
+  int frame_step = 1;               // every so many frames become views
+
   // Cameras that are already known.
   std::filesystem::path poses;
   PosesFormat poses_format = PosesFormat::kUnset;

@@ -19,6 +19,7 @@
 #include "reconstruct/known_cameras.h"
 #include "reconstruct/mapping.h"
 #include "reconstruct/missing.h"
+#include "reconstruct/multi_camera.h"
 #include "reconstruct/photos.h"
 #include "reconstruct/near_pairs.h"
 #include "reconstruct/ring.h"
@@ -172,6 +173,10 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (is_video && !HasVideoExtension(options.input))
     throw InputError(options.input, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
   if (!is_video && options.all_frames) throw UsageError("--all-frames goes with a video");
+  const bool several_videos = !is_video && !SynchronisedVideos(options.input).empty();
+  if (several_videos && options.backend == Backend::kFactorization) throw UsageError("several videos at once go with --backend colmap");
+  if (!several_videos && (!options.offsets_frames.empty() || options.frame_step != 1))
+    throw UsageError("--offsets-frames and --frame-step are for a folder of videos that fixed cameras took at once");
   RequireUsableOutput(options);
 
   // Looked at before anything is written.
@@ -179,7 +184,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (is_video) {
     const VideoReader readable(options.input);
     CheckGivenCamera(options, {{readable.width(), readable.height()}});
-  } else {
+  } else if (!several_videos) {
     photos = FindPhotos(options.input, sink);
     if (photos.photos.size() < 2)
       throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
@@ -206,6 +211,8 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   fs::create_directories(work_folder);
   ColmapProgram colmap(work_folder / "colmap.log", sink);
   ReconstructSummary summary;
+  MultiCapture cameras;
+  if (several_videos) photos = (cameras = OpenMultiCapture(options, work_folder, sink)).moment;
   Capture capture = is_video ? ExtractKeyframes(options, work_folder, &summary.reused, sink) : StageForColmap(photos, work_folder / "photos", sink);
   if (is_video) summary.keyframes = static_cast<int>(capture.photos.size());
   summary.images_total = capture.total();
@@ -217,6 +224,10 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   Scene scene = options.backend == Backend::kFactorization            ? Factorize(given.capture, fitted, given, work_folder, summary, sink)
                 : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, fitted, given, work_folder, colmap, summary, sink)
                                                                      : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
+  if (several_videos) {
+    if (given.resampled) throw UsageError("several videos at once take a camera.yaml without skew and k3 only", "undistort the videos before");
+    ExpandFrames(scene, cameras, options, work_folder / "frames", summary, sink);
+  }
   const int photos_total = summary.images_total;
   if (scene.frame == Frame::kMetric)
     scene = FinishScene(std::move(scene), fitted, summary, sink);

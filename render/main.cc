@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
 
   // Measuring commands. The options of the reconstruction go to either side of their names.
   lumi::MeasureOptions m;
-  bool ablation = false, properties = false;
+  bool ablation = false, properties = false, time_windows = false;
   const auto measuring = [&](const char* name, const char* what) {
     CLI::App* command = app.add_subcommand(name, what);
     command->add_option("scene", m.scene, "Scene folder, COLMAP workspace or transforms.json")->required();
@@ -111,6 +111,8 @@ int main(int argc, char** argv) {
   CLI::App* tradeoff = measuring("tradeoff", "Accuracy against time: measures settings, recommends some for 8, 16, 33, 100 ms and no limit, keeps the front in the scene");
   tradeoff->add_option("--reference-width", m.reference_width_px, "Width of the pictures compared with the optimum; default: as half a minute allows, at most 480")->check(side);
   tradeoff->add_flag("--ablation", ablation, "Instead: the thesis's Fig. 5-3, one optimisation after the other, at one view");
+  tradeoff->add_flag("--time-windows", time_windows, "Instead: widths of the time window against temporal blur, spatial error, photos in the window and milliseconds");
+  tradeoff->add_option("--against", m.against, "With --time-windows: a scene in the same frame whose photos are the truth, instead of held-out photos");
   tradeoff->add_flag("--properties", properties, "Instead: as lumi-render properties");
   tradeoff->add_option("--view", m.view, "With --ablation: this photo's camera, without the photo; default: the first held-out one");
   tradeoff->add_option("--path", m.path, "The first frame of this camera path: what --ablation shows, or where figure-5-4.svg measures; default: held-out views");
@@ -129,12 +131,15 @@ int main(int argc, char** argv) {
           if (o.phase) throw lumi::UsageError("--phase goes with rendering, not with measuring: --time-s");
           if (!ablation && !m.view.empty()) throw lumi::UsageError("tradeoff's --view goes with --ablation");
           if (properties && !m.path.empty()) throw lumi::UsageError("tradeoff's --path does not go with --properties");
-          if (ablation && properties) throw lumi::UsageError("--ablation and --properties do not go together");
+          if (ablation + properties + time_windows > 1) throw lumi::UsageError("--ablation, --properties and --time-windows do not go together");
+          if (!time_windows && !m.against.empty()) throw lumi::UsageError("--against goes with --time-windows");
+          if (time_windows && !m.path.empty()) throw lumi::UsageError("tradeoff's --path does not go with --time-windows");
           m.backend = o.backend;
           m.settings = o.settings;
           m.effects = o.effects;
           m.decided = o.decided;
           m.rescale_cameras = o.rescale_cameras;
+          if (time_windows) return lumi::RunTimeWindows(m, program.progress());
           return properties ? lumi::RunProperties(m, program.progress()) : ablation ? lumi::RunAblation(m, program.progress()) : lumi::RunTradeoff(m, program.progress());
         }
         if (o.scene.empty()) throw lumi::UsageError("a scene is wanted", "see lumi-render --help");
@@ -142,6 +147,7 @@ int main(int argc, char** argv) {
         return lumi::RunRender(o, program.progress());
       },
       [&](const std::string& json) {
+        if (time_windows) return lumi::DescribeTimeWindows(json);
         return properties ? lumi::DescribeProperties(json) : ablation ? lumi::DescribeAblation(json) : tradeoff->parsed() ? lumi::DescribeTradeoff(json) : lumi::DescribeRender(json);
       });
 }

@@ -8,6 +8,7 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/measure.cc
     ${CMAKE_CURRENT_LIST_DIR}/properties.cc
     ${CMAKE_CURRENT_LIST_DIR}/sweep.cc
+    ${CMAKE_CURRENT_LIST_DIR}/time_windows.cc
     ${CMAKE_CURRENT_LIST_DIR}/tradeoff.cc
     ${CMAKE_CURRENT_LIST_DIR}/workbench.cc
   PUBLIC lumi_render lumi_scene

@@ -18,6 +18,11 @@ std::string DescribeTradeoff(const std::string& json);
 std::string RunAblation(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeAblation(const std::string& json);
 
+// `lumi-render tradeoff --time-windows`: widths of the time window against what they cost: temporal blur, spatial error, photos in the
+// window, held-out error and milliseconds (thesis sec. 7.2); time-windows.csv, .json and .svg in OUT.
+std::string RunTimeWindows(const MeasureOptions& options, ProgressSink& progress);
+std::string DescribeTimeWindows(const std::string& json);
+
 // `lumi-render properties`: a figure for each of the nine properties of Table 3.2; properties.json in OUT where OUT is given.
 std::string RunProperties(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeProperties(const std::string& json);

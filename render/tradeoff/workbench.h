@@ -28,6 +28,7 @@ struct MeasureOptions {
   bool quick = false;                      // fewer points, at most 320 pixels wide
   std::string view;                        // --ablation: this photo's own camera, without the photo
   std::filesystem::path path;              // the first frame of this camera path: for --ablation instead, for the sweep's Fig. 5-4
+  std::filesystem::path against;           // --time-windows: a scene whose photos, at their cameras and times, are the truth
   RadianceSettings settings;               // where lines start, from --settings and the line
   std::string effects = "auto";            // auto, none, or a list of EffectNames()
   std::set<std::string> decided;           // what --settings or the line spoke about

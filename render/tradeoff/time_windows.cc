@@ -1,0 +1,257 @@
+// How wide the time window should be (thesis sec. 7.2): a narrow one leaves few photos, taken from other directions, a wide one blends
+// moments that differ. Both errors are read off the weights themselves, the sum of them off photos.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "render/convert.h"
+#include "render/radiance/frame_plan.h"
+#include "render/tradeoff/frame_error.h"
+#include "render/tradeoff/measure.h"
+#include "render/tradeoff/tradeoff.h"
+#include "render/visibility_maps.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/geometry/angle.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/plot/plot.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kWindowsMarker = "time-windows.json";
+constexpr int kWindowRays = 32;  // a side of the view, at which weights are read
+
+double CircularDistance(double a, double b, double period) {
+  const double d = std::abs(a - b);
+  if (!(period > 0)) return d;
+  const double r = std::fmod(d, period);
+  return std::min(r, period - r);
+}
+
+// What moves in a truth: SCENE/truth/moving/NAME.png as lumi-simulate writes it, or black in SCENE/masks; empty: not known.
+Image8 MovingPixels(const Scene& scene, const View& view, Eigen::Vector2i size_px) {
+  if (scene.folder.empty()) return {};
+  const bool simulated = !FindMask(scene.folder / "truth" / "moving", view.name).empty();
+  const std::filesystem::path file = FindMask(simulated ? scene.folder / "truth" / "moving" : scene.folder / "masks", view.name);
+  if (file.empty()) return {};
+  const Image8 rgb = Resize(ReadImage8(file, 3), size_px.x(), size_px.y());
+  Image8 mask(rgb.width, rgb.height, 1);
+  for (std::size_t p = 0; p < mask.data.size(); ++p)  // simulated: 128 where something is at another moment only
+    mask.data[p] = simulated ? (rgb.data[3 * p] > 191 ? 255 : 0) : static_cast<std::uint8_t>(255 - rgb.data[3 * p]);
+  return mask;
+}
+
+struct Moment {
+  TestView view;
+  Image8 moving;
+};
+
+std::vector<Moment> MomentsOf(const Workbench& bench, const MeasureOptions& o, int width, ProgressSink& sink) {
+  std::vector<Moment> moments;
+  if (o.against.empty()) {
+    for (TestView& t : HeldOutViews(bench.scene(), o.holdout, Fold::kReport, o.views, width)) {
+      const View& view = bench.scene().views[static_cast<std::size_t>(t.id.value)];
+      Image8 moving = MovingPixels(bench.scene(), view, t.view.size_px);
+      moments.push_back({std::move(t), std::move(moving)});
+    }
+    return moments;
+  }
+  const Scene truth = OpenScene(o.against, {}, sink);
+  RequireMetric(truth, "--against");
+  const auto n = static_cast<int>(truth.views.size()), most = std::min(n, o.views);
+  for (int i = 0; i < most; ++i) {
+    const View& view = truth.views[static_cast<std::size_t>((2 * i + 1) * n / (2 * most))];
+    TestView t;
+    t.name = view.name;
+    t.camera = truth.CameraOf(view);
+    t.photo = ReadImage8(truth.ImagePath(view), 3);
+    if (width > 0 && width < t.camera.width_px) {
+      t.camera = t.camera.Scaled(width, HeightFor(t.camera, width));
+      t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
+    }
+    t.view = MakeRenderView(t.camera, view.cam_from_world);
+    t.view.time_s = view.time_s;
+    t.view.gain = view.gain;
+    t.use.assign(bench.scene().views.size(), true);
+    Image8 moving = MovingPixels(truth, view, t.view.size_px);
+    moments.push_back({std::move(t), std::move(moving)});
+  }
+  return moments;
+}
+
+// Read off the weights, means over rays that meet the proxy.
+struct Blur {
+  double time_s = 0, angle_rad = 0;
+  long rays = 0;
+};
+
+void AddBlur(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request, const std::vector<View>& views, Blur& blur) {
+  RadianceSettings settings = request.settings;
+  settings.grid_columns = settings.grid_rows = 0;
+  if (settings.k == 0) settings.k = kMaxBlend;
+  const ViewSetup setup = MakeViewSetup(sources, request.view, settings, request.use);
+  std::vector<Eigen::Vector3f> direction, normal(kWindowRays * kWindowRays);
+  for (int y = 0; y < kWindowRays; ++y)
+    for (int x = 0; x < kWindowRays; ++x)
+      direction.push_back((setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kWindowRays * request.view.size_px.x(), (y + 0.5) / kWindowRays * request.view.size_px.y(), 1))
+                              .normalized()
+                              .cast<float>());
+  std::vector<float> t(direction.size());
+  tracer.Trace(setup.desired.centre.cast<float>(), direction, t, normal);
+  WeighScratch scratch;
+  Measures m;
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    if (!std::isfinite(t[i]) || !(t[i] > 0)) continue;
+    const RayWeights w = Weigh(setup.sources, settings.visibility ? &maps : nullptr, direction[i], t[i], settings, scratch, normal[i]);
+    if (w.count == 0) continue;
+    EvaluateMeasures(setup.sources, settings, direction[i], t[i], normal[i], m);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(w.count); ++c) {
+      const auto j = static_cast<std::size_t>(w.camera[c]);
+      blur.angle_rad += static_cast<double>(w.weight[c]) * static_cast<double>(m.theta[j]);
+      blur.time_s += static_cast<double>(w.weight[c]) * CircularDistance(views[j].time_s.value_or(settings.time_s), settings.time_s, settings.period_s);
+    }
+    ++blur.rays;
+  }
+}
+
+struct WindowRow {
+  double width_s = 0;   // 0: without time
+  double psnr_db = 0, ms = 0, photos = 0, blur_s = 0, angle_deg = 0;
+  std::optional<double> psnr_moving_db = {};
+};
+
+std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
+  std::vector<double> widths;
+  // From what one photo may fill to all there is.
+  for (double w = span_s; w >= frame_s && widths.size() < 12; w /= 2) widths.push_back(w);
+  if (!periodic && !widths.empty()) widths.front() = span_s * 2;
+  std::reverse(widths.begin(), widths.end());
+  return widths;
+}
+
+}  // namespace
+
+std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
+  Workbench bench(o, kWindowsMarker, sink);
+  const Scene& scene = bench.scene();
+  std::vector<double> times;
+  for (const View& v : scene.views)
+    if (v.time_s) times.push_back(*v.time_s);
+  if (times.size() < 3) throw DataError("the photos carry no times", "lumi-reconstruct VIDEO and lumi-timeperiodic give them", o.scene);
+  std::sort(times.begin(), times.end());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] > times[i - 1]) steps.push_back(times[i] - times[i - 1]);
+  if (steps.empty()) throw DataError("all photos carry the same time", "", o.scene);
+  const double frame_s = Median(steps), period_s = scene.period_s.value_or(0), span_s = period_s > 0 ? period_s : times.back() - times.front();
+  const std::string& proxy = bench.proxies().front();
+  Renderer& renderer = bench.Measured(proxy);
+  const int width = bench.Width();
+  const std::vector<Moment> moments = MomentsOf(bench, o, width, sink);
+  for (const Moment& m : moments)
+    if (!m.view.view.time_s) throw DataError(m.view.name + " carries no time", "", o.against.empty() ? o.scene : o.against);
+  const Sources sources = MakeSources(scene);
+  const ProxyTracer tracer(bench.mesh(proxy), scene.normalized_from_world);
+  const VisibilityMaps maps = CanOcclude(bench.mesh(proxy)) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+
+  // In a periodic scene photos of all turns stand side by side in the period.
+  const double nearest_s = period_s > 0 ? std::min(frame_s, period_s) * std::min(1.0, period_s / static_cast<double>(times.size()) / frame_s) : frame_s;
+  std::vector<double> widths = Widths(span_s, std::max(2 * nearest_s, span_s / 512), period_s > 0);
+  widths.push_back(0);
+  Json j = {{"proxy", proxy}, {"backend", o.backend}, {"device", renderer.Device()}, {"width", width}, {"views", moments.size()}, {"period_s", period_s},
+            {"frame_s", frame_s}, {"rows", Json::array()}};
+  std::string csv = "window_s,window_frames,photos_in_window,temporal_blur_frames,angle_deg,psnr_db,psnr_moving_db,ms\n";
+  Progress progress(sink, "measuring time windows", static_cast<long>(widths.size() * moments.size()));
+  std::vector<WindowRow> rows;
+  for (const double w : widths) {
+    WindowRow row{.width_s = w};
+    Blur blur;
+    double moving_sum = 0;
+    int moving_n = 0;
+    std::vector<double> ms;
+    const double n = static_cast<double>(moments.size());
+    for (const Moment& m : moments) {
+      RenderRequest request;
+      request.view = m.view.view;
+      request.use = m.view.use;
+      request.settings = bench.settings();
+      request.settings.time = w > 0;
+      if (w > 0) request.settings.time_window_s = w;
+      request.settings.time_s = *m.view.view.time_s;
+      const TimedFrame frame = TimeFrame(renderer, request, o.repeats);
+      const Image8 picture = ToRgb8(frame.image);
+      row.psnr_db += Compare(picture, m.view.photo).psnr_db / n;
+      if (!m.moving.empty())
+        if (const auto psnr = PsnrWithin(picture, m.view.photo, m.moving)) moving_sum += *psnr, ++moving_n;
+      ms.push_back(frame.ms);
+      for (std::size_t v = 0; v < scene.views.size(); ++v)
+        if (m.view.use[v] && scene.views[v].time_s && (w == 0 || CircularDistance(*scene.views[v].time_s, *m.view.view.time_s, period_s) <= w / 2)) row.photos += 1 / n;
+      AddBlur(sources, tracer, maps, request, scene.views, blur);
+      progress.Step();
+    }
+    if (moving_n > 0) row.psnr_moving_db = moving_sum / moving_n;
+    row.ms = Median(ms);
+    if (blur.rays > 0) {
+      row.blur_s = blur.time_s / static_cast<double>(blur.rays);
+      row.angle_deg = blur.angle_rad / static_cast<double>(blur.rays) / kRadPerDeg;
+    }
+    rows.push_back(row);
+    j["rows"].push_back({{"window_s", row.width_s > 0 ? Json(row.width_s) : Json(nullptr)},
+                         {"window_frames", row.width_s > 0 ? Json(row.width_s / frame_s) : Json(nullptr)},
+                         {"photos_in_window", row.photos},
+                         {"temporal_blur_frames", row.blur_s / frame_s},
+                         {"angle_deg", row.angle_deg},
+                         {"psnr_db", row.psnr_db},
+                         {"psnr_moving_db", row.psnr_moving_db ? Json(*row.psnr_moving_db) : Json(nullptr)},
+                         {"ms", row.ms}});
+    const Json& r = j["rows"].back();
+    csv += fmt::format("{},{},{:.2f},{:.4f},{:.4f},{:.4f},{},{:.3f}\n", r["window_s"].dump(), r["window_frames"].dump(), row.photos, row.blur_s / frame_s, row.angle_deg,
+                       row.psnr_db, r["psnr_moving_db"].dump(), row.ms);
+  }
+  // The best width, by the moving pixels where they are known.
+  const auto error = [](const WindowRow& r) { return r.psnr_moving_db.value_or(r.psnr_db); };
+  const WindowRow& best = *std::max_element(rows.begin(), rows.end() - 1, [&](const WindowRow& a, const WindowRow& b) { return error(a) < error(b); });
+  j["best"] = {{"window_s", best.width_s}, {"window_frames", best.width_s / frame_s}, {"gain_db", error(best) - error(rows.back())}};
+
+  if (!o.output.empty()) {
+    PlotSeries blur_line{.name = "temporal blur, frames", .color = "#c0392b", .line = true, .points = {}}, angle_line{.name = "angle, degrees", .color = "#2471a3", .line = true, .points = {}};
+    PlotSeries psnr{.name = "all pixels", .color = "#2471a3", .line = true, .points = {}}, psnr_moving{.name = "moving pixels", .color = "#c0392b", .line = true, .points = {}};
+    for (const WindowRow& r : rows) {
+      if (r.width_s == 0) continue;
+      const double x = r.width_s / frame_s;
+      blur_line.points.push_back({x, r.blur_s / frame_s, {}, fmt::format("{:.1f} photos in the window", r.photos)});
+      angle_line.points.push_back({x, r.angle_deg, {}, fmt::format("{:.1f} photos in the window", r.photos)});
+      psnr.points.push_back({x, r.psnr_db, {}, fmt::format("{:.1f} ms", r.ms)});
+      if (r.psnr_moving_db) psnr_moving.points.push_back({x, *r.psnr_moving_db, {}, fmt::format("{:.1f} ms", r.ms)});
+    }
+    const PlotAxis x{.label = "window, frames", .log = true};
+    const std::string svg = SvgOf({{.title = "What a photo is off", .subtitle = "weighted means over the picture", .x = x, .y = {.label = "frames; degrees", .zero = true}, .series = {blur_line, angle_line}, .marks = {}},
+                                   {.title = "Error", .subtitle = fmt::format("without time {:.2f} dB", error(rows.back())), .x = x, .y = {.label = "PSNR, dB"}, .series = {psnr, psnr_moving}, .marks = {{best.width_s / frame_s, "best"}}}});
+    WriteTextAtomically(o.output / kWindowsMarker, j.dump(1) + "\n");
+    WriteTextAtomically(o.output / "time-windows.csv", csv);
+    WriteTextAtomically(o.output / "time-windows.svg", svg);
+  }
+  return j.dump();
+}
+
+std::string DescribeTimeWindows(const std::string& json) {
+  const Json j = Json::parse(json);
+  std::string text = fmt::format("{:>12} {:>8} {:>16} {:>14} {:>10} {:>10} {:>10} {:>9}\n", "window s", "frames", "photos in it", "blur, frames", "angle deg", "PSNR dB", "moving dB", "ms");
+  for (const Json& r : j["rows"]) {
+    const auto cell = [&](const char* key, int digits) { return r[key].is_null() ? std::string("-") : fmt::format("{:.{}f}", r[key].get<double>(), digits); };
+    text += fmt::format("{:>12} {:>8} {:>16.1f} {:>14.3f} {:>10.3f} {:>10.2f} {:>10} {:>9.2f}\n", r["window_s"].is_null() ? "without time" : cell("window_s", 4), cell("window_frames", 1),
+                        r["photos_in_window"].get<double>(), r["temporal_blur_frames"].get<double>(), r["angle_deg"].get<double>(), r["psnr_db"].get<double>(), cell("psnr_moving_db", 2),
+                        r["ms"].get<double>());
+  }
+  return text + fmt::format("{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window", j["views"].get<int>(), j["width"].get<int>(),
+                            j["best"]["window_frames"].get<double>(), j["best"]["gain_db"].get<double>());
+}
+
+}  // namespace lumi
