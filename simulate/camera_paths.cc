@@ -80,7 +80,19 @@ Rigid3 OnWave(const PathDescription& path, double frame) {
   const Vector3d eye = path.centre + right * (path.amplitude.x() * std::sin(phase)) +
                        forward.normalized() * (path.amplitude.y() * std::sin(2 * phase + 1.0)) +
                        Vector3d::UnitZ() * (path.amplitude.z() * std::sin(2 * phase));
-  return Look(path, eye, path.direction);
+  if (path.hand_drift == 0 && path.hand_rad == 0) return Look(path, eye, path.direction);
+  // A hand keeps neither the place nor the direction that it means: slow noise in all of them.
+  const double time_s = frame / path.fps;
+  const auto noise = [&](float channel, double hz) {
+    const Eigen::Vector3f at(static_cast<float>(hz * time_s) + 0.31f, channel + 0.5f, 0.77f);
+    return static_cast<double>(FractalNoise(at, 3, 0.5f, 0.0f, 402));
+  };
+  const Vector3d drift(noise(0, 0.45), noise(5, 0.45), noise(11, 0.45));
+  const Rigid3 steady = Look(path, eye + path.hand_drift * drift, path.direction);
+  const Eigen::Quaterniond shake = Eigen::AngleAxisd(path.hand_rad * noise(17, 1.1), Vector3d::UnitX()) *
+                                   Eigen::AngleAxisd(path.hand_rad * noise(23, 1.1), Vector3d::UnitY()) *
+                                   Eigen::AngleAxisd(path.hand_rad * noise(31, 1.1), Vector3d::UnitZ());
+  return Rigid3{shake, Vector3d::Zero()} * steady;
 }
 
 // Sunflower discs about each centre, across the line of sight, a little deep too.
@@ -119,6 +131,8 @@ Rigid3 PoseAt(const PathDescription& path, double frame) {
       return OnWave(path, frame);
     case PathKind::kClusters:
       return InCluster(path, frame);
+    case PathKind::kGiven:
+      return path.cam_from_world[static_cast<std::size_t>(std::lround(frame))];
     case PathKind::kPoses: {
       const auto& [eye, target] = path.poses[static_cast<std::size_t>(std::lround(frame))];
       return LookAt(eye, target, Vector3d::UnitZ());
@@ -138,7 +152,7 @@ std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views) {
       view.path = static_cast<int>(p);
       view.frame = i;
       view.camera = path.cameras[static_cast<std::size_t>(i) % path.cameras.size()];
-      view.time_s = start_s + i / path.fps;
+      view.time_s = path.times_s.empty() ? start_s + i / path.fps : path.times_s[static_cast<std::size_t>(i)];
       view.name = fmt::format("{}_{:04d}.{}", scene.name, view.frame_index, scene.jpeg ? "jpg" : "png");
       all.push_back(view);
     }
@@ -149,6 +163,10 @@ std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views) {
   if (views > total)
     throw UsageError(fmt::format("--views {}: the scene's path has only {} views", views, total),
                      "ask for fewer, or raise \"views\" in the scene's path");
+  if (scene.period_s) {  // a video: its beginning
+    all.resize(static_cast<std::size_t>(views));
+    return all;
+  }
   const bool closed =
       scene.paths.size() == 1 && scene.paths[0].kind == PathKind::kRing && scene.paths[0].arc_rad > kTwoPi - 1e-9;
   std::vector<PlannedView> chosen;

@@ -12,10 +12,13 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/video.h"
+#include "scene/geometry/angle.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 #include "scene/program/version.h"
 #include "simulate/examples.h"
+#include "simulate/json_reader.h"
 #include "simulate/surface_points.h"
 
 namespace lumi {
@@ -78,6 +81,8 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   wanted.options = {{"views", std::to_string(options.views)},
                     {"width", std::to_string(options.width_px)},
                     {"seed", std::to_string(options.seed)}};
+  if (scene.fixed_video) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
+  if (!options.at_file.empty()) wanted.inputs[options.at_file.string()] = Fingerprint(options.at_file);
   wanted.inputs[source.name.string()] = TextFingerprint(source.text);
   for (const fs::path& file : scene.files) wanted.inputs[file.string()] = Fingerprint(file);
   return wanted;
@@ -154,6 +159,7 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
       WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
       WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
       WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
+      if (!view.moving.empty()) WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
       {
         const std::lock_guard lock(mutex);
         counters.rays += count.rays;
@@ -165,6 +171,113 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
   });
 }
 
+// The photos as a video, in their order.
+void WriteVideo(const std::vector<PlannedView>& views, double fps, const fs::path& folder, ProgressSink& sink) {
+  Progress progress(sink, "Writing video.mp4", static_cast<long>(views.size()));
+  VideoWriter video(folder / "video.mp4", fps);
+  for (const PlannedView& view : views) {
+    video.Add(ReadImage8(folder / "images" / view.name));
+    progress.Step();
+  }
+  video.Finish();
+}
+
+// The same scene by a camera that stands still.
+void WriteFixedVideo(const SceneDescription& description, int frames, const Tracer& tracer, const Shader& shader,
+                     const SimulateOptions& options, const fs::path& folder, ProgressSink& sink, TraceCounters& counters) {
+  constexpr int kBatch = 32;               // traced side by side before they are encoded in turn
+  constexpr int kFirstIndex = 0x40000000;  // noise of its own
+  SceneDescription scene = description;
+  PathDescription path;
+  path.kind = PathKind::kGiven;
+  path.fps = description.paths[0].fps;
+  path.views = frames;
+  path.cam_from_world.assign(static_cast<std::size_t>(frames),
+                             LookAt(description.fixed_video->eye, description.fixed_video->target, Eigen::Vector3d::UnitZ()));
+  scene.paths = {path};
+  const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed);
+  Progress progress(sink, "Rendering fixed.mp4", frames);
+  VideoWriter video(folder / "fixed.mp4", path.fps);
+  std::mutex mutex;
+  for (int first = 0; first < frames; first += kBatch) {
+    std::vector<Image8> photos(static_cast<std::size_t>(std::min(kBatch, frames - first)));
+    ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        PlannedView view;
+        view.frame = first + static_cast<int>(i);
+        view.frame_index = kFirstIndex + first + static_cast<int>(i);
+        view.time_s = view.frame / path.fps;
+        TraceCounters count;
+        photos[i] = renderer.Render(view, count).photo;
+        const std::lock_guard lock(mutex);
+        counters.rays += count.rays;
+        counters.poses += count.poses;
+        counters.noise_draws += count.noise_draws;
+      }
+    });
+    for (const Image8& photo : photos) {
+      video.Add(photo);
+      progress.Step();
+    }
+  }
+  video.Finish();
+}
+
+// The scene with the views of SimulateOptions::at_file in place of its path.
+SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
+  Json json;
+  try {
+    json = Json::parse(ReadText(file));
+  } catch (const Json::exception&) {
+    throw InputError(file, "is no JSON", "a camera path as lumi-render reads it is wanted: {\"keys\": [{\"time_s\": ...}]}");
+  }
+  const nlohmann::json plain(json);
+  if (!plain.is_object()) throw InputError(file, "must be an object { ... }");
+  JsonReader reader(plain, file, "");
+  const Camera base = scene.cameras[0].camera;
+  const int width = reader.Integer("width", 0, 0, 20000), height = reader.Integer("height", 0, 0, 20000);
+  PathDescription path;
+  path.kind = PathKind::kGiven;
+  path.cameras.clear();
+  scene.cameras.clear();
+  for (const auto& [node, place] : reader.Array("keys")) {
+    JsonReader key(*node, file, place);
+    const auto q = key.Numbers("cam_from_world_xyzw", 4);
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    if (!(rotation.norm() > 0)) key.Fail("cam_from_world_xyzw", "must be a rotation");
+    Rigid3 pose;
+    pose.rotation = rotation.normalized();
+    pose.translation = -(pose.rotation * key.RequireVector3("position"));
+    path.cam_from_world.push_back(pose);
+    if (key.Has("phase")) {
+      if (!scene.period_s) key.Fail("phase", "needs a scene with a period_s");
+      path.times_s.push_back(key.RequireNumber("phase") * *scene.period_s);
+    } else {
+      path.times_s.push_back(key.RequireNumber("time_s"));
+    }
+    const double fov_rad = key.RequireNumber("vertical_fov_deg", JsonReader::Range::kPositive) * kRadPerDeg;
+    if (fov_rad >= 179 * kRadPerDeg) key.Fail("vertical_fov_deg", "must be < 179");
+    CameraDescription camera;
+    camera.camera.model = CameraModel::kPinhole;
+    camera.camera.width_px = width > 0 ? width : base.width_px;
+    camera.camera.height_px = height > 0 ? height : base.height_px;
+    const double focal_px = 0.5 * camera.camera.height_px / std::tan(0.5 * fov_rad);
+    camera.camera.params = {focal_px, focal_px, 0.5 * camera.camera.width_px, 0.5 * camera.camera.height_px};
+    const bool same = !scene.cameras.empty() && scene.cameras.back().camera.params == camera.camera.params;
+    if (!same) scene.cameras.push_back(camera);
+    path.cameras.push_back(static_cast<int>(scene.cameras.size()) - 1);
+  }
+  if (path.cam_from_world.empty()) throw InputError(file, "has no keys");
+  path.views = static_cast<int>(path.cam_from_world.size());
+  scene.paths = {path};
+  scene.effects.noise_sigma.reset();
+  scene.effects.exposure_stops.reset();
+  scene.effects.skew_px.reset();
+  scene.jpeg = false;
+  scene.fixed_video.reset();
+  return scene;
+}
+
 }  // namespace
 
 std::optional<std::string> Validate(const SimulateOptions& options) {
@@ -172,6 +285,7 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
     return "give either a scene (SCENE.json) or --example NAME";
   if (options.output.empty()) return "say where the capture goes: -o CAPTURE";
   if (options.views < 0) return "--views must be >= 1";
+  if (!options.at_file.empty() && options.views != 0) return "--at and --views do not go together: --at names its views";
   if (options.width_px < 0) return "--width must be >= 1";
   return std::nullopt;
 }
@@ -180,7 +294,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
   const auto start = std::chrono::steady_clock::now();
   const Source source = ReadSource(options);
-  const SceneDescription scene = ParseScene(source.text, source.name, source.folder);
+  SceneDescription scene = ParseScene(source.text, source.name, source.folder);
+  if (!options.at_file.empty()) scene = SceneAt(std::move(scene), options.at_file);
   const std::vector<PlannedView> views = PlanViews(scene, options.views);
 
   const bool was_there = fs::exists(options.output);
@@ -205,12 +320,20 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     const fs::path& folder = staging.folder();
     const Tracer tracer(scene);
     const Shader shader(scene, tracer);
-    const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed);
+    // Those who ask for truth at some views also want to know where things move at all there.
+    constexpr int kSweep = 64;
+    const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed, options.at_file.empty() ? 0 : kSweep);
     summary.height_px = renderer.CameraOf(views[0]).camera.height_px;
 
     RenderPhotos(views, scene, renderer, folder, progress, summary.counters);
     Scene truth = TrueScene(scene, views, renderer);
     truth.image_folder = folder / "images";
+    truth.period_s = scene.period_s;
+    if (scene.period_s && options.at_file.empty()) {
+      WriteVideo(views, scene.paths[0].fps, folder, progress);
+      const int fixed = options.fixed_frames >= 0 || !scene.fixed_video ? options.fixed_frames : scene.fixed_video->frames;
+      if (scene.fixed_video && fixed > 0) WriteFixedVideo(scene, fixed, tracer, shader, options, folder, progress, summary.counters);
+    }
     truth.points = SampleSurfacePoints(scene, tracer, shader, renderer, views, PointCount(views.size()), options.seed,
                                        progress, summary.counters.rays);
     summary.points = static_cast<int>(truth.points.size());
@@ -234,8 +357,10 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
     // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
     fs::remove(options.output / "provenance" / "simulate.json");
-    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply"}) {
+    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "video.mp4", "fixed.mp4"}) {
       staging.MoveIntoPlace(name);
+      const bool is_video = name.extension() == ".mp4";
+      if (is_video && !fs::exists(options.output / name)) continue;
       if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(options.output / name);
     }
   } catch (...) {

@@ -3,6 +3,8 @@
 //   CAPTURE/images/NAME.jpg  sparse/  lumigraph.json  proxies/truth.ply  provenance/simulate.json
 //   CAPTURE/truth/           sparse/  cameras.json  depth/NAME.exr  silhouettes/NAME.png  mesh.ply  timestamps.csv
 //   scene.json
+// Of a scene with moving parts also truth/moving/NAME.png; of one that repeats itself video.mp4 and, where it describes a
+// camera on a tripod, fixed.mp4.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +24,11 @@ struct SimulateOptions {
   std::filesystem::path output;      // absent, empty, or a capture of ours
   int views = 0;                     // so many, evenly spread; 0: all
   int width_px = 0;                  // of every photo; 0: as described
+  int fixed_frames = -1;             // of fixed.mp4; 0: none; -1: as described
+  // Instead of the scene's path: views at any place and time, without noise and exposure drift, as PNG. The keys of a
+  // camera path as lumi-render reads it (docs/render.md), one photo a key; a key may have `phase`, of the scene's period,
+  // for time_s. --views does not apply.
+  std::filesystem::path at_file;
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

@@ -18,6 +18,8 @@ const std::vector<Entry>& Entries() {
       {{"car", "a glossy car alone, 36 photos on a ring"}, CarJson},
       {{"person", "a person alone, 4 photos on a half circle"}, PersonJson},
       {{"boards", "a checkerboard (9x6, 25 mm) before a lens with distortion and skew, 16 photos"}, BoardsJson},
+      {{"lamp", "a turning lamp filmed by a waved camera, 2000 frames, period 150.37 frames; fixed.mp4 beside"}, LampJson},
+      {{"helicopter", "a helicopter's rotor filmed by a waved camera, 900 frames, period 15.37 frames; fixed.mp4 beside"}, HelicopterJson},
   };
   return kEntries;
 }

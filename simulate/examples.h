@@ -28,5 +28,9 @@ std::string CarJson();
 std::string PersonJson();
 // A checkerboard on a table before a lens with distortion and skew; 16 photos.
 std::string BoardsJson();
+// A turning lamp with balls on its arms in a still room; 2000 frames of a hand-held camera that waves, period 150.37 frames.
+std::string LampJson();
+// A toy helicopter with a turning rotor; 900 frames likewise, period 15.37 frames, with motion blur.
+std::string HelicopterJson();
 
 }  // namespace lumi

@@ -120,6 +120,12 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
     path.centre = reader.RequireVector3("centre");
     path.amplitude = reader.Vector3("amplitude", path.amplitude);
     path.period_s = reader.Number("period_s", path.period_s, Range::kPositive);
+    if (const auto* node_of_hand = reader.Find("hand"); node_of_hand != nullptr) {
+      JsonReader hand(*node_of_hand, context.name, reader.Place("hand"));
+      path.hand_drift = hand.Number("drift", 0, Range::kNotNegative);
+      path.hand_rad = hand.Number("shake_deg", 0, Range::kNotNegative) * kRadPerDeg;
+      hand.Done();
+    }
     moving = true;
   } else if (kind == "clusters") {
     path.kind = PathKind::kClusters;
@@ -198,6 +204,17 @@ BackgroundDescription ParseBackground(const nlohmann::json& node, const ParseCon
   }
   reader.Done();
   return background;
+}
+
+FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+  JsonReader reader(node, context.name, place);
+  FixedVideoDescription fixed;
+  fixed.eye = reader.RequireVector3("eye");
+  fixed.target = reader.RequireVector3("target");
+  if (!((fixed.target - fixed.eye).norm() > 0)) reader.Fail("target", "must differ from the eye");
+  fixed.frames = reader.Integer("frames", 300, 1, 1000000);
+  reader.Done();
+  return fixed;
 }
 
 EffectsDescription ParseEffects(const nlohmann::json& node, const ParseContext& context, const std::string& place) {

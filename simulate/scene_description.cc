@@ -75,6 +75,8 @@ SceneDescription ParseScene(const std::string& json_text, const std::filesystem:
   if (root.Has("background")) scene.background = ParseBackground(root.Require("background"), context, "background");
   if (root.Has("environment")) scene.environment = ParseBackground(root.Require("environment"), context, "environment");
   if (root.Has("effects")) scene.effects = ParseEffects(root.Require("effects"), context, "effects");
+  if (root.Has("period_s")) scene.period_s = root.RequireNumber("period_s", JsonReader::Range::kPositive);
+  if (root.Has("fixed_video")) scene.fixed_video = ParseFixedVideo(root.Require("fixed_video"), context, "fixed_video");
   root.Done();
   return scene;
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/geometry/rigid3.h"
 #include "scene/model/camera.h"
 
 namespace lumi {
@@ -22,7 +23,7 @@ struct CameraDescription {
   Camera camera;
 };
 
-enum class PathKind { kRing, kGrid, kWalk, kDrive, kWave, kClusters, kPoses };
+enum class PathKind { kRing, kGrid, kWalk, kDrive, kWave, kClusters, kPoses, kGiven };
 
 struct PathDescription {
   PathKind kind = PathKind::kRing;
@@ -40,9 +41,12 @@ struct PathDescription {
   double weave = 0;                                                               // drive: sideways, world units
   Eigen::Vector3d amplitude = {0.1, 0, 0.1};                                      // wave
   double period_s = 4;                                                            // wave
+  double hand_drift = 0, hand_rad = 0;  // wave: a hand's irregularity of place (world units) and direction, amplitudes
   std::vector<Eigen::Vector3d> centres;                                           // clusters: their eyes' centres
   double spread = 0.1;                                                            // clusters: radius about each centre
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> poses;                 // poses: eye, target
+  std::vector<Rigid3> cam_from_world;  // given (not from JSON): a pose and a time for each view
+  std::vector<double> times_s;
 };
 
 enum class TextureKind { kConstant, kNoise, kCells, kBricks, kTiles, kStripes, kWood, kGlyphs, kImage, kChecker };
@@ -78,6 +82,7 @@ struct SpinDescription {                             // a moving part: rotation 
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   // unit, world
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // a point on the axis, world
   double period_s = 1;
+  friend bool operator==(const SpinDescription& a, const SpinDescription& b) { return a.axis == b.axis && a.centre == b.centre && a.period_s == b.period_s; }
 };
 
 enum class ShapeKind { kQuad, kBox, kSphere, kCylinder, kTube, kHeightfield, kLoft, kMesh };
@@ -121,6 +126,12 @@ struct BackgroundDescription {
   TextureDescription texture;  // over unit directions; its size is in radians
 };
 
+// A camera on a tripod that films the same scene: fixed.mp4 of a capture.
+struct FixedVideoDescription {
+  Eigen::Vector3d eye = Eigen::Vector3d::Zero(), target = Eigen::Vector3d::UnitY();
+  int frames = 0;
+};
+
 // Every effect is off unless the scene asks for it.
 struct EffectsDescription {
   std::optional<double> skew_px;
@@ -136,6 +147,9 @@ struct SceneDescription {
   std::string name;
   std::vector<CameraDescription> cameras;
   std::vector<PathDescription> paths;
+  // Repeats itself after this; such a capture is a video: some views of it are its first frames.
+  std::optional<double> period_s;
+  std::optional<FixedVideoDescription> fixed_video;
   std::vector<MaterialDescription> materials;
   std::vector<ObjectDescription> objects;
   std::vector<LightDescription> lights;

@@ -74,7 +74,7 @@ struct Tracer::Impl {
   DevicePtr device;
   ScenePtr still;
   bool any_still = false;
-  std::vector<std::size_t> moving;  // objects with a spin
+  std::vector<SpinDescription> moving;  // of the objects of one of moving_scenes
   std::vector<ScenePtr> moving_scenes;
   double extent = 0;
 
@@ -86,16 +86,21 @@ struct Tracer::Impl {
       shapes.push_back(Tessellate(scene.objects[i]));
       for (const Vector3d& x : shapes.back().x_in_world) bounds.extend(x);
       if (scene.objects[i].spin) {
-        moving.push_back(i);
-        moving_scenes.push_back(NewScene(device.get()));
-        AddShape(device.get(), moving_scenes.back().get(), shapes.back(), static_cast<unsigned>(i));
-        rtcCommitScene(moving_scenes.back().get());
+        const SpinDescription& spin = *scene.objects[i].spin;
+        std::size_t group = 0;
+        while (group < moving.size() && !(moving[group] == spin)) ++group;
+        if (group == moving.size()) {
+          moving.push_back(spin);
+          moving_scenes.push_back(NewScene(device.get()));
+        }
+        AddShape(device.get(), moving_scenes[group].get(), shapes.back(), static_cast<unsigned>(i));
       } else {
         AddShape(device.get(), still.get(), shapes.back(), static_cast<unsigned>(i));
         any_still = true;
       }
     }
     rtcCommitScene(still.get());
+    for (const ScenePtr& part : moving_scenes) rtcCommitScene(part.get());
     if (rtcGetDeviceError(device.get()) != RTC_ERROR_NONE) throw MachineError("Embree could not build the scene");
     if (!bounds.isEmpty()) extent = bounds.diagonal().norm();
   }
@@ -162,8 +167,7 @@ double Tracer::Extent() const { return impl_->extent; }
 
 PartPoses Tracer::PartsAt(double time_s) const {
   PartPoses poses;
-  for (const std::size_t object : impl_->moving) {
-    const SpinDescription& spin = *impl_->description.objects[object].spin;
+  for (const SpinDescription& spin : impl_->moving) {
     const double turns = time_s / spin.period_s;
     const double angle = 6.283185307179586 * (turns - std::floor(turns));
     poses.push_back(Eigen::Translation3d(spin.centre) * Eigen::AngleAxisd(angle, spin.axis) *
@@ -188,6 +192,16 @@ std::optional<Hit> Tracer::Trace(const Ray& ray, const PartPoses& parts) const {
     nearest = hit;
   }
   return nearest;
+}
+
+bool Tracer::ShowsMovingPart(const Ray& ray, const PartPoses& parts) const {
+  for (std::size_t i = 0; i < impl_->moving.size(); ++i) {
+    const auto found = Impl::Intersect(impl_->moving_scenes[i].get(), Moved(ray, parts[i]));
+    if (!found) continue;
+    const double t = static_cast<double>(found->ray.tfar);
+    if (!impl_->any_still || !Impl::Occluded(impl_->still.get(), ray, t * (1 - 1e-6))) return true;
+  }
+  return false;
 }
 
 bool Tracer::IsBlocked(const Ray& ray, double distance, const PartPoses& parts) const {

@@ -1,5 +1,5 @@
-// What a ray meets (Embree). Surfaces that stand still are one acceleration structure; a moving part is one of its own,
-// and rays are taken back by its rotation at their time. Hits are refined in double: depth maps are as exact as the
+// What a ray meets (Embree). Surfaces that stand still are one acceleration structure; objects that turn together are one
+// of their own, and rays are taken back by its rotation at their time. Hits are refined in double: depth maps are as exact as the
 // mesh.
 #pragma once
 
@@ -30,7 +30,7 @@ struct Hit {
   Eigen::Vector2f uv = Eigen::Vector2f::Zero();
 };
 
-// Where the moving parts are at one time: one rotation for each object with a spin, in their order.
+// Where the moving parts are at one time: one rotation for each spin that objects have, in their order.
 using PartPoses = std::vector<Eigen::Affine3d>;
 
 class Tracer {
@@ -45,6 +45,8 @@ class Tracer {
 
   // The nearest surface; both are safe to call from any thread.
   std::optional<Hit> Trace(const Ray& ray, const PartPoses& parts) const;
+  // Is the nearest surface one of a moving part?
+  bool ShowsMovingPart(const Ray& ray, const PartPoses& parts) const;
   // Is anything nearer than `distance`? `offset` keeps a surface from hiding itself.
   bool IsBlocked(const Ray& ray, double distance, const PartPoses& parts) const;
 

@@ -46,7 +46,7 @@ struct ViewRenderer::Moment {
 };
 
 ViewRenderer::ViewRenderer(const SceneDescription& scene, const Tracer& tracer, const Shader& shader, int width_px,
-                           std::uint64_t seed)
+                           std::uint64_t seed, int sweep)
     : scene_(scene), tracer_(tracer), shader_(shader), seed_(seed) {
   if (width_px < 0 || width_px > 20000) throw UsageError("--width must be 1 to 20000 pixels");
   for (const CameraDescription& description : scene.cameras) {
@@ -58,6 +58,8 @@ ViewRenderer::ViewRenderer(const SceneDescription& scene, const Tracer& tracer, 
   }
   samples_ = scene.samples_per_pixel;
   if (scene.effects.motion_blur_s) samples_ = std::max(samples_, kBlurSamples);
+  if (tracer.HasMovingParts() && scene.period_s)
+    for (int i = 0; i < sweep; ++i) sweep_.push_back(tracer.PartsAt(*scene.period_s * i / sweep));
 }
 
 TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
@@ -82,6 +84,21 @@ ViewRenderer::Moment ViewRenderer::MomentAt(const PlannedView& view, double offs
   return moment;
 }
 
+std::uint8_t ViewRenderer::MovingAt(const Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through,
+                                    long& rays) const {
+  const auto shows_part = [&](const Moment& moment, const PartPoses& parts) {
+    const auto ray = ray_through(moment, x_px);
+    if (!ray) return false;
+    ++rays;
+    return tracer_.ShowsMovingPart(*ray, parts);
+  };
+  for (const Moment& moment : moments)
+    if (shows_part(moment, moment.parts)) return 255;
+  for (const PartPoses& parts : sweep_)
+    if (shows_part(moments.back(), parts)) return 128;
+  return 0;
+}
+
 RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counters) const {
   const TrueCamera truth = CameraOf(view);
   const Camera& camera = truth.camera;
@@ -95,6 +112,7 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
   result.photo = Image8(width, height, 3);
   result.depth = ImageF(width, height, 1);
   result.silhouette = Image8(width, height, 1);
+  if (tracer_.HasMovingParts()) result.moving = Image8(width, height, 1);
 
   // Moments of the samples of one row; last in line, the middle of the exposure.
   const auto moments_of_row = [&](double row_s, TraceCounters& count) {
@@ -108,7 +126,7 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
   std::vector<Moment> of_view;
   if (!effects.rolling_shutter_s) of_view = moments_of_row(0, counters);
 
-  const auto ray_through = [&](const Moment& moment, const Vector2d& x_px) -> std::optional<Ray> {
+  const RayThrough ray_through = [&](const Moment& moment, const Vector2d& x_px) -> std::optional<Ray> {
     const auto x = NormalizedWithSkew(camera, truth.skew_px, x_px);
     if (!x) return std::nullopt;
     return Ray{moment.centre, (moment.world_from_cam * x->homogeneous()).normalized()};
@@ -160,6 +178,7 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
         if (!ray) continue;
         ++count.rays;
         const auto hit = tracer_.Trace(*ray, middle.parts);
+        if (!result.moving.empty()) result.moving.At(x, y, 0) = MovingAt(Vector2d(x + 0.5, y + 0.5), moments, ray_through, count.rays);
         if (!hit) continue;
         result.depth.At(x, y, 0) = static_cast<float>(hit->t * middle.world_from_cam.col(2).dot(ray->direction));
         if (scene_.objects[static_cast<std::size_t>(hit->object)].foreground) result.silhouette.At(x, y, 0) = 255;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "scene/geometry/rigid3.h"
 #include "scene/model/image.h"
@@ -16,6 +17,9 @@ struct RenderedView {
   Image8 photo;       // RGB
   ImageF depth;       // along the camera's z axis at the pixels' centres, world units; 0 where nothing is
   Image8 silhouette;  // one channel, 255 where the nearest surface is an object of the foreground
+  // One channel, empty without moving parts: 255 where one of them is seen at some time of the exposure; 128 where one is
+  // at another time of the scene's period (ViewRenderer's sweep).
+  Image8 moving;
 };
 
 // What was done; an effect that is off adds nothing to any of these.
@@ -36,8 +40,9 @@ struct TrueCamera {
 class ViewRenderer {
  public:
   // width_px: of every photo (0: as described). Throws UsageError.
+  // sweep: so many times of the scene's period are looked at for RenderedView::moving.
   ViewRenderer(const SceneDescription& scene, const Tracer& tracer, const Shader& shader, int width_px,
-               std::uint64_t seed);
+               std::uint64_t seed, int sweep = 0);
 
   TrueCamera CameraOf(const PlannedView& view) const;
   // Tiles in parallel. The same on any number of threads.
@@ -46,6 +51,8 @@ class ViewRenderer {
  private:
   struct Moment;  // camera and moving parts while one sample is taken
   Moment MomentAt(const PlannedView& view, double offset_s, TraceCounters& counters) const;
+  using RayThrough = std::function<std::optional<Ray>(const Moment&, const Eigen::Vector2d& x_px)>;
+  std::uint8_t MovingAt(const Eigen::Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through, long& rays) const;
 
   const SceneDescription& scene_;
   const Tracer& tracer_;
@@ -54,6 +61,7 @@ class ViewRenderer {
   std::vector<Camera> cameras_;  // at the size that is rendered
   std::vector<double> skews_px_;
   int samples_ = 1;
+  std::vector<PartPoses> sweep_;
 };
 
 // Point on the plane z = 1 seen at a pixel of a camera with skew; nullopt where the lens shows nothing there.

@@ -1,0 +1,100 @@
+#include "timeperiodic/frame_stack.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/files/image_io.h"
+#include "scene/files/video.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr std::size_t kStackBatch = 64;   // frames scaled at once
+constexpr double kUnevenFrames = 0.5;     // a container's time off its frame's number by this is meant
+
+void FindRepeated(FrameStack& stack, const std::vector<std::uint64_t>& sums) {
+  for (std::size_t i = 1; i < sums.size(); ++i)
+    if (sums[i] == sums[i - 1]) stack.repeated.push_back(static_cast<int>(i));
+}
+
+std::uint64_t HashOf(const Image8& image) {  // FNV-1a over bytes, enough to tell neighbouring frames apart
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const std::uint8_t v : image.data) hash = (hash ^ v) * 0x100000001b3ULL;
+  return hash;
+}
+
+}  // namespace
+
+FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOptions& options, ProgressSink& sink) {
+  VideoReader video(path);
+  FrameStack stack;
+  stack.fps = video.fps();
+  stack.video_width = video.width();
+  stack.video_height = video.height();
+  std::vector<std::uint64_t> hashes;
+  std::vector<Image8> batch;
+  Progress progress(sink, "reading " + path.filename().string(), video.frame_count_hint());
+  const auto flush = [&] {
+    const std::size_t first = stack.frames.size();
+    stack.frames.resize(first + batch.size());
+    hashes.resize(first + batch.size());
+    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        hashes[first + i] = HashOf(batch[i]);
+        stack.frames[first + i] = stack.width == batch[i].width ? std::move(batch[i]) : Resize(batch[i], stack.width, stack.height);
+      }
+    });
+    batch.clear();
+  };
+  while (auto frame = video.Next()) {
+    if (stack.width == 0) {
+      stack.video_width = frame->rgb.width;
+      stack.video_height = frame->rgb.height;
+      const double frames = std::max(1.0, static_cast<double>(video.frame_count_hint()));
+      const double aspect = static_cast<double>(stack.video_height) / stack.video_width;
+      const double widest = std::sqrt(options.max_bytes / (3 * frames * aspect));
+      stack.width = std::max(16, std::min({options.max_width_px, stack.video_width, static_cast<int>(widest)}));
+      stack.height = std::max(1, static_cast<int>(std::lround(stack.width * aspect)));
+    }
+    if (frame->rgb.width != stack.video_width || frame->rgb.height != stack.video_height)
+      throw InputError(path, fmt::format("frame {} has another size than the first", frame->index));
+    if (static_cast<int>(stack.time_s.size()) >= options.max_frames)
+      throw DataError(fmt::format("the video has more than {} frames", options.max_frames), "cut a part out of it that shows some 20 periods", path);
+    stack.time_s.push_back(frame->time_s);
+    batch.push_back(std::move(frame->rgb));
+    if (batch.size() == kStackBatch) flush();
+    progress.Step();
+  }
+  flush();
+  if (stack.frames.empty()) throw InputError(path, "has no frame that can be decoded");
+  stack.truncated = video.truncated();
+  for (std::size_t i = 0; i < stack.frames.size(); ++i) {
+    stack.time.push_back((stack.time_s[i] - stack.time_s[0]) * stack.fps);
+    if (std::abs(stack.time.back() - static_cast<double>(i)) > kUnevenFrames) stack.uneven = true;
+  }
+  if (!stack.uneven)
+    for (std::size_t i = 0; i < stack.time.size(); ++i) stack.time[i] = static_cast<double>(i);
+  FindRepeated(stack, hashes);
+  return stack;
+}
+
+FrameStack StackOf(std::vector<Image8> frames, double fps) {
+  FrameStack stack;
+  stack.fps = fps;
+  if (!frames.empty()) stack.video_width = stack.width = frames[0].width, stack.video_height = stack.height = frames[0].height;
+  std::vector<std::uint64_t> hashes;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    hashes.push_back(HashOf(frames[i]));
+    stack.time.push_back(static_cast<double>(i));
+    stack.time_s.push_back(static_cast<double>(i) / fps);
+  }
+  FindRepeated(stack, hashes);
+  stack.frames = std::move(frames);
+  return stack;
+}
+
+}  // namespace lumi

@@ -1,0 +1,77 @@
+#include "timeperiodic/spectrum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kOversampling = 8;
+constexpr std::size_t kPeaks = 6;  // looked at closely for each number of harmonics
+
+}  // namespace
+
+double Spectrum::At(double f) const {
+  f -= std::floor(f);
+  if (f > 0.5) f = 1 - f;
+  const auto i = static_cast<std::size_t>(std::lround(f / step));
+  return power[std::min(i, power.size() - 1)];
+}
+
+double Spectrum::HarmonicSum(double f, int count) const {
+  double sum = 0;
+  for (int h = 1; h <= count; ++h) sum += At(h * f);
+  return sum;
+}
+
+Spectrum SpectrumOf(const Signals& signals) {
+  const Eigen::Index n = signals.values.rows();
+  const double begin = n > 0 ? signals.time.minCoeff() : 0;
+  const double end = n > 0 ? signals.time.maxCoeff() : 1;
+  const int length = cv::getOptimalDFTSize(kOversampling * (static_cast<int>(end - begin) + 2));
+  Spectrum spectrum;
+  spectrum.step = 1.0 / length;
+  spectrum.power.assign(static_cast<std::size_t>(length / 2 + 1), 0);
+  const double total = std::max(1e-300, signals.values.squaredNorm());
+  for (Eigen::Index c = 0; c < signals.values.cols(); ++c) {
+    cv::Mat row = cv::Mat::zeros(1, length, CV_64F), out;
+    for (Eigen::Index i = 0; i < n; ++i) row.at<double>(0, static_cast<int>(std::lround(signals.time[i] - begin))) = signals.values(i, c);
+    cv::dft(row, out, cv::DFT_COMPLEX_OUTPUT);
+    for (std::size_t k = 0; k < spectrum.power.size(); ++k) {
+      const auto z = out.at<cv::Vec2d>(0, static_cast<int>(k));
+      spectrum.power[k] += 2 * (z[0] * z[0] + z[1] * z[1]) / (static_cast<double>(n) * total);
+    }
+  }
+  return spectrum;
+}
+
+std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span, double min_period, double max_period) {
+  std::vector<double> found;
+  for (const int harmonics : {1, 2, 4, 12}) {
+    const double step = 1 / (4 * span * harmonics), low = 1 / max_period, high = 1 / min_period;
+    const auto count = static_cast<std::size_t>((high - low) / step) + 1;
+    std::vector<double> sum(count);
+    ParallelFor(count, 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) sum[i] = spectrum.HarmonicSum(low + step * static_cast<double>(i), harmonics);
+    });
+    std::vector<std::pair<double, double>> peaks;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool rises = i == 0 || sum[i] >= sum[i - 1], falls = i + 1 == count || sum[i] > sum[i + 1];
+      if (rises && falls) peaks.emplace_back(-sum[i], low + step * static_cast<double>(i));
+    }
+    std::sort(peaks.begin(), peaks.end());
+    std::size_t taken = 0;
+    for (const auto& [value, f] : peaks) {
+      const bool known = std::any_of(found.begin(), found.end(), [&](double g) { return std::abs(g - f) < 0.5 / span; });
+      if (known) continue;
+      found.push_back(f);
+      if (++taken == kPeaks) break;
+    }
+  }
+  return found;
+}
+
+}  // namespace lumi
