@@ -23,9 +23,9 @@ struct ViewTriangulationOptions {
   double margin = 0.25;        // triangulated beyond the image on each side, of its longer side: what is just outside still counts
   int border_samples = 16;     // along the longer side of what is triangulated, >= 1: where depth is extended to
   int extension_points = 12;   // the nearest points that a border sample's depth is extended from, >= 1
-  double merge_px = 2;         // of points whose images are nearer than about this one stays: the nearest to the camera where
+  double merge_px = 6;         // of points whose images are nearer than about this one stays: the nearest to the camera where
                                // the plane at infinity is known, else the first
-  double outlier_spread = 0.15;  // a point none of whose neighbours in the image lies within this share of the range of kappa
+  double outlier_spread = 0.1;   // a point none of whose neighbours in the image lies within this share of the range of kappa
                                // (its 10 % to its 90 % quantile) is left out; infinity: none is
 };
 // Empty, or what is wrong.
