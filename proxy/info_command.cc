@@ -32,6 +32,12 @@ std::string OneProxy(const Json& p) {
 
 }  // namespace
 
+std::string DescribeSurface(const Soundness& sound) {
+  if (!sound.manifold) return "not 2-manifold and oriented";
+  return fmt::format("{}, 2-manifold{}, {}", sound.closed ? "closed" : "open", !sound.closed ? "" : sound.outward ? ", front faces outwards" : ", front faces inwards",
+                     sound.degenerate_faces == 0 ? std::string("no degenerate face") : fmt::format("{} degenerate faces", sound.degenerate_faces));
+}
+
 std::string RunInfo(const std::filesystem::path& path, const std::string& name, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   OpenOptions options;
@@ -54,7 +60,7 @@ std::string RunInfo(const std::filesystem::path& path, const std::string& name, 
     const MeshFit fit = MeasureFit(mesh, views, points);
     const Soundness sound = CheckSoundness(mesh);
     json["proxies"].push_back({{"name", each}, {"faces", mesh.faces.size()}, {"vertices", mesh.vertices.size()}, {"closed", IsClosed(mesh)},
-                               {"manifold", sound.manifold}, {"degenerate_faces", sound.degenerate_faces}, {"parts", sound.parts}, {"soundness", sound.Describe()},
+                               {"manifold", sound.manifold}, {"degenerate_faces", sound.degenerate_faces}, {"parts", sound.parts}, {"soundness", DescribeSurface(sound)},
                                {"active", each == scene.active_proxy}, {"coverage", fit.coverage}, {"coverage_min", fit.coverage_min},
                                {"front_fraction", fit.front_fraction}, {"layers_mean", fit.layers_mean}, {"layers_max", fit.layers_max},
                                {"blocked_ray_fraction", fit.blocked_ray_fraction}, {"lines_of_sight", fit.lines_of_sight},

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
+#include "proxy/describe.h"
 #include "proxy/hull/soundness.h"
 #include "proxy/import/icp.h"
 #include "proxy/import/mesh_repair.h"
@@ -139,7 +140,7 @@ std::string RunImport(const ImportRequest& request, const ProxyTarget& target, P
     json["placement"] = Described(scene_from_mesh);
     json["repaired"] = Described(repaired.flaws);
     json["parts"] = repaired.parts;
-    json["soundness"] = sound.Describe();
+    json["soundness"] = DescribeSurface(sound);
     json["coverage"] = fit.coverage;
     json["front_fraction"] = fit.front_fraction;
     if (fit.coverage == 0)

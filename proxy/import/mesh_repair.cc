@@ -48,6 +48,9 @@ void MergeVertices(Mesh& mesh, MeshFlaws& flaws) {
   }
   for (Face& f : mesh.faces)
     for (std::int32_t& v : f) v = to[At(v)];
+}
+
+void DropFolded(Mesh& mesh, MeshFlaws& flaws) {
   const std::size_t before = mesh.faces.size();
   std::erase_if(mesh.faces, [](const Face& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; });
   flaws.zero_area_faces += before - mesh.faces.size();
@@ -223,7 +226,9 @@ RepairedMesh RepairMesh(const Mesh& mesh) {
   const std::size_t given = r.mesh.faces.size();
   DropNotFinite(r.mesh, r.flaws);
   r.faces_lost = given - r.mesh.faces.size();
-  MergeVertices(r.mesh, r.flaws);
+  // Where a mesh is closed as it is, vertices at one place are what keeps its parts apart.
+  if (!IsClosed(r.mesh)) MergeVertices(r.mesh, r.flaws);
+  DropFolded(r.mesh, r.flaws);
   r.flaws.duplicate_faces = DropDuplicateFaces(r.mesh);
   CollapseZeroArea(r.mesh, r.flaws);
 

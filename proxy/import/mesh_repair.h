@@ -13,7 +13,7 @@ namespace lumi {
 
 struct MeshFlaws {
   std::size_t not_finite_vertices = 0;   // their faces are left out
-  std::size_t duplicate_vertices = 0;    // at exactly one place with another: merged
+  std::size_t duplicate_vertices = 0;    // at exactly one place with another, in a mesh that is not closed: merged
   std::size_t duplicate_faces = 0;       // of the same three vertices, whichever way round: one stays
   std::size_t zero_area_faces = 0;       // collapsed, or replaced by what their neighbour has of them
   std::size_t non_manifold_edges = 0;    // more than two faces: cut apart there

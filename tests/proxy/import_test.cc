@@ -138,13 +138,25 @@ TEST(MeshRepair, PartsThatShareAnEdgeOrAVertexAreCutApart) {
     Append(m, other);
     return m;
   };
-  const RepairedMesh edge = RepairMesh(two({1, 1, 0}));
+  RepairedMesh apart = RepairMesh(two({1, 1, 0}));
+  EXPECT_TRUE(apart.flaws.none()) << apart.flaws.Describe();  // closed each, and apart already
+  const auto soup = [&](const Eigen::Vector3d& shift) {
+    const Mesh m = two(shift);
+    Mesh out;
+    for (const auto& f : m.faces) {
+      const auto n = static_cast<std::int32_t>(out.vertices.size());
+      for (const std::int32_t v : f) out.vertices.push_back(m.vertices[static_cast<std::size_t>(v)]);
+      out.faces.push_back({n, n + 1, n + 2});
+    }
+    return out;
+  };
+  const RepairedMesh edge = RepairMesh(soup({1, 1, 0}));
   EXPECT_EQ(edge.flaws.non_manifold_edges, 1U);
-  EXPECT_EQ(edge.flaws.duplicate_vertices, 2U);
+  EXPECT_EQ(edge.flaws.duplicate_vertices, 58U);
   const Soundness edge_sound = CheckSoundness(edge.mesh);
   EXPECT_TRUE(edge_sound.IsSolid()) << edge_sound.Describe();
   EXPECT_EQ(edge_sound.parts, 2U);
-  const RepairedMesh vertex = RepairMesh(two({1, 1, 1}));
+  const RepairedMesh vertex = RepairMesh(soup({1, 1, 1}));
   EXPECT_EQ(vertex.flaws.non_manifold_vertices, 1U);
   EXPECT_TRUE(CheckSoundness(vertex.mesh).IsSolid());
 }
