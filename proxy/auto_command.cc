@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proxy/box/box_proxy.h"
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
-#include "proxy/plane/plane_proxy.h"
+#include "proxy/describe.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
@@ -28,35 +29,99 @@ constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a r
 
 struct Candidate {
   std::string name;
-  std::string refused;  // why it cannot be made here, or empty
+  std::string refused;      // why it cannot be made or measured here, or empty
   std::size_t faces = 0;
   bool closed = false;
-  double seconds = 0;   // making and measuring it
-  std::optional<double> psnr_db, ssim, coverage;
+  bool made = false;
+  double build_s = 0, measure_s = 0;
+  std::optional<double> psnr_db, ssim, coverage, ms;
 };
 
-// The mesh kept under the candidate's name, made only where it is not up to date.
-Candidate Keep(const Scene& scene, const std::string& name, const std::string& kind, std::map<std::string, std::string> options,
-               const std::function<Mesh()>& make) {
+// A kind of proxy that is tried: the name that it is kept under, why this scene does not call for it (or empty), how it is made.
+struct Recipe {
+  std::string name, kind;
+  std::function<std::string(const Scene&)> unfit;
+  std::function<std::string(const ProxyTarget&, ProgressSink&)> run;
+};
+
+// Walls on at least three sides that hold half of the points, twice as long as wide, along which the cameras travel: anything less a
+// box shows worse than what goes through the points.
+std::string UnfitForBox(const Scene& scene) {
+  constexpr double kOnWalls = 0.5, kOnAWall = 0.05, kTravel = 1, kLong = 2;
+  BoxSummary s;
+  try {
+    BuildBoxProxy(scene, {}, &s);
+  } catch (const DataError& e) {
+    return e.what();
+  }
+  const auto walls = std::count_if(s.wall_points.begin(), s.wall_points.end(), [&](std::size_t n) { return static_cast<double>(n) >= kOnAWall * static_cast<double>(s.points); });
+  double first = std::numeric_limits<double>::infinity(), last = -first;
+  for (const View& view : scene.views) {
+    const double along = s.box_from_world.row(2).dot(view.CentreInWorld());
+    first = std::min(first, along);
+    last = std::max(last, along);
+  }
+  const Eigen::Vector3d size = s.high - s.low;
+  if (walls < 3 || static_cast<double>(s.points_on_walls) < kOnWalls * static_cast<double>(s.points))
+    return fmt::format("no tube: {:.0f} % of the points lie on {} walls", 100.0 * static_cast<double>(s.points_on_walls) / std::max<double>(1, static_cast<double>(s.points)), walls);
+  if (size.z() < kLong * size.head<2>().maxCoeff()) return "no tube: it would be hardly longer than wide";
+  if (last - first < kTravel * size.head<2>().minCoeff()) return "the cameras do not travel along a tube";
+  return {};
+}
+
+const std::vector<Recipe>& Recipes() {
+  const auto always = [](const Scene&) { return std::string(); };
+  // A kind of proxy that is made of another one (a simplified hull) comes after it.
+  static const std::vector<Recipe> recipes = {
+      {"plane", "plane", always, RunPlane},
+      {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }},
+      {"box", "box", UnfitForBox, [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }},
+      {"mesh", "delaunay", always, [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }},
+      {"hull", "hull",
+       [](const Scene& scene) {
+         std::error_code error;
+         return fs::exists(scene.folder / "silhouettes", error) ? std::string() : std::string("there are no silhouettes: lumi-proxy silhouettes makes some");
+       },
+       [](const ProxyTarget& t, ProgressSink& p) { return RunHull({}, t, p); }},
+  };
+  return recipes;
+}
+
+// A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which stays.
+bool MadeBefore(const Scene& scene, const Recipe& recipe) {
+  const fs::path record = scene.folder / "provenance" / ("proxy-" + recipe.name + ".json");
+  std::error_code error;
+  if (!fs::exists(ProxyPath(scene.folder, recipe.name), error) || !fs::exists(record, error)) return false;
+  try {
+    const Json json = Json::parse(ReadText(record));
+    return json.at("options").at("kind") == recipe.kind && json.at("inputs").at("sparse") == Fingerprint(scene.folder / "sparse");
+  } catch (const Json::exception&) {
+    return false;  // an unreadable record says nothing
+  }
+}
+
+Candidate Make(const Scene& scene, const std::string& name, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   Candidate c;
   c.name = name;
-  Provenance wanted = ProxyProvenance(scene, name, kind, std::move(options));
-  RequireSameKind(scene, wanted, name);
+  const auto recipe = std::find_if(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
   try {
-    Mesh mesh;
-    if (IsUpToDate(scene.folder, wanted)) {
-      mesh = ReadMesh(ProxyPath(scene.folder, name));
-    } else {
-      mesh = make();
-      StoreProxy(scene, name, mesh, std::move(wanted), SecondsSince(start));
+    if (recipe == Recipes().end() || MadeBefore(scene, *recipe)) {
+      const Mesh mesh = LoadProxy(scene, name);
+      c.faces = mesh.faces.size();
+      c.closed = IsClosed(mesh);
+    } else if (c.refused = recipe->unfit(scene); c.refused.empty()) {
+      const Json json = Json::parse(recipe->run({scene.folder, name, {}, false}, progress));
+      c.faces = json["faces"].get<std::size_t>();
+      c.closed = json["closed"].get<bool>();
     }
-    c.faces = mesh.faces.size();
-    c.closed = IsClosed(mesh);
-  } catch (const DataError& e) {
+    c.made = c.refused.empty();
+  } catch (const Error& e) {
+    // What the data do not allow, or a file of that name that is somebody's own: a row of the table. Else the run ends.
+    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage && e.code() != ExitCode::kCorruptInput) throw;
     c.refused = e.what();
   }
-  c.seconds = SecondsSince(start);
+  c.build_s = SecondsSince(start);
   return c;
 }
 
@@ -74,12 +139,13 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, Candid
     json = Json::parse(result.out);
   } catch (const Json::exception&) {
   }
+  c.measure_s = SecondsSince(start);
+  if (result.exit_code == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();
   if (result.exit_code != 0) {
-    std::string why = fmt::format("it ended with {}", result.exit_code);
-    if (json.contains("error")) why = json["error"].value("message", why);
-    else if (!result.tail.empty()) why += ": " + result.tail.back();
-    throw Error(result.exit_code >= 1 && result.exit_code <= 4 ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine,
-                "lumi-render cannot measure proxy " + c.name + ": " + why, scene.folder, json.contains("error") ? json["error"].value("hint", "") : "");
+    c.refused = fmt::format("lumi-render ended with {}", result.exit_code);
+    if (json.contains("error")) c.refused = json["error"].value("message", c.refused);
+    else if (!result.tail.empty()) c.refused += ": " + result.tail.back();
+    return;
   }
   const auto number = [&](const char* key) -> std::optional<double> {
     if (!json.contains(key) || !json[key].is_number()) return std::nullopt;
@@ -88,16 +154,82 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, Candid
   c.psnr_db = number("psnr_mean_db");
   c.ssim = number("ssim_mean");
   c.coverage = number("coverage");
-  if (!c.psnr_db || !c.ssim || !c.coverage) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
-  c.seconds += SecondsSince(start);
+  c.ms = number("ms_per_frame");
+  if (!c.psnr_db || !c.ssim || !c.coverage || !c.ms) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
 }
 
 Json ToJson(const Candidate& c) {
   const auto value = [](const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); };
-  Json j{{"name", c.name}, {"psnr_mean_db", value(c.psnr_db)}, {"ssim_mean", value(c.ssim)}, {"coverage", value(c.coverage)},
-         {"faces", c.faces}, {"seconds", c.seconds}};
+  Json j{{"name", c.name}, {"psnr_mean_db", value(c.psnr_db)}, {"ssim_mean", value(c.ssim)}, {"coverage", value(c.coverage)}, {"ms_per_frame", value(c.ms)},
+         {"faces", c.faces}, {"closed", c.closed}, {"seconds", c.build_s + c.measure_s}, {"build_seconds", c.build_s}, {"measure_seconds", c.measure_s}};
   if (!c.refused.empty()) j["refused"] = c.refused;
   return j;
+}
+
+struct Choice {
+  std::string name, reason;
+};
+
+// The best of those within the budget; of equals the one with fewer faces. Where nothing is within it, the fastest.
+Choice Choose(const Json& candidates, const std::string& unmeasured_reason, const std::string& fold, std::optional<double> budget_ms) {
+  const Json* best = nullptr;
+  const Json* fastest = nullptr;
+  std::size_t made = 0, measured = 0;
+  for (const Json& c : candidates) {
+    if (c.contains("refused")) continue;
+    ++made;
+    if (c["psnr_mean_db"].is_null()) continue;
+    ++measured;
+    const double psnr = c["psnr_mean_db"], ms = c["ms_per_frame"];
+    if (!fastest || ms < (*fastest)["ms_per_frame"].get<double>()) fastest = &c;
+    if (budget_ms && ms > *budget_ms) continue;
+    const double ahead = best ? psnr - (*best)["psnr_mean_db"].get<double>() : 1;
+    if (ahead > 0 || (ahead == 0 && c["faces"].get<std::size_t>() < (*best)["faces"].get<std::size_t>())) best = &c;
+  }
+  if (measured == 0) {
+    // Nothing to go by: what goes through the points, or the last that there is, which is the most elaborate.
+    const Json* last = nullptr;
+    for (const Json& c : candidates)
+      if (!c.contains("refused") && (!last || (*last)["name"] != "mesh")) last = &c;
+    return {(*last)["name"].get<std::string>(), made == 1 ? "the only one that can be made" : unmeasured_reason};
+  }
+  if (!best) return {(*fastest)["name"].get<std::string>(), fmt::format("none is within {:g} ms a frame: the fastest", *budget_ms)};
+  std::string reason = measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + fold;
+  if (budget_ms) reason += fmt::format(" within {:g} ms a frame", *budget_ms);
+  return {(*best)["name"].get<std::string>(), reason};
+}
+
+Json Chosen(const Json& table, const AutoOptions& options) {
+  const Choice choice = Choose(table["candidates"], table["unmeasured"].get<std::string>(), table["fold"].get<std::string>(), options.budget_ms);
+  Json json{{"name", choice.name}, {"faces", 0}, {"closed", false}, {"seconds", 0.0}, {"reason", choice.reason}};
+  for (const Json& c : table["candidates"])
+    if (c["name"] == choice.name) {
+      json["faces"] = c["faces"];
+      json["closed"] = c["closed"];
+    }
+  if (options.budget_ms) json["budget_ms"] = *options.budget_ms;
+  json.update(table);
+  return json;
+}
+
+std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) {
+  if (options.candidates.empty()) {
+    std::vector<std::string> names;
+    for (const Recipe& r : Recipes()) names.push_back(r.name);
+    return names;
+  }
+  const std::vector<std::string> there = ListProxies(scene.folder);
+  std::vector<std::string> names;
+  for (const std::string& name : options.candidates) {
+    const bool known = std::any_of(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
+    if (!known && std::find(there.begin(), there.end(), name) == there.end()) {
+      std::string made;
+      for (const Recipe& r : Recipes()) made += (made.empty() ? "" : ", ") + r.name;
+      throw UsageError("\"" + name + "\" is no candidate", "one of " + made + ", or a proxy that the scene has");
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -105,72 +237,93 @@ Json ToJson(const Candidate& c) {
 std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
   if (options.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (options.choose_width_px < 16) throw UsageError("--choose-width must be at least 16");
+  if (options.budget_ms && !(*options.budget_ms > 0)) throw UsageError("--budget-ms must be above 0");
   const auto start = std::chrono::steady_clock::now();
   OpenOptions open;
   open.check_photos = false;
   Scene scene = OpenScene(options.scene, open, progress);
   RequireMetric(scene, "a proxy");
   RequireKeepsProxies(scene);
-  const FolderLock lock(scene.folder);
+  const std::vector<std::string> names = Wanted(scene, options);
 
-  const DelaunayOptions delaunay;
-  std::map<std::string, std::string> values = OptionValues(delaunay);
-  values["choose_width"] = std::to_string(options.choose_width_px);
-  values["holdout"] = std::to_string(options.holdout);
-  Provenance wanted = ProxyProvenance(scene, "auto", "auto", std::move(values));
+  Provenance wanted = ProxyProvenance(scene, "auto", "auto",
+                                      {{"choose_width", std::to_string(options.choose_width_px)}, {"holdout", std::to_string(options.holdout)}, {"candidates", fmt::format("{}", fmt::join(names, ","))}});
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
+  wanted.inputs["silhouettes"] = Fingerprint(scene.folder / "silhouettes");
   if (IsUpToDate(scene.folder, wanted)) {
-    Json json = Json::parse(ReadText(scene.folder / kSummaryFile));
+    // Measured already: a budget only chooses among what is there.
+    const FolderLock lock(scene.folder);
+    Json json = Chosen(Json::parse(ReadText(scene.folder / kSummaryFile)), options);
     Activate(scene, json.at("name").get<std::string>());
     json["reused"] = true;
     json["seconds"] = SecondsSince(start);
     return json.dump();
   }
 
-  std::vector<Candidate> candidates;
-  candidates.push_back(Keep(scene, "plane", "plane", {}, [&] { return BuildPlaneProxy(scene, {}); }));
-  candidates.push_back(Keep(scene, "mesh", "delaunay", OptionValues(delaunay), [&] { return BuildDelaunayProxy(scene, delaunay, progress); }));
-  std::vector<Candidate*> made;
-  for (Candidate& c : candidates) {
-    if (c.refused.empty()) made.push_back(&c);
-  }
-  if (made.empty()) throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
-
   // With fewer photos than N the fold for choosing would be empty: every photo's number then is in one fold of two.
   const int views = static_cast<int>(scene.views.size());
   const int holdout = views > options.holdout / 2 ? options.holdout : 2;
-  std::string reason;
-  const Candidate* best = made.back();  // a mesh before a plane, where nothing can be measured
-  if (made.size() == 1) {
-    reason = "the only one that can be made";
-  } else if (views < 3) {
-    reason = "too few photos to leave one out";
-  } else {
-    Progress steps(progress, "choosing a proxy", static_cast<long>(made.size()));
-    for (Candidate* c : made) {
-      Measure(scene, options, holdout, *c);
+  std::vector<Candidate> candidates;
+  {
+    Progress steps(progress, "making proxies", static_cast<long>(names.size()));
+    for (const std::string& name : names) {
+      candidates.push_back(Make(scene, name, progress));
       steps.Step();
     }
-    for (const Candidate* c : made) {
-      if (*c->psnr_db > *best->psnr_db) best = c;
+  }
+  const auto made = std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.made; });
+  if (made == 0) throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
+  if (views >= 3 && made > 1) {
+    Progress steps(progress, "choosing a proxy", static_cast<long>(made));
+    for (Candidate& c : candidates) {
+      if (!c.made) continue;
+      Measure(scene, options, holdout, c);
+      steps.Step();
     }
-    reason = fmt::format("the smallest error on photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout);
+    if (std::none_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.psnr_db.has_value(); })) {
+      const auto first = std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.made; });
+      throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
+    }
   }
 
-  Activate(scene, best->name);
-  Json json{{"name", best->name}, {"faces", best->faces}, {"closed", best->closed}, {"seconds", 0.0}, {"reason", reason},
-            {"holdout", holdout}, {"choose_width_px", options.choose_width_px}, {"candidates", Json::array()}, {"reused", false}};
-  for (const Candidate& c : candidates) json["candidates"].push_back(ToJson(c));
-  json["seconds"] = SecondsSince(start);
-  WriteTextAtomically(scene.folder / kSummaryFile, json.dump(2) + "\n");
+  const FolderLock lock(scene.folder);
+  Json table{{"holdout", holdout}, {"choose_width_px", options.choose_width_px}, {"unmeasured", "too few photos to leave one out"},
+             {"fold", fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout)}, {"candidates", Json::array()}, {"reused", false}};
+  for (const Candidate& c : candidates) table["candidates"].push_back(ToJson(c));
+  Json json = Chosen(table, options);
+  // The first that was made has become the active one meanwhile.
+  scene.active_proxy = OpenScene(options.scene, open, progress).active_proxy;
+  Activate(scene, json["name"].get<std::string>());
+  WriteTextAtomically(scene.folder / kSummaryFile, table.dump(2) + "\n");
   wanted.outputs[kSummaryFile] = Fingerprint(scene.folder / kSummaryFile);
-  for (const Candidate* c : made) {
-    const fs::path path = ProxyPath(scene.folder, c->name);
+  for (const Candidate& c : candidates) {
+    if (!c.made) continue;
+    const fs::path path = ProxyPath(scene.folder, c.name);
     wanted.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
   }
   wanted.seconds = SecondsSince(start);
   WriteProvenance(scene.folder, wanted);
+  json["seconds"] = SecondsSince(start);
   return json.dump();
+}
+
+std::string DescribeAuto(const std::string& text) {
+  const Json json = Json::parse(text);
+  std::string out = fmt::format("{:<14} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8} {:>10}\n", "proxy", "faces", "PSNR dB", "SSIM", "coverage", "ms/frame", "built s", "measured s");
+  for (const Json& c : json["candidates"]) {
+    if (c.contains("refused")) {
+      out += fmt::format("{:<14} {}\n", c["name"].get<std::string>(), c["refused"].get<std::string>());
+    } else if (c["psnr_mean_db"].is_null()) {
+      out += fmt::format("{:<14} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8.2f} {:>10}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", "-",
+                         c["build_seconds"].get<double>(), "-");
+    } else {
+      out += fmt::format("{:<14} {:>8} {:>9.2f} {:>8.4f} {:>8.1f}% {:>9.1f} {:>8.2f} {:>10.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
+                         c["psnr_mean_db"].get<double>(), c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["ms_per_frame"].get<double>(),
+                         c["build_seconds"].get<double>(), c["measure_seconds"].get<double>());
+    }
+  }
+  return out + fmt::format("active: {} ({}), {} px wide; {:.1f} s{}", json["name"].get<std::string>(), json["reason"].get<std::string>(), json["choose_width_px"].get<int>(),
+                           json["seconds"].get<double>(), json["reused"].get<bool>() ? ", nothing had changed" : "");
 }
 
 }  // namespace lumi

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/describe.h"
 #include "proxy/hull/soundness.h"
 #include "proxy/make_proxy.h"
-#include "proxy/mesh_query.h"
 #include "proxy/plane/plane_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
@@ -175,85 +175,11 @@ std::string RunSilhouettes(const std::filesystem::path& path, const SilhouetteSo
   return json.dump();
 }
 
-std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress) {
-  if (!(scale > 0) || !(scale < 1e300)) throw UsageError("--scale must be a positive number");
-  Mesh mesh = ReadMesh(file);
-  if (mesh.faces.empty()) throw InputError(file, "has no faces", "a proxy is a surface; point clouds are none");
-  for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
-  if (const auto wrong = Validate(mesh)) throw InputError(file, *wrong);
-  return MakeProxy(target, "import", {{"scale", fmt::format("{}", scale)}}, {{"mesh", Fingerprint(file)}}, progress,
-                   [&](const Scene& scene, Json& json) {
-    // Judged by the views, which works for open meshes and for rooms seen from within alike.
-    const MeshFit fit = MeasureFit(mesh, MakeProxyViews(scene), {});
-    json["coverage"] = fit.coverage;
-    json["front_fraction"] = fit.front_fraction;
-    if (fit.coverage == 0) {
-      progress.Message("warning: no view sees " + file.string() + "; is it in the scene's own units and frame (--scale)?");
-    } else if (fit.front_fraction < 0.5) {
-      progress.Message(fmt::format("warning: {} looks inside out, {:.0f} % of what the views see of it are backs of faces",
-                                   file.string(), 100 * (1 - fit.front_fraction)));
-    }
-    return mesh;
-  });
-}
-
-std::string RunInfo(const std::filesystem::path& path, const std::string& name, ProgressSink& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  const Scene scene = Open(path, progress);
-  const std::vector<ProxyView> views = MakeProxyViews(scene);
-  const std::vector<ProxyPoint> points = SelectPoints(scene, views, {}).points;
-  std::vector<std::string> names = ListProxies(scene.folder);
-  if (!name.empty()) {
-    LoadProxy(scene, name);  // says which there are where it is not
-    names = {name};
-  }
-  Json json{{"active_proxy", scene.active_proxy}, {"views", views.size()}, {"points", scene.points.size()},
-            {"reliable_points", points.size()}, {"proxies", Json::array()}};
-  Progress steps(progress, "proxies", static_cast<long>(names.size()));
-  for (const std::string& each : names) {
-    const auto mesh_start = std::chrono::steady_clock::now();
-    const Mesh mesh = LoadProxy(scene, each);
-    const MeshFit fit = MeasureFit(mesh, views, points);
-    Json entry{{"name", each}, {"faces", mesh.faces.size()}, {"vertices", mesh.vertices.size()}, {"closed", IsClosed(mesh)},
-               {"active", each == scene.active_proxy}, {"coverage", fit.coverage}, {"coverage_min", fit.coverage_min},
-               {"front_fraction", fit.front_fraction}, {"blocked_ray_fraction", fit.blocked_ray_fraction},
-               {"lines_of_sight", fit.lines_of_sight}, {"point_distance_median", fit.distance_median}};
-    entry["seconds"] = SecondsSince(mesh_start);
-    json["proxies"].push_back(std::move(entry));
-    steps.Step();
-  }
-  json["seconds"] = SecondsSince(start);
-  return json.dump();
-}
-
 std::string DescribeProxy(const std::string& text) {
   const Json json = Json::parse(text);
   std::string out;
-  if (json.contains("candidates")) {
-    out += fmt::format("{:<10} {:>8} {:>10} {:>8} {:>9} {:>9}\n", "proxy", "faces", "PSNR dB", "SSIM", "coverage", "seconds");
-    for (const Json& c : json["candidates"]) {
-      if (c.contains("refused")) {
-        out += fmt::format("{:<10} {}\n", c["name"].get<std::string>(), c["refused"].get<std::string>());
-      } else if (c["psnr_mean_db"].is_null()) {
-        out += fmt::format("{:<10} {:>8} {:>10} {:>8} {:>9} {:>9.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", c["seconds"].get<double>());
-      } else {
-        out += fmt::format("{:<10} {:>8} {:>10.2f} {:>8.4f} {:>8.1f}% {:>9.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
-                           c["psnr_mean_db"].get<double>(), c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["seconds"].get<double>());
-      }
-    }
-    return out + fmt::format("chosen: {} ({})", json["name"].get<std::string>(), json["reason"].get<std::string>());
-  }
-  if (json.contains("proxies")) {
-    out += fmt::format("{} views, {} points, {} of them reliable\n", json["views"].get<std::size_t>(), json["points"].get<std::size_t>(), json["reliable_points"].get<std::size_t>());
-    if (json["proxies"].empty()) return out + "no proxy yet: lumi-proxy auto makes one";
-    out += fmt::format("{:<14} {:>8} {:>7} {:>9} {:>7} {:>8} {:>16}", "proxy", "faces", "closed", "coverage", "front", "blocked", "off the points");
-    for (const Json& p : json["proxies"]) {
-      out += fmt::format("\n{:<14} {:>8} {:>7} {:>8.1f}% {:>6.1f}% {:>7.2f}% {:>8.3f}% depth{}", p["name"].get<std::string>(), p["faces"].get<std::size_t>(),
-                         p["closed"].get<bool>() ? "yes" : "no", 100 * p["coverage"].get<double>(), 100 * p["front_fraction"].get<double>(),
-                         100 * p["blocked_ray_fraction"].get<double>(), 100 * p["point_distance_median"].get<double>(), p["active"].get<bool>() ? "  (active)" : "");
-    }
-    return out;
-  }
+  if (json.contains("candidates")) return DescribeAuto(text);
+  if (json.contains("proxies")) return DescribeInfo(text);
   if (json.contains("silhouettes")) {
     out = fmt::format("{} silhouettes in {}, {:.2f} s", json["silhouettes"].size(), json["folder"].get<std::string>(), json["seconds"].get<double>());
     for (const Json& s : json["silhouettes"]) {
@@ -264,6 +190,17 @@ std::string DescribeProxy(const std::string& text) {
   }
   out = fmt::format("{}: {} faces, {}, {:.2f} s{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(),
                     json["closed"].get<bool>() ? "closed" : "open", json["seconds"].get<double>(), json["reused"].get<bool>() ? " (nothing had changed)" : "");
+  if (json.contains("repaired")) {
+    out += "\n" + json["soundness"].get<std::string>();
+    if (json.contains("pairs")) out += fmt::format("\nplaced by {} pairs of points, {:.4g} apart (rms)", json["pairs"]["count"].get<std::size_t>(), json["pairs"]["rms"].get<double>());
+    if (json.contains("icp")) {
+      const Json& icp = json["icp"];
+      out += fmt::format("\naligned with the points: {:.4g} apart (rms, {:.2f} % of the mesh's diagonal) over {:.0f} % of the {} points near it, {} iterations, scale {:.6g}",
+                         icp["rms"].get<double>(), 100 * icp["rms_of_diagonal"].get<double>(), 100 * icp["overlap"].get<double>(), icp["points"].get<std::size_t>(),
+                         icp["iterations"].get<int>(), json["placement"]["scale"].get<double>());
+    }
+    out += fmt::format("\nthe views see it in {:.1f} % of their rays", 100 * json["coverage"].get<double>());
+  }
   if (json.contains("blocked_ray_fraction")) {
     out += fmt::format("\n{} of {} points, {:.2f} % of {} lines of sight blocked", json["points_used"].get<std::size_t>(), json["points_total"].get<std::size_t>(),
                        100 * json["blocked_ray_fraction"].get<double>(), json["lines_of_sight"].get<std::size_t>());

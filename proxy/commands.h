@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "proxy/hull/visual_hull.h"
 #include "proxy/silhouettes/silhouette_files.h"
@@ -37,8 +39,19 @@ struct PlanesRequest {
 };
 std::string RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress);
 
-// A mesh that somebody else made, times `scale`.
-std::string RunImport(const std::filesystem::path& file, double scale, const ProxyTarget& target, ProgressSink& progress);
+// A mesh that somebody else made, brought into the scene's frame and mended (docs/proxy.md).
+struct ImportRequest {
+  std::filesystem::path file;        // PLY or OBJ
+  double scale = 1;                  // factor on its coordinates, > 0
+  std::string unit;                  // of its coordinates, the scene's being metres: um, mm, cm, dm, m, km, in, ft; empty: the scene's own
+  std::string axes;                  // "z-up", "x,-z,y" ... (proxy/import/placement.h); empty: the scene's own
+  std::filesystem::path correspond;  // pairs of points, instead of the three above; empty: none
+  bool icp = false;                  // then aligned with the scene's points
+  bool repair = true;                // false: what is not sound is refused
+};
+// Keys beside the common ones: repaired{a count for each flaw}, soundness, parts, placement{scale, rotation_deg, translation}, coverage,
+// front_fraction; pairs{count, rms, rms_of_extent, distances}, icp{rms, rms_of_diagonal, points, overlap, iterations} where used.
+std::string RunImport(const ImportRequest& request, const ProxyTarget& target, ProgressSink& progress);
 
 struct HullRequest {
   std::filesystem::path silhouettes;  // a folder; empty: the scene's own
@@ -58,12 +71,17 @@ struct AutoOptions {
   std::filesystem::path scene;
   int choose_width_px = 480;  // of the pictures that are compared
   int holdout = 8;            // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
+  std::optional<double> budget_ms;  // a frame of that width: the best within it; none: the best
+  std::vector<std::string> candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
 };
-// Builds "plane" and "mesh", asks lumi-render for the error of each on the fold for choosing, makes the better one the
-// scene's active proxy. Keys beside the common ones: candidates[{name, psnr_mean_db, ssim_mean, coverage, faces, seconds}].
+// Makes the candidates that the data allow, asks lumi-render for the error of each on the fold for choosing, makes the best one the
+// scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a candidate's name and kind that is
+// there already, of these cameras and points, is taken as it is. Keys beside the common ones: reason, candidates[{name, psnr_mean_db,
+// ssim_mean, coverage, ms_per_frame, faces, closed, seconds, build_seconds, measure_seconds, refused}].
 std::string RunAuto(const AutoOptions& options, ProgressSink& progress);
 
-// What proxies a scene has and how they fit: coverage, blocked lines of sight, distance to the points. Writes nothing.
+// What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to the points.
+// Writes nothing. `name`: of one; empty: all.
 std::string RunInfo(const std::filesystem::path& scene, const std::string& name, ProgressSink& progress);
 
 // A few lines for people from a summary of any of them.

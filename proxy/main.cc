@@ -10,11 +10,17 @@ int main(int argc, char** argv) {
   std::function<std::string()> run;
 
   lumi::AutoOptions choice;
-  CLI::App* automatic = app.add_subcommand("auto", "Builds plane and mesh, keeps as active the one with the smaller held-out error");
+  CLI::App* automatic = app.add_subcommand("auto", "Builds the proxies that the data allow, keeps as active the one with the smallest held-out error");
   automatic->add_option("scene", choice.scene, "Scene folder")->required();
   automatic->add_option("--choose-width", choice.choose_width_px, "Width of the pictures compared, in pixels, >= 16")->capture_default_str();
   automatic->add_option("--holdout", choice.holdout, "Every N-th photo is left out, N >= 2; chosen on N/2, N/2+N ...")->capture_default_str();
-  automatic->callback([&] { run = [&] { return lumi::RunAuto(choice, program.progress()); }; });
+  double budget_ms = 0;
+  CLI::Option* budget = automatic->add_option("--budget-ms", budget_ms, "The best within so many milliseconds a frame of that width, > 0; default: the best");
+  automatic->add_option("--candidates", choice.candidates, "Of plane, planes, box, mesh, hull and the proxies that the scene has; default: the first five")->delimiter(',');
+  automatic->callback([&] {
+    if (*budget) choice.budget_ms = budget_ms;
+    run = [&] { return lumi::RunAuto(choice, program.progress()); };
+  });
 
   const auto add_target = [](CLI::App* command, lumi::ProxyTarget& target, bool named) {
     command->add_option("scene", target.scene, "Scene folder (or with --output: COLMAP workspace, transforms.json)")->required();
@@ -98,14 +104,22 @@ int main(int argc, char** argv) {
     run = [&] { return lumi::RunSilhouettes(silhouette_scene, source, source_clean, silhouette_output, program.progress()); };
   });
 
-  std::filesystem::path file;
-  double scale = 1;
+  lumi::ImportRequest imported;
   CLI::App* import = app.add_subcommand("import", "A mesh made elsewhere (PLY, OBJ), in the scene's frame");
-  import->add_option("file", file, "Mesh file")->required();
-  import->add_option("--scale", scale, "Factor on its coordinates, > 0")->capture_default_str();
+  import->add_option("file", imported.file, "Mesh file")->required();
+  import->add_option("--scale", imported.scale, "Factor on its coordinates, > 0")->capture_default_str();
+  import->add_option("--unit", imported.unit, "Of its coordinates, where the scene's is the metre: um, mm, cm, dm, m, km, in, ft");
+  import->add_option("--axes", imported.axes, "Its axis that is up in the scene (y-up, z-up, -y-up ...), or the scene's x,y,z in its axes: x,-z,y");
+  import->add_option("--correspond", imported.correspond, "JSON or CSV of points of the file and of the scene, three pairs or more, instead of the three above");
+  std::string align = "none";
+  import->add_option("--align", align, "icp: from there moved, turned and scaled onto the scene's points")->check(CLI::IsMember({"none", "icp"}))->capture_default_str();
+  import->add_flag("!--no-repair", imported.repair, "Refuse a mesh that is not sound instead of mending it");
   lumi::ProxyTarget import_target{.scene = {}, .name = "imported", .output = {}};
   add_target(import, import_target, true);
-  import->callback([&] { run = [&] { return lumi::RunImport(file, scale, import_target, program.progress()); }; });
+  import->callback([&] {
+    imported.icp = align == "icp";
+    run = [&] { return lumi::RunImport(imported, import_target, program.progress()); };
+  });
 
   std::filesystem::path scene;
   std::string which;

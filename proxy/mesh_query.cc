@@ -27,6 +27,7 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primi
 struct MeshQuery::Impl {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // coordinates below are relative to it: digits wherever the scene is
   std::vector<Triangle> triangles;
+  std::vector<std::int32_t> face;  // of each triangle
   Tree tree;
   Kernel::Point_3 Local(const Eigen::Vector3d& x) const {
     return {x.x() - centre.x(), x.y() - centre.y(), x.z() - centre.z()};
@@ -42,7 +43,9 @@ MeshQuery::MeshQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
     const Triangle t(impl_->Local(mesh.vertices[static_cast<std::size_t>(face[0])]),
                      impl_->Local(mesh.vertices[static_cast<std::size_t>(face[1])]),
                      impl_->Local(mesh.vertices[static_cast<std::size_t>(face[2])]));
-    if (!t.is_degenerate()) impl_->triangles.push_back(t);  // no ray meets a face without area
+    if (t.is_degenerate()) continue;  // no ray meets a face without area
+    impl_->triangles.push_back(t);
+    impl_->face.push_back(static_cast<std::int32_t>(&face - mesh.faces.data()));
   }
   impl_->tree.rebuild(impl_->triangles.cbegin(), impl_->triangles.cend());
   if (!impl_->triangles.empty()) {
@@ -69,7 +72,35 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   }
   const Triangle& triangle = *hit->second;
   const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0};
+  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0, impl_->face[static_cast<std::size_t>(hit->second - impl_->triangles.cbegin())]};
+}
+
+int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+  constexpr double kSame = 1e-9;  // of the distance
+  const double length = direction.norm();
+  if (impl_->triangles.empty() || !(length > 0)) return 0;
+  const Kernel::Point_3 o = impl_->Local(origin);
+  const Kernel::Vector_3 ray_direction(direction.x() / length, direction.y() / length, direction.z() / length);
+  std::vector<Tree::Intersection_and_primitive_id<Kernel::Ray_3>::Type> hits;
+  impl_->tree.all_intersections(Kernel::Ray_3(o, ray_direction), std::back_inserter(hits));
+  std::vector<double> distances;
+  for (const auto& hit : hits)
+    if (const auto* point = boost::get<Kernel::Point_3>(&hit.first)) distances.push_back((*point - o) * ray_direction);
+  std::sort(distances.begin(), distances.end());
+  int layers = 0;
+  double last = -1;
+  for (const double d : distances) {
+    if (d > last + kSame * (1 + d)) ++layers;
+    last = d;
+  }
+  return layers;
+}
+
+MeshQuery::Nearest MeshQuery::NearestTo(const Eigen::Vector3d& point) const {
+  const auto nearest = impl_->tree.closest_point_and_primitive(impl_->Local(point));
+  const Triangle& triangle = *nearest.second;
+  const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+  return {Eigen::Vector3d(nearest.first.x(), nearest.first.y(), nearest.first.z()) + impl_->centre, Eigen::Vector3d(normal.x(), normal.y(), normal.z()).stableNormalized()};
 }
 
 double MeshQuery::Distance(const Eigen::Vector3d& point) const {
@@ -82,7 +113,7 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   const MeshQuery query(mesh);
   MeshFit fit;
   const int rays_a_view = options.grid_x * options.grid_y;
-  std::vector<int> met(views.size()), front(views.size());
+  std::vector<int> met(views.size()), front(views.size()), layers(views.size()), layers_max(views.size());
   ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     CheckInterrupted();
     for (std::size_t v = begin; v < end; ++v) {
@@ -94,19 +125,27 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
         const auto hit = direction ? query.FirstHit(views[v].render.centre, *direction) : std::nullopt;
         met[v] += hit.has_value();
         front[v] += hit && hit->front;
+        if (!hit) continue;
+        const int n = std::max(1, query.Layers(views[v].render.centre, *direction));
+        layers[v] += n;
+        layers_max[v] = std::max(layers_max[v], n);
       }
     }
   });
-  long all_met = 0, all_front = 0;
+  long all_met = 0, all_front = 0, all_layers = 0;
   int least = rays_a_view;
   for (std::size_t v = 0; v < views.size(); ++v) {
     all_met += met[v];
     all_front += front[v];
+    all_layers += layers[v];
+    fit.layers_max = std::max(fit.layers_max, layers_max[v]);
     least = std::min(least, met[v]);
   }
   fit.coverage = views.empty() ? 0 : static_cast<double>(all_met) / (static_cast<double>(rays_a_view) * static_cast<double>(views.size()));
   fit.coverage_min = views.empty() ? 0 : static_cast<double>(least) / rays_a_view;
   fit.front_fraction = all_met > 0 ? static_cast<double>(all_front) / static_cast<double>(all_met) : 0;
+
+  fit.layers_mean = all_met > 0 ? static_cast<double>(all_layers) / static_cast<double>(all_met) : 0;
 
   std::vector<std::pair<std::int32_t, std::int32_t>> lines;  // point, view
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -137,6 +176,7 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   });
   fit.points = points.size();
   fit.distance_median = Quantile(distances, 0.5);
+  fit.distance_95 = Quantile(distances, 0.95);
   return fit;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -19,9 +20,19 @@ class MeshQuery {
   struct Hit {
     double distance = 0;   // along the ray, in units of its direction's length
     bool front = false;    // the face was met from its front
+    std::int32_t face = -1;
   };
   std::optional<Hit> FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  // How often the ray meets the mesh: faces at one distance, as at an edge that two share, count once.
+  int Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   double Distance(const Eigen::Vector3d& point) const;  // to the nearest point of the mesh; infinity for an empty one
+
+  struct Nearest {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of its face, unit
+  };
+  // The mesh must have a face with area.
+  Nearest NearestTo(const Eigen::Vector3d& point) const;
 
  private:
   struct Impl;
@@ -34,7 +45,10 @@ struct MeshFit {
   double front_fraction = 0;        // of those rays: faces met from the front
   double blocked_ray_fraction = 0;  // lines of sight that the mesh blocks before their point
   std::size_t lines_of_sight = 0;
-  double distance_median = 0;       // from the points to the mesh, over their depth in the view that sees them finest
+  double distance_median = 0;       // from the points to the mesh, over their depth in the view that sees them finest ...
+  double distance_95 = 0;           // ... and of 95 % of them
+  double layers_mean = 0;           // depth complexity: how often a ray that meets the mesh meets it
+  int layers_max = 0;
   std::size_t points = 0;
 };
 

@@ -36,6 +36,7 @@ void RequireProxyName(const std::string& name) {
   });
   if (!plain) throw UsageError("\"" + name + "\" is no name for a proxy", "use letters, digits, '-', '_' and '.'");
   if (name == "auto") throw UsageError("\"auto\" is no name for a proxy", "it names the choice among them");
+  if (name == "per-view") throw UsageError("\"per-view\" is no name for a proxy", "lumi-render makes that one anew for each view");
 }
 
 Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,

@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app();
   app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json");
   app.add_option("-o,--output", o.output, "Folder for pictures, or FILE.mp4 for a path");
-  app.add_option("--proxy", o.proxy, "Proxy by name; default: the scene's active one");
+  app.add_option("--proxy", o.proxy, "Proxy by name; per-view: the points triangulated in each view; default: the scene's active one");
   app.add_option("--path", o.path, "Camera path JSON; default: through the photos' own cameras");
   app.add_option("--view", o.view, "Render at this photo's own camera");
   app.add_flag("--leave-out", o.leave_out, "With --view: without that photo");

@@ -13,6 +13,7 @@
 #include "render/holdout.h"
 #include "render/output_name.h"
 #include "render/path/camera_path.h"
+#include "render/per_view.h"
 #include "render/settings_json.h"
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
@@ -88,7 +89,8 @@ class Job {
     scene_ = OpenScene(o_.scene, open, sink_);
     RequireMetric(scene_, "rendering");
     if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", o_.scene);
-    mesh_ = LoadProxy(scene_, o_.proxy);
+    if (o_.proxy == kPerViewProxy) per_view_.emplace(scene_);
+    else mesh_ = LoadProxy(scene_, o_.proxy);
     if (!o_.view.empty()) view_ = ViewCalled(o_.view);
     ApplyTime();
     photos_ = LoadPhotos(scene_, {}, sink_);
@@ -100,9 +102,14 @@ class Job {
     }
     std::vector<bool> use;
     const std::vector<RenderView> desired = DesiredViews(use);
+    if (per_view_) {
+      mesh_ = per_view_->For(desired.front());
+      UsePerView();
+    }
     choice_ = ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread);
     settings_ = choice_.settings;
     renderer_ = o_.backend == "gl" ? MakeGlRenderer(scene_, mesh_, photos_) : MakeCpuRenderer(scene_, mesh_, photos_);
+    if (per_view_) renderer_ = MakePerViewRenderer(*per_view_, std::move(renderer_));
   }
 
   std::string Run() {
@@ -171,6 +178,16 @@ class Job {
       }
   }
 
+  // What a photo sees of a surface made for another view is not known.
+  void UsePerView() {
+    if (decided_.count("visibility") > 0 && settings_.visibility) throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
+    settings_.visibility = false;
+    decided_.insert("visibility");
+  }
+
+  // A proxy to draw or measure beside the picture of a view.
+  Mesh MeshFor(const RenderView& view) const { return per_view_ ? per_view_->For(view) : mesh_; }
+
   // A time was asked for, or each frame has its own.
   void ApplyTime() {
     settings_.period_s = scene_.period_s.value_or(0);
@@ -224,7 +241,7 @@ class Job {
       optimum_ += statistics.optimum;
       return image;
     }
-    MeasureMap map = RenderMeasureMap(scene_, mesh_, request, *measure, o_.of.empty() ? -1 : ViewCalled(o_.of));
+    MeasureMap map = RenderMeasureMap(scene_, MeshFor(request.view), request, *measure, o_.of.empty() ? -1 : ViewCalled(o_.of));
     scale_ = {{"measure", o_.show}, {"low", map.low}, {"high", map.high}, {"unit", map.unit}};
     return std::move(map.image);
   }
@@ -335,7 +352,7 @@ class Job {
     }
     const std::filesystem::path stem = o_.output / OutputName(view.name);
     if (o_.show == "cameras")
-      WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide));
+      WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, MeshFor(request.view), request.view, kConfigurationSide));
     else if (o_.show == "difference")
       WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DifferenceImage(rendered, photo));
     else
@@ -419,7 +436,7 @@ class Job {
       request.settings = SettingsFor(request.view);
       request.show = ShowMode();
       const auto start = Clock::now();
-      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, mesh_, request.view, kConfigurationSide)) : Picture(request);
+      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, MeshFor(request.view), request.view, kConfigurationSide)) : Picture(request);
       times.push_back(Milliseconds(start));
       coverage += Coverage(image);
       ++rendered;
@@ -439,7 +456,7 @@ class Job {
     Json j = {{"settings", ToJson(settings_)}, {"own_times", own_times_}, {"backend", o_.backend},
               {"show", o_.show}, {"of", o_.of}, {"width", width}, {"height", height},
               {"scene", Fingerprint(scene_.folder / "sparse")}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
-    j["proxy"] = Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
+    j["proxy"] = per_view_ ? std::string(kPerViewProxy) : Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
     // The photos alone: an image folder may hold these frames, too.
     for (const View& v : scene_.views) j["photos"].push_back({v.name, Fingerprint(scene_.ImagePath(v))});
     j["fps"] = path.fps;
@@ -461,7 +478,8 @@ class Job {
   long samples_ = 0;                    // of all frames rendered: rays at which weights were computed ...
   OptimumCounts optimum_;               // ... and what the optimum says of them
   Scene scene_;
-  Mesh mesh_;
+  Mesh mesh_;                           // of the first frame, where each has its own
+  std::optional<PerViewProxy> per_view_;
   int view_ = -1;
   bool own_times_ = true;               // each frame is rendered at its view's time; else all at settings_.time_s
   std::vector<Photo> photos_;

@@ -43,6 +43,9 @@ class Renderer {
   virtual ~Renderer() = default;
   // RGBA, [0,1], premultiplied: a hole is (0,0,0,0). Not thread-safe: parallel inside.
   virtual ImageF Render(const RenderRequest& request) = 0;
+  // Another proxy from the next picture on, which must outlive its use. It hides nothing from any photo: maps of what each photo
+  // sees of it would take longer than a frame.
+  virtual void ReplaceProxy(const Mesh& proxy) = 0;
   virtual std::string Device() const = 0;   // "2 cores, AVX-512" or GL_RENDERER
   virtual RenderStatistics Statistics() const { return {}; }
 };

@@ -37,6 +37,50 @@ BoundaryFacet OtherSide(const Tetrahedra& tets, const std::vector<std::uint8_t>&
   }
 }
 
+// Where several fans of faces meet at a vertex each gets one of its own, at the same place: 2-manifold. Each edge must lie in two
+// faces, in opposite directions.
+void SeparateFans(Mesh& mesh) {
+  std::vector<std::size_t> root(3 * mesh.faces.size());  // of each face's corners: those of one fan are one set
+  for (std::size_t i = 0; i < root.size(); ++i) root[i] = i;
+  const auto find = [&](std::size_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  const auto unite = [&](std::size_t i, std::size_t j) {
+    i = find(i);
+    j = find(j);
+    root[std::max(i, j)] = std::min(i, j);
+  };
+  std::unordered_map<std::uint64_t, std::size_t> first;  // corner at the lesser vertex, corner at the greater one: of one face
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::size_t low = 3 * f + k, high = 3 * f + (k + 1) % 3;
+      const std::int32_t a = mesh.faces[f][k], b = mesh.faces[f][(k + 1) % 3];
+      if (a > b) std::swap(low, high);
+      const auto [it, added] = first.try_emplace(EdgeKey(a, b), low);
+      if (added) continue;
+      // Its face's other corner on the edge lies on the other side there, as the two run in opposite directions.
+      const std::size_t other = it->second / 3 * 3;
+      const std::int32_t greater = std::max(a, b);
+      std::size_t match = other;
+      while (mesh.faces[other / 3][match - other] != greater) ++match;
+      unite(low, it->second);
+      unite(high, match);
+    }
+  std::vector<std::size_t> owner(mesh.vertices.size(), root.size());  // the fan that keeps the vertex
+  std::unordered_map<std::size_t, std::int32_t> fresh;
+  for (std::size_t i = 0; i < root.size(); ++i) {
+    std::int32_t& v = mesh.faces[i / 3][i % 3];
+    const std::size_t fan = find(i);
+    std::size_t& keeps = owner[static_cast<std::size_t>(v)];
+    if (keeps == root.size()) keeps = fan;
+    if (keeps == fan) continue;
+    const auto [it, added] = fresh.try_emplace(fan, static_cast<std::int32_t>(mesh.vertices.size()));
+    if (added) mesh.vertices.push_back(Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(v)]));
+    v = it->second;
+  }
+}
+
 }  // namespace
 
 Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& free) {
@@ -118,6 +162,7 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
       }
     }
   }
+  SeparateFans(mesh);
   return mesh;
 }
 

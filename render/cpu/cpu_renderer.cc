@@ -25,7 +25,7 @@ double Milliseconds(Clock::time_point from, Clock::time_point to) { return std::
 class CpuRenderer : public Renderer {
  public:
   CpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos)
-      : sources_(MakeSources(scene)), mesh_(proxy), proxy_(proxy, scene.normalized_from_world), photos_(photos) {
+      : sources_(MakeSources(scene)), mesh_(&proxy), proxy_(std::in_place, proxy, scene.normalized_from_world), photos_(photos) {
     for (std::size_t j = 0; j < sources_.views.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
     occlusion_ = CanOcclude(proxy);
   }
@@ -48,6 +48,14 @@ class CpuRenderer : public Renderer {
     return image;
   }
 
+  void ReplaceProxy(const Mesh& proxy) override {
+    mesh_ = &proxy;
+    proxy_.emplace(proxy, sources_.normalized_from_world);
+    sparse_proxy_.reset();
+    visibility_ = {};
+    occlusion_ = false;
+  }
+
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
     return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
@@ -58,17 +66,17 @@ class CpuRenderer : public Renderer {
  private:
   void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
     const Clock::time_point start = Clock::now();
-    statistics_.optimum = RenderPixels(sources_, setup, proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
+    statistics_.optimum = RenderPixels(sources_, setup, *proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
                                        InterruptRequested, image);
     statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
 
   // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh all.
   void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
-    if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
+    if (!sparse_proxy_) sparse_proxy_.emplace(*mesh_, sources_.normalized_from_world);
     const std::vector<float> gains = RelativeGains(sources_, setup);
     const Clock::time_point start = Clock::now();
-    PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
+    PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
     const Clock::time_point planned = Clock::now();
     ParallelFor(static_cast<std::size_t>(candidates_.cell_columns) * static_cast<std::size_t>(candidates_.cell_rows), 1,
                 [&](std::size_t begin, std::size_t end) {
@@ -77,7 +85,7 @@ class CpuRenderer : public Renderer {
                   WeighScratch scratch;
                   for (std::size_t cell = begin; cell < end; ++cell) {
                     if (InterruptRequested()) return;
-                    PlanCellPixels(setup, proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan, scratch);
+                    PlanCellPixels(setup, *proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan, scratch);
                     if (request.show == Show::kFalseColor)
                       BlendConstants(plan, setup, colors_, image);
                     else
@@ -92,7 +100,7 @@ class CpuRenderer : public Renderer {
   }
 
   void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
-    if (!sparse_proxy_) sparse_proxy_.emplace(mesh_, sources_.normalized_from_world);
+    if (!sparse_proxy_) sparse_proxy_.emplace(*mesh_, sources_.normalized_from_world);
     std::optional<PhotoLevels> levels;
     BlendSources sources;
     sources.gains = RelativeGains(sources_, setup);
@@ -104,9 +112,9 @@ class CpuRenderer : public Renderer {
     Clock::time_point planned;
     const SparseGeometry* geometry = &plan_;
     if (request.settings.sampling == Sampling::kCandidates) {
-      PlanCandidates(setup, *sparse_proxy_, proxy_, visibility, ParallelFor, candidates_);
+      PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
       planned = Clock::now();
-      BlendCandidates(candidates_, setup, proxy_, visibility, sources, image);
+      BlendCandidates(candidates_, setup, *proxy_, visibility, sources, image);
       geometry = &candidates_.geometry;
       statistics_.samples = candidates_.samples;
     } else {
@@ -127,13 +135,13 @@ class CpuRenderer : public Renderer {
   }
 
   const VisibilityMaps& Visibility() {
-    if (visibility_.empty()) visibility_ = MakeVisibilityMaps(sources_, proxy_);
+    if (visibility_.empty()) visibility_ = MakeVisibilityMaps(sources_, *proxy_);
     return visibility_;
   }
 
   const Sources sources_;
-  const Mesh& mesh_;
-  const ProxyTracer proxy_;
+  const Mesh* mesh_;
+  std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
   bool occlusion_ = false;
   VisibilityMaps visibility_;  // made when first wanted

@@ -47,6 +47,11 @@ class GlRenderer final : public Renderer {
     return lumigraph_->ReadColor(*target_, size);
   }
 
+  void ReplaceProxy(const Mesh& proxy) override {
+    const EglContext::Current current(context_);
+    lumigraph_->SetProxy(proxy, std::make_shared<const VisibilityMaps>());
+  }
+
   std::string Device() const override { return device_; }
   RenderStatistics Statistics() const override { return statistics_; }
 

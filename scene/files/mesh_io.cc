@@ -394,12 +394,21 @@ std::string ToObj(const Mesh& mesh) {
 
 }  // namespace
 
-Mesh ReadMesh(const fs::path& path) {
+Mesh ReadMeshWithFlaws(const fs::path& path) {
   const std::string file = ReadText(path, kMaxMeshBytes);
   const bool ply = file.starts_with("ply\n") || file.starts_with("ply\r");
   if (!ply && LowerExtension(path) == ".ply") throw InputError(path, "is no PLY file");
   if (!ply && LowerExtension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
   Mesh mesh = ply ? ReadPly(path, file) : ReadObj(path, file);
+  // OBJ may name vertices that come later, or never.
+  Mesh finite = {std::vector<Eigen::Vector3d>(mesh.vertices.size(), Eigen::Vector3d::Zero()), std::move(mesh.faces), std::move(mesh.colors)};
+  if (const auto wrong = Validate(finite)) throw InputError(path, *wrong);
+  finite.vertices = std::move(mesh.vertices);
+  return finite;
+}
+
+Mesh ReadMesh(const fs::path& path) {
+  Mesh mesh = ReadMeshWithFlaws(path);
   if (const auto wrong = Validate(mesh)) throw InputError(path, *wrong);
   return mesh;
 }

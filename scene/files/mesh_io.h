@@ -10,6 +10,8 @@ namespace lumi {
 // Throws InputError: unreadable, counts beyond the file's size, NaN, indices out of range. Never allocates by a count
 // it has not checked.
 Mesh ReadMesh(const std::filesystem::path& path);
+// The same, with vertices that are not finite.
+Mesh ReadMeshWithFlaws(const std::filesystem::path& path);
 // PLY (binary little endian, double) or OBJ by extension; atomic.
 void WriteMesh(const std::filesystem::path& path, const Mesh& mesh);
 

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
@@ -116,47 +119,162 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   } catch (const UsageError& e) {
     EXPECT_THAT(e.hint(), HasSubstr("--output"));
   }
-  EXPECT_THROW(RunAuto({folder / "workspace"}, SilentProgress()), UsageError);
+  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .candidates = {}}, SilentProgress()), UsageError);
   const json made = Parse(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
   EXPECT_EQ(ReadMesh(folder / "mesh.ply").faces.size(), made["faces"].get<std::size_t>());
   EXPECT_EQ(files(), before);
   EXPECT_THROW(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.txt", false}, 4, SilentProgress()), UsageError);
 }
 
-TEST(ProxyCommands, ImportScalesAndJudgesAMesh) {
-  const TemporaryFolder folder;
-  WritePlateScene(folder / "scene");
-  Mesh wall;  // at half the scene's scale, its front towards the cameras
+ImportRequest Importing(const fs::path& file) {
+  ImportRequest request;
+  request.file = file;
+  return request;
+}
+
+struct Listener : ProgressSink {
+  std::string said;
+  void Report(const std::string&, long, long, double, double) override {}
+  void Finish(const std::string&, long, double) override {}
+  void Message(const std::string& line) override { said += line; }
+};
+
+// At half the scene's scale, its front towards the cameras.
+Mesh WallMesh() {
+  Mesh wall;
   wall.vertices = {{-5, -5, 2}, {5, -5, 2}, {5, 5, 2}, {-5, 5, 2}};
   wall.faces = {{0, 2, 1}, {0, 3, 2}};
+  return wall;
+}
+
+TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
+  const TemporaryFolder folder;
+  WritePlateScene(folder / "scene");
+  Mesh wall = WallMesh();
   WriteMesh(folder / "wall.ply", wall);
-  const json in = Parse(RunImport(folder / "wall.ply", 2, {folder / "scene", "wall", {}, false}, SilentProgress()));
+  ImportRequest request = Importing(folder / "wall.ply");
+  request.scale = 2;
+  const json in = Parse(RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress()));
   EXPECT_EQ(in["faces"], 2);
   EXPECT_EQ(in["coverage"], 1.0);
   EXPECT_EQ(in["front_fraction"], 1.0);
+  EXPECT_EQ(in["repaired"]["inside_out_parts"], 0);
   EXPECT_NEAR(ReadMesh(ProxyPath(folder / "scene", "wall")).vertices[0].z(), 4, 1e-12);
 
-  struct Listener : ProgressSink {
-    std::string said;
-    void Report(const std::string&, long, long, double, double) override {}
-    void Finish(const std::string&, long, double) override {}
-    void Message(const std::string& line) override { said += line; }
-  } listener;
+  // In millimetres, with its z axis along the scene's y: the same wall.
+  Mesh turned = wall;
+  for (Eigen::Vector3d& v : turned.vertices) v = 2000 * Eigen::Vector3d(v.x(), -v.z(), v.y());
+  WriteMesh(folder / "turned.obj", turned);
+  ImportRequest millimetres = Importing(folder / "turned.obj");
+  millimetres.unit = "mm";
+  millimetres.axes = "x,z,-y";
+  RunImport(millimetres, {folder / "scene", "turned", {}, false}, SilentProgress());
+  EXPECT_LT((ReadMesh(ProxyPath(folder / "scene", "turned")).vertices[0] - Eigen::Vector3d(-10, -10, 4)).norm(), 1e-9);
+
+  // Inside out: mended and said, or refused.
+  Listener listener;
   for (auto& f : wall.faces) std::swap(f[1], f[2]);
-  WriteMesh(folder / "turned.ply", wall);
-  RunImport(folder / "turned.ply", 2, {folder / "scene", "turned", {}, false}, listener);
-  EXPECT_THAT(listener.said, HasSubstr("inside out"));
+  WriteMesh(folder / "back.ply", wall);
+  request.file = folder / "back.ply";
+  const json back = Parse(RunImport(request, {folder / "scene", "back", {}, false}, listener));
+  EXPECT_THAT(listener.said, HasSubstr("1 part inside out"));
+  EXPECT_EQ(back["front_fraction"], 1.0);
+  request.repair = false;
+  EXPECT_THROW(RunImport(request, {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  request.repair = true;
+
   listener.said.clear();
   for (Eigen::Vector3d& v : wall.vertices) v.z() = -2;  // behind every camera
   WriteMesh(folder / "behind.ply", wall);
-  RunImport(folder / "behind.ply", 1, {folder / "scene", "behind", {}, false}, listener);
+  RunImport(Importing(folder / "behind.ply"), {folder / "scene", "behind", {}, false}, listener);
   EXPECT_THAT(listener.said, HasSubstr("no view sees"));
 
-  EXPECT_THROW(RunImport(folder / "wall.ply", -1, {folder / "scene", "x", {}, false}, SilentProgress()), UsageError);
-  EXPECT_THROW(RunImport(folder / "absent.ply", 1, {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  request.scale = -1;
+  EXPECT_THROW(RunImport(request, {folder / "scene", "x", {}, false}, SilentProgress()), UsageError);
+  EXPECT_THROW(RunImport(Importing(folder / "absent.ply"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
   WriteTextAtomically(folder / "points.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\n");
-  EXPECT_THROW(RunImport(folder / "points.obj", 1, {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  EXPECT_THROW(RunImport(Importing(folder / "points.obj"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  WriteTextAtomically(folder / "nan.obj", "v nan 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n");
+  EXPECT_THROW(RunImport(Importing(folder / "nan.obj"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "x")));
+}
+
+TEST(ProxyCommands, ImportTakesBinaryFilesOfBothByteOrdersAndNumbersThatAreNone) {
+  const TemporaryFolder folder;
+  WritePlateScene(folder / "scene");
+  const auto big = [](auto value) {
+    std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    std::reverse(bytes.begin(), bytes.end());
+    return bytes;
+  };
+  std::string ply = "ply\nformat binary_big_endian 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const float v : {-9.0F, -9.0F, 4.0F, 9.0F, -9.0F, 4.0F, 9.0F, 9.0F, 4.0F, -9.0F, 9.0F, 4.0F, std::nanf(""), 0.0F, 0.0F}) ply += big(v);
+  ply += '\4';
+  for (const std::int32_t v : {0, 3, 2, 1}) ply += big(v);
+  ply += '\3';
+  for (const std::int32_t v : {0, 1, 4}) ply += big(v);
+  WriteTextAtomically(folder / "big.ply", ply);
+  Listener listener;
+  const json in = Parse(RunImport(Importing(folder / "big.ply"), {folder / "scene", "big", {}, false}, listener));
+  EXPECT_EQ(in["faces"], 2);
+  EXPECT_EQ(in["coverage"], 1.0);
+  EXPECT_EQ(in["repaired"]["not_finite_vertices"], 1);
+  EXPECT_THAT(listener.said, HasSubstr("no number"));
+}
+
+TEST(ProxyCommands, ImportIsPlacedByPairsAndByIcp) {
+  const TemporaryFolder folder;
+  Scene room = BoxRoom(150, 31);
+  room.image_folder = folder / "scene" / "images";
+  UpdateFrameOfReference(room);
+  WriteScene(room, folder / "scene");
+  Mesh truth;  // the room's walls, fronts inwards
+  for (int i = 0; i < 8; ++i) truth.vertices.emplace_back(i & 1 ? 2 : -2, i & 2 ? 1.5 : -1.5, i & 4 ? 2 : -2);
+  truth.faces = {{0, 1, 2}, {1, 3, 2}, {4, 6, 5}, {5, 6, 7}, {0, 4, 1}, {1, 4, 5}, {2, 3, 6}, {3, 7, 6}, {0, 2, 4}, {2, 6, 4}, {1, 5, 3}, {3, 5, 7}};
+  const Similarity3 file_from_scene{0.2, Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized())), {0.1, 0.05, -0.1}};
+  Mesh moved = truth;
+  for (Eigen::Vector3d& v : moved.vertices) v = file_from_scene * v;
+  WriteMesh(folder / "moved.ply", moved);
+  const auto off = [&](const std::string& name) {
+    const Mesh mesh = ReadMesh(ProxyPath(folder / "scene", name));
+    double worst = 0;
+    for (std::size_t i = 0; i < truth.vertices.size(); ++i) worst = std::max(worst, (mesh.vertices.at(i) - truth.vertices[i]).norm());
+    return worst;
+  };
+  std::string pairs_text = "{\"pairs\": [";
+  for (const std::size_t i : {0U, 3U, 5U, 6U}) {
+    const Eigen::Vector3d &a = moved.vertices[i], &b = truth.vertices[i];
+    pairs_text += json{{"mesh", {a.x(), a.y(), a.z()}}, {"scene", {b.x(), b.y(), b.z()}}}.dump() + (i == 6 ? "]}" : ",");
+  }
+  WriteTextAtomically(folder / "pairs.json", pairs_text);
+  ImportRequest pairs = Importing(folder / "moved.ply");
+  pairs.correspond = folder / "pairs.json";
+  const json by_pairs = Parse(RunImport(pairs, {folder / "scene", "pairs", {}, false}, SilentProgress()));
+  EXPECT_NEAR(by_pairs["placement"]["scale"], 5, 1e-9);
+  EXPECT_EQ(by_pairs["front_fraction"], 1.0);  // a room's fronts look inwards, where the views are
+  EXPECT_EQ(by_pairs["repaired"]["inside_out_parts"], 0);
+  EXPECT_LT(off("pairs"), 1e-9);
+  pairs.scale = 2;
+  EXPECT_THROW(RunImport(pairs, {folder / "scene", "x", {}, false}, SilentProgress()), UsageError);
+
+  ImportRequest icp = Importing(folder / "moved.ply");
+  icp.icp = true;
+  icp.scale = 5.5;
+  const json by_icp = Parse(RunImport(icp, {folder / "scene", "icp", {}, false}, SilentProgress()));
+  EXPECT_NEAR(by_icp["placement"]["scale"], 5, 1e-3);
+  EXPECT_LT(by_icp["icp"]["rms_of_diagonal"], 1e-3);
+  EXPECT_LT(off("icp"), 0.01);
+  EXPECT_THAT(DescribeProxy(by_icp.dump()), HasSubstr("aligned"));
+
+  WriteMesh(folder / "wall.ply", WallMesh());
+  ImportRequest flat = Importing(folder / "wall.ply");
+  flat.icp = true;
+  try {
+    RunImport(flat, {folder / "scene", "x", {}, false}, SilentProgress());
+    FAIL();
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.hint(), HasSubstr("--correspond"));
+  }
 }
 
 TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
@@ -172,32 +290,78 @@ TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   EXPECT_EQ(mesh["coverage_min"], 1.0);
   EXPECT_LT(mesh["blocked_ray_fraction"], 0.02);
   EXPECT_LT(mesh["point_distance_median"], 1e-9);
+  EXPECT_EQ(mesh["manifold"], true);
+  EXPECT_EQ(mesh["degenerate_faces"], 0);
+  EXPECT_GE(mesh["layers_mean"], 1.0);
+  EXPECT_GE(mesh["layers_max"], 2);
   const json& plane = info["proxies"][1];
   EXPECT_EQ(plane["active"], true);
   EXPECT_EQ(plane["front_fraction"], 1.0);
   EXPECT_EQ(plane["closed"], false);
+  EXPECT_EQ(plane["layers_mean"], 1.0);
+  EXPECT_EQ(plane["layers_max"], 1);
   EXPECT_THAT(DescribeProxy(info.dump()), HasSubstr("mesh"));
+  EXPECT_THAT(DescribeProxy(RunInfo(folder / "scene", "mesh", SilentProgress())), HasSubstr("depth complexity"));
   EXPECT_THROW(RunInfo(folder / "scene", "none", SilentProgress()), UsageError);
 }
 
-TEST(ProxyProgram, AutoTakesTheMeshWhereThePlaneCannotShowThePlate) {
+const json* Row(const json& table, const std::string& name) {
+  for (const json& c : table["candidates"])
+    if (c["name"] == name) return &c;
+  return nullptr;
+}
+
+TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
   const std::vector<std::string> argv = {"lumi-proxy", "auto", (folder / "scene").string(), "--choose-width", "160", "--holdout", "4", "--json"};
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = Parse(first.out);
-  EXPECT_EQ(chosen["name"], "mesh");
-  EXPECT_EQ(chosen["closed"], true);
-  ASSERT_EQ(chosen["candidates"].size(), 2u);
-  for (const json& c : chosen["candidates"]) {
-    for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "faces", "seconds"}) EXPECT_TRUE(c[key].is_number()) << key;
-  }
-  EXPECT_GT(chosen["candidates"][1]["psnr_mean_db"].get<double>(), chosen["candidates"][0]["psnr_mean_db"].get<double>() + 1);
-  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "mesh");
+  ASSERT_EQ(chosen["candidates"].size(), 5u);
+  for (const char* name : {"plane", "planes", "mesh"})
+    for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"}) EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
+  EXPECT_TRUE(Row(chosen, "box")->contains("refused"));
+  EXPECT_THAT((*Row(chosen, "hull"))["refused"].get<std::string>(), HasSubstr("silhouettes"));
+  EXPECT_GT((*Row(chosen, "mesh"))["psnr_mean_db"].get<double>(), (*Row(chosen, "plane"))["psnr_mean_db"].get<double>() + 1);
+  double best = 0;
+  for (const json& c : chosen["candidates"])
+    if (!c.contains("refused")) best = std::max(best, c["psnr_mean_db"].get<double>());
+  EXPECT_EQ((*Row(chosen, chosen["name"]))["psnr_mean_db"].get<double>(), best);
+  EXPECT_NE(chosen["name"], "plane");
+  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, chosen["name"]);
   const ProgramResult second = RunProgram(argv);
   EXPECT_EQ(Parse(second.out)["reused"], true);
   EXPECT_EQ(Parse(second.out)["candidates"], chosen["candidates"]);
+  // A budget chooses among what was measured, without measuring again.
+  std::vector<std::string> hurried = argv;
+  hurried.insert(hurried.end(), {"--budget-ms", "0.000001"});
+  const json fastest = Parse(RunProgram(hurried).out);
+  EXPECT_EQ(fastest["reused"], true);
+  EXPECT_THAT(fastest["reason"].get<std::string>(), HasSubstr("fastest"));
+  for (const json& c : chosen["candidates"])
+    EXPECT_TRUE(c.contains("refused") || (*Row(chosen, fastest["name"]))["ms_per_frame"] <= c["ms_per_frame"]);
+}
+
+TEST(ProxyProgram, AutoTakesWhatIsThereAndKeepsToItsList) {
+  const TemporaryFolder folder;
+  WritePlateScene(folder / "scene");
+  const std::string path = (folder / "scene").string();
+  RunDelaunay({folder / "scene", "mesh", {}, false}, 40, SilentProgress());  // somebody's own options
+  const std::string bytes = ReadText(ProxyPath(folder / "scene", "mesh"));
+  WriteMesh(folder / "wall.ply", WallMesh());
+  ImportRequest request = Importing(folder / "wall.ply");
+  request.scale = 2;
+  RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress());
+  WriteTextAtomically(ProxyPath(folder / "scene", "plane"), "somebody's own, and no mesh");
+  const ProgramResult result = RunProgram({"lumi-proxy", "auto", path, "--choose-width", "160", "--holdout", "4", "--candidates", "mesh,wall,plane", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json chosen = Parse(result.out);
+  ASSERT_EQ(chosen["candidates"].size(), 3u);
+  EXPECT_TRUE((*Row(chosen, "wall"))["psnr_mean_db"].is_number());
+  EXPECT_TRUE(Row(chosen, "plane")->contains("refused"));
+  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "mesh")), bytes);
+  EXPECT_EQ(RunProgram({"lumi-proxy", "auto", path, "--candidates", "mesh,ball"}).exit_code, 2);
 }
 
 TEST(ProxyProgram, AutoTakesThePlaneWherePointsAreTooFew) {
@@ -209,7 +373,7 @@ TEST(ProxyProgram, AutoTakesThePlaneWherePointsAreTooFew) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json chosen = Parse(result.out);
   EXPECT_EQ(chosen["name"], "plane");
-  EXPECT_TRUE(chosen["candidates"][1].contains("refused"));
+  EXPECT_TRUE(Row(chosen, "mesh")->contains("refused"));
 }
 
 TEST(ProxyProgram, ExitCodesAreTheContracts) {
@@ -237,7 +401,7 @@ TEST(ProxyProgram, TheCubesOwnProxyCanBeImported) {
   if (!fs::exists(proxy)) GTEST_SKIP() << "no captures at " << proxy;
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
-  const json imported = Parse(RunImport(proxy, 1, {folder / "scene", "cube", {}, false}, SilentProgress()));
+  const json imported = Parse(RunImport(Importing(proxy), {folder / "scene", "cube", {}, false}, SilentProgress()));
   EXPECT_GT(imported["faces"], 1000);
 }
 

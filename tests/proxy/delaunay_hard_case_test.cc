@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/hull/soundness.h"
 #include "proxy/mesh_query.h"
 #include "scene/program/error.h"
 #include "tests/proxy/synthetic_scene.h"
@@ -14,6 +15,9 @@ void ExpectUsable(const Scene& scene, const DelaunayOptions& options = {}, const
   const Mesh mesh = BuildDelaunayProxy(scene, options, SilentProgress(), &summary);
   EXPECT_EQ(Validate(mesh), std::nullopt) << what;
   EXPECT_TRUE(IsClosed(mesh)) << what;
+  const Soundness sound = CheckSoundness(mesh);
+  EXPECT_TRUE(sound.manifold) << what;
+  EXPECT_EQ(sound.degenerate_faces, 0u) << what;
   const std::vector<ProxyView> views = MakeProxyViews(scene);
   const MeshFit fit = MeasureFit(mesh, views, SelectPoints(scene, views, options.points).points);
   EXPECT_EQ(fit.coverage, 1.0) << what;

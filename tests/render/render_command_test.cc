@@ -291,5 +291,73 @@ TEST(Budget, SamplesThatDecideNothingAreNotTried) {
     EXPECT_TRUE(!p.settings.Sparse() || HasSamples(p.settings)) << p.name;
 }
 
+// --- A proxy of each view's own
+
+// Points where rays of the photos meet the true surface, each with the photos that see it.
+std::vector<Point> SeenPoints(const test::Capture& capture) {
+  std::vector<Point> points;
+  for (std::size_t from = 0; from < capture.scene.views.size(); from += 3) {
+    const RenderView view = MakeRenderView(capture.scene, capture.scene.views[from]);
+    for (int y = 1; y < 48; y += 3)
+      for (int x = 1; x < 64; x += 3) {
+        const Eigen::Vector3d d = RayDirection(view.P, {x + 0.5, y + 0.5})->normalized();
+        const double t = test::HitDistance(capture.proxy, view.centre, d);
+        if (!std::isfinite(t)) continue;
+        Point p;
+        p.x_in_world = view.centre + t * d;
+        p.error_px = 0.1;
+        for (std::size_t v = 0; v < capture.scene.views.size(); ++v) {
+          const RenderView other = MakeRenderView(capture.scene, capture.scene.views[v]);
+          const Eigen::Vector3d to = p.x_in_world - other.centre;
+          const auto x_px = Project(other.P, p.x_in_world);
+          if (x_px && test::HitDistance(capture.proxy, other.centre, to.normalized()) > to.norm() - 1e-6)
+            p.track.push_back({ViewId{static_cast<std::int32_t>(v)}, *x_px});
+        }
+        points.push_back(p);
+      }
+  }
+  return points;
+}
+
+TEST_F(RenderCommand, PerViewTriangulatesThePointsInEachView) {
+  capture_ = test::MakeCapture(12, 64);
+  capture_.scene.points = SeenPoints(capture_);
+  WriteCapture();
+  RenderOptions o = Options("");
+  o.output.clear();
+  o.holdout = 4;
+  o.proxy = "truth";
+  const Json truth = Json::parse(RunRender(o, SilentProgress()));
+  o.proxy = "per-view";
+  const Json own = Json::parse(RunRender(o, SilentProgress()));
+  EXPECT_EQ(own["proxy"], "per-view");
+  EXPECT_GT(own["coverage"], 0.95);
+  EXPECT_GT(own["psnr_mean_db"].get<double>(), truth["psnr_mean_db"].get<double>() - 6);
+  EXPECT_GT(own["psnr_mean_db"].get<double>(), truth["nearest_photo_psnr_mean_db"].get<double>());
+  for (const Json& e : own["effects"]) EXPECT_FALSE(e["name"] == "visibility" && e["on"] == true);
+  // Each frame its own: two views in one run are as they are alone.
+  RenderOptions path = StandingStill("path");
+  path.proxy = "per-view";
+  EXPECT_EQ(Json::parse(RunRender(path, SilentProgress()))["frames"], 2);
+  EXPECT_EQ(Json::parse(RunRender(path, SilentProgress()))["frames_reused"], 2);
+  if (!HasGl(capture_)) GTEST_SKIP() << "no OpenGL 4.3 here";
+  o.backend = "gl";
+  const Json gl = Json::parse(RunRender(o, SilentProgress()));
+  EXPECT_NEAR(gl["psnr_mean_db"].get<double>(), own["psnr_mean_db"].get<double>(), 0.3);
+}
+
+TEST_F(RenderCommand, PerViewSaysWhatItCannotDo) {
+  WriteCapture(4);  // its points have no tracks
+  RenderOptions o = Options("out");
+  o.view = capture_.scene.views[0].name;
+  o.proxy = "per-view";
+  EXPECT_THROW(RunRender(o, SilentProgress()), DataError);
+  capture_.scene.points = SeenPoints(capture_);
+  WriteCapture();
+  o.settings.visibility = true;
+  o.decided = {"visibility"};
+  EXPECT_THROW(RunRender(o, SilentProgress()), UsageError);
+}
+
 }  // namespace
 }  // namespace lumi
