@@ -41,7 +41,8 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
     }
   if (options.phase && !given.at("time-s").empty()) throw lumi::UsageError("--phase and --time-s do not go together: both say when");
   // Who names a time wants it to count.
-  if ((!given.at("time-s").empty() || options.phase) && given.at("time").empty()) {
+  if ((!given.at("time-s").empty() || options.phase || (options.decided.count("time-s") > 0 && options.decided.count("time") == 0)) &&
+      given.at("time").empty()) {
     options.settings.time = true;
     options.decided.insert("time");
   }

@@ -463,7 +463,7 @@ class Job {
     for (const PathKey& key : path.keys) {
       const auto& q = key.cam_from_world.rotation.coeffs();
       const auto& t = key.cam_from_world.translation;
-      j["keys"].push_back({key.time_s, key.vertical_fov_rad, q[0], q[1], q[2], q[3], t[0], t[1], t[2]});
+      j["keys"].push_back({key.time_s, key.vertical_fov_rad, q[0], q[1], q[2], q[3], t[0], t[1], t[2], key.principal_point.x(), key.principal_point.y()});
     }
     return j.dump() + "\n";
   }

@@ -43,7 +43,7 @@ struct RenderOptions {
 // color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.
 const std::vector<std::string>& ShowNames();
 
-// Throws UsageError for what does not fit together. Returns the summary as JSON text (keys of DESIGN.md's `render`).
+// Throws UsageError for what does not fit together. Returns the summary as JSON text.
 std::string RunRender(const RenderOptions& options, ProgressSink& progress);
 
 // A few lines for people from that JSON.

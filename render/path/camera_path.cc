@@ -18,7 +18,11 @@ namespace {
 constexpr const char* kFormat = "lumigraph-path";
 constexpr int kVersion = 1;
 constexpr double kMinFov_rad = 1e-3, kMaxFov_rad = 3.1;
+constexpr double kMostOffCentre = 10;  // pictures
 
+Eigen::Vector2d PrincipalPoint(const Camera& camera) {
+  return camera.PrincipalPointPx().array() / Eigen::Array2d(camera.width_px, camera.height_px);
+}
 double VerticalFov(const Camera& camera) { return 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()); }
 
 // An order of the centres that makes a short walk: nearest neighbours from the end of the longest axis, then 2-opt.
@@ -95,11 +99,14 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
   if (scene.views.empty()) throw DataError("the scene has no photos, so there is no path through them");
   const std::size_t n = scene.views.size();
   std::vector<Eigen::Vector3d> centres;
-  std::vector<double> fovs;
+  std::vector<double> fovs, axes_x, axes_y;
   bool is_video = true;
   for (const View& v : scene.views) {
     centres.push_back(v.CentreInWorld());
     fovs.push_back(VerticalFov(scene.CameraOf(v)));
+    const Eigen::Vector2d axis = PrincipalPoint(scene.CameraOf(v));
+    axes_x.push_back(axis.x());
+    axes_y.push_back(axis.y());
     is_video = is_video && v.frame_index.has_value();
   }
   std::vector<std::size_t> order(n);
@@ -134,6 +141,7 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
     smooth.push_back(c / total);
     key.cam_from_world.translation = -(key.cam_from_world.rotation * smooth.back());
     key.vertical_fov_rad = Median(fovs);
+    key.principal_point = {Median(axes_x), Median(axes_y)};
     path.keys.push_back(key);
   }
   // Time in proportion to the way: distance in units of the scene's size, plus half the turn.
@@ -168,11 +176,13 @@ PathKey PoseOnPath(const CameraPath& path, double time_s) {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   std::vector<std::pair<double, Eigen::Quaterniond>> turns;
   pose.vertical_fov_rad = 0;
+  pose.principal_point.setZero();
   for (std::size_t d = 0; d < 4; ++d) {
     if (w[d] == 0) continue;
     const PathKey& key = path.keys[i + d - 1];
     centre += w[d] * key.cam_from_world.OriginInSource();
     pose.vertical_fov_rad += w[d] * key.vertical_fov_rad;
+    pose.principal_point += w[d] * key.principal_point;
     turns.emplace_back(w[d], key.cam_from_world.rotation);
   }
   // A cubic may pass its keys: the field of view stays one.
@@ -184,7 +194,8 @@ PathKey PoseOnPath(const CameraPath& path, double time_s) {
 
 RenderView MakeRenderView(const PathKey& key, int width_px, int height_px) {
   const double focal = 0.5 * height_px / std::tan(0.5 * key.vertical_fov_rad);
-  RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, 0.5 * width_px, 0.5 * height_px), key.cam_from_world);
+  RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, key.principal_point.x() * width_px, key.principal_point.y() * height_px),
+                                key.cam_from_world);
   v.time_s = key.time_s;
   return v;
 }
@@ -219,6 +230,10 @@ static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& 
     key.cam_from_world.translation = -(key.cam_from_world.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
     key.vertical_fov_rad = k.at("vertical_fov_deg").get<double>() * kRadPerDeg;
     key.time_s = k.at("time_s").get<double>();
+    if (k.contains("principal_point")) {
+      const auto p = k["principal_point"].get<std::array<double, 2>>();
+      key.principal_point = {p[0], p[1]};
+    }
     path.keys.push_back(key);
   }
   return path;
@@ -243,9 +258,9 @@ CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) 
   for (std::size_t i = 0; i < path.keys.size(); ++i) {
     const PathKey& key = path.keys[i];
     if (!key.cam_from_world.translation.allFinite() || !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < kMaxFov_rad) ||
-        !std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
+        !(key.principal_point.array().abs() <= kMostOffCentre).all() || !std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
       throw InputError(file,
-                       "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, all numbers be finite");
+                       "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, principal points within 10 pictures, all numbers be finite");
   }
   if (!(path.fps > 0 && path.fps <= 1000)) throw InputError(file, "fps must lie in (0, 1000]");
   if (path.width_px < 0 || path.height_px < 0 || path.width_px > 32768 || path.height_px > 32768)
@@ -269,6 +284,7 @@ void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path) 
                          {"position", {c.x(), c.y(), c.z()}},
                          {"cam_from_world_xyzw", {q.x(), q.y(), q.z(), q.w()}},
                          {"vertical_fov_deg", key.vertical_fov_rad * kDegPerRad}});
+    if (key.principal_point != Eigen::Vector2d(0.5, 0.5)) j["keys"].back()["principal_point"] = {key.principal_point.x(), key.principal_point.y()};
   }
   WriteTextAtomically(file, j.dump(2) + "\n");
 }

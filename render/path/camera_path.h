@@ -1,4 +1,5 @@
-// A path of virtual cameras: JSON of our own or nerfstudio's (docs/viewer.md), or through the photos' own cameras.
+// A path of virtual cameras: JSON of our own or nerfstudio's (docs/viewer.md; it knows no principal point), or through the photos' own
+// cameras.
 #pragma once
 
 #include <filesystem>
@@ -12,6 +13,8 @@ struct PathKey {
   Rigid3 cam_from_world;
   double vertical_fov_rad = 0;
   double time_s = 0;           // on the path's own clock
+  // Of the picture's width and height. A camera whose axis does not pass through the picture's middle is not turned to make it so.
+  Eigen::Vector2d principal_point{0.5, 0.5};
 };
 
 struct CameraPath {
@@ -42,7 +45,7 @@ PathKey PoseOnPath(const CameraPath& path, double time_s);
 RenderView MakeRenderView(const PathKey& key, int width_px, int height_px);
 
 // The frames: centres by Catmull-Rom (centripetal: no loops at uneven keys), rotations by spherical interpolation of the
-// same blend, field of view likewise.
+// same blend, field of view and principal point likewise.
 std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int height_px);
 
 }  // namespace lumi

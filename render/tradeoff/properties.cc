@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <random>
 
 #include "render/convert.h"
@@ -89,7 +90,7 @@ class Properties {
         "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
     add("real-time performance", "milliseconds a frame", RealTime());
     add("use of correspondence", "held-out PSNR with the proxy, with a plane, with a plane at infinity", Correspondence());
-    add("angle-based view dependence", "rank correlation of weight and angle (-1: monotone)", ViewDependence());
+    add("angle-based view dependence", "error of a colour that is the direction itself, median over rays; rank correlation of weight and angle, effects on", ViewDependence());
     add("epipole consistency", "smallest weight of a photo at its own camera", own);
     add("radiance consistency", "largest difference of a weight for one ray from two viewpoints", RadianceConsistency());
     add("continuity", "largest change of a weight a step", Continuity());
@@ -300,30 +301,44 @@ class Properties {
             {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
   }
 
+  // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What is blended is
+  // held to the ray's own direction, beside the photo nearest in angle alone, and the mean of all that see the point, a texture's.
   Json ViewDependence() {
-    RadianceSettings pure = settings_;
-    pure.k = 0;
-    pure.field_of_view = pure.visibility = pure.time = false;
-    pure.resolution = Resolution::kOff;
-    RadianceSettings used = settings_;
-    used.k = 0;
-    double worst = -1, mean_used = 0;
-    const std::vector<Ray> rays = RandomRays(kRays);
-    for (const Ray& ray : rays) {
+    RadianceSettings everyone = settings_;
+    everyone.k = 0;
+    std::vector<double> blended, nearest, textured;
+    std::vector<double> correlations;
+    for (const Ray& ray : RandomRays(kRays)) {
       const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
       const Eigen::Vector3d back = (ray.eye - ray.p).normalized();
+      const std::vector<double> weights = WeightsAt(ray.eye, ray.p, settings_, facing), all = WeightsAt(ray.eye, ray.p, everyone, facing);
       std::vector<double> angles;
-      for (const RenderView& v : sources_.views) {
-        const Eigen::Vector3d u = (v.centre - ray.p).normalized();
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero(), of_all = Eigen::Vector3d::Zero();
+      double sum = 0, seeing = 0, least = std::numeric_limits<double>::infinity();
+      for (std::size_t j = 0; j < sources_.views.size(); ++j) {
+        const Eigen::Vector3d u = (sources_.views[j].centre - ray.p).normalized();
         angles.push_back(2 * std::atan2((u - back).norm(), (u + back).norm()));
+        mean += weights[j] * u;
+        sum += weights[j];
+        if (!(all[j] > 0)) continue;
+        of_all += u;
+        ++seeing;
+        least = std::min(least, angles.back());
       }
-      const auto correlation = [&](const RadianceSettings& s) { return RankCorrelation(WeightsAt(ray.eye, ray.p, s, facing), angles); };
-      worst = std::max(worst, correlation(pure));
-      mean_used += correlation(used) / static_cast<double>(rays.size());
+      if (!(sum > 0) || !(seeing > 0)) continue;
+      blended.push_back((mean / sum - back).norm());
+      textured.push_back((of_all / seeing - back).norm());
+      nearest.push_back(2 * std::sin(0.5 * least));
+      if (const auto c = RankCorrelation(all, angles)) correlations.push_back(*c);
     }
-    return {{"rank_correlation_worst", worst}, {"rank_correlation_with_effects_mean", mean_used}};
+    if (blended.empty()) return {{"rays", 0}};
+    return {{"rays", blended.size()},
+            {"direction_error", Median(blended)},
+            {"nearest_photo_direction_error", Median(nearest)},
+            {"all_photos_direction_error", Median(textured)},
+            {"rank_correlation_median", correlations.empty() ? Json(nullptr) : Json(Median(correlations))}};
   }
-  static double RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
+  static std::optional<double> RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
     // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be
     // ranked.
     std::vector<double> w, a;
@@ -332,7 +347,8 @@ class Properties {
         w.push_back(weights[i]);
         a.push_back(angles[i]);
       }
-    return w.size() < 3 ? -1 : Pearson(Ranks(w), Ranks(a));
+    if (w.size() < 3) return std::nullopt;
+    return Pearson(Ranks(w), Ranks(a));
   }
 
   // At each source camera its own photo is white and all others are black: the picture is the own photo's weight, whatever way
@@ -344,7 +360,8 @@ class Properties {
     RadianceSettings pixel = settings_;
     pixel.resolution = Resolution::kOff;
     pixel.time = false;
-    // The optimum gives a photo back where it sees the place wholly: within its border, and clear of its silhouettes' feather.
+    // The optimum gives a photo back where it sees the place wholly: within its border; without visibility, and with it, where it is told
+    // so by a depth map that is feathered beside its silhouettes.
     RadianceSettings clear = pixel;
     clear.visibility = false;
     struct Case {
@@ -360,7 +377,9 @@ class Properties {
                     {"interpolated_25", WithMethod(pixel, Method::kInterpolated), false},
                     {"candidates_25", WithMethod(pixel, Method::kCandidates), false},
                     {"optimum_25", WithMethod(clear, Method::kOptimumGrid), true},
-                    {"optimum_pixel", WithMethod(clear, Method::kOptimumPixel), true, kOptimumCameras}};
+                    {"optimum_pixel", WithMethod(clear, Method::kOptimumPixel), true, kOptimumCameras},
+                    {"optimum_25_visibility", WithMethod(pixel, Method::kOptimumGrid), true},
+                    {"optimum_pixel_visibility", WithMethod(pixel, Method::kOptimumPixel), true, kOptimumCameras}};
     int used = 0;
     for (std::size_t j = 0; j < photos.size(); ++j) {
       photos[j].levels[0] = Image8(1, 1, 3, 255);

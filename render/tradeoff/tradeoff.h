@@ -9,7 +9,7 @@
 namespace lumi {
 
 // Writes OUT/tradeoff.csv, .json, .svg and figure-5-4.svg, and SCENE/fronts where the scene is ours. All at the end: an
-// interrupted run leaves nothing. Returns the JSON (keys of DESIGN.md's `tradeoff`).
+// interrupted run leaves nothing. Returns the JSON text of tradeoff.json.
 std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeTradeoff(const std::string& json);
 

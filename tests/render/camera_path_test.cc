@@ -34,6 +34,27 @@ TEST(CameraPath, ComesBackFromItsFile) {
   }
 }
 
+// Cropped photos, and those of a lens that is shifted: where the axis meets the picture is part of what a view is.
+TEST(CameraPath, KeepsThePrincipalPoint) {
+  test::Capture c = test::MakeCapture(6, 16);
+  const Camera shifted = Camera::Pinhole(160, 120, 150, 150, 64, 72);
+  c.scene.cameras[0] = shifted;
+  const CameraPath path = PathThroughPhotos(c.scene, 4, 25);
+  TemporaryFile file;
+  WriteCameraPath(file.path, path);
+  const CameraPath back = ReadCameraPath(file.path);
+  for (const PathKey& key : back.keys) EXPECT_LT((key.principal_point - Eigen::Vector2d(0.4, 0.6)).norm(), 1e-12);
+  // Between keys, too, and at another size.
+  const RenderView at = MakeRenderView(PoseOnPath(back, 1.3), 320, 240);
+  const Eigen::Vector3d ahead = PoseOnPath(back, 1.3).cam_from_world.Inverse() * Eigen::Vector3d(0, 0, 2);
+  EXPECT_LT(((at.P * ahead.homogeneous()).hnormalized() - Eigen::Vector2d(128, 144)).norm(), 1e-9);
+  // A photo alone is its own path.
+  c.scene.views.resize(1);
+  const RenderView photo = MakeRenderView(c.scene, c.scene.views[0]);
+  const RenderView one = SamplePath(PathThroughPhotos(c.scene, 4, 25), 160, 120).front();
+  EXPECT_LT((photo.P / photo.P.row(2).norm() - one.P / one.P.row(2).norm()).norm(), 1e-9);
+}
+
 TEST(CameraPath, GoesThroughItsKeysWithoutJumps) {
   CameraPath path;
   path.fps = 50;

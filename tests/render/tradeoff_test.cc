@@ -545,7 +545,9 @@ TEST(Properties, EachHasItsFigure) {
   EXPECT_LT(figure("natural navigation", "weight_change_max"), 1e-5);
   EXPECT_LT(figure("natural navigation", "turned_difference_max"), 0.05);
   EXPECT_GT(figure("use of correspondence", "proxy_psnr_db"), figure("use of correspondence", "infinity_psnr_db") + 3);
-  EXPECT_LT(figure("angle-based view dependence", "rank_correlation_worst"), -0.999);
+  const double direction = figure("angle-based view dependence", "direction_error");
+  EXPECT_LT(direction, figure("angle-based view dependence", "nearest_photo_direction_error"));
+  EXPECT_LT(direction, 0.5 * figure("angle-based view dependence", "all_photos_direction_error"));
   for (const char* key :
        {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min"})
     EXPECT_GE(figure("epipole consistency", key), 0.99) << key;
