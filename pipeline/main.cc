@@ -54,6 +54,9 @@ int main(int argc, char** argv) {
   pass_option("--grid-positions", "CSV of --rig grid");
   pass_option("--offsets-frames", "When each of several videos starts, in frames");
   pass_option("--frame-step", "Every so many frames of several videos become views");
+  app.add_flag("--periodic", options.periodic, "INPUT is a video of a scene that repeats itself: its period is found, every frame gets a place in space and time")->group("Time");
+  app.add_option("--fixed-video", options.fixed_video, "With --periodic: the same scene from a tripod, to find the period in")->group("Time");
+  app.add_option("--period-frames", options.period_frames, "With --periodic: the period, in frames, where it is known")->group("Time");
   app.add_flag("--rescale-cameras", options.rescale_cameras, "Scale given cameras to photos of another size instead of refusing")->group("Cameras");
   app.add_flag_callback("--all-frames", [&] { options.reconstruct_arguments.emplace_back("--all-frames"); },
                         "A camera for every frame of a video (as lumi-reconstruct)")

@@ -13,6 +13,9 @@ struct PipelineOptions {
   std::filesystem::path calibration;  // photos or a video of a checkerboard, or a camera.yaml; empty: none
   std::string board, square_mm;       // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
+  bool periodic = false;          // a video of a scene that repeats itself: lumi-timeperiodic places it in space and time
+  std::filesystem::path fixed_video;  // of the same scene from a tripod, for the period; empty: the video itself
+  std::string period_frames;      // a period that is known; empty: found
   bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
   std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, planes, box, delaunay, hull
   // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder of

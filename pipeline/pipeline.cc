@@ -128,6 +128,9 @@ class Run {
                                    options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration", options_.input.string()),
                        "give its folder of photos to find the cameras anew");
     std::error_code error;
+    if (options_.periodic && (kind != InputKind::kCapture || fs::is_directory(options_.input, error)))
+      throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()), "give the video file");
+    if (!options_.fixed_video.empty() && !fs::exists(options_.fixed_video, error)) throw InputError(options_.fixed_video, "no such file", "what --fixed-video names");
     if (!options_.calibration.empty() && !fs::exists(options_.calibration, error)) throw InputError(options_.calibration, "no such file or folder", "what --calibration names");
   }
 
@@ -155,6 +158,13 @@ class Run {
   void MakeCameras(InputKind kind) {
     if (kind != InputKind::kCapture) {
       Add(ImportScene({options_.input, summary_.scene, options_.rescale_cameras}, progress_));
+      return;
+    }
+    if (options_.periodic) {
+      std::vector<std::string> arguments{"calibrate", options_.input.string(), "-o", summary_.scene.string()};
+      if (!options_.fixed_video.empty()) arguments.insert(arguments.end(), {"--fixed-video", options_.fixed_video.string()});
+      if (!options_.period_frames.empty()) arguments.insert(arguments.end(), {"--period-frames", options_.period_frames});
+      Start("timeperiodic", "lumi-timeperiodic", std::move(arguments));
       return;
     }
     std::vector<std::string> arguments{options_.input.string(), "-o", summary_.scene.string()};
@@ -248,7 +258,7 @@ class Run {
   }
 
   void Evaluate(bool in_place) {
-    if (!in_place && NumberOf(StageNamed({"reconstruct", "import"}), "images_registered") < kFewestPhotosForHoldout) {
+    if (!in_place && NumberOf(StageNamed({"reconstruct", "import", "timeperiodic"}), "images_registered") < kFewestPhotosForHoldout) {
       progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
       --count_;
       return;
@@ -267,7 +277,7 @@ class Run {
     double seconds = 0;
     for (std::size_t i = 0; i < summary_.stages.size(); ++i) {
       const std::string& name = summary_.stages[i].name;
-      if (name == "reconstruct" || name == "import" || name == "silhouettes" || name == "proxy" || name == "simplify") seconds += summary_.computed_seconds[i];
+      if (name == "reconstruct" || name == "timeperiodic" || name == "import" || name == "silhouettes" || name == "proxy" || name == "simplify") seconds += summary_.computed_seconds[i];
     }
     return std::max(0.0, seconds - summary_.colmap_seconds);
   }
@@ -332,6 +342,10 @@ std::string Validate(const PipelineOptions& options) {
   if (!boards && (!options.board.empty() || !options.square_mm.empty())) return "--board and --square-mm go with --calibration BOARDS";
   if (!options.silhouette_rule.empty() + !options.silhouettes.empty() + !options.silhouette_background.empty() > 1)
     return "give one of --silhouette-rule, --silhouettes and --silhouette-background";
+  if (!options.periodic && (!options.fixed_video.empty() || !options.period_frames.empty())) return "--fixed-video and --period-frames go with --periodic";
+  if (!options.fixed_video.empty() && !options.period_frames.empty()) return "give one of --fixed-video and --period-frames";
+  if (options.periodic && (!options.calibration.empty() || !options.reconstruct_arguments.empty()))
+    return "--periodic finds the cameras through lumi-timeperiodic: options of lumi-reconstruct and --calibration do not go with it";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
@@ -378,6 +392,8 @@ std::string ForPeople(const PipelineSummary& summary) {
     if (s.name == "calibrate")
       text += fmt::format("             focal length {:.2f} +- {:.2f} px, {:.0f} views, cross-validated error {:.3f} px\n", NumberOf(s, "fx"), NumberOf(s, "sigma_fx"),
                           NumberOf(s, "views_used"), NumberOf(s, "cross_validated_rms_px"));
+    if (s.name == "timeperiodic")
+      text += fmt::format("             period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", NumberOf(s, "period_frames"), NumberOf(s, "period_sigma_frames"), NumberOf(s, "samples_per_window"));
     if (s.name == "simplify") text += fmt::format("             {:.0f} faces\n", NumberOf(s, "faces"));
     if (s.name == "holdout" && NumberOf(s, "psnr_object_mean_db") > 0)
       text += fmt::format("             over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", NumberOf(s, "psnr_object_mean_db"),

@@ -81,7 +81,7 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   wanted.options = {{"views", std::to_string(options.views)},
                     {"width", std::to_string(options.width_px)},
                     {"seed", std::to_string(options.seed)}};
-  if (scene.fixed_video) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
+  if (scene.fixed_video || !scene.videos.empty()) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
   if (!options.at_file.empty()) wanted.inputs[options.at_file.string()] = Fingerprint(options.at_file);
   wanted.inputs[source.name.string()] = TextFingerprint(source.text);
   for (const fs::path& file : scene.files) wanted.inputs[file.string()] = Fingerprint(file);
@@ -182,22 +182,22 @@ void WriteVideo(const std::vector<PlannedView>& views, double fps, const fs::pat
   video.Finish();
 }
 
-// The same scene by a camera that stands still.
-void WriteFixedVideo(const SceneDescription& description, int frames, const Tracer& tracer, const Shader& shader,
-                     const SimulateOptions& options, const fs::path& folder, ProgressSink& sink, TraceCounters& counters) {
+// The same scene by a camera that stands still; `number` tells its noise from other cameras'.
+void WriteFixedVideo(const SceneDescription& description, const FixedVideoDescription& fixed, int frames, int number, const Tracer& tracer, const Shader& shader,
+                     const SimulateOptions& options, const fs::path& file, ProgressSink& sink, TraceCounters& counters) {
   constexpr int kBatch = 32;               // traced side by side before they are encoded in turn
-  constexpr int kFirstIndex = 0x40000000;  // noise of its own
+  const int first_index = 0x40000000 + 1000000 * number;
   SceneDescription scene = description;
   PathDescription path;
   path.kind = PathKind::kGiven;
   path.fps = description.paths[0].fps;
   path.views = frames;
   path.cam_from_world.assign(static_cast<std::size_t>(frames),
-                             LookAt(description.fixed_video->eye, description.fixed_video->target, Eigen::Vector3d::UnitZ()));
+                             LookAt(fixed.eye, fixed.target, Eigen::Vector3d::UnitZ()));
   scene.paths = {path};
   const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed);
-  Progress progress(sink, "Rendering fixed.mp4", frames);
-  VideoWriter video(folder / "fixed.mp4", path.fps);
+  Progress progress(sink, "Rendering " + file.filename().string(), frames);
+  VideoWriter video(file, path.fps);
   std::mutex mutex;
   for (int first = 0; first < frames; first += kBatch) {
     std::vector<Image8> photos(static_cast<std::size_t>(std::min(kBatch, frames - first)));
@@ -205,8 +205,8 @@ void WriteFixedVideo(const SceneDescription& description, int frames, const Trac
       for (std::size_t i = begin; i < end; ++i) {
         PlannedView view;
         view.frame = first + static_cast<int>(i);
-        view.frame_index = kFirstIndex + first + static_cast<int>(i);
-        view.time_s = view.frame / path.fps;
+        view.frame_index = first_index + first + static_cast<int>(i);
+        view.time_s = (fixed.start_frame + view.frame) / path.fps;
         TraceCounters count;
         photos[i] = renderer.Render(view, count).photo;
         const std::lock_guard lock(mutex);
@@ -275,6 +275,7 @@ SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   scene.effects.skew_px.reset();
   scene.jpeg = false;
   scene.fixed_video.reset();
+  scene.videos.clear();
   return scene;
 }
 
@@ -332,7 +333,12 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     if (scene.period_s && options.at_file.empty()) {
       WriteVideo(views, scene.paths[0].fps, folder, progress);
       const int fixed = options.fixed_frames >= 0 || !scene.fixed_video ? options.fixed_frames : scene.fixed_video->frames;
-      if (scene.fixed_video && fixed > 0) WriteFixedVideo(scene, fixed, tracer, shader, options, folder, progress, summary.counters);
+      if (scene.fixed_video && fixed > 0) WriteFixedVideo(scene, *scene.fixed_video, fixed, 0, tracer, shader, options, folder / "fixed.mp4", progress, summary.counters);
+    }
+    for (std::size_t i = 0; i < scene.videos.size() && options.at_file.empty(); ++i) {
+      const int frames = options.fixed_frames >= 0 ? options.fixed_frames : scene.videos[i].frames;
+      if (frames > 0)
+        WriteFixedVideo(scene, scene.videos[i], frames, static_cast<int>(i), tracer, shader, options, folder / "videos" / fmt::format("camera_{:02d}.mp4", i), progress, summary.counters);
     }
     truth.points = SampleSurfacePoints(scene, tracer, shader, renderer, views, PointCount(views.size()), options.seed,
                                        progress, summary.counters.rays);
@@ -357,9 +363,9 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
     // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
     fs::remove(options.output / "provenance" / "simulate.json");
-    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "video.mp4", "fixed.mp4"}) {
+    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "video.mp4", "fixed.mp4", "videos"}) {
       staging.MoveIntoPlace(name);
-      const bool is_video = name.extension() == ".mp4";
+      const bool is_video = name.extension() == ".mp4" || name == "videos";
       if (is_video && !fs::exists(options.output / name)) continue;
       if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(options.output / name);
     }

@@ -213,6 +213,7 @@ FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseCon
   fixed.target = reader.RequireVector3("target");
   if (!((fixed.target - fixed.eye).norm() > 0)) reader.Fail("target", "must differ from the eye");
   fixed.frames = reader.Integer("frames", 300, 1, 1000000);
+  fixed.start_frame = reader.Integer("start_frame", 0, 0, 1000000);
   reader.Done();
   return fixed;
 }

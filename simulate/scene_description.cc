@@ -77,6 +77,7 @@ SceneDescription ParseScene(const std::string& json_text, const std::filesystem:
   if (root.Has("effects")) scene.effects = ParseEffects(root.Require("effects"), context, "effects");
   if (root.Has("period_s")) scene.period_s = root.RequireNumber("period_s", JsonReader::Range::kPositive);
   if (root.Has("fixed_video")) scene.fixed_video = ParseFixedVideo(root.Require("fixed_video"), context, "fixed_video");
+  for (const auto& [node, place] : root.Array("videos")) scene.videos.push_back(ParseFixedVideo(*node, context, place));
   root.Done();
   return scene;
 }

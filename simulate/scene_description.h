@@ -126,10 +126,11 @@ struct BackgroundDescription {
   TextureDescription texture;  // over unit directions; its size is in radians
 };
 
-// A camera on a tripod that films the same scene: fixed.mp4 of a capture.
+// A camera on a tripod that films the same scene: fixed.mp4 of a capture, or one of several in videos/.
 struct FixedVideoDescription {
   Eigen::Vector3d eye = Eigen::Vector3d::Zero(), target = Eigen::Vector3d::UnitY();
   int frames = 0;
+  int start_frame = 0;  // of the scene's clock, at which its own begins
 };
 
 // Every effect is off unless the scene asks for it.
@@ -150,6 +151,7 @@ struct SceneDescription {
   // Repeats itself after this; such a capture is a video: some views of it are its first frames.
   std::optional<double> period_s;
   std::optional<FixedVideoDescription> fixed_video;
+  std::vector<FixedVideoDescription> videos;  // several cameras at once: videos/camera_00.mp4 ...
   std::vector<MaterialDescription> materials;
   std::vector<ObjectDescription> objects;
   std::vector<LightDescription> lights;
