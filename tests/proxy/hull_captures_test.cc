@@ -61,9 +61,11 @@ std::vector<SilhouetteView> DinoRings(int every, bool good_ones) {
   std::ifstream list(kCaptures / "dino-rings" / "upstream_dino_good_silhouette_images.txt");
   for (std::string name; list >> name;) good.insert(name);
   std::ifstream file(kCaptures / "dino-rings" / "dino_par.txt");
-  const ColourRule rule("max(R, max(G, B)) > 40");  // some of it lies in deep shadow
+  // The authors' recipe: threshold 0.19, widened by 10 pixels, narrowed by 7.
+  const ColourRule rule("max(R, max(G, B)) > 48");
   CleanOptions clean;
-  clean.close_px = 8.5;
+  clean.close_px = 10;
+  clean.grow_px = 3;
   clean.min_radius_px = 6;
   clean.min_hole_px = 100000;  // it has none: shadows
   std::string line;
@@ -101,9 +103,14 @@ Made Hull(const char* what, const std::vector<SilhouetteView>& views, HullOption
   made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const HullSummary& s = made.summary;
   std::printf("%s: %zu views, %zu used, dilation %.2f px, cell %.2f px, %zu faces, coverage min %.4f, deepest %.2f px, IoU median %.4f min %.4f, "
-              "%.1f s (agreement %.1f, contour %.1f, measure %.1f)\n",
+              "%.1f s (agreement %.1f, mending %.1f, contour %.1f, measure %.1f)\n",
               what, views.size(), s.used.size(), s.dilation_px, s.cell_px, made.mesh.faces.size(), s.fit.coverage_min, s.fit.deepest_uncovered_px,
-              s.fit.iou_median, s.fit.iou_min, made.seconds, s.agreement_s, s.contour_s, s.measure_s);
+              s.fit.iou_median, s.fit.iou_min, made.seconds, s.agreement_s, s.mend_s, s.contour_s, s.measure_s);
+  if (!s.mended.empty()) {
+    double most = 0;
+    for (const auto& m : s.mended) most = std::max(most, m.share);
+    std::printf("  %zu mended, by %.1f %% at most\n", s.mended.size(), 100 * most);
+  }
   for (const auto& l : s.left_out) std::printf("  left out %s: %s\n", l.name.c_str(), l.reason.c_str());
   if (const char* folder = std::getenv("HULL_OUT")) WriteMesh(fs::path(folder) / (std::string(what) + ".ply"), made.mesh);
   return made;
@@ -129,17 +136,18 @@ TEST(HullCaptures, DinosaurOnATurntable) {
 TEST(HullCaptures, DinoRings) {
   if (!fs::exists(kCaptures / "dino-rings")) GTEST_SKIP() << "no ../shared/data/dino-rings here";
   SetThreadCount(2);
-  ExpectHull(Hull("dino-rings-good-2", DinoRings(2, true)), 0.95);
+  const Made made = Hull("dino-rings-good-2", DinoRings(2, true));
+  ExpectHull(made, 0.95);
+  EXPECT_GE(made.summary.used.size(), 46u);  // of 52
 }
 
-// A third of these silhouettes lack what lies in shadow: they are found, and the rest still makes a hull.
+// A third of these silhouettes lack what lies in shadow: they are mended, or left out where much is missing.
 TEST(HullCaptures, DinoRingsWithShadows) {
   if (!fs::exists(kCaptures / "dino-rings")) GTEST_SKIP() << "no ../shared/data/dino-rings here";
   SetThreadCount(2);
   const Made made = Hull("dino-rings-all-4", DinoRings(4, false));
   ExpectHull(made, 0.95);
-  EXPECT_GE(made.summary.left_out.size(), 5u);
-  EXPECT_GE(made.summary.used.size(), 8u);
+  EXPECT_GE(made.summary.used.size(), 28u);  // of 37
   EXPECT_LT(made.seconds, 60);
 }
 

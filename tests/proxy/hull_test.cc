@@ -113,6 +113,39 @@ TEST(VisualHull, SeveralWrongViewsAreFoundToo) {
   EXPECT_EQ(names, (std::vector<std::string>{"view12", "view16", "view3", "view7"}));
 }
 
+// A shadow on one photo: the view stays, and the hull is as large as without the shadow.
+TEST(VisualHull, ASilhouetteThatLacksAPartIsMended) {
+  const Body body = Union(Ellipsoid({1, 0.6, 0.5}), Block({0.2, 0.2, 0.9}));
+  std::vector<SilhouetteView> views = Around(body, 16);
+  const SilhouetteView before = views[5];
+  HullOptions options;
+  options.cell_px = 3;
+  const HullSummary whole = ExpectSolidHull(views, options);
+  EXPECT_TRUE(whole.mended.empty());
+  const Eigen::Vector2d end = *Project(before.P, Eigen::Vector3d(0, 0, 0.95));
+  for (int y = 0; y < 320; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (std::hypot(x + 0.5 - end.x(), y + 0.5 - end.y()) < 12) views[5].mask.At(x, y, 0) = 0;
+    }
+  }
+  Mesh mesh;
+  const HullSummary s = ExpectSolidHull(views, options, &mesh);
+  EXPECT_EQ(s.left_out.size(), 0u);
+  double view5 = 0, others = 0;
+  for (const auto& m : s.mended) (m.name == "view5" ? view5 : others) += m.share;
+  EXPECT_GT(view5, 0.01);
+  EXPECT_LT(others, 0.2 * view5);
+  EXPECT_NEAR(s.volume, whole.volume, 0.01 * whole.volume);
+  // What the photo showed before it was spoilt is covered.
+  EXPECT_GE(MeasureSilhouette(mesh, before).coverage, 0.995);
+  // Where nothing may be mended the view is left out.
+  options.max_mended = 0;
+  const HullSummary strict = ExpectSolidHull(views, options);
+  EXPECT_TRUE(strict.mended.empty());
+  ASSERT_EQ(strict.left_out.size(), 1u);
+  EXPECT_EQ(strict.left_out[0].name, "view5");
+}
+
 TEST(VisualHull, TheSameInputGivesTheSameMesh) {
   const std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 8);
   Mesh a, b;
