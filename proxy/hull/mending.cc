@@ -25,6 +25,7 @@ struct Conflict {
   std::size_t view;
   AgreementRay ray;
   RayAgreement found;
+  bool stale = true;         // silhouettes have changed since it was asked
   double share, spacing_px;  // of its silhouette that it stands for; distance of the next pixel that is asked
 };
 
@@ -47,10 +48,10 @@ class Settling {
       for (std::size_t p = every / 2; p < uncovered[n].size(); p += every) {
         const UncoveredPixel& pixel = uncovered[n][p];
         const auto ray = rays.Through(v, pixel.x, pixel.y, pixel.depth_px);
-        if (ray) conflicts_.push_back({v, *ray, {}, static_cast<double>(every) / pixels_[v], std::sqrt(static_cast<double>(every))});
+        if (ray) conflicts_.push_back({v, *ray, {}, true, static_cast<double>(every) / pixels_[v], std::sqrt(static_cast<double>(every))});
       }
     }
-    FollowAgain();
+    Refresh([](const Conflict&) { return true; });
   }
 
   bool changed() const { return changed_; }
@@ -63,9 +64,14 @@ class Settling {
       if (own_[v] + blame_[v] > 0 && (top == views_.size() || own_[v] + blame_[v] > own_[top] + blame_[top])) top = v;
     }
     if (top == views_.size()) return false;
+    // Together with the worst those that are as bad.
+    const auto as_bad = [&](std::size_t v) { return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]); };
+    if (Refresh([&](const Conflict& c) {
+          return c.view == top || std::any_of(c.found.blockers.begin(), c.found.blockers.end(), [&](std::int32_t k) { return as_bad(static_cast<std::size_t>(k)); });
+        })) {
+      return true;
+    }
     if (blame_[top] >= own_[top]) {
-      // Together with the worst those that are as bad.
-      const auto as_bad = [&](std::size_t v) { return blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]; };
       if (MendFor([&](const Conflict&, std::size_t blocker) { return as_bad(blocker); })) return true;
       if (MendFor([&](const Conflict&, std::size_t blocker) { return blocker == top; }) || LeaveOut(top)) return true;
     } else {
@@ -84,14 +90,24 @@ class Settling {
     return std::find(c.found.blockers.begin(), c.found.blockers.end(), static_cast<std::int32_t>(view)) != c.found.blockers.end();
   }
 
-  void FollowAgain() {
+  // Asks those again that are stale and for which `which` holds; false: there are none.
+  template <class Which>
+  bool Refresh(Which which) {
     const std::vector<std::int32_t> order = SpreadOrder(agreement_.used);
     const double cap = options_.agreement.max_dilation_px;
-    ParallelFor(conflicts_.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t n = 0; n < conflicts_.size(); ++n) {
+      if (conflicts_[n].stale && which(conflicts_[n])) chosen.push_back(n);
+    }
+    ParallelFor(chosen.size(), 64, [&](std::size_t begin, std::size_t end) {
       CheckInterrupted();
-      for (std::size_t n = begin; n < end; ++n) conflicts_[n].found = Follow(conflicts_[n].ray, cones_, order, cap);
+      for (std::size_t n = begin; n < end; ++n) {
+        conflicts_[chosen[n]].found = Follow(conflicts_[chosen[n]].ray, cones_, order, cap);
+        conflicts_[chosen[n]].stale = false;
+      }
     });
     std::erase_if(conflicts_, [&](const Conflict& c) { return c.found.needed_px <= cap; });
+    return !chosen.empty();
   }
 
   // What each view lacks (own_) and keeps from others (blame_), in shares of silhouettes; of views that lack no more than is spared
@@ -164,7 +180,7 @@ class Settling {
       mends_[changed[n]] = std::move(more[changed[n]]);
       cones_[changed[n]] = SilhouetteCone({views_[changed[n]].name, views_[changed[n]].P, std::move(masks[n])}, origin_, unit_);
     }
-    FollowAgain();  // also what others were blamed for may be settled now
+    for (Conflict& c : conflicts_) c.stale = true;  // also what others were blamed for may be settled now
     return true;
   }
 
@@ -179,7 +195,7 @@ class Settling {
       if (std::erase_if(mends_[v], [&](const Mend& m) { return m.by == view; }) == 0) continue;
       cones_[v] = SilhouetteCone({views_[v].name, views_[v].P, Mended(views_[v].mask, mends_[v])}, origin_, unit_);
     }
-    FollowAgain();
+    for (Conflict& c : conflicts_) c.stale = true;
     return true;
   }
 
@@ -249,7 +265,7 @@ bool SettleConflicts(const std::vector<SilhouetteView>& views, const std::vector
   Settling settling(views, origin, unit, options, cones, mends, agreement);
   settling.Collect(uncovered, rays);
   Progress steps(progress, "mending silhouettes", 0);
-  for (std::size_t n = 0; n < 10 * views.size() && settling.Step(); ++n) steps.Step();
+  for (std::size_t n = 0; n < 20 * views.size() && settling.Step(); ++n) steps.Step();
   return settling.changed();
 }
 
