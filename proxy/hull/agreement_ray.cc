@@ -9,7 +9,7 @@
 namespace lumi {
 namespace {
 
-constexpr double kStepPx = 1.0;      // between the points of a ray, in the view that sees them finest
+constexpr double kStepPx = 1.0;  // between the points of a ray, in the view that sees them finest
 constexpr int kMaxSteps = 4096;
 constexpr float kSteepestPx = 1.5F;  // that a distance changes at most from one point of a ray to the next
 constexpr float kBlockerPx = 4;      // what a view in the way costs beside its distance: few far ones against many near ones
@@ -31,7 +31,8 @@ std::optional<std::pair<double, double>> Clip(const Box& box, const Eigen::Vecto
 }
 
 // The largest distance over the views at x; gives up once it exceeds `enough`.
-float LargestDistance(const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order, const Eigen::Vector3d& x, float enough) {
+float LargestDistance(const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order, const Eigen::Vector3d& x,
+                      float enough) {
   float most = -std::numeric_limits<float>::infinity();
   for (const std::int32_t i : order) {
     most = std::max(most, cones[static_cast<std::size_t>(i)].Distance(x));
@@ -86,7 +87,8 @@ std::vector<AgreementRay> RayCaster::Sample(std::size_t view, int count) const {
   return rays;
 }
 
-RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order, double cap_px) {
+RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order,
+                    double cap_px) {
   RayAgreement result;
   const auto cap = static_cast<float>(cap_px);
   double best_at = 0;
@@ -99,7 +101,8 @@ RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& 
     return most;
   };
   // What is far from one view's content is so for the next few points.
-  for (int s = 0; s < ray.steps && result.needed_px > kSparedDilationPx;) s += std::max(1, static_cast<int>((visit(s) - cap) / kSteepestPx));
+  for (int s = 0; s < ray.steps && result.needed_px > kSparedDilationPx;)
+    s += std::max(1, static_cast<int>((visit(s) - cap) / kSteepestPx));
   const double middle = best_at;
   for (const double offset : {-0.25, 0.25, -0.5, 0.5}) {
     if (ray.steps > 0 && result.needed_px > kSparedDilationPx) visit(middle + offset);
@@ -118,7 +121,8 @@ RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& 
       blockers.push_back(i);
       farthest = std::max(farthest, away);
       cost += away + kBlockerPx;
-      if (!(cost < least) || blockers.size() > most_blockers) return static_cast<int>((farthest + kBlockerPx - std::min(least, farthest + kBlockerPx)) / kSteepestPx);
+      if (!(cost < least) || blockers.size() > most_blockers)
+        return static_cast<int>((farthest + kBlockerPx - std::min(least, farthest + kBlockerPx)) / kSteepestPx);
     }
     if (blockers.empty()) return 0;
     least = cost;

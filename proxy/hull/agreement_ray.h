@@ -19,8 +19,8 @@ struct Box {
 // The part of a ray within the box that hulls are looked for in, in steps of about a pixel of the view that sees it finest.
 struct AgreementRay {
   Eigen::Vector3d start = Eigen::Vector3d::Zero(), step = Eigen::Vector3d::Zero();  // in the cones' frame
-  int steps = 0;       // none: it misses the box
-  float depth_px = 0;  // of its pixel inside its silhouette
+  int steps = 0;                                                                    // none: it misses the box
+  float depth_px = 0;                                                               // of its pixel inside its silhouette
   Eigen::Vector3d At(double s) const { return start + s * step; }
 };
 
@@ -53,7 +53,8 @@ struct RayAgreement {
 };
 
 // order: the cones that take part. cap_px: what is too much.
-RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order, double cap_px);
+RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order,
+                    double cap_px);
 
 // Views far from each other in the list first: a point outside is found to be so by few of them.
 std::vector<std::int32_t> SpreadOrder(const std::vector<std::size_t>& views);

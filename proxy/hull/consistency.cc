@@ -19,7 +19,8 @@ struct ViewNeed {
   bool ok = true;
 };
 
-ViewNeed NeedOf(const std::vector<AgreementRay>& rays, const std::vector<RayAgreement>& results, double dilation_px, const AgreementOptions& options) {
+ViewNeed NeedOf(const std::vector<AgreementRay>& rays, const std::vector<RayAgreement>& results, double dilation_px,
+                const AgreementOptions& options) {
   ViewNeed need;
   std::size_t uncovered = 0;
   double deepest_px = 0;
@@ -40,8 +41,8 @@ RayResults NoResults(const std::vector<std::vector<AgreementRay>>& rays) {
 }
 
 // Asks every ray that needs more than `above_px`.
-void FollowAll(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones, const std::vector<std::size_t>& used,
-               double above_px, double cap_px, ProgressSink& progress, RayResults& results) {
+void FollowAll(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
+               const std::vector<std::size_t>& used, double above_px, double cap_px, ProgressSink& progress, RayResults& results) {
   const std::vector<std::int32_t> order = SpreadOrder(used);
   Progress steps(progress, "comparing silhouettes", static_cast<long>(used.size()));
   ParallelFor(used.size(), 1, [&](std::size_t begin, std::size_t end) {

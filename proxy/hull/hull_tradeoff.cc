@@ -33,7 +33,9 @@ std::vector<Setting> SettingsFor(std::size_t views, const HullOptions& options) 
       settings.push_back({name, n == views ? "silhouettes" : reduction == 1 ? "views" : "several", n, reduction, options.cell_px});
     }
   }
-  for (const int wider : {2, 4}) settings.push_back({fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1, wider * options.cell_px});
+  for (const int wider : {2, 4})
+    settings.push_back(
+        {fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1, wider * options.cell_px});
   return settings;
 }
 
@@ -62,7 +64,8 @@ std::vector<std::size_t> SpreadDirections(const std::vector<SilhouetteView>& vie
 }
 
 SilhouetteView Reduced(const SilhouetteView& view, int reduction) {
-  SilhouetteView out{view.name, view.P, Image8((view.mask.width + reduction - 1) / reduction, (view.mask.height + reduction - 1) / reduction, 1)};
+  SilhouetteView out{view.name, view.P,
+                     Image8((view.mask.width + reduction - 1) / reduction, (view.mask.height + reduction - 1) / reduction, 1)};
   out.P.topRows<2>() /= reduction;
   for (int y = 0; y < view.mask.height; ++y) {
     for (int x = 0; x < view.mask.width; ++x) {
@@ -72,8 +75,8 @@ SilhouetteView Reduced(const SilhouetteView& view, int reduction) {
   return out;
 }
 
-std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteView>& views, const HullOptions& options, ProgressSink& progress,
-                                                 const std::optional<Eigen::Vector3d>& near) {
+std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteView>& views, const HullOptions& options,
+                                                 ProgressSink& progress, const std::optional<Eigen::Vector3d>& near) {
   std::vector<SilhouetteView> spread = views, whole;
   for (const SilhouetteView& v : views) {
     const auto object = std::count_if(v.mask.data.begin(), v.mask.data.end(), [](std::uint8_t m) { return m >= 128; });
@@ -94,7 +97,8 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
     if (o.dilation_px) *o.dilation_px /= setting.reduction;
     o.max_dilation_px = std::max(0.5, o.max_dilation_px / setting.reduction);
     std::vector<SilhouetteView> offered;
-    for (std::size_t n = 0; n < setting.views; ++n) offered.push_back(setting.reduction == 1 ? spread[n] : Reduced(spread[n], setting.reduction));
+    for (std::size_t n = 0; n < setting.views; ++n)
+      offered.push_back(setting.reduction == 1 ? spread[n] : Reduced(spread[n], setting.reduction));
     const auto start = std::chrono::steady_clock::now();
     try {
       HullSummary s;

@@ -12,13 +12,13 @@ namespace lumi {
 namespace {
 
 constexpr std::size_t kMostConflicts = 400;  // of a view: of more, every n-th pixel is asked
-constexpr double kAsBad = 0.8;                // of the worst view's blame
-constexpr double kReserve = 0.8;              // of what may stay uncovered
-constexpr double kLeastRadius = 1.5;          // of a mend, in pixels: the four pixels around a point are then of the object
+constexpr double kAsBad = 0.8;               // of the worst view's blame
+constexpr double kReserve = 0.8;             // of what may stay uncovered
+constexpr double kLeastRadius = 1.5;         // of a mend, in pixels: the four pixels around a point are then of the object
 
-constexpr float kMendReachPx = 8;             // from the silhouette, beyond the point where a ray is blocked least
-constexpr double kClosePx = 3;                // gaps between mends: about twice as wide
-constexpr double kNoHole = 0.1;               // of a hole: where so much has to be mended, it is none
+constexpr float kMendReachPx = 8;  // from the silhouette, beyond the point where a ray is blocked least
+constexpr double kClosePx = 3;     // gaps between mends: about twice as wide
+constexpr double kNoHole = 0.1;    // of a hole: where so much has to be mended, it is none
 
 // A pixel of `view` that no point of space explains.
 struct Conflict {
@@ -37,8 +37,16 @@ class Settling {
  public:
   Settling(const std::vector<SilhouetteView>& views, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
            std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement)
-      : views_(views), origin_(origin), unit_(unit), options_(options), cones_(cones), mends_(mends), agreement_(agreement),
-        own_(views.size()), blame_(views.size()), pixels_(views.size()) {
+      : views_(views),
+        origin_(origin),
+        unit_(unit),
+        options_(options),
+        cones_(cones),
+        mends_(mends),
+        agreement_(agreement),
+        own_(views.size()),
+        blame_(views.size()),
+        pixels_(views.size()) {
     for (std::size_t v = 0; v < views.size(); ++v) pixels_[v] = static_cast<double>(CountOf(views[v].mask));
   }
 
@@ -67,7 +75,8 @@ class Settling {
     // Together with the worst those that are as bad.
     const auto as_bad = [&](std::size_t v) { return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]); };
     if (Refresh([&](const Conflict& c) {
-          return c.view == top || std::any_of(c.found.blockers.begin(), c.found.blockers.end(), [&](std::int32_t k) { return as_bad(static_cast<std::size_t>(k)); });
+          return c.view == top || std::any_of(c.found.blockers.begin(), c.found.blockers.end(),
+                                              [&](std::int32_t k) { return as_bad(static_cast<std::size_t>(k)); });
         })) {
       return true;
     }
@@ -126,7 +135,8 @@ class Settling {
     std::erase_if(conflicts_, [&](const Conflict& c) { return !fails(c.view); });
     for (const Conflict& c : conflicts_) {
       own_[c.view] += c.share;
-      for (const std::int32_t k : c.found.blockers) blame_[static_cast<std::size_t>(k)] += c.share / static_cast<double>(c.found.blockers.size());
+      for (const std::int32_t k : c.found.blockers)
+        blame_[static_cast<std::size_t>(k)] += c.share / static_cast<double>(c.found.blockers.size());
     }
   }
 
@@ -137,7 +147,8 @@ class Settling {
     const double radius = std::max(kLeastRadius, c.spacing_px);
     const float farthest = cones_[blocker].Distance(c.ray.At(c.found.blocked_at)) + kMendReachPx;
     const auto only_they_block = [&](const Eigen::Vector3d& x) {
-      return std::all_of(agreement_.used.begin(), agreement_.used.end(), [&](std::size_t v) { return cones_[v].Distance(x) <= cap || Blocks(c, v); });
+      return std::all_of(agreement_.used.begin(), agreement_.used.end(),
+                         [&](std::size_t v) { return cones_[v].Distance(x) <= cap || Blocks(c, v); });
     };
     for (const int way : {1, -1}) {
       for (double s = c.found.blocked_at + (way < 0 ? -1 : 0); s >= 0 && s < c.ray.steps; s += way) {
@@ -246,8 +257,10 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
   std::vector<std::uint8_t> is_filled(filled.size(), 0);
   for (int p = 1; p < parts; ++p) {  // label 0: the object
     const int left = stats.at<int>(p, cv::CC_STAT_LEFT), top = stats.at<int>(p, cv::CC_STAT_TOP);
-    const bool at_side = left == 0 || top == 0 || left + stats.at<int>(p, cv::CC_STAT_WIDTH) == mask.width || top + stats.at<int>(p, cv::CC_STAT_HEIGHT) == mask.height;
-    is_filled[static_cast<std::size_t>(p)] = !at_side && filled[static_cast<std::size_t>(p)] > kNoHole * stats.at<int>(p, cv::CC_STAT_AREA) ? 1 : 0;
+    const bool at_side = left == 0 || top == 0 || left + stats.at<int>(p, cv::CC_STAT_WIDTH) == mask.width ||
+                         top + stats.at<int>(p, cv::CC_STAT_HEIGHT) == mask.height;
+    is_filled[static_cast<std::size_t>(p)] =
+        !at_side && filled[static_cast<std::size_t>(p)] > kNoHole * stats.at<int>(p, cv::CC_STAT_AREA) ? 1 : 0;
   }
   Image8 out(mask.width, mask.height, 1);
   for (int y = 0; y < mask.height; ++y) {
@@ -261,7 +274,8 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
 
 bool SettleConflicts(const std::vector<SilhouetteView>& views, const std::vector<std::vector<UncoveredPixel>>& uncovered,
                      const RayCaster& rays, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
-                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement, ProgressSink& progress) {
+                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
+                     ProgressSink& progress) {
   Settling settling(views, origin, unit, options, cones, mends, agreement);
   settling.Collect(uncovered, rays);
   Progress steps(progress, "mending silhouettes", 0);

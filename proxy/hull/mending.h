@@ -35,6 +35,7 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends);
 // options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done. True: something was changed.
 bool SettleConflicts(const std::vector<SilhouetteView>& views, const std::vector<std::vector<UncoveredPixel>>& uncovered,
                      const RayCaster& rays, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
-                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement, ProgressSink& progress);
+                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
+                     ProgressSink& progress);
 
 }  // namespace lumi

@@ -66,12 +66,14 @@ void PrintCapture(const char* name, const std::vector<SilhouetteView>& views) {
   double most = 0;
   for (const auto& mended : s.mended) most = std::max(most, mended.share);
   fmt::print("| {} | {} | {} | {} | {:.2f} | {} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", name, views.size(), s.used.size(),
-             s.mended.empty() ? "-" : fmt::format("{}, {:.1f} %", s.mended.size(), 100 * most), s.dilation_px, m.mesh.faces.size(), 100 * s.fit.coverage_min,
-             s.fit.deepest_uncovered_px, s.fit.iou_median, m.seconds);
+             s.mended.empty() ? "-" : fmt::format("{}, {:.1f} %", s.mended.size(), 100 * most), s.dilation_px, m.mesh.faces.size(),
+             100 * s.fit.coverage_min, s.fit.deepest_uncovered_px, s.fit.iou_median, m.seconds);
 }
 
 void PrintCaptures(const std::filesystem::path& data) {
-  fmt::print("| | views | used | mended, by at most | dilation px | faces | coverage least | deepest px | IoU median | seconds |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| | views | used | mended, by at most | dilation px | faces | coverage least | deepest px | IoU median | seconds "
+      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
   if (std::filesystem::exists(data / "dinosaur")) PrintCapture("dinosaur, 720x576", test::DinosaurSilhouettes(data));
   if (!std::filesystem::exists(data / "dino-rings")) return;
   PrintCapture("dino-rings, 640x480, every second photo with a good silhouette", test::DinoRingsSilhouettes(data, 2, true));
@@ -85,8 +87,8 @@ void PrintDetail(const std::filesystem::path& data) {
     HullOptions options;
     options.cell_px = cell;
     const MadeHull m = Make(views, options);
-    fmt::print("| {:g} | {} | {:.2f} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", cell, m.mesh.faces.size(), m.summary.dilation_px, 100 * m.summary.fit.coverage_min,
-               m.summary.fit.deepest_uncovered_px, m.summary.fit.iou_median, m.seconds);
+    fmt::print("| {:g} | {} | {:.2f} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", cell, m.mesh.faces.size(), m.summary.dilation_px,
+               100 * m.summary.fit.coverage_min, m.summary.fit.deepest_uncovered_px, m.summary.fit.iou_median, m.seconds);
   }
 }
 
@@ -98,10 +100,14 @@ int main(int argc, char** argv) {
   const char* what = argc > 1 ? argv[1] : "";
   const std::filesystem::path data = argc > 2 ? argv[2] : "";
   try {
-    if (std::strcmp(what, "volumes") == 0) lumi::PrintVolumes();
-    else if (std::strcmp(what, "captures") == 0) lumi::PrintCaptures(data);
-    else if (std::strcmp(what, "detail") == 0) lumi::PrintDetail(data);
-    else return fmt::print(stderr, "hull_bench volumes | captures DIR | detail DIR\n"), 2;
+    if (std::strcmp(what, "volumes") == 0)
+      lumi::PrintVolumes();
+    else if (std::strcmp(what, "captures") == 0)
+      lumi::PrintCaptures(data);
+    else if (std::strcmp(what, "detail") == 0)
+      lumi::PrintDetail(data);
+    else
+      return fmt::print(stderr, "hull_bench volumes | captures DIR | detail DIR\n"), 2;
   } catch (const lumi::Error& e) {
     fmt::print(stderr, "hull_bench: {}\n", e.what());
     return 1;

@@ -18,7 +18,8 @@
 namespace lumi::test {
 
 // w > 0 in front: `inside` is a point of the object.
-inline SilhouetteView CaptureView(const std::filesystem::path& photo, const Matrix34d& P, const Eigen::Vector3d& inside, const ColourRule& rule, const CleanOptions& clean) {
+inline SilhouetteView CaptureView(const std::filesystem::path& photo, const Matrix34d& P, const Eigen::Vector3d& inside,
+                                  const ColourRule& rule, const CleanOptions& clean) {
   SilhouetteView view;
   view.name = photo.filename().string();
   view.P = WithSign(P, inside.homogeneous());
@@ -79,7 +80,8 @@ inline std::vector<SilhouetteView> DinoRingsSilhouettes(const std::filesystem::p
     Matrix34d P;
     P.leftCols<3>() = K * R;
     P.col(3) = K * t;
-    views.push_back(CaptureView(data / "dino-rings" / "images" / std::filesystem::path(name).replace_extension(".jpg"), P, {-0.005, 0.045, 0}, rule, clean));
+    views.push_back(CaptureView(data / "dino-rings" / "images" / std::filesystem::path(name).replace_extension(".jpg"), P,
+                                {-0.005, 0.045, 0}, rule, clean));
   }
   return views;
 }
