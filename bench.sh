@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -60,6 +60,26 @@ if [ -z "$only_speed$only_quality" ]; then
   done
 fi
 [ -z "$only_quality" ] || exit 0
+
+if [ -z "$only_speed" ]; then
+  printf '\n## Visual hulls: volume over the body'"'"'s own\n\n'
+  "$bin/hull_bench" volumes
+  if [ -n "$data" ] && [ -d "$data/dinosaur" ]; then
+    printf '\n## Visual hulls of captures (2 threads)\n\n'
+    "$bin/hull_bench" captures "$data"
+    printf '\n## Detail against time: dinosaur (2 threads)\n\n'
+    "$bin/hull_bench" detail "$data"
+  fi
+  for example in person car; do
+    [ -d "$work/$example" ] || "$bin/lumi-simulate" --example "$example" -o "$work/$example" --quiet
+    printf '\n## lumi-proxy hull: %s (2 threads)\n\n```\n' "$example"
+    "$bin/lumi-proxy" hull "$work/$example" --silhouettes "$work/$example/truth/silhouettes" -o "$work/$example-hull.ply" --threads 2
+    printf '```\n'
+  done
+  printf '\n## lumi-proxy hull --tradeoff: car (2 threads)\n\n```\n'
+  "$bin/lumi-proxy" hull "$work/car" --silhouettes "$work/car/truth/silhouettes" --tradeoff --threads 2
+  printf '```\n'
+fi
 
 heading() { printf '\n## %s\n\n' "$1"; }
 # table TITLE COMMAND...: as it prints.

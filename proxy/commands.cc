@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -104,6 +105,17 @@ std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink
   });
 }
 
+std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {
+  if (scene.points.empty()) return std::nullopt;
+  Eigen::Vector3d median;
+  for (int a = 0; a < 3; ++a) {
+    std::vector<double> values;
+    for (const Point& p : scene.points) values.push_back(p.x_in_world[a]);
+    median[a] = Quantile(std::move(values), 0.5);
+  }
+  return median;
+}
+
 std::string RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress) {
   if (const std::string wrong = Validate(request.hull); !wrong.empty()) throw UsageError(wrong);
   const Scene opened = Open(target.scene, progress);
@@ -112,32 +124,23 @@ std::string RunHull(const HullRequest& request, const ProxyTarget& target, Progr
   const CleanOptions& c = request.clean;
   std::map<std::string, std::string> options{{"cell_px", fmt::format("{}", h.cell_px)}, {"max_dilation_px", fmt::format("{}", h.max_dilation_px)},
                                              {"dilation_px", h.dilation_px ? fmt::format("{}", *h.dilation_px) : "auto"},
-                                             {"keep_all_views", h.keep_all_views ? "yes" : "no"},
+                                             {"keep_all_views", h.keep_all_views ? "yes" : "no"}, {"max_mended", fmt::format("{}", h.max_mended)},
                                              {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
   Json made;
   Json json = Json::parse(MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress, [&](const Scene& scene, Json&) {
     std::vector<std::string> without;
     const std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, c, &without, progress);
-    std::optional<Eigen::Vector3d> near;
-    if (!scene.points.empty()) {
-      Eigen::Vector3d median;
-      for (int a = 0; a < 3; ++a) {
-        std::vector<double> values;
-        for (const Point& p : scene.points) values.push_back(p.x_in_world[a]);
-        median[a] = Quantile(std::move(values), 0.5);
-      }
-      near = median;
-    }
     HullSummary s;
-    Mesh mesh = BuildVisualHull(views, h, progress, &s, near);
+    Mesh mesh = BuildVisualHull(views, h, progress, &s, MedianPoint(scene));
     const Soundness sound = CheckSoundness(mesh);
     made = Json{{"coverage_min", s.fit.coverage_min}, {"iou_min", s.fit.iou_min}, {"iou_median", s.fit.iou_median},
                 {"deepest_uncovered_px", s.fit.deepest_uncovered_px}, {"dilation_px", s.dilation_px}, {"cell_px", s.cell_px}, {"cell", s.cell},
                 {"volume", s.volume}, {"bounded", s.bounded}, {"sound", sound.IsSolid()}, {"soundness", sound.Describe()}, {"parts", sound.parts},
-                {"views_used", s.used.size()}, {"views_left_out", Json::array()},
-                {"seconds_by_step", {{"agreement", s.agreement_s}, {"contour", s.contour_s}, {"measure", s.measure_s}}}};
+                {"views_used", s.used.size()}, {"views_left_out", Json::array()}, {"views_mended", Json::array()},
+                {"seconds_by_step", {{"agreement", s.agreement_s}, {"mending", s.mend_s}, {"contour", s.contour_s}, {"measure", s.measure_s}}}};
     for (const std::string& name : without) made["views_left_out"].push_back({{"name", name}, {"reason", "it has no silhouette"}});
     for (const auto& l : s.left_out) made["views_left_out"].push_back({{"name", l.name}, {"reason", l.reason}});
+    for (const auto& m : s.mended) made["views_mended"].push_back({{"name", m.name}, {"share", m.share}});
     return mesh;
   }));
   if (target.output.empty()) {
@@ -176,6 +179,7 @@ std::string RunSilhouettes(const std::filesystem::path& path, const SilhouetteSo
 }
 
 std::string DescribeProxy(const std::string& text) {
+  if (const std::string tradeoff = DescribeHullTradeoff(text); !tradeoff.empty()) return tradeoff;
   const Json json = Json::parse(text);
   std::string out;
   if (json.contains("candidates")) return DescribeAuto(text);
@@ -211,6 +215,11 @@ std::string DescribeProxy(const std::string& text) {
                        json["soundness"].get<std::string>(), json["volume"].get<double>(), json["bounded"].get<bool>() ? "" : ", cut off: the views leave it open to a side",
                        json["views_used"].get<std::size_t>(), 100 * json["coverage_min"].get<double>(), json["deepest_uncovered_px"].get<double>(),
                        json["dilation_px"].get<double>(), json["iou_median"].get<double>(), json["iou_min"].get<double>());
+    if (const Json mended = json.value("views_mended", Json::array()); !mended.empty()) {
+      double most = 0;
+      for (const Json& m : mended) most = std::max(most, m["share"].get<double>());
+      out += fmt::format("\n{} silhouettes mended where they lack what others show, by {:.1f} % at most", mended.size(), 100 * most);
+    }
     for (const Json& l : json["views_left_out"]) out += fmt::format("\nleft out {}: {}", l["name"].get<std::string>(), l["reason"].get<std::string>());
   }
   return out;

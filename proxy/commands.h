@@ -59,8 +59,14 @@ struct HullRequest {
   CleanOptions clean;
 };
 // Keys beside the common ones: coverage_min, iou_min, iou_median, deepest_uncovered_px, dilation_px, cell_px, volume, bounded, sound,
-// views_used, views_left_out[{name, reason}].
+// views_used, views_left_out[{name, reason}], views_mended[{name, share}].
 std::string RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress);
+
+// Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg, SCENE/tradeoff
+// where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json, tradeoff_csv, tradeoff_svg.
+std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
+// Such a summary as a table for people; empty for any other.
+std::string DescribeHullTradeoff(const std::string& json);
 
 // Silhouettes of the scene's photos, into SCENE/silhouettes or `output`. Keys: silhouettes[{name, kind, pixels, parts, holes,
 // touches_border}], empty, full, tiny, folder, seconds.

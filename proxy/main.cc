@@ -70,15 +70,22 @@ int main(int argc, char** argv) {
   lumi::ProxyTarget hull_target{.scene = {}, .name = "hull", .output = {}};
   lumi::HullRequest hull_request;
   double dilation_px = 0;
+  bool hull_tradeoff = false;
   add_target(hull, hull_target, true);
   hull->add_option("--silhouettes", hull_request.silhouettes, "Folder of silhouettes, white = object; default: SCENE/silhouettes");
   hull->add_option("--cell-px", hull_request.hull.cell_px, "Edge of the grid's cells in pixels of the finest view: detail against time, > 0")->capture_default_str();
   CLI::Option* dilate = hull->add_option("--dilate-px", dilation_px, "Widen every silhouette by so many pixels, 0..40; default: the least at which they agree");
   hull->add_option("--max-dilation-px", hull_request.hull.max_dilation_px, "Silhouettes that would need more do not agree and are left out, in pixels, 0..40")->capture_default_str();
   hull->add_flag("--keep-all-views", hull_request.hull.keep_all_views, "Leave no view out, though silhouettes disagree");
+  hull->add_option("--max-mended", hull_request.hull.max_mended, "Share of a silhouette that may be added where it alone lacks what others show, 0..1; 0: mend none")->capture_default_str();
+  hull->add_flag("--tradeoff", hull_tradeoff, "Views, silhouette size and cells against tightness and seconds, instead of a proxy: table, and hull.json, .csv, .svg in SCENE/tradeoff or the folder --output");
   add_clean(hull, hull_request.clean);
   hull->callback([&] {
     if (dilate->count() > 0) hull_request.hull.dilation_px = dilation_px;
+    if (hull_tradeoff) {
+      run = [&] { return lumi::RunHullTradeoff(hull_request, hull_target.scene, hull_target.output, program.progress()); };
+      return;
+    }
     run = [&] { return lumi::RunHull(hull_request, hull_target, program.progress()); };
   });
 

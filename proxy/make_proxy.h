@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "proxy/commands.h"
@@ -17,5 +18,8 @@ namespace lumi {
 std::string MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
                       std::map<std::string, std::string> inputs, ProgressSink& progress,
                       const std::function<Mesh(const Scene&, nlohmann::ordered_json&)>& make);
+
+// Of the scene's points, coordinate by coordinate: a point in the middle of what is photographed. None without points.
+std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene);
 
 }  // namespace lumi

@@ -14,7 +14,8 @@ namespace lumi {
 namespace {
 
 constexpr int kWidth = 160;
-constexpr double kLeastChange = 0.02;       // grey values: below, noise of the coding
+constexpr double kCoding = 8;               // grey values: changes of a pixel that coding and noise make
+constexpr double kLeastChange = 0.02;       // grey values, mean over the picture: a still one
 constexpr double kLeastCorrelation = 0.35;  // unrelated signals of a hundred frames stay below 0.3
 constexpr double kAsGood = 0.95;
 constexpr int kNeighbourhood = 2;           // lags around a peak that belong to it
@@ -55,8 +56,10 @@ MotionSignal MeasureMotion(const std::filesystem::path& video, ProgressSink& sin
     small.convertTo(small, CV_32F);
     double change = 0;
     if (!before.empty()) {
-      cv::Mat difference = cv::abs(small - before);
-      change = std::log(kLeastChange + cv::mean(difference)[0]);
+      // Coding makes whole pictures flicker in step with its groups of frames, alike in all videos: only what moves counts.
+      cv::Mat moved;
+      cv::threshold(cv::abs(small - before) - kCoding, moved, 0, 0, cv::THRESH_TOZERO);
+      change = std::log(kLeastChange + cv::mean(moved)[0]);
     }
     signal.change.push_back(change);
     before = small;

@@ -9,7 +9,8 @@
 
 namespace lumi {
 
-// A value a frame: the logarithm of how much the picture changed since the frame before (grey, 160 px wide), 0 for the first.
+// A value a frame: the logarithm of how much of the picture changed since the frame before, beyond what coding changes (grey, 160 px
+// wide), 0 for the first.
 struct MotionSignal {
   std::vector<double> change;
   double fps = 0;

@@ -61,7 +61,8 @@ Image8 RenderOutline(const Mesh& mesh, const Matrix34d& P, int width, int height
   return image;
 }
 
-SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view) {
+SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view, std::vector<UncoveredPixel>* uncovered) {
+  if (uncovered != nullptr) uncovered->clear();
   const Image8 outline = RenderOutline(mesh, view.P, view.mask.width, view.mask.height);
   // Beyond its own frame a silhouette may go on: the image's sides are no border of it.
   cv::Mat inside(view.mask.height, view.mask.width, CV_8U), depth;
@@ -84,17 +85,20 @@ SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view) {
     for (int x = 0; x < view.mask.width; ++x) {
       if (view.mask.At(x, y, 0) < 128 || outline.At(x, y, 0) != 0) continue;
       fit.deepest_uncovered_px = std::max(fit.deepest_uncovered_px, depth.at<float>(y, x) - 0.5);
+      if (uncovered != nullptr) uncovered->push_back({x, y, depth.at<float>(y, x) - 0.5F});
     }
   }
   return fit;
 }
 
-std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vector<SilhouetteView>& views) {
+std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vector<SilhouetteView>& views,
+                                              std::vector<std::vector<UncoveredPixel>>* uncovered) {
   std::vector<SilhouetteFit> fits(views.size());
+  if (uncovered != nullptr) uncovered->assign(views.size(), {});
   ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       CheckInterrupted();
-      fits[v] = MeasureSilhouette(mesh, views[v]);
+      fits[v] = MeasureSilhouette(mesh, views[v], uncovered != nullptr ? &(*uncovered)[v] : nullptr);
     }
   });
   return fits;

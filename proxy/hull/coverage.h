@@ -16,8 +16,13 @@ struct SilhouetteFit {
   double iou = 0;                   // intersection over union
   double deepest_uncovered_px = 0;  // distance of the deepest uncovered pixel from the silhouette's border (0.5: a border pixel)
 };
-SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view);
-std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vector<SilhouetteView>& views);
+struct UncoveredPixel {
+  int x, y;
+  float depth_px;  // from the silhouette's border
+};
+SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view, std::vector<UncoveredPixel>* uncovered = nullptr);
+std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vector<SilhouetteView>& views,
+                                              std::vector<std::vector<UncoveredPixel>>* uncovered = nullptr);
 
 struct SilhouetteFitSummary {
   double coverage_min = 1, iou_min = 1, iou_median = 1, deepest_uncovered_px = 0;

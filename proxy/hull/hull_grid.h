@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "proxy/hull/consistency.h"
+#include "proxy/hull/agreement_ray.h"
 #include "proxy/hull/contour.h"
 #include "proxy/hull/silhouette_cone.h"
 

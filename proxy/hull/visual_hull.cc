@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "proxy/hull/consistency.h"
 #include "proxy/hull/contour.h"
 #include "proxy/hull/hull_grid.h"
+#include "proxy/hull/mending.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -23,6 +26,9 @@ constexpr double kLeastDilation = 0.5;   // pixels: what a silhouette of whole p
 constexpr double kDilationStep = 0.25;   // pixels, where a measured hull falls short
 constexpr double kContourReserve = 1;    // pixels of dilation beyond the largest allowed, for what the grid takes
 constexpr double kMostUncovered = 0.5;   // of a silhouette, by all others: of another object
+constexpr double kRoughlyUncovered = 0.05;  // of a silhouette: a view that leaves or takes more is off altogether
+constexpr double kSettlingCellPx = 4;    // of the hulls that show where silhouettes disagree
+constexpr int kMostSettlings = 8;
 constexpr double kSpeck = 1e-3;          // of the largest part's volume
 constexpr int kMostHalvings = 3;
 constexpr int kMostRepeats = 16;
@@ -199,6 +205,22 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
   return std::nullopt;
 }
 
+Mesh InWorld(Mesh mesh, const WorkFrame& frame) {
+  for (Eigen::Vector3d& x : mesh.vertices) x = frame.origin + frame.unit * x;
+  return mesh;
+}
+
+// Where the object may be, before it is known who is wrong. A fifth of the views may be and still not hide it; with more wrong, more.
+Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double dilation_px) {
+  std::vector<const SilhouetteCone*> all;
+  for (const SilhouetteCone& c : cones) all.push_back(&c);
+  const int n = static_cast<int>(cones.size());
+  for (int misses = n >= 3 ? std::max(1, n / 5) : 0; misses <= std::max(0, n - 2); misses = 2 * misses + 1) {
+    if (const auto box = BoundHull(all, start, dilation_px, misses)) return *box;
+  }
+  throw DataError("the silhouettes agree nowhere: no point of space lies in two of them", "check the cameras and that masks and photos belong together");
+}
+
 bool IsCovered(const SilhouetteFit& fit, const HullOptions& options) {
   return fit.coverage >= options.min_coverage && fit.deepest_uncovered_px <= options.max_uncovered_depth_px;
 }
@@ -209,6 +231,7 @@ std::string Validate(const HullOptions& o) {
   if (!(o.cell_px > 0) || !(o.cell_px <= 1000)) return "the grid's cell must be above 0 and at most 1000 pixels";
   if (o.dilation_px && (!(*o.dilation_px >= 0) || !(*o.dilation_px <= 40))) return "the dilation must be between 0 and 40 pixels";
   if (!(o.max_dilation_px >= 0) || !(o.max_dilation_px <= 40)) return "the largest dilation must be between 0 and 40 pixels";
+  if (!(o.max_mended >= 0) || !(o.max_mended <= 1)) return "what may be mended of a silhouette must be between 0 and 1";
   if (!(o.min_cells >= 4) || !(o.min_cells <= 1e4)) return "the least number of cells must be between 4 and 10000";
   return {};
 }
@@ -251,50 +274,86 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
   agree.max_dilation_px = options.dilation_px.value_or(options.max_dilation_px);
   agree.max_uncovered = 1 - options.min_coverage;
   agree.max_uncovered_depth_px = options.max_uncovered_depth_px;
-  agree.rays_per_view = std::clamp(options.max_rays / static_cast<int>(cones.size()), 200, options.rays_per_view);
+  std::vector<std::size_t> all(cones.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
   Agreement agreement;
-  if (options.keep_all_views && options.dilation_px) {
-    agreement.used.resize(cones.size());
-    std::iota(agreement.used.begin(), agreement.used.end(), std::size_t{0});
-  } else {
-    std::vector<const SilhouetteCone*> all;
-    for (const SilhouetteCone& c : cones) all.push_back(&c);
-    // A fifth of the views may be wrong and still not hide the object; with more wrong, more.
-    const int n = static_cast<int>(cones.size());
-    std::optional<Box> box;
-    for (int misses = n >= 3 ? std::max(1, n / 5) : 0; !box && misses <= std::max(0, n - 2); misses = 2 * misses + 1) {
-      box = BoundHull(all, start, agree.max_dilation_px, misses);
+  agreement.used = all;
+  std::vector<std::vector<Mend>> mends(cones.size());
+  std::vector<std::vector<AgreementRay>> rays(cones.size());
+  NeededDilation needed;
+  const bool judge = !(options.keep_all_views && options.dilation_px);
+  std::optional<RayCaster> caster;
+  if (judge) {
+    const Box box = RoughBox(cones, start, agree.max_dilation_px);
+    caster.emplace(chosen, cones, box, frame.origin, frame.unit);
+    const int rays_per_view = std::clamp(options.max_rays / static_cast<int>(cones.size()), 200, options.rays_per_view);
+    ParallelFor(cones.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) rays[v] = caster->Sample(v, rays_per_view);
+    });
+    // What is off altogether goes first; what a silhouette lacks in places is mended afterwards.
+    AgreementOptions rough = agree;
+    if (options.max_mended > 0) {
+      rough.max_uncovered = std::max(agree.max_uncovered, kRoughlyUncovered);
+      rough.max_uncovered_depth_px = std::numeric_limits<double>::infinity();
     }
-    if (!box) throw DataError("the silhouettes agree nowhere: no point of space lies in two of them", "check the cameras and that masks and photos belong together");
-    agreement = FindAgreement(chosen, cones, *box, frame.origin, frame.unit, agree, progress);
+    agreement = FindAgreement(rays, cones, rough, progress);
     if (agreement.uncovered > kMostUncovered) {
       throw DataError("the silhouettes agree nowhere: no two of them can be of one object", "check the cameras and that masks and photos belong together");
     }
     if (options.keep_all_views) {
-      agreement.used.resize(cones.size());
-      std::iota(agreement.used.begin(), agreement.used.end(), std::size_t{0});
+      agreement.used = all;
       agreement.left_out.clear();
     }
-  }
-  for (const Disagreement& d : agreement.left_out) {
-    s.left_out.push_back({chosen[d.view].name, fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, {:.1f} % of its own is covered by none",
-                                                           100 * d.blame, 100 * d.uncovered)});
+    needed = FindDilation(rays, cones, agreement.used, agree, progress);
   }
   s.agreement_s = SecondsSince(start_time);
 
-  double dilation = options.dilation_px.value_or(std::max(kLeastDilation, agreement.dilation_px));
-  std::vector<std::size_t> used = agreement.used;
+  const auto active = [&] {
+    std::vector<const SilhouetteCone*> list;
+    for (const std::size_t v : agreement.used) list.push_back(&cones[v]);
+    return list;
+  };
+  const auto shown = [&] {
+    std::vector<SilhouetteView> list;
+    for (const std::size_t v : agreement.used) list.push_back(chosen[v]);
+    return list;
+  };
+  // Hulls of silhouettes as far apart as is allowed, coarse, show where they disagree.
+  const auto settle = [&] {
+    const auto from = std::chrono::steady_clock::now();
+    MendOptions mend;
+    mend.agreement = agree;
+    mend.max_mended = options.max_mended;
+    mend.leave_out = !options.keep_all_views;
+    HullOptions coarse = options;
+    coarse.cell_px = std::max(options.cell_px, kSettlingCellPx);
+    for (int round = 0; round < kMostSettlings; ++round) {
+      const auto contoured = ContourHull(active(), start, agree.max_dilation_px, coarse);
+      if (!contoured) break;
+      std::vector<std::vector<UncoveredPixel>> uncovered;
+      MeasureSilhouettes(InWorld(contoured->mesh, frame), shown(), &uncovered);
+      if (!SettleConflicts(chosen, uncovered, *caster, frame.origin, frame.unit, mend, cones, mends, agreement, progress)) break;
+      s.settlings = round + 1;
+    }
+    needed = FindDilation(rays, cones, agreement.used, agree, progress);
+    s.mend_s += SecondsSince(from);
+  };
+  bool settled = !judge || !(options.max_mended > 0);
+  const auto settle_once = [&] {
+    if (settled) return false;
+    settled = true;
+    settle();
+    return true;
+  };
+  if (!needed.enough) settle_once();
+
+  const auto first_dilation = [&] { return options.dilation_px.value_or(std::max(kLeastDilation, needed.px)); };
+  double dilation = first_dilation();
   Mesh mesh;
   Progress steps(progress, "visual hull", 0);
   for (int repeat = 0;; ++repeat) {
     start_time = std::chrono::steady_clock::now();
-    std::vector<const SilhouetteCone*> active;
-    std::vector<SilhouetteView> shown;
-    for (const std::size_t v : used) {
-      active.push_back(&cones[v]);
-      shown.push_back(chosen[v]);
-    }
-    auto contoured = ContourHull(active, start, dilation, options);
+    auto contoured = ContourHull(active(), start, dilation, options);
     s.contour_s += SecondsSince(start_time);
     const double reserve = options.dilation_px ? 0 : std::max(options.max_dilation_px, kLeastDilation) + kContourReserve - dilation;
     if (!contoured) {
@@ -304,39 +363,46 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
       dilation += kDilationStep;
       continue;
     }
-    mesh = std::move(contoured->mesh);
-    for (Eigen::Vector3d& x : mesh.vertices) x = frame.origin + frame.unit * x;
+    mesh = InWorld(contoured->mesh, frame);
     s.cell = contoured->cell * frame.unit;
     s.cell_px = contoured->cell_px;
     s.bounded = contoured->bounded;
     start_time = std::chrono::steady_clock::now();
-    s.fits = MeasureSilhouettes(mesh, shown);
+    s.fits = MeasureSilhouettes(mesh, shown());
     s.measure_s += SecondsSince(start_time);
     steps.Step();
-    std::size_t worst = used.size();
-    for (std::size_t n = 0; n < used.size(); ++n) {
-      if (!IsCovered(s.fits[n], options) && (worst == used.size() || s.fits[n].coverage < s.fits[worst].coverage)) worst = n;
+    const std::size_t none = s.fits.size();
+    std::size_t worst = none;
+    for (std::size_t n = 0; n < s.fits.size(); ++n) {
+      if (!IsCovered(s.fits[n], options) && (worst == none || s.fits[n].coverage < s.fits[worst].coverage)) worst = n;
     }
-    if (worst == used.size() || repeat >= kMostRepeats) break;
-    if (reserve >= kDilationStep) {
+    if (worst == none || repeat >= kMostRepeats) break;
+    if (dilation >= agree.max_dilation_px && settle_once()) {
+      dilation = first_dilation();
+    } else if (reserve >= kDilationStep) {
       dilation += kDilationStep;
-    } else if (!options.keep_all_views && used.size() > 2) {
-      s.left_out.push_back({chosen[used[worst]].name, fmt::format("the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
-                                                                  100 * s.fits[worst].coverage, s.fits[worst].deepest_uncovered_px)});
-      used.erase(used.begin() + static_cast<std::ptrdiff_t>(worst));
+    } else if (!options.keep_all_views && agreement.used.size() > 2) {
+      s.left_out.push_back({chosen[agreement.used[worst]].name, fmt::format("the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
+                                                                            100 * s.fits[worst].coverage, s.fits[worst].deepest_uncovered_px)});
+      agreement.used.erase(agreement.used.begin() + static_cast<std::ptrdiff_t>(worst));
     } else {
       break;
     }
   }
-  // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.
-  std::vector<SilhouetteView> shown;
-  for (const std::size_t v : used) {
-    s.used.push_back(chosen[v].name);
-    shown.push_back(chosen[v]);
+  for (const Disagreement& d : agreement.left_out) {
+    s.left_out.push_back({chosen[d.view].name, fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, {:.1f} % of its own is covered by none",
+                                                           100 * d.blame, 100 * d.uncovered)});
   }
+  for (const std::size_t v : agreement.used) {
+    if (mends[v].empty()) continue;
+    const auto before = static_cast<double>(CountObject(chosen[v].mask)), after = static_cast<double>(CountObject(Mended(chosen[v].mask, mends[v])));
+    if (after > before) s.mended.push_back({chosen[v].name, after / before - 1});
+  }
+  // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.
+  for (const std::size_t v : agreement.used) s.used.push_back(chosen[v].name);
   Mesh large = KeepParts(mesh, kSpeck);
   if (large.faces.size() < mesh.faces.size()) {
-    const std::vector<SilhouetteFit> fits = MeasureSilhouettes(large, shown);
+    const std::vector<SilhouetteFit> fits = MeasureSilhouettes(large, shown());
     bool missed = false;
     for (std::size_t n = 0; n < fits.size(); ++n) missed = missed || fits[n].coverage < s.fits[n].coverage;
     if (!missed) {

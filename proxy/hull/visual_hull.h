@@ -24,6 +24,7 @@ struct HullOptions {
   std::optional<double> dilation_px;    // of every silhouette, >= 0; none: the least at which the silhouettes agree
   double max_dilation_px = 2;           // beyond, silhouettes do not agree and views are left out
   bool keep_all_views = false;          // leave none out
+  double max_mended = 0.05;             // of a silhouette's pixels that may be added where it alone, or nearly, carves what others show; 0: none
   double min_coverage = 0.995;          // of each silhouette that is used
   double max_uncovered_depth_px = 2;
   double min_cells = 48;                // across the object: smaller silhouettes get a finer grid
@@ -39,13 +40,19 @@ struct HullSummary {
   };
   std::vector<std::string> used;
   std::vector<LeftOut> left_out;        // empty, full and inconsistent silhouettes
+  struct MendedView {
+    std::string name;
+    double share;                       // of its silhouette's pixels, added
+  };
+  std::vector<MendedView> mended;
+  int settlings = 0;                    // coarse hulls that were made to find out
   double dilation_px = 0;
   double cell_px = 0, cell = 0;         // in pixels of the view that sees the object finest; in world units
   bool bounded = true;                  // false: the views leave the object open to some side, where it was cut off
   std::vector<SilhouetteFit> fits;      // of the used silhouettes
   SilhouetteFitSummary fit;
   double volume = 0;                    // cubic world units
-  double agreement_s = 0, contour_s = 0, measure_s = 0;
+  double agreement_s = 0, mend_s = 0, contour_s = 0, measure_s = 0;
 };
 
 // Closed, 2-manifold, no degenerate face, front faces outwards. near: a point in the object, for views that do not say where it is

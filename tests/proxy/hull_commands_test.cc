@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
+#include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
@@ -81,6 +82,39 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_EQ(less["reused"], false);
   ASSERT_EQ(less["views_left_out"].size(), 1u);
   EXPECT_EQ(less["views_left_out"][0]["reason"], "it has no silhouette");
+}
+
+TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
+  const TemporaryFolder folder;
+  WriteEllipsoidScene(folder / "scene");
+  SilhouetteSource source;
+  source.rule = "R > 2 * G";
+  RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress());
+  HullRequest request;
+  request.hull.cell_px = 6;
+  EXPECT_THROW(RunHullTradeoff(request, folder / "scene", folder / "hull.ply", SilentProgress()), UsageError);
+  const std::string text = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
+  EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "hull")));
+  const json t = json::parse(text)["hull_tradeoff"];
+  ASSERT_EQ(t["points"].size(), 8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
+  EXPECT_EQ(t["points"][0]["name"], "as given");
+  bool front = false;
+  for (const json& p : t["points"]) {
+    EXPECT_FALSE(p.contains("failed")) << p;
+    EXPECT_LE(p["iou_median"].get<double>(), t["points"][0]["iou_median"].get<double>() + 0.01) << p;
+    EXPECT_GE(p["coverage_min"].get<double>(), 0.995) << p;
+    front = front || p["front"].get<bool>();
+  }
+  EXPECT_TRUE(front);
+  // Four views leave more than eight.
+  EXPECT_EQ(t["points"][1]["name"], "4 views");
+  EXPECT_GT(t["points"][1]["volume_ratio"].get<double>(), 1);
+  EXPECT_EQ(json::parse(ReadText(folder / "scene" / "tradeoff" / "hull.json"))["points"], t["points"]);
+  EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.csv"), testing::HasSubstr("\"4 views\",views,4,1,6,4,"));
+  EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.svg"), testing::HasSubstr("as given"));
+  EXPECT_THAT(DescribeProxy(text), testing::HasSubstr("IoU med."));
+  RunHullTradeoff(request, folder / "scene", folder / "elsewhere", SilentProgress());
+  EXPECT_TRUE(fs::exists(folder / "elsewhere" / "hull.svg"));
 }
 
 TEST(HullCommands, OtherSourcesFindTheSameSilhouettes) {

@@ -116,7 +116,7 @@ TEST(HullHardCase, CamerasThatFaceEachOtherBoundTheHull) {
 TEST(HullHardCase, ViewsAsGoodAsEqual) {
   std::vector<SilhouetteView> views = Around(kBall, 6);
   const double volume = SoundHull(views).summary.volume;
-  for (double angle = 1e-2; angle > 1e-16; angle *= 1e-3) {
+  for (const double angle : {1e-2, 1e-6, 1e-9, 1e-15}) {
     std::vector<SilhouetteView> more = views;
     for (const SilhouetteView& v : views) {
       const Eigen::Vector3d eye = CentreOfProjection(v.P).hnormalized();

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <cstdio>
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
+#include "proxy/hull/hull_tradeoff.h"
 #include "proxy/hull/soundness.h"
 #include "proxy/hull/visual_hull.h"
 #include "scene/program/error.h"
@@ -25,30 +27,26 @@ HullSummary ExpectSolidHull(const std::vector<SilhouetteView>& views, const Hull
   return summary;
 }
 
-// So ordered that the first few already stand all around.
-std::vector<SilhouetteView> Spread(const std::vector<SilhouetteView>& views) {
-  std::vector<SilhouetteView> out;
-  for (std::size_t n = 0; n < views.size(); ++n) out.push_back(views[n * 27 % views.size()]);  // 27 has no divisor in common with 64
-  return out;
-}
-
-// Volumes approach the body's from above as views are added.
+// Volumes approach the body's from above as views are added; to 64 views: tests/benchmark/hull_bench.cc.
 void ExpectVolumesFromAbove(const char* name, const Body& body, double volume, double at_most_in_the_end) {
   double last = 1e300;
-  const std::vector<SilhouetteView> all = Spread(Around(body, 64));
-  for (const int views : {4, 8, 16, 32, 64}) {
-    const HullSummary s = ExpectSolidHull({all.begin(), all.begin() + views});
-    std::printf("%-10s %3d views  volume / body's %.4f  IoU median %.4f  dilation %.2f px\n", name, views, s.volume / volume, s.fit.iou_median, s.dilation_px);
+  const std::vector<SilhouetteView> all = Around(body, 16);
+  HullOptions options;
+  options.cell_px = 4;
+  for (const std::size_t every : {4U, 2U, 1U}) {
+    std::vector<SilhouetteView> views;
+    for (std::size_t n = 0; n < all.size(); n += every) views.push_back(all[n]);
+    const HullSummary s = ExpectSolidHull(views, options);
     EXPECT_EQ(s.left_out.size(), 0u);
-    EXPECT_GT(s.volume, volume) << name << " " << views;
-    EXPECT_LT(s.volume, last) << name << " " << views;
+    EXPECT_GT(s.volume, volume) << name << " " << views.size();
+    EXPECT_LT(s.volume, last) << name << " " << views.size();
     last = s.volume;
   }
   EXPECT_LT(last, at_most_in_the_end * volume) << name;
 }
 
 TEST(VisualHull, VolumesApproachTheBodysFromAbove) {
-  // Half a pixel of a radius of 100 is 1.5 % of a ball's volume; 64 cones leave some more.
+  // Half a pixel of a radius of 100 is 1.5 % of a ball's volume; 16 cones leave some more.
   ExpectVolumesFromAbove("ball", Ellipsoid({1, 1, 1}), 4.0 / 3 * kPi, 1.06);
   ExpectVolumesFromAbove("ellipsoid", Ellipsoid({1, 0.7, 0.5}), 4.0 / 3 * kPi * 0.35, 1.08);
   // Its edges are seen edge-on by few views: slower.
@@ -113,6 +111,39 @@ TEST(VisualHull, SeveralWrongViewsAreFoundToo) {
   EXPECT_EQ(names, (std::vector<std::string>{"view12", "view16", "view3", "view7"}));
 }
 
+// A shadow on one photo: the view stays, and the hull is as large as without the shadow.
+TEST(VisualHull, ASilhouetteThatLacksAPartIsMended) {
+  const Body body = Union(Ellipsoid({1, 0.6, 0.5}), Block({0.2, 0.2, 0.9}));
+  std::vector<SilhouetteView> views = Around(body, 16);
+  const SilhouetteView before = views[5];
+  HullOptions options;
+  options.cell_px = 3;
+  const HullSummary whole = ExpectSolidHull(views, options);
+  EXPECT_TRUE(whole.mended.empty());
+  const Eigen::Vector2d end = *Project(before.P, Eigen::Vector3d(0, 0, 0.95));
+  for (int y = 0; y < 320; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (std::hypot(x + 0.5 - end.x(), y + 0.5 - end.y()) < 12) views[5].mask.At(x, y, 0) = 0;
+    }
+  }
+  Mesh mesh;
+  const HullSummary s = ExpectSolidHull(views, options, &mesh);
+  EXPECT_EQ(s.left_out.size(), 0u);
+  double view5 = 0, others = 0;
+  for (const auto& m : s.mended) (m.name == "view5" ? view5 : others) += m.share;
+  EXPECT_GT(view5, 0.01);
+  EXPECT_LT(others, 0.2 * view5);
+  EXPECT_NEAR(s.volume, whole.volume, 0.01 * whole.volume);
+  // What the photo showed before it was spoilt is covered.
+  EXPECT_GE(MeasureSilhouette(mesh, before).coverage, 0.995);
+  // Where nothing may be mended the view is left out.
+  options.max_mended = 0;
+  const HullSummary strict = ExpectSolidHull(views, options);
+  EXPECT_TRUE(strict.mended.empty());
+  ASSERT_EQ(strict.left_out.size(), 1u);
+  EXPECT_EQ(strict.left_out[0].name, "view5");
+}
+
 TEST(VisualHull, TheSameInputGivesTheSameMesh) {
   const std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 8);
   Mesh a, b;
@@ -129,6 +160,29 @@ TEST(VisualHull, OptionsOutOfRangeAreRefused) {
   options = {};
   options.dilation_px = -1;
   EXPECT_THROW(BuildVisualHull({}, options, SilentProgress()), UsageError);
+}
+
+TEST(HullTradeoff, ViewsAreChosenFarFromEachOther) {
+  std::vector<SilhouetteView> ring;
+  for (int n = 0; n < 12; ++n) ring.push_back({std::to_string(n), LookAt({5 * std::cos(n * kPi / 6), 5 * std::sin(n * kPi / 6), 0}, {0, 0, 0}), {}});
+  const std::vector<std::size_t> order = SpreadDirections(ring, {0, 0, 0});
+  ASSERT_EQ(order.size(), 12u);
+  EXPECT_EQ(order[0], 0u);
+  EXPECT_EQ(order[1] % 6, 3u);  // a right angle; the opposite view says nothing new
+  std::vector<std::size_t> sorted = order;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t n = 0; n < 12; ++n) EXPECT_EQ(sorted[n], n);
+}
+
+TEST(HullTradeoff, AReducedSilhouetteHoldsTheWholeOneWhereItWas) {
+  const SilhouetteView view = Photograph(Ellipsoid({1, 0.6, 0.5}), {5, 0, 1});
+  const SilhouetteView half = Reduced(view, 3);
+  EXPECT_EQ(half.mask.width, 107);
+  for (int y = 0; y < 320; ++y) {
+    for (int x = 0; x < 320; ++x) EXPECT_LE(view.mask.At(x, y, 0), half.mask.At(x / 3, y / 3, 0));
+  }
+  const Eigen::Vector3d x(0.3, 0.2, 0.1);
+  EXPECT_LT((3 * *Project(half.P, x) - *Project(view.P, x)).norm(), 1e-9);
 }
 
 TEST(Outline, ATriangleCoversThePixelsWhoseCentresItHolds) {
