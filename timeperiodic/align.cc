@@ -23,7 +23,7 @@ using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Points = std::vector<cv::Point2f>;
 
-constexpr int kWindow_px = 15, kLevels = 3;
+constexpr int kWindow_px = 13, kLevels = 3, kIterations = 12;
 constexpr float kForwardBackward_px = 0.4F;
 constexpr double kPatchCorrelation = 0.7;
 constexpr int kPatchRadius_px = 4;
@@ -50,13 +50,20 @@ cv::Mat Equalised(const cv::Mat& grey, double mean, double deviation) {
   return out;
 }
 
+using Pyramid = std::vector<cv::Mat>;
+Pyramid PyramidOf(const cv::Mat& grey) {
+  Pyramid pyramid;
+  cv::buildOpticalFlowPyramid(grey, pyramid, {kWindow_px, kWindow_px}, kLevels);
+  return pyramid;
+}
+
 // There and back: true where the corner is found again.
-std::vector<char> Follow(const cv::Mat& from, const cv::Mat& to, const Points& start, Points& end) {
+std::vector<char> Follow(const Pyramid& from, const Pyramid& to, const Points& start, Points& end) {
   std::vector<unsigned char> there, here;
   std::vector<float> error;
   Points back = start;
   const cv::Size window(kWindow_px, kWindow_px);
-  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kIterations, 0.01);
   cv::calcOpticalFlowPyrLK(from, to, start, end, there, error, window, kLevels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   cv::calcOpticalFlowPyrLK(to, from, end, back, here, error, window, kLevels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   std::vector<char> found(start.size());
@@ -83,11 +90,11 @@ Points CornersOf(const cv::Mat& grey, int count) {
 }
 
 // A similarity from one frame to the next, as 2x3; the identity where there is nothing to hold on to.
-cv::Matx23d Step(const cv::Mat& a, const cv::Mat& b) {
+cv::Matx23d Step(const cv::Mat& a, const Pyramid& pa, const Pyramid& pb) {
   const Points corners = CornersOf(a, 120);
   if (corners.size() >= 8) {
     Points end = corners;
-    const auto found = Follow(a, b, corners, end);
+    const auto found = Follow(pa, pb, corners, end);
     Points from, to;
     for (std::size_t i = 0; i < corners.size(); ++i)
       if (found[i]) from.push_back(corners[i]), to.push_back(end[i]);
@@ -200,9 +207,12 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   // From frame to frame, and from the first to each.
   Progress steps(sink, "following the background", 2 * static_cast<long>(n));
   std::vector<cv::Matx23d> step(grey.size());
-  ParallelFor(grey.size() - 1, 4, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(grey.size() - 1, 8, [&](std::size_t begin, std::size_t end) {
+    Pyramid before = PyramidOf(grey[begin]);
     for (std::size_t i = begin; i < end; ++i) {
-      step[i + 1] = Step(grey[i], grey[i + 1]);
+      Pyramid after = PyramidOf(grey[i + 1]);
+      step[i + 1] = Step(grey[i], before, after);
+      before = std::move(after);
       steps.Step();
     }
   });
@@ -231,6 +241,7 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   cv::Scalar mean, deviation;
   cv::meanStdDev(grey[reference], mean, deviation);
   const cv::Mat& base = grey[reference];
+  const Pyramid base_pyramid = PyramidOf(base);
   const Points corners = CornersOf(base, options.corners);
   const auto m = static_cast<Eigen::Index>(corners.size());
   if (m < options.min_corners) throw little;
@@ -249,7 +260,7 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
         for (cv::Point2f& x : guess) x = Apply(move, x);
         const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
         Points end_points = guess;
-        const auto found = Follow(base, now, corners, end_points);
+        const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
         for (Eigen::Index j = 0; j < m; ++j) {
           const auto c = static_cast<std::size_t>(j);
           const cv::Point2f& x = end_points[c];

@@ -45,28 +45,33 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
   }
   cv::Mat mean = cv::Mat::zeros(h, w, CV_32F), rest = cv::Mat::zeros(h, w, CV_32F), periodic = cv::Mat::zeros(h, w, CV_32F), seen = cv::Mat::zeros(h, w, CV_32F);
   ParallelFor(static_cast<std::size_t>(pixels), 64, [&](std::size_t begin, std::size_t end) {
-    VectorXd v(n);
+    MatrixXd v(n, 3);
     for (std::size_t p = begin; p < end; ++p) {
-      double sum = 0;
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
       Eigen::Index count = 0;
       for (Eigen::Index i = 0; i < n; ++i) {
         float rgb[3];
         pixel(alignment.frames[static_cast<std::size_t>(i)], static_cast<int>(p), rgb);
-        v[i] = rgb[0] < 0 ? -1 : (static_cast<double>(rgb[0]) + static_cast<double>(rgb[1]) + static_cast<double>(rgb[2])) / 3;
-        if (v[i] >= 0) sum += v[i], ++count;
+        v.row(i) << static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]);
+        if (rgb[0] >= 0) sum += v.row(i), ++count;
       }
       const int y = static_cast<int>(p) / w, x = static_cast<int>(p) % w;
       seen.at<float>(y, x) = static_cast<float>(count) / static_cast<float>(n);
       if (static_cast<double>(count) < kMinSeen * static_cast<double>(n)) continue;
-      const double m = sum / static_cast<double>(count);
-      for (Eigen::Index i = 0; i < n; ++i) v[i] = v[i] < 0 ? 0 : v[i] - m;
-      const VectorXd r = v - Q * (Q.transpose() * v);
+      const Eigen::RowVector3d m = sum / static_cast<double>(count);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        if (v(i, 0) < 0)
+          v.row(i).setZero();
+        else
+          v.row(i) -= m;
+      }
+      const MatrixXd r = v - Q * (Q.transpose() * v);
       const auto frames = static_cast<double>(count);
-      mean.at<float>(y, x) = static_cast<float>(m);
-      rest.at<float>(y, x) = static_cast<float>(r.squaredNorm() / frames);
+      mean.at<float>(y, x) = static_cast<float>(m.mean());
+      rest.at<float>(y, x) = static_cast<float>(r.squaredNorm() / frames / 3);
       if (P.cols() == 0) continue;
       const double explained = (P.transpose() * r).squaredNorm();
-      if (explained > kPeriodicChance * static_cast<double>(P.cols()) / frames * r.squaredNorm()) periodic.at<float>(y, x) = static_cast<float>(explained / frames);
+      if (explained > kPeriodicChance * static_cast<double>(P.cols()) / frames * r.squaredNorm()) periodic.at<float>(y, x) = static_cast<float>(explained / frames / 3);
     }
   });
   cv::Mat gx, gy, raw = cv::Mat::zeros(h, w, CV_8U);

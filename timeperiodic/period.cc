@@ -30,6 +30,7 @@ constexpr double kNearlyAsGood = 0.8;     // of what the taken period explains: 
 constexpr double kResolved = 4;           // frames: from here on motion between frames is less than a quarter turn
 constexpr double kLine = 8;               // standard deviations that a line of the spectrum must stand out by to be one
 constexpr double kFirstLine = 10;         // the same, of a fundamental by itself
+constexpr double kChance = 14;            // over the frames' number: share that the best of many periods may predict by chance
 constexpr double kSlip = 0.6;             // frames that a lead must jump by
 constexpr double kCameraShare = 0.8;      // of the camera's movement explained by the scene's period: commensurate
 
@@ -105,6 +106,8 @@ std::optional<Shifted> ByShift(const std::vector<double>& rho, std::size_t frame
     }
   for (const std::size_t k : peaks) {
     if (rho[k] < best - 0.1) continue;
+    // It is seen to end as well: likeness that grows up to the last shift is no return yet.
+    if (*std::min_element(rho.begin() + static_cast<std::ptrdiff_t>(k), rho.begin() + static_cast<std::ptrdiff_t>(last) + 1) > rho[k] - 0.05) continue;
     return Shifted{static_cast<double>(k) + Vertex(rho[k - 1], rho[k], rho[k + 1]), rho[k]};
   }
   return std::nullopt;
@@ -395,13 +398,14 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
         if (CameraShare(s, camera, r.period) < 0.5) scene.push_back(r);
       if (!scene.empty() && scene[0].fit.explained > std::max(options.min_explained, 0.3 * all[0].fit.explained)) all = scene;
     }
-    if (!all.empty() && all[0].fit.explained >= options.min_explained) {
+    if (!all.empty() && all[0].fit.explained >= std::max(options.min_explained, kChance / static_cast<double>(n))) {
       taken = all[Fundamental(all, total, fit.span())];
       const double longer = WithItsLines(fit, taken->period, std::max(1, taken->fit.harmonics), max_period, total);
       if (longer > 1.5 * taken->period) {
         const int harmonics = std::min(most, std::max(2, static_cast<int>(std::lround(taken->fit.harmonics * longer / taken->period))));
         const double refined = fit.Refine(longer, std::min(harmonics, 6), 0.2);
-        taken = Refined{refined, fit.CrossValidate(refined, most)};
+        const Refined whole{refined, fit.CrossValidate(refined, most)};
+        if (whole.fit.explained > kNearlyAsGood * taken->fit.explained) taken = whole;
       }
     }
   }
@@ -523,11 +527,14 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
                                      "same; film at a higher frame rate to tell",
                                      periods));
   }
-  e.camera_share = CameraShare(s, camera, e.period_frames);
+  // With it, or every few of it: what a camera in step explains may have hidden the whole period of the scene.
+  int in_step = 1;
+  for (int k = 1; k <= 4 && k * e.period_frames < fit.span(); ++k)
+    if (const double share = CameraShare(s, camera, k * e.period_frames); share > e.camera_share + 0.1) e.camera_share = share, in_step = k;
   if (e.camera_share > kCameraShare)
-    e.warnings.push_back(fmt::format("the camera's own movement repeats with this period ({:.0f} % of it): what the scene does and what the camera does cannot "
-                                     "be told apart; wave the camera faster or slower",
-                                     100 * e.camera_share));
+    e.warnings.push_back(fmt::format("the camera's own movement repeats every {}period{} ({:.0f} % of it): what the scene does and what the camera does cannot be "
+                                     "told apart; wave the camera faster or slower",
+                                     in_step > 1 ? fmt::format("{} ", in_step) : "", in_step > 1 ? "s" : "", 100 * e.camera_share));
   const auto shown = std::min<std::size_t>(rho.size(), static_cast<std::size_t>(4.2 * e.period_frames) + 8);
   for (std::size_t k = 0; k < shown; ++k) e.similarity.emplace_back(static_cast<double>(k), rho[k]);
   for (int i = 0; i <= 600; ++i) {
