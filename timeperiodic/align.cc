@@ -18,13 +18,12 @@
 namespace lumi {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Points = std::vector<cv::Point2f>;
 
-constexpr int kWindow_px = 15, kLevels = 3;
+constexpr int kWindow_px = 13, kLevels = 3, kIterations = 12;
 constexpr float kForwardBackward_px = 0.4F;
 constexpr double kPatchCorrelation = 0.7;
 constexpr int kPatchRadius_px = 4;
@@ -32,6 +31,7 @@ constexpr double kModeRms_px = 0.08;       // displacement that a mode must be w
 constexpr double kOutlier_px = 0.6;        // of a corner from its modes, at least; beyond 4 medians too
 constexpr double kMinFoundShare = 0.25;    // of the frames, in which a corner that stands still is found where it should be
 constexpr int kMinPoints = 10;             // of a frame
+constexpr Eigen::Index kModulations = 2;          // modes of the camera that change the look of what moves
 constexpr int kNode_px = 8;                // modes are interpolated at nodes so far apart
 
 // Grey, with the mean and contrast of the reference: exposure is not motion.
@@ -50,13 +50,20 @@ cv::Mat Equalised(const cv::Mat& grey, double mean, double deviation) {
   return out;
 }
 
+using Pyramid = std::vector<cv::Mat>;
+Pyramid PyramidOf(const cv::Mat& grey) {
+  Pyramid pyramid;
+  cv::buildOpticalFlowPyramid(grey, pyramid, {kWindow_px, kWindow_px}, kLevels);
+  return pyramid;
+}
+
 // There and back: true where the corner is found again.
-std::vector<char> Follow(const cv::Mat& from, const cv::Mat& to, const Points& start, Points& end) {
+std::vector<char> Follow(const Pyramid& from, const Pyramid& to, const Points& start, Points& end) {
   std::vector<unsigned char> there, here;
   std::vector<float> error;
   Points back = start;
   const cv::Size window(kWindow_px, kWindow_px);
-  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kIterations, 0.01);
   cv::calcOpticalFlowPyrLK(from, to, start, end, there, error, window, kLevels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   cv::calcOpticalFlowPyrLK(to, from, end, back, here, error, window, kLevels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   std::vector<char> found(start.size());
@@ -83,11 +90,11 @@ Points CornersOf(const cv::Mat& grey, int count) {
 }
 
 // A similarity from one frame to the next, as 2x3; the identity where there is nothing to hold on to.
-cv::Matx23d Step(const cv::Mat& a, const cv::Mat& b) {
+cv::Matx23d Step(const cv::Mat& a, const Pyramid& pa, const Pyramid& pb) {
   const Points corners = CornersOf(a, 120);
   if (corners.size() >= 8) {
     Points end = corners;
-    const auto found = Follow(a, b, corners, end);
+    const auto found = Follow(pa, pb, corners, end);
     Points from, to;
     for (std::size_t i = 0; i < corners.size(); ++i)
       if (found[i]) from.push_back(corners[i]), to.push_back(end[i]);
@@ -122,13 +129,13 @@ struct Modes {
 };
 
 Modes FitModes(Displacements& d, int count) {
-  const Index n = d.value.rows(), m = d.seen.cols();
+  const Eigen::Index n = d.value.rows(), m = d.seen.cols();
   MatrixXd W = d.value;
   Modes modes;
-  const Index k = std::min<Index>({count, 2 * m, n});
+  const Eigen::Index k = std::min<Eigen::Index>({count, 2 * m, n});
   modes.V = MatrixXd::Zero(2 * m, k);
   std::uint32_t state = 99;
-  for (Index i = 0; i < modes.V.size(); ++i) {
+  for (Eigen::Index i = 0; i < modes.V.size(); ++i) {
     state = state * 1664525U + 1013904223U;
     modes.V.data()[i] = static_cast<double>(state >> 8) / 8388608.0 - 1;
   }
@@ -141,16 +148,16 @@ Modes FitModes(Displacements& d, int count) {
     modes.c = centred * modes.V;
     const MatrixXd fitted = (modes.c * modes.V.transpose()).rowwise() + modes.mean.transpose();
     std::vector<double> rest;
-    for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j < m; ++j)
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < m; ++j)
         if (d.seen(i, j)) rest.push_back(std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)));
     if (rest.empty()) break;
     std::nth_element(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(rest.size() / 2), rest.end());
     modes.residual_px = rest[rest.size() / 2];
     // Wide at first, while the modes are not yet those of the camera.
     const double limit = std::max(kOutlier_px, 4 * modes.residual_px) * (round < 4 ? 3 : 1);
-    for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j < m; ++j) {
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < m; ++j) {
         const bool good = d.seen(i, j) && std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)) < limit;
         W(i, j) = good ? d.value(i, j) : fitted(i, j);
         W(i, m + j) = good ? d.value(i, m + j) : fitted(i, m + j);
@@ -165,18 +172,18 @@ Modes FitModes(Displacements& d, int count) {
   return modes;
 }
 
-Displacements Selected(const Displacements& d, const std::vector<Index>& rows, const std::vector<Index>& corners) {
-  const Index m = d.seen.cols();
-  std::vector<Index> columns = corners;
-  for (const Index j : corners) columns.push_back(m + j);
+Displacements Selected(const Displacements& d, const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& corners) {
+  const Eigen::Index m = d.seen.cols();
+  std::vector<Eigen::Index> columns = corners;
+  for (const Eigen::Index j : corners) columns.push_back(m + j);
   return {d.value(rows, columns), d.seen(rows, corners)};
 }
 
 }  // namespace
 
-Eigen::Vector2f Alignment::InFrame(Index row, int pixel) const {
+Eigen::Vector2f Alignment::InFrame(Eigen::Index row, int pixel) const {
   float x = static_cast<float>(pixel % width) + mode_x(pixel, 0), y = static_cast<float>(pixel / width) + mode_y(pixel, 0);
-  for (Index k = 0; k < camera.cols(); ++k) {
+  for (Eigen::Index k = 0; k < camera.cols(); ++k) {
     const auto c = static_cast<float>(camera(row, k));
     x += c * mode_x(pixel, 1 + k);
     y += c * mode_y(pixel, 1 + k);
@@ -184,13 +191,13 @@ Eigen::Vector2f Alignment::InFrame(Index row, int pixel) const {
   return {x, y};
 }
 
-Index Alignment::RowOf(int frame) const {
+Eigen::Index Alignment::RowOf(int frame) const {
   const auto at = std::lower_bound(frames.begin(), frames.end(), frame);
   return at != frames.end() && *at == frame ? at - frames.begin() : -1;
 }
 
 Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, ProgressSink& sink) {
-  const auto n = static_cast<Index>(stack.frames.size());
+  const auto n = static_cast<Eigen::Index>(stack.frames.size());
   const DataError little("too little of the picture stands still to align the frames by", "film with more of a still, textured background in view, or use a tripod");
   if (n < 3) throw DataError("the video has too few frames", "film several periods");
   std::vector<cv::Mat> grey(stack.frames.size());
@@ -200,9 +207,12 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   // From frame to frame, and from the first to each.
   Progress steps(sink, "following the background", 2 * static_cast<long>(n));
   std::vector<cv::Matx23d> step(grey.size());
-  ParallelFor(grey.size() - 1, 4, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(grey.size() - 1, 8, [&](std::size_t begin, std::size_t end) {
+    Pyramid before = PyramidOf(grey[begin]);
     for (std::size_t i = begin; i < end; ++i) {
-      step[i + 1] = Step(grey[i], grey[i + 1]);
+      Pyramid after = PyramidOf(grey[i + 1]);
+      step[i + 1] = Step(grey[i], before, after);
+      before = std::move(after);
       steps.Step();
     }
   });
@@ -231,8 +241,9 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   cv::Scalar mean, deviation;
   cv::meanStdDev(grey[reference], mean, deviation);
   const cv::Mat& base = grey[reference];
+  const Pyramid base_pyramid = PyramidOf(base);
   const Points corners = CornersOf(base, options.corners);
-  const auto m = static_cast<Index>(corners.size());
+  const auto m = static_cast<Eigen::Index>(corners.size());
   if (m < options.min_corners) throw little;
 
   // The reference's own corners in every frame, outwards from it: a corner's place in the neighbour, moved by the step
@@ -249,8 +260,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
         for (cv::Point2f& x : guess) x = Apply(move, x);
         const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
         Points end_points = guess;
-        const auto found = Follow(base, now, corners, end_points);
-        for (Index j = 0; j < m; ++j) {
+        const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
+        for (Eigen::Index j = 0; j < m; ++j) {
           const auto c = static_cast<std::size_t>(j);
           const cv::Point2f& x = end_points[c];
           const bool inside = x.x >= 0 && x.y >= 0 && x.x < static_cast<float>(stack.width) && x.y < static_cast<float>(stack.height);
@@ -266,57 +277,57 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   });
 
   const auto frames_with = [&](const Displacements& s) {
-    std::vector<Index> rows;
-    for (Index i = 0; i < s.seen.rows(); ++i)
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < s.seen.rows(); ++i)
       if (s.seen.row(i).cast<int>().sum() >= std::max<int>(kMinPoints, static_cast<int>(0.1 * static_cast<double>(s.seen.cols())))) rows.push_back(i);
     return rows;
   };
   const auto corners_with = [&](const Displacements& s) {
-    std::vector<Index> columns;
-    for (Index j = 0; j < s.seen.cols(); ++j)
+    std::vector<Eigen::Index> columns;
+    for (Eigen::Index j = 0; j < s.seen.cols(); ++j)
       if (s.seen.col(j).cast<int>().sum() >= kMinFoundShare * static_cast<double>(s.seen.rows())) columns.push_back(j);
     return columns;
   };
   const auto enough = [&](std::size_t aligned) {
     if (static_cast<double>(aligned) < options.min_aligned * static_cast<double>(n))
       throw DataError(fmt::format("the background of {} of {} frames cannot be found again in frame {}: too little of it stands still, or the camera goes too far",
-                                  n - static_cast<Index>(aligned), n, alignment.reference),
+                                  n - static_cast<Eigen::Index>(aligned), n, alignment.reference),
                       "keep the same still, textured background in view, or film the period from a tripod");
   };
-  std::vector<Index> rows = frames_with(d), kept(static_cast<std::size_t>(m));
-  std::iota(kept.begin(), kept.end(), Index{0});
+  std::vector<Eigen::Index> rows = frames_with(d), kept(static_cast<std::size_t>(m));
+  std::iota(kept.begin(), kept.end(), Eigen::Index{0});
   enough(rows.size());
   Modes modes;
   Displacements used;
   for (int round = 0; round < 2; ++round) {
     used = Selected(d, rows, kept);
     modes = FitModes(used, options.modes);
-    std::vector<Index> still;
-    for (const Index j : corners_with(used)) still.push_back(kept[static_cast<std::size_t>(j)]);
+    std::vector<Eigen::Index> still;
+    for (const Eigen::Index j : corners_with(used)) still.push_back(kept[static_cast<std::size_t>(j)]);
     if (static_cast<int>(still.size()) < options.min_corners) throw little;
     if (round == 1 || still.size() == kept.size()) break;
     kept = still;
     Displacements fewer = Selected(d, rows, kept);
-    std::vector<Index> better;
-    for (const Index i : frames_with(fewer)) better.push_back(rows[static_cast<std::size_t>(i)]);
+    std::vector<Eigen::Index> better;
+    for (const Eigen::Index i : frames_with(fewer)) better.push_back(rows[static_cast<std::size_t>(i)]);
     rows = better;
     enough(rows.size());
   }
   alignment.corners = static_cast<int>(kept.size());
   alignment.residual_px = modes.residual_px;
-  for (const Index i : rows) alignment.frames.push_back(static_cast<int>(i));
+  for (const Eigen::Index i : rows) alignment.frames.push_back(static_cast<int>(i));
   const auto count = static_cast<double>(rows.size());
-  alignment.motion_px = std::sqrt(2 * used.value.squaredNorm() / static_cast<double>(std::max<Index>(1, used.value.size())));
+  alignment.motion_px = std::sqrt(2 * used.value.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, used.value.size())));
 
   // Modes worth keeping, scaled to unit variance.
-  Index modes_kept = 0;
-  const auto corners_kept = static_cast<Index>(kept.size());
+  Eigen::Index modes_kept = 0;
+  const auto corners_kept = static_cast<Eigen::Index>(kept.size());
   while (modes_kept < modes.c.cols() && modes.c.col(modes_kept).norm() / std::sqrt(count * static_cast<double>(corners_kept)) > kModeRms_px) ++modes_kept;
   alignment.camera.resize(modes.c.rows(), modes_kept);
   MatrixXd at_corners(corners_kept, 2 * (1 + modes_kept));  // x, y of the mean and of each mode
   at_corners.col(0) = modes.mean.head(corners_kept);
   at_corners.col(1) = modes.mean.tail(corners_kept);
-  for (Index k = 0; k < modes_kept; ++k) {
+  for (Eigen::Index k = 0; k < modes_kept; ++k) {
     const double s = modes.c.col(k).norm() / std::sqrt(count);
     alignment.camera.col(k) = modes.c.col(k) / s;
     at_corners.col(2 + 2 * k) = s * modes.V.col(k).head(corners_kept);
@@ -331,7 +342,7 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
       const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw), y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
       MatrixXd B(corners_kept, 3);
       VectorXd d2(corners_kept);
-      for (Index j = 0; j < corners_kept; ++j) {
+      for (Eigen::Index j = 0; j < corners_kept; ++j) {
         const cv::Point2f& c = corners[static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
         B.row(j) << 1, (static_cast<double>(c.x) - x) / stack.width, (static_cast<double>(c.y) - y) / stack.width;
         d2[j] = B.row(j).tail(2).squaredNorm();
@@ -347,16 +358,16 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
       node[g] = SolveSymmetric(G, B.transpose() * w.asDiagonal() * at_corners).row(0);
     }
   });
-  const Index pixels = static_cast<Index>(stack.width) * stack.height;
+  const Eigen::Index pixels = static_cast<Eigen::Index>(stack.width) * stack.height;
   alignment.mode_x.resize(pixels, 1 + modes_kept);
   alignment.mode_y.resize(pixels, 1 + modes_kept);
-  for (Index p = 0; p < pixels; ++p) {
+  for (Eigen::Index p = 0; p < pixels; ++p) {
     const double x = static_cast<double>(p % stack.width) / kNode_px, y = static_cast<double>(p / stack.width) / kNode_px;
     const int i = static_cast<int>(x), j = static_cast<int>(y);
     const double u = x - i, v = y - j;
     const auto at_node = [&](int a, int b) -> const MatrixXd& { return node[static_cast<std::size_t>(b * gw + a)]; };
     const MatrixXd value = (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
-    for (Index k = 0; k <= modes_kept; ++k) {
+    for (Eigen::Index k = 0; k <= modes_kept; ++k) {
       alignment.mode_x(p, k) = static_cast<float>(value(0, 2 * k));
       alignment.mode_y(p, k) = static_cast<float>(value(0, 2 * k + 1));
     }
@@ -367,7 +378,7 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
 PixelAt AlignedPixels(const FrameStack& stack, const Alignment& alignment) {
   return [&stack, &alignment](int frame, int pixel, float* rgb) {
     rgb[0] = rgb[1] = rgb[2] = -1;
-    const Index row = alignment.RowOf(frame);
+    const Eigen::Index row = alignment.RowOf(frame);
     if (row < 0) return;
     const Eigen::Vector2f x = alignment.InFrame(row, pixel);
     const Image8& image = stack.frames[static_cast<std::size_t>(frame)];
@@ -383,18 +394,20 @@ PixelAt AlignedPixels(const FrameStack& stack, const Alignment& alignment) {
 
 MatrixXd CameraCovariates(const Alignment& alignment) {
   const MatrixXd& c = alignment.camera;
-  const Index strong = std::min<Index>(3, c.cols());
+  const Eigen::Index strong = std::min<Eigen::Index>(3, c.cols());
   MatrixXd all(c.rows(), c.cols() + strong * (strong + 1) / 2 + strong);
   all.leftCols(c.cols()) = c;
-  Index at = c.cols();
-  for (Index a = 0; a < strong; ++a)
-    for (Index b = a; b < strong; ++b) all.col(at++) = c.col(a).cwiseProduct(c.col(b));
-  for (Index a = 0; a < strong; ++a) all.col(at++) = c.col(a).array().cube();
+  Eigen::Index at = c.cols();
+  for (Eigen::Index a = 0; a < strong; ++a)
+    for (Eigen::Index b = a; b < strong; ++b) all.col(at++) = c.col(a).cwiseProduct(c.col(b));
+  for (Eigen::Index a = 0; a < strong; ++a) all.col(at++) = c.col(a).array().cube();
   return all;
 }
 
 Signals MovingSignals(const FrameStack& stack, const Alignment& alignment, const SignalsOptions& options) {
-  return SignalsOf(stack, alignment.frames, CameraCovariates(alignment), AlignedPixels(stack, alignment), options);
+  Signals signals = SignalsOf(stack, alignment.frames, CameraCovariates(alignment), AlignedPixels(stack, alignment), options);
+  signals.modulation = alignment.camera.leftCols(std::min<Eigen::Index>(kModulations, alignment.camera.cols()));
+  return signals;
 }
 
 }  // namespace lumi

@@ -13,7 +13,7 @@
 namespace lumi {
 
 struct AlignOptions {
-  int corners = 400;            // sought in the reference
+  int corners = 300;            // sought in the reference
   int modes = 8;                // of displacement, at most
   double min_aligned = 0.6;     // share of the frames
   int min_corners = 20;         // that stand still

@@ -60,7 +60,7 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
     e = CountedPeriod(o.frames[0], o.frames[1], o.count);
   } else if (o.moving) {
     const Alignment alignment = AlignFrames(stack, {}, progress);
-    e = EstimatePeriod(MovingSignals(stack, alignment, {}), alignment.camera, o.period);
+    e = EstimatePeriod(MovingSignals(stack, alignment, {.components = 48}), alignment.camera, o.period);
   } else {
     e = EstimatePeriod(FixedSignals(stack, {}), {}, o.period);
   }

@@ -10,7 +10,6 @@
 namespace lumi {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -19,6 +18,7 @@ constexpr double kGolden = 0.6180339887498949;
 // Harmonics that fold back onto each other, or phases that no frame shows: held near 0 by this share of a harmonic's own norm.
 constexpr double kRidge = 1e-3;
 constexpr int kFolds = 5;
+constexpr double kBlocks = 15;
 constexpr double kEssential = 0.02;
 constexpr int kPatience = 4;  // a texture may show in high harmonics what it does not in those between
 constexpr std::array kHarmonics{1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
@@ -30,7 +30,8 @@ MatrixXd Ridged(MatrixXd G, double rows) {
 
 }  // namespace
 
-HarmonicFit::HarmonicFit(const Signals& signals) : signals_(signals), total_(signals.values.squaredNorm()) { SetTime(signals.time); }
+HarmonicFit::HarmonicFit(const Signals& signals, bool modulated)
+    : signals_(signals), modulated_(modulated && signals.modulation.cols() > 0), total_(signals.values.squaredNorm()) { SetTime(signals.time); }
 
 void HarmonicFit::SetTime(const VectorXd& time) {
   time_ = time;
@@ -38,9 +39,10 @@ void HarmonicFit::SetTime(const VectorXd& time) {
 }
 
 MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
-  const Index n = time_.size();
-  MatrixXd B(n, 2 * harmonics);
-  for (Index i = 0; i < n; ++i) {
+  const Eigen::Index n = time_.size();
+  const Eigen::Index copies = modulated_ ? 1 + signals_.modulation.cols() : 1, plain = 2 * harmonics;
+  MatrixXd B(n, plain * copies);
+  for (Eigen::Index i = 0; i < n; ++i) {
     // The turn is taken before the sine: exact also where the time is 1e9 periods.
     const double turns = time_[i] / period, angle = kTwoPi * (turns - std::floor(turns));
     const double c1 = std::cos(angle), s1 = std::sin(angle);
@@ -53,6 +55,7 @@ MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
       B(i, 2 * h + 1) = s;
     }
   }
+  for (Eigen::Index k = 1; k < copies; ++k) B.middleCols(k * plain, plain) = signals_.modulation.col(k - 1).asDiagonal() * B.leftCols(plain);
   B -= signals_.nuisance * (signals_.nuisance.transpose() * B);
   return B;
 }
@@ -70,17 +73,19 @@ CrossValidation HarmonicFit::CrossValidate(double period, int max_harmonics) con
 CrossValidation HarmonicFit::CrossValidate(double period, int first, int last) const {
   CrossValidation best;
   best.explained = -1e9;
-  const Index n = time_.size();
+  const Eigen::Index n = time_.size();
   const double begin = time_.minCoeff();
-  const int folds = std::clamp(static_cast<int>(span_ / period), 2, kFolds);
-  std::vector<std::vector<Index>> rows(static_cast<std::size_t>(folds));
-  for (Index i = 0; i < n; ++i)
-    rows[static_cast<std::size_t>(static_cast<long>(std::floor((time_[i] - begin) / period)) % folds)].push_back(i);
+  // Whole cycles, and a good part of the video at once: frames that follow each other are alike for other reasons too.
+  const double block = period * std::max(1.0, std::ceil(span_ / (kBlocks * period)));
+  const int folds = std::clamp(static_cast<int>(span_ / block), 2, kFolds);
+  std::vector<std::vector<Eigen::Index>> rows(static_cast<std::size_t>(folds));
+  for (Eigen::Index i = 0; i < n; ++i)
+    rows[static_cast<std::size_t>(static_cast<long>(std::floor((time_[i] - begin) / block)) % folds)].push_back(i);
   std::vector<std::pair<int, double>> tried;
   int worse = 0;
   for (const int h : kHarmonics) {
     if (h < first) continue;
-    if (h > last || 4 * h > n || worse == kPatience) break;
+    if (h > last || (modulated_ ? 2 + 2 * signals_.modulation.cols() : 2) * 2 * h > n || worse == kPatience) break;
     const MatrixXd B = Basis(period, h);
     const MatrixXd G = B.transpose() * B, b = B.transpose() * signals_.values;
     VectorXd error(n);
@@ -89,7 +94,7 @@ CrossValidation HarmonicFit::CrossValidate(double period, int first, int last) c
       const MatrixXd Bf = B(fold, Eigen::all), Yf = signals_.values(fold, Eigen::all);
       const MatrixXd x = SolveSymmetric(Ridged(G - Bf.transpose() * Bf, static_cast<double>(n - Bf.rows())), b - Bf.transpose() * Yf);
       const VectorXd e = (Yf - Bf * x).rowwise().squaredNorm();
-      for (std::size_t k = 0; k < fold.size(); ++k) error[fold[k]] = e[static_cast<Index>(k)];
+      for (std::size_t k = 0; k < fold.size(); ++k) error[fold[k]] = e[static_cast<Eigen::Index>(k)];
     }
     const double explained = 1 - error.sum() / total_;
     tried.emplace_back(h, explained);
@@ -133,15 +138,20 @@ double HarmonicFit::Refine(double start, int harmonics, double reach) const {
   return 2 / (low + high);
 }
 
+MatrixXd HarmonicFit::Rest(double period, int harmonics) const {
+  const MatrixXd B = Basis(period, harmonics);
+  return signals_.values - B * SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
+}
+
 HarmonicFit::Offsets HarmonicFit::FrameOffsets(double period, int harmonics) const {
   const MatrixXd B = Basis(period, harmonics);
   const MatrixXd x = SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
   // d/dt of the fit: cos -> -h w sin, sin -> h w cos.
   MatrixXd slope(x.rows(), x.cols());
-  for (int h = 0; h < harmonics; ++h) {
-    const double w = kTwoPi * (h + 1) / period;
-    slope.row(2 * h) = w * x.row(2 * h + 1);
-    slope.row(2 * h + 1) = -w * x.row(2 * h);
+  for (Eigen::Index row = 0; row < x.rows(); row += 2) {
+    const double w = kTwoPi * static_cast<double>((row / 2) % harmonics + 1) / period;
+    slope.row(row) = w * x.row(row + 1);
+    slope.row(row + 1) = -w * x.row(row);
   }
   const MatrixXd rest = signals_.values - B * x, rate = B * slope;
   Offsets offsets;

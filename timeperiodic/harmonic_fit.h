@@ -17,8 +17,8 @@ struct CrossValidation {
 
 class HarmonicFit {
  public:
-  // The signals must outlive it.
-  explicit HarmonicFit(const Signals& signals);
+  // The signals must outlive it. modulated: harmonics also multiplied by Signals::modulation.
+  explicit HarmonicFit(const Signals& signals, bool modulated = false);
 
   // The time that harmonics are fitted at in place of the frames' own, in frames (a row of the signals each).
   void SetTime(const Eigen::VectorXd& time);
@@ -31,6 +31,9 @@ class HarmonicFit {
   CrossValidation CrossValidate(double period, int first, int last) const;
   // The period near `start` (within `reach` cycles over the whole video) that explains most.
   double Refine(double start, int harmonics, double reach) const;
+
+  // What the fit leaves.
+  Eigen::MatrixXd Rest(double period, int harmonics) const;
 
   // How far each frame is ahead of the fit, in frames (positive: it shows what the fit shows later), and how much that says.
   struct Offsets {
@@ -45,6 +48,7 @@ class HarmonicFit {
   Eigen::MatrixXd Basis(double period, int harmonics) const;
   const Signals& signals_;
   Eigen::VectorXd time_;
+  bool modulated_ = false;
   double span_ = 0, total_ = 0;
 };
 

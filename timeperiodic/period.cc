@@ -15,7 +15,6 @@
 namespace lumi {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -25,9 +24,13 @@ constexpr int kScreenHarmonics = 6;       // with these candidates are ranked
 constexpr std::size_t kClosely = 10;      // candidates that are cross-validated
 constexpr double kAsGood = 0.002;         // share of the variance: a longer period that predicts no more than this better is a multiple
 constexpr double kSignificant = 3;        // standard errors
-constexpr double kPlainer = 0.03;         // share: of periods that predict within this of the best, those of far higher frequencies are aliases
+constexpr double kAliasShare = 0.6;          // of what an alias explains: what it folds back to explains at least this
+constexpr int kMaxModulated = 12;         // harmonics, where each is multiplied by the camera's place too
 constexpr double kNearlyAsGood = 0.8;     // of what the taken period explains: worth telling
 constexpr double kResolved = 4;           // frames: from here on motion between frames is less than a quarter turn
+constexpr double kLine = 8;               // standard deviations that a line of the spectrum must stand out by to be one
+constexpr double kFirstLine = 10;         // the same, of a fundamental by itself
+constexpr double kChance = 14;            // over the frames' number: share that the best of many periods may predict by chance
 constexpr double kSlip = 0.6;             // frames that a lead must jump by
 constexpr double kCameraShare = 0.8;      // of the camera's movement explained by the scene's period: commensurate
 
@@ -41,10 +44,10 @@ struct Paired {
   double mean = 0, error = 0;
 };
 Paired Compare(const VectorXd& a, const VectorXd& b, double total) {
-  const Index blocks = std::clamp<Index>(a.size() / 8, 4, 24);
+  const Eigen::Index blocks = std::clamp<Eigen::Index>(a.size() / 8, 4, 24);
   VectorXd d(blocks);
-  for (Index k = 0; k < blocks; ++k) {
-    const Index begin = k * a.size() / blocks, end = (k + 1) * a.size() / blocks;
+  for (Eigen::Index k = 0; k < blocks; ++k) {
+    const Eigen::Index begin = k * a.size() / blocks, end = (k + 1) * a.size() / blocks;
     d[k] = (a.segment(begin, end - begin).sum() - b.segment(begin, end - begin).sum()) / total * static_cast<double>(blocks);
   }
   Paired p;
@@ -54,14 +57,14 @@ Paired Compare(const VectorXd& a, const VectorXd& b, double total) {
 }
 
 // Correlation of the signals with themselves, shifted by whole frames.
-std::vector<double> SelfSimilarity(const Signals& s, Index max_shift) {
+std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
   // Rows by time: frames that are missing are 0 in both.
   const double begin = s.time.minCoeff();
-  const auto n = static_cast<Index>(std::lround(s.time.maxCoeff() - begin)) + 1;
+  const auto n = static_cast<Eigen::Index>(std::lround(s.time.maxCoeff() - begin)) + 1;
   MatrixXd v = MatrixXd::Zero(n, s.values.cols());
   VectorXd norm = VectorXd::Zero(n);
-  for (Index i = 0; i < s.time.size(); ++i) {
-    const auto at = static_cast<Index>(std::lround(s.time[i] - begin));
+  for (Eigen::Index i = 0; i < s.time.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(std::lround(s.time[i] - begin));
     v.row(at) = s.values.row(i);
     norm[at] = s.values.row(i).squaredNorm();
   }
@@ -69,7 +72,7 @@ std::vector<double> SelfSimilarity(const Signals& s, Index max_shift) {
   std::vector<double> rho(static_cast<std::size_t>(std::min(max_shift, n - 1) + 1), 0);
   ParallelFor(rho.size(), 4, [&](std::size_t from, std::size_t to) {
     for (std::size_t j = from; j < to; ++j) {
-      const auto k = static_cast<Index>(j), m = n - k;
+      const auto k = static_cast<Eigen::Index>(j), m = n - k;
       const double product = (v.topRows(m).array() * v.bottomRows(m).array()).sum();
       const double a = norm.head(m).dot(seen.tail(m)), b = norm.tail(m).dot(seen.head(m));
       rho[j] = a + b > 0 ? 2 * product / (a + b) : 0;  // 1 - mean squared difference / mean energy
@@ -103,16 +106,19 @@ std::optional<Shifted> ByShift(const std::vector<double>& rho, std::size_t frame
     }
   for (const std::size_t k : peaks) {
     if (rho[k] < best - 0.1) continue;
+    // It is seen to end as well: likeness that grows up to the last shift is no return yet.
+    if (*std::min_element(rho.begin() + static_cast<std::ptrdiff_t>(k), rho.begin() + static_cast<std::ptrdiff_t>(last) + 1) > rho[k] - 0.05) continue;
     return Shifted{static_cast<double>(k) + Vertex(rho[k - 1], rho[k], rho[k + 1]), rho[k]};
   }
   return std::nullopt;
 }
 
-Signals Rows(const Signals& s, const std::vector<Index>& rows) {
+Signals Rows(const Signals& s, const std::vector<Eigen::Index>& rows) {
   Signals part = s;
   part.values = s.values(rows, Eigen::all);
   part.time = s.time(rows);
   part.nuisance = s.nuisance(rows, Eigen::all);
+  if (s.modulation.cols() > 0) part.modulation = s.modulation(rows, Eigen::all);
   return part;
 }
 
@@ -127,15 +133,15 @@ std::optional<PeriodEstimate> FromFewCycles(const Signals& s, const std::vector<
   e.few_cycles = true;
   e.period_frames = found->period;
   e.explained = found->correlation;
-  const auto pairs = static_cast<Index>(n) - static_cast<Index>(std::lround(found->period));
-  const Index blocks = std::clamp<Index>(pairs / 2, 2, 6);
+  const auto pairs = static_cast<Eigen::Index>(n) - static_cast<Eigen::Index>(std::lround(found->period));
+  const Eigen::Index blocks = std::clamp<Eigen::Index>(pairs / 2, 2, 6);
   std::vector<double> left_out;
-  for (Index b = 0; b < blocks; ++b) {
-    std::vector<Index> rows;
-    for (Index i = 0; i < static_cast<Index>(n); ++i)
+  for (Eigen::Index b = 0; b < blocks; ++b) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(n); ++i)
       if (i < b * pairs / blocks || i >= (b + 1) * pairs / blocks) rows.push_back(i);
     const Signals part = Rows(s, rows);
-    const auto r = SelfSimilarity(part, static_cast<Index>(rho.size()));
+    const auto r = SelfSimilarity(part, static_cast<Eigen::Index>(rho.size()));
     const auto k = static_cast<std::size_t>(std::lround(found->period));
     std::size_t top = k;
     for (const std::size_t j : {k - 1, k + 1})
@@ -156,7 +162,7 @@ double CameraShare(const Signals& s, const MatrixXd& camera, double period) {
   Signals own;
   own.time = s.time;
   own.nuisance = MatrixXd::Constant(camera.rows(), 1, 1 / std::sqrt(static_cast<double>(camera.rows())));
-  own.values = camera.leftCols(std::min<Index>(camera.cols(), 3));
+  own.values = camera.leftCols(std::min<Eigen::Index>(camera.cols(), 3));
   own.values.rowwise() -= own.values.colwise().mean().eval();
   const HarmonicFit fit(own);
   if (!(own.values.squaredNorm() > 0)) return 0;
@@ -172,15 +178,15 @@ std::vector<double> Aliases(double period) {
 }
 
 // Frames that lead the fit by whole frames from some frame on. Leads are compared before and after each frame.
-std::vector<std::pair<Index, int>> FindSlips(const HarmonicFit& fit, double period, int harmonics) {
+std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, double period, int harmonics) {
   const auto offsets = fit.FrameOffsets(period, harmonics);
-  const Index n = offsets.lead.size();
-  const Index window = std::clamp<Index>(static_cast<Index>(0.35 * period), 10, 60);
+  const Eigen::Index n = offsets.lead.size();
+  const Eigen::Index window = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(0.35 * period), 10, 60);
   if (n < 4 * window) return {};
-  const auto weighted = [&](Index begin, Index end) {
+  const auto weighted = [&](Eigen::Index begin, Eigen::Index end) {
     std::vector<std::pair<double, double>> v;
     double sum = 0;
-    for (Index i = begin; i < end; ++i) v.emplace_back(offsets.lead[i], offsets.weight[i]), sum += offsets.weight[i];
+    for (Eigen::Index i = begin; i < end; ++i) v.emplace_back(offsets.lead[i], offsets.weight[i]), sum += offsets.weight[i];
     std::sort(v.begin(), v.end());
     double half = 0;
     for (const auto& [lead, weight] : v)
@@ -188,18 +194,18 @@ std::vector<std::pair<Index, int>> FindSlips(const HarmonicFit& fit, double peri
     return 0.0;
   };
   VectorXd jump = VectorXd::Zero(n);
-  for (Index i = window; i + window <= n; ++i) jump[i] = weighted(i, i + window) - weighted(i - window, i);
+  for (Eigen::Index i = window; i + window <= n; ++i) jump[i] = weighted(i, i + window) - weighted(i - window, i);
   // What jumps as far elsewhere is noise.
   std::vector<double> size;
-  for (Index i = window; i + window <= n; ++i) size.push_back(std::abs(jump[i]));
+  for (Eigen::Index i = window; i + window <= n; ++i) size.push_back(std::abs(jump[i]));
   std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
   const double usual = size[size.size() / 2];
-  std::vector<std::pair<Index, int>> slips;
-  Index at = 0;
+  std::vector<std::pair<Eigen::Index, int>> slips;
+  Eigen::Index at = 0;
   const double most = jump.cwiseAbs().maxCoeff(&at);
   if (most > std::max(kSlip, 5 * usual) && std::lround(jump[at]) != 0) {
     // The plateau's middle.
-    Index first = at, last = at;
+    Eigen::Index first = at, last = at;
     while (first > window && jump[first - 1] * jump[at] > 0 && std::abs(jump[first - 1]) > 0.9 * most) --first;
     while (last + 1 + window <= n && jump[last + 1] * jump[at] > 0 && std::abs(jump[last + 1]) > 0.9 * most) ++last;
     slips.emplace_back((first + last) / 2, static_cast<int>(std::lround(jump[at])));
@@ -218,7 +224,7 @@ std::string RelationOf(double period, double taken) {
 }
 
 // Candidates refined and cross-validated, best first.
-std::vector<Refined> Judge(const HarmonicFit& fit, std::vector<double> periods, double min_period, double max_period) {
+std::vector<Refined> Judge(const HarmonicFit& fit, std::vector<double> periods, double min_period, double max_period, int most) {
   std::vector<std::pair<double, double>> ranked(periods.size());
   ParallelFor(periods.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -237,9 +243,9 @@ std::vector<Refined> Judge(const HarmonicFit& fit, std::vector<double> periods, 
   }
   ParallelFor(all.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      all[i].fit = fit.CrossValidate(all[i].period, kMaxHarmonics);
+      all[i].fit = fit.CrossValidate(all[i].period, most);
       all[i].period = fit.Refine(all[i].period, std::max(1, all[i].fit.harmonics), 0.1);
-      all[i].fit = fit.CrossValidate(all[i].period, kMaxHarmonics);
+      all[i].fit = fit.CrossValidate(all[i].period, most);
     }
   });
   std::sort(all.begin(), all.end(), [](const Refined& a, const Refined& b) { return a.fit.explained > b.fit.explained; });
@@ -247,15 +253,24 @@ std::vector<Refined> Judge(const HarmonicFit& fit, std::vector<double> periods, 
 }
 
 // The shortest that predicts as well as the best.
-std::size_t Fundamental(const std::vector<Refined>& all, double total) {
+std::size_t Fundamental(const std::vector<Refined>& all, double total, double span) {
   // A short period with many harmonics folds back onto those of a long one with few: the highest frequency tells them apart.
   const auto frequency = [&](std::size_t i) { return all[i].fit.essential / all[i].period; };
-  double lowest = frequency(0);
-  for (std::size_t i = 1; i < all.size(); ++i)
-    if (all[i].fit.explained > all[0].fit.explained - kPlainer) lowest = std::min(lowest, frequency(i));
-  const auto plain = [&](std::size_t i) { return frequency(i) <= 2.1 * lowest; };
+  const auto is_alias_of = [&](std::size_t i, std::size_t j) {
+    if (all[j].fit.explained < kAliasShare * all[i].fit.explained || frequency(j) > 0.5 * frequency(i)) return false;
+    for (int k = 2; k <= all[i].fit.harmonics; ++k) {
+      const double f = k / all[i].period, folded = std::abs(f - std::round(f));
+      if (f > 0.5 && std::abs(folded - 1 / all[j].period) < 0.7 / span) return true;
+    }
+    return false;
+  };
+  const auto plain = [&](std::size_t i) {
+    for (std::size_t j = 0; j < all.size(); ++j)
+      if (j != i && is_alias_of(i, j)) return false;
+    return true;
+  };
   std::size_t best = 0;
-  while (!plain(best)) ++best;
+  while (best + 1 < all.size() && !plain(best)) ++best;
   std::size_t taken = best;
   for (std::size_t i = best + 1; i < all.size(); ++i) {
     if (all[i].period >= all[taken].period || !plain(i)) continue;
@@ -265,15 +280,48 @@ std::size_t Fundamental(const std::vector<Refined>& all, double total) {
   return taken;
 }
 
+// A multiple, where lines of the spectrum say so that the period does not have: blades that are nearly alike differ by
+// less than a fit with all of the multiple's harmonics loses to noise.
+double WithItsLines(const HarmonicFit& fit, double period, int harmonics, double max_period, double total) {
+  for (int round = 0; round < 3; ++round) {
+    const Spectrum rest = SpectrumOf(fit.Rest(period, harmonics), fit.time(), total);
+    int factor = 1;
+    double most = 0;
+    for (const int m : {2, 3}) {
+      if (m * period > max_period) continue;
+      int lines = 0;
+      double evidence = 0, first = 0;
+      for (int h = 1; h <= 4 * m; ++h) {
+        if (h % m == 0) continue;
+        const double f = h / (m * period), folded = std::abs(f - std::round(f));
+        // Too near to nothing, or to a line that is there anyway: no ground to stand out of.
+        if (folded * fit.span() < 2) continue;
+        const double e = LineEvidence(rest, f, fit.span());
+        evidence += std::min(e, 50.0);
+        if (e > kLine) ++lines;
+        if (h < m) first = std::max(first, e);
+      }
+      if ((lines >= 3 || first > kFirstLine) && evidence > most) {
+        factor = m;
+        most = evidence;
+      }
+    }
+    if (factor == 1) return period;
+    period *= factor;
+    harmonics = std::min(harmonics * factor, kMaxHarmonics);
+  }
+  return period;
+}
+
 // Leads of parts of the video against their time: a polynomial, weighted by what each part says.
 PolynomialFit LeadOverTime(const HarmonicFit& fit, double period, int harmonics, int degree) {
   const auto offsets = fit.FrameOffsets(period, harmonics);
-  const Index n = offsets.lead.size();
+  const Eigen::Index n = offsets.lead.size();
   const double cycles = fit.span() / period;
-  const Index parts = std::clamp<Index>(static_cast<Index>(2 * cycles), 6, 40);
+  const Eigen::Index parts = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(2 * cycles), 6, 40);
   std::vector<double> t, lead, weight;
-  for (Index k = 0; k < parts; ++k) {
-    const Index begin = k * n / parts, end = (k + 1) * n / parts;
+  for (Eigen::Index k = 0; k < parts; ++k) {
+    const Eigen::Index begin = k * n / parts, end = (k + 1) * n / parts;
     const VectorXd w = offsets.weight.segment(begin, end - begin);
     if (!(w.sum() > 0)) continue;
     // Time from the video's middle in units of its length: powers stay apart.
@@ -281,7 +329,7 @@ PolynomialFit LeadOverTime(const HarmonicFit& fit, double period, int harmonics,
     lead.push_back(offsets.lead.segment(begin, end - begin).dot(w) / w.sum());
     weight.push_back(w.sum());
   }
-  const auto map = [](const std::vector<double>& v) { return Eigen::Map<const VectorXd>(v.data(), static_cast<Index>(v.size())); };
+  const auto map = [](const std::vector<double>& v) { return Eigen::Map<const VectorXd>(v.data(), static_cast<Eigen::Index>(v.size())); };
   return FitPolynomial(map(t), map(lead), map(weight), degree);
 }
 
@@ -317,14 +365,16 @@ PeriodEstimate CountedPeriod(int a, int b, int periods) {
 
 PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const PeriodOptions& options) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
-  const Index n = s.time.size();
+  const Eigen::Index n = s.time.size();
   const DataError nothing("nothing repeats in this video: no period predicts one part of it from the others",
                           "film several periods, from a tripod or with a background that stands still");
   if (n < 8) throw DataError(fmt::format("{} frames are too few for a period", n), "film several periods");
   const double total = s.values.squaredNorm();
   if (!(total > 0)) throw nothing;
-  HarmonicFit fit(s);
-  const std::vector<double> rho = SelfSimilarity(s, std::min<Index>(n - 1, 4000));
+  const bool modulated = s.modulation.cols() > 0;
+  const int most = modulated ? kMaxModulated : kMaxHarmonics;
+  HarmonicFit fit(s, modulated);
+  const std::vector<double> rho = SelfSimilarity(s, std::min<Eigen::Index>(n - 1, 4000));
 
   double max_period = fit.span() / kMinCycles;
   if (options.max_period > 0) max_period = std::min(max_period, options.max_period);
@@ -340,7 +390,7 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
       for (const double ratio : {0.25, 1.0 / 3, 0.5, 2.0, 3.0, 4.0})
         if (const double p = ratio * periods[i]; p >= options.min_period && p <= max_period) periods.push_back(p);
     CheckInterrupted();
-    all = Judge(fit, periods, options.min_period, max_period);
+    all = Judge(fit, periods, options.min_period, max_period, most);
     if (!all.empty() && camera.cols() > 0) {
       // What the camera does itself is no period of the scene, where another one is there.
       std::vector<Refined> scene;
@@ -348,11 +398,22 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
         if (CameraShare(s, camera, r.period) < 0.5) scene.push_back(r);
       if (!scene.empty() && scene[0].fit.explained > std::max(options.min_explained, 0.3 * all[0].fit.explained)) all = scene;
     }
-    if (!all.empty() && all[0].fit.explained >= options.min_explained) taken = all[Fundamental(all, total)];
+    if (!all.empty() && all[0].fit.explained >= std::max(options.min_explained, kChance / static_cast<double>(n))) {
+      taken = all[Fundamental(all, total, fit.span())];
+      const double longer = WithItsLines(fit, taken->period, std::max(1, taken->fit.harmonics), max_period, total);
+      if (longer > 1.5 * taken->period) {
+        const int harmonics = std::min(most, std::max(2, static_cast<int>(std::lround(taken->fit.harmonics * longer / taken->period))));
+        const double refined = fit.Refine(longer, std::min(harmonics, 6), 0.2);
+        const Refined whole{refined, fit.CrossValidate(refined, most)};
+        if (whole.fit.explained > kNearlyAsGood * taken->fit.explained) taken = whole;
+      }
+    }
   }
 
   // Too few cycles for that, or one that is much better by itself than what repeats faster within it.
-  auto few = FromFewCycles(s, rho);
+  // (A moving camera that comes back to where it was looks the same to a shift.)
+  std::optional<PeriodEstimate> few;
+  if (!taken || camera.cols() == 0) few = FromFewCycles(s, rho);
   if (few && options.max_period > 0 && few->period_frames > options.max_period) few.reset();
   if (few && few->period_frames < options.min_period) few.reset();
   if (taken && few) {
@@ -384,7 +445,7 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
       const double before = fit.CrossValidate(period, harmonics, harmonics).explained;
       const VectorXd old = time;
       const auto [at, frames] = slips[0];
-      for (Index i = at; i < n; ++i) time[i] += frames;
+      for (Eigen::Index i = at; i < n; ++i) time[i] += frames;
       fit.SetTime(time);
       const double p = fit.Refine(period, std::min(harmonics, 3), 0.5 * std::abs(frames) / period + 0.1);
       if (fit.CrossValidate(p, harmonics, harmonics).explained < before + 0.0005) {
@@ -423,7 +484,7 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
       fit.SetTime(slipped);
       period = fit.Refine(period, harmonics, 0.1);
     }
-    const CrossValidation final_fit = fit.CrossValidate(period, kMaxHarmonics);
+    const CrossValidation final_fit = fit.CrossValidate(period, most);
     if (final_fit.explained > 0) harmonics = final_fit.harmonics;
     period = fit.Refine(period, harmonics, 0.1);
     lead = LeadOverTime(fit, period, harmonics, 1);
@@ -437,7 +498,7 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
     for (const double ratio : shown) {
       const double p = ratio * period;
       if (p < options.min_period || p > max_period) continue;
-      const CrossValidation cv = fit.CrossValidate(p, kMaxHarmonics);
+      const CrossValidation cv = fit.CrossValidate(p, most);
       e.candidates.push_back({p, RelationOf(p, period), cv.explained, cv.harmonics});
     }
     for (const Refined& r : all)
@@ -466,11 +527,14 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
                                      "same; film at a higher frame rate to tell",
                                      periods));
   }
-  e.camera_share = CameraShare(s, camera, e.period_frames);
+  // With it, or every few of it: what a camera in step explains may have hidden the whole period of the scene.
+  int in_step = 1;
+  for (int k = 1; k <= 4 && k * e.period_frames < fit.span(); ++k)
+    if (const double share = CameraShare(s, camera, k * e.period_frames); share > e.camera_share + 0.1) e.camera_share = share, in_step = k;
   if (e.camera_share > kCameraShare)
-    e.warnings.push_back(fmt::format("the camera's own movement repeats with this period ({:.0f} % of it): what the scene does and what the camera does cannot "
-                                     "be told apart; wave the camera faster or slower",
-                                     100 * e.camera_share));
+    e.warnings.push_back(fmt::format("the camera's own movement repeats every {}period{} ({:.0f} % of it): what the scene does and what the camera does cannot be "
+                                     "told apart; wave the camera faster or slower",
+                                     in_step > 1 ? fmt::format("{} ", in_step) : "", in_step > 1 ? "s" : "", 100 * e.camera_share));
   const auto shown = std::min<std::size_t>(rho.size(), static_cast<std::size_t>(4.2 * e.period_frames) + 8);
   for (std::size_t k = 0; k < shown; ++k) e.similarity.emplace_back(static_cast<double>(k), rho[k]);
   for (int i = 0; i <= 600; ++i) {

@@ -17,6 +17,9 @@ struct Signals {
   std::vector<int> frame;       // of each row, in the video
   // Orthonormal columns: 1, and of a moving video what tells the camera's place. Periods are fitted beside them.
   Eigen::MatrixXd nuisance;
+  // A column each of what changes the look of what moves: the camera's place, unit variance. Harmonics are fitted with and
+  // without being multiplied by them. No columns for a fixed video.
+  Eigen::MatrixXd modulation;
   int video_frames = 0;         // of the whole video
   double moving_share = 0;      // of the picture
   double moving_deviation = 0;  // median over the moving pixels, code values

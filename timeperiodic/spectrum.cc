@@ -27,18 +27,36 @@ double Spectrum::HarmonicSum(double f, int count) const {
   return sum;
 }
 
-Spectrum SpectrumOf(const Signals& signals) {
-  const Eigen::Index n = signals.values.rows();
-  const double begin = n > 0 ? signals.time.minCoeff() : 0;
-  const double end = n > 0 ? signals.time.maxCoeff() : 1;
+Spectrum SpectrumOf(const Signals& signals) { return SpectrumOf(signals.values, signals.time, signals.values.squaredNorm()); }
+
+double LineEvidence(const Spectrum& spectrum, double f, double span) {
+  const auto at = [&](double offset) { return spectrum.At(f + offset / span); };
+  std::vector<double> around;
+  for (double offset = 2; offset <= 14; offset += 0.5) {
+    around.push_back(at(offset));
+    around.push_back(at(-offset));
+  }
+  const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+  std::nth_element(around.begin(), middle, around.end());
+  const double median = *middle;
+  for (double& v : around) v = std::abs(v - median);
+  std::nth_element(around.begin(), middle, around.end());
+  const double deviation = std::max(1.4826 * *middle, 0.1 * median + 1e-12);
+  return (at(0) - median) / deviation;
+}
+
+Spectrum SpectrumOf(const Eigen::MatrixXd& values, const Eigen::VectorXd& time, double sum_of_squares) {
+  const Eigen::Index n = values.rows();
+  const double begin = n > 0 ? time.minCoeff() : 0;
+  const double end = n > 0 ? time.maxCoeff() : 1;
   const int length = cv::getOptimalDFTSize(kOversampling * (static_cast<int>(end - begin) + 2));
   Spectrum spectrum;
   spectrum.step = 1.0 / length;
   spectrum.power.assign(static_cast<std::size_t>(length / 2 + 1), 0);
-  const double total = std::max(1e-300, signals.values.squaredNorm());
-  for (Eigen::Index c = 0; c < signals.values.cols(); ++c) {
+  const double total = std::max(1e-300, sum_of_squares);
+  for (Eigen::Index c = 0; c < values.cols(); ++c) {
     cv::Mat row = cv::Mat::zeros(1, length, CV_64F), out;
-    for (Eigen::Index i = 0; i < n; ++i) row.at<double>(0, static_cast<int>(std::lround(signals.time[i] - begin))) = signals.values(i, c);
+    for (Eigen::Index i = 0; i < n; ++i) row.at<double>(0, static_cast<int>(std::lround(time[i] - begin))) = values(i, c);
     cv::dft(row, out, cv::DFT_COMPLEX_OUTPUT);
     for (std::size_t k = 0; k < spectrum.power.size(); ++k) {
       const auto z = out.at<cv::Vec2d>(0, static_cast<int>(k));

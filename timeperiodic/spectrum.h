@@ -17,7 +17,12 @@ struct Spectrum {
   double HarmonicSum(double cycles_per_frame, int count) const;
 };
 
+// values: a row for each of `time` (frames). Shares are of `total`, the sum of squares that is 1.
+Spectrum SpectrumOf(const Eigen::MatrixXd& values, const Eigen::VectorXd& time, double total);
 Spectrum SpectrumOf(const Signals& signals);
+
+// How far a line stands out of the spectrum around it: standard deviations of that, robustly. span: of all times, frames.
+double LineEvidence(const Spectrum& spectrum, double cycles_per_frame, double span_frames);
 
 // Fundamentals (cycles a frame) whose harmonics carry most, strongest first, for one and for several harmonics.
 std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span_frames, double min_period, double max_period);

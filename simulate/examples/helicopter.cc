@@ -16,7 +16,7 @@ std::string HelicopterJson() {
                   {"centre", {0, -1.8, 0.85}},
                   {"look_at", {0, 0, 0.2}},
                   {"amplitude", {0.34, 0.05, 0.05}},
-                  {"period_s", 4.61},
+                  {"period_s", 4.415},
                   {"hand", {{"drift", 0.05}, {"shake_deg", 0.6}}}};
   heli["period_s"] = kPeriodS;
   heli["fixed_video"] = {{"eye", {0.05, -1.75, 0.83}}, {"target", {0, 0, 0.2}}, {"frames", 310}};

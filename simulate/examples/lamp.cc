@@ -10,14 +10,14 @@ std::string LampJson() {
   SceneBuilder lamp("lamp");
   lamp["image"] = {{"samples_per_pixel", 4}, {"quality", 95}};
   lamp["cameras"] = {{{"name", "camcorder"}, {"size", {320, 240}}, {"fov_deg", 42}}};
-  // Sideways in 7.13 s, 1.42 periods: no small whole numbers of either meet within the video.
+  // Sideways in 1.618 periods: no small whole numbers of both meet within the video.
   lamp["path"] = {{"kind", "wave"},
                   {"views", 2000},
                   {"fps", kFps},
                   {"centre", {0, -1.9, 0.62}},
                   {"look_at", {0, 0, 0.27}},
                   {"amplitude", {0.36, 0.05, 0.05}},
-                  {"period_s", 7.13},
+                  {"period_s", 8.11},
                   {"hand", {{"drift", 0.05}, {"shake_deg", 0.6}}}};
   lamp["period_s"] = kPeriodS;
   lamp["fixed_video"] = {{"eye", {0.05, -1.85, 0.6}}, {"target", {0, 0, 0.27}}, {"frames", 1600}};

@@ -1,0 +1,205 @@
+// Videos whose period is hard to tell, or that have none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/program/error.h"
+#include "tests/timeperiodic/painted_video.h"
+#include "timeperiodic/align.h"
+#include "timeperiodic/harmonic_fit.h"
+#include "timeperiodic/period.h"
+#include "timeperiodic/signals.h"
+
+namespace lumi {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr double kAccuracy = 5e-4;
+
+PeriodEstimate PeriodOf(const FrameStack& stack) { return EstimatePeriod(FixedSignals(stack, {}), {}, {}); }
+PeriodEstimate PeriodOf(const PaintedVideo& video) { return PeriodOf(video.Stack()); }
+
+const PeriodCandidate* Candidate(const PeriodEstimate& e, const std::string& relation) {
+  for (const PeriodCandidate& c : e.candidates)
+    if (c.relation == relation) return &c;
+  return nullptr;
+}
+
+TEST(PeriodHardCase, BelowTwoFramesIsAliasedAndSaysSo) {
+  for (const double short_of_two : {1e-2, 1e-5, 1e-9}) {
+    try {
+      RequireResolved(2 - short_of_two);
+      FAIL() << short_of_two;
+    } catch (const DataError& e) {
+      EXPECT_THAT(e.what(), HasSubstr("aliased"));
+    }
+  }
+  RequireResolved(2);
+  EXPECT_THROW(CountedPeriod(0, 15, 10), DataError);
+  // Frames alone cannot tell: 1.613 frames look like 2.631, which is what is reported, with the warning and the alias.
+  PaintedVideo video;
+  video.period = 1.613;
+  video.other_blade = 0;
+  const PeriodEstimate e = PeriodOf(video);
+  EXPECT_NEAR(e.period_frames, 1 / (1 - 1 / 1.613), 1e-3);
+  EXPECT_THAT(e.aliases_frames, Contains(::testing::DoubleNear(1.613, 1e-3)));
+  EXPECT_THAT(e.warnings, Contains(HasSubstr("aliased")));
+}
+
+TEST(PeriodHardCase, TwoLikeBladesHaveHalfThePeriod) {
+  PaintedVideo video;
+  video.other_blade = 1;
+  const PeriodEstimate e = PeriodOf(video);
+  EXPECT_NEAR(e.period_frames, 0.5 * video.period, kAccuracy * video.period);
+  ASSERT_NE(Candidate(e, "double"), nullptr);  // the whole turn was considered
+  EXPECT_NEAR(Candidate(e, "double")->explained, e.explained, 0.02);
+}
+
+TEST(PeriodHardCase, NearlyLikeBladesHaveTheWholePeriodAndAreCalledAmbiguous) {
+  // Approached step by step: as long as noise lets the blades be told apart.
+  for (const double difference : {0.3, 0.1, 0.04}) {
+    PaintedVideo video;
+    video.other_blade = 1 - difference;
+    const PeriodEstimate e = PeriodOf(video);
+    EXPECT_NEAR(e.period_frames, video.period, kAccuracy * video.period) << difference;
+    EXPECT_TRUE(e.ambiguous) << difference;
+    ASSERT_NE(Candidate(e, "half"), nullptr);
+    EXPECT_GT(Candidate(e, "half")->explained, 0.8 * e.explained);
+    EXPECT_THAT(e.warnings, Contains(HasSubstr("half"))) << difference;
+  }
+}
+
+TEST(PeriodHardCase, DriftOfOnePercentIsReportedAndTheMeanPeriodKept) {
+  for (const double drift : {0.01, -0.01, 0.003}) {
+    PaintedVideo video;
+    video.frames = 450;
+    const double T = video.period, n = video.frames - 1;
+    // T(t) = T (1 + drift (t / n - 1/2)): turns = integral of 1 / T(t).
+    video.turns = [=](double t) { return n / (drift * T) * std::log1p(drift * (t / n - 0.5) / 1); };
+    const PeriodEstimate e = PeriodOf(video);
+    EXPECT_TRUE(e.drifts) << drift;
+    EXPECT_NEAR(e.drift_percent, 100 * drift, 0.05 + 4 * e.drift_sigma_percent) << drift;
+    EXPECT_NEAR(e.period_frames, T, 2 * kAccuracy * T) << drift;
+    EXPECT_THAT(e.warnings, Contains(HasSubstr("drifts")));
+  }
+}
+
+TEST(PeriodHardCase, AStillSceneHasNone) {
+  PaintedVideo video;
+  video.moves = false;
+  for (const bool drifts : {false, true}) {
+    if (drifts) video.gain = [](int i) { return 1 + 0.2 * std::sin(i / 9.0); };
+    try {
+      PeriodOf(video);
+      FAIL() << drifts;
+    } catch (const DataError& e) {
+      EXPECT_THAT(e.what(), HasSubstr("no period"));
+    }
+  }
+}
+
+TEST(PeriodHardCase, WhatMovesWithoutRepeatingHasNone) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> step(0, 0.07);
+  std::vector<double> turns{0};
+  for (int i = 1; i < 300; ++i) turns.push_back(turns.back() + step(random));
+  PaintedVideo video;
+  video.turns = [&](double t) { return turns[static_cast<std::size_t>(t)]; };
+  EXPECT_THROW(PeriodOf(video), DataError);
+}
+
+TEST(PeriodHardCase, OnePeriodAndAHalfIsEnoughToAboutAFrame) {
+  for (const double period : {22.0, 21.4}) {
+    PaintedVideo video;
+    video.period = period;
+    video.frames = 34;
+    const PeriodEstimate e = PeriodOf(video);
+    EXPECT_NEAR(e.period_frames, period, 0.5) << period;
+    EXPECT_TRUE(e.few_cycles);
+    EXPECT_GE(e.sigma_frames, 0.1);
+    EXPECT_THAT(e.warnings, Contains(HasSubstr("periods were filmed")));
+  }
+  // One period alone repeats nothing.
+  PaintedVideo video;
+  video.other_blade = 0;
+  video.period = 33;
+  video.frames = 34;
+  try {
+    const PeriodEstimate e = PeriodOf(video);
+    FAIL() << e.period_frames << " explains " << e.explained;
+  } catch (const DataError&) {
+  }
+}
+
+TEST(PeriodHardCase, DroppedAndDoubledFramesAreFound) {
+  PaintedVideo video;
+  video.frames = 400;
+  video.period = 23.61;
+  const auto all = video.Frames();
+  std::vector<Image8> frames;
+  for (int i = 0; i < 400; ++i) {
+    if (i == 120 || i == 121) continue;       // dropped
+    frames.push_back(all[static_cast<std::size_t>(i)]);
+    if (i == 300) frames.push_back(all[300]);  // doubled
+  }
+  const FrameStack stack = StackOf(frames, 30);
+  EXPECT_THAT(stack.repeated, ::testing::ElementsAre(299));
+  const PeriodEstimate e = PeriodOf(stack);
+  EXPECT_NEAR(e.period_frames, video.period, kAccuracy * video.period);
+  ASSERT_EQ(e.slips.size(), 2u);
+  EXPECT_EQ(e.slips[0].frames, 2);
+  EXPECT_NEAR(e.slips[0].frame, 120, 6);
+  EXPECT_EQ(e.slips[1].frames, -1);
+  EXPECT_NEAR(e.slips[1].frame, 299, 6);
+}
+
+TEST(PeriodHardCase, ACameraWavedWithThePeriodIsSaid) {
+  PaintedVideo video;
+  video.width = 128, video.height = 96;
+  video.period = 31.4;
+  video.camera = [&](double t) { return Eigen::Vector2d(5 * std::sin(6.283185307179586 * t / 31.4), 1 * std::cos(6.283185307179586 * t / 31.4)); };
+  const FrameStack stack = video.Stack();
+  const Alignment alignment = AlignFrames(stack, {}, SilentProgress());
+  try {
+    const PeriodEstimate e = EstimatePeriod(MovingSignals(stack, alignment, {}), alignment.camera, {});
+    EXPECT_GT(e.camera_share, 0.8) << e.period_frames << " explains " << e.explained;
+    EXPECT_THAT(e.warnings, Contains(HasSubstr("camera's own movement")));
+  } catch (const DataError& e) {  // the camera's place explains all there is
+    EXPECT_THAT(e.what(), HasSubstr("period"));
+  }
+}
+
+TEST(PeriodHardCase, TooLittleStillBackgroundIsRefusedByName) {
+  PaintedVideo video;
+  video.texture = 0;
+  video.camera = [](double t) { return Eigen::Vector2d(4 * std::sin(t / 9.1), 0); };
+  video.frames = 60;
+  try {
+    AlignFrames(video.Stack(), {}, SilentProgress());
+    FAIL();
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("stands still"));
+  }
+}
+
+TEST(PeriodHardCase, TimesFarFromZeroGiveTheSamePeriod) {
+  PaintedVideo video;
+  Signals signals = FixedSignals(video.Stack(), {});
+  const double near = EstimatePeriod(signals, {}, {}).period_frames;
+  // 1e9 seconds are 3e10 frames: doubles hold 4e-6 of a frame there.
+  signals.time.array() += 3e10;
+  EXPECT_NEAR(EstimatePeriod(signals, {}, {}).period_frames, near, 1e-5);
+}
+
+TEST(PeriodHardCase, ACommensurateFrameRateStillHasOnePeriod) {
+  // Frames fall on the same 15 phases in every turn; approached from beside.
+  for (const double off : {1e-2, 1e-4, 0.0}) {
+    PaintedVideo video;
+    video.period = 15 + off;
+    EXPECT_NEAR(PeriodOf(video).period_frames, video.period, kAccuracy * video.period) << off;
+  }
+}
+
+}  // namespace
+}  // namespace lumi
