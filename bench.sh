@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -112,4 +112,16 @@ if [ -n "$data" ] && [ -d "$data/knights" ]; then
   fi
   table 'The same: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
 fi
+if [ -f "$work/desk-capture/truth/mesh.ply" ]; then
+  for scale in 0.8 1.05 1.2 1.3; do
+    table "A mesh at $scale times its size, aligned by ICP" "$bin/lumi-proxy" import "$work/desk-capture/truth/mesh.ply" "$work/desk-capture" --name by-icp --scale "$scale" --align icp
+  done
+fi
+scenes=()
+for s in fountain desk; do [ ! -d "$work/$s/proxies" ] || scenes+=("$work/$s"); done
+table 'A proxy of each view: milliseconds beside CGAL and OpenCV' "$bin/view_triangulation_bench" --scene ${scenes[@]+"${scenes[@]}"}
+for s in ${scenes[@]+"${scenes[@]}"}; do
+  table "What auto measures: ${s##*/}" "$bin/lumi-proxy" auto "$s"
+  for proxy in mesh per-view; do table "Held out: ${s##*/}, $proxy, 640 px wide" "$bin/lumi-render" "$s" --proxy "$proxy" --holdout 8 --width 640; done
+done
 table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane

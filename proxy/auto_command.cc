@@ -27,6 +27,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a run that has nothing to do
 
+constexpr int kMostPhotos = 10;  // that the choice is made on: more take their time and change little
+
 struct Candidate {
   std::string name;
   std::string refused;      // why it cannot be made or measured here, or empty
@@ -262,7 +264,10 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
 
   // With fewer photos than N the fold for choosing would be empty: every photo's number then is in one fold of two.
   const int views = static_cast<int>(scene.views.size());
-  const int holdout = views > options.holdout / 2 ? options.holdout : 2;
+  int holdout = views > options.holdout / 2 ? options.holdout : 2;
+  // An odd multiple of N keeps clear of 0, N, 2N ..., which quality is reported on.
+  for (const int n = holdout; views / holdout > kMostPhotos; holdout += 2 * n) {
+  }
   std::vector<Candidate> candidates;
   {
     Progress steps(progress, "making proxies", static_cast<long>(names.size()));

@@ -20,6 +20,7 @@ namespace {
 constexpr double kPointToPoint = 0.05;  // of the weight: holds what the surface lets slide, and the edges of open meshes
 constexpr double kMovedLittle = 1e-7;   // of the mesh's diagonal, and radians ...
 constexpr double kMovedLessThanOff = 0.01;  // ... or of the rms: noise keeps some points changing sides
+constexpr double kExact = 1e-4;          // of the mesh's diagonal: points nearer are on it
 constexpr double kSlides = 1e-6;        // least over largest eigenvalue
 
 struct Pair {
@@ -38,6 +39,12 @@ struct Body {
     diagonal = mesh.faces.empty() ? 0 : box.diagonal().norm();
   }
 };
+
+// About the mesh's own middle.
+Similarity3 Resized(const Similarity3& s, const Mesh& mesh, double factor) {
+  const Eigen::Vector3d middle = s * Body(mesh).box.center();
+  return Similarity3{factor, Eigen::Quaterniond::Identity(), (1 - factor) * middle} * s;
+}
 
 class Aligner {
  public:
@@ -65,11 +72,12 @@ class Aligner {
       }
       ++since_picked;
       std::vector<Pair> pairs = Closest(near, r.scene_from_mesh);
-      const std::size_t fitted = Trim(pairs);
+      const double least = LeastShare(r.iterations);
+      const std::size_t fitted = Trim(pairs, least, r.scene_from_mesh.scale);
       Evaluate(pairs, fitted, near.size(), r);
       const double moved = Step(pairs, fitted, r);
       still = !(moved > std::max(kMovedLittle, kMovedLessThanOff * r.rms_of_diagonal));
-      if (still && (since_picked > 1 || r.iterations > 60)) break;
+      if (still && least <= options_.min_overlap && (since_picked > 1 || r.iterations > 60)) break;
       const double change = r.scene_from_mesh.scale / guess.scale;
       if (!(change < options_.max_scale) || !(change > 1 / options_.max_scale)) {
         r.why_not = fmt::format("the mesh {} to {:.3g} times its guessed size", change > 1 ? "grew" : "shrank", change);
@@ -77,7 +85,7 @@ class Aligner {
       }
     }
     std::vector<Pair> pairs = Closest(near, r.scene_from_mesh);
-    Evaluate(pairs, Trim(pairs), near.size(), r);
+    Evaluate(pairs, Trim(pairs, options_.min_overlap, r.scene_from_mesh.scale), near.size(), r);
     if (!r.why_not.empty()) return r;
     if (!still)
       r.why_not = fmt::format("it still moved after {} iterations", r.iterations);
@@ -150,17 +158,27 @@ class Aligner {
     return pairs;
   }
 
-  // Sorted by distance; how many of the first are fitted: those of the least rms / share^3.
-  std::size_t Trim(std::vector<Pair>& pairs) const {
+  // Nearly all at first: far from its place, a mesh would settle on its largest plane and let the rest go.
+  double LeastShare(int iteration) const {
+    constexpr int kHold = 10, kRelease = 30;
+    constexpr double kFirst = 0.9;
+    const double released = std::clamp(static_cast<double>(iteration - kHold) / (kRelease - kHold), 0.0, 1.0);
+    return std::max(options_.min_overlap, kFirst + released * (options_.min_overlap - kFirst));
+  }
+
+  // Sorted by distance; how many of the first are fitted: those of the least rms / share^3. Distances that do
+  // not count make no difference: a plane's points would else be preferred for rounding less.
+  std::size_t Trim(std::vector<Pair>& pairs, double least_share, double scale) const {
     std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.squared < b.squared; });
     const auto n = static_cast<double>(pairs.size());
-    const auto fewest = static_cast<std::size_t>(std::ceil(options_.min_overlap * n));
+    const auto fewest = static_cast<std::size_t>(std::ceil(least_share * n));
+    const double none = std::pow(kExact * scale * body_.diagonal, 2);
     double sum = 0, best = std::numeric_limits<double>::infinity();
     std::size_t fitted = pairs.size();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       sum += pairs[i].squared;
       if (i + 1 < fewest) continue;
-      const double share = static_cast<double>(i + 1) / n, score = sum / static_cast<double>(i + 1) / std::pow(share, 6);
+      const double share = static_cast<double>(i + 1) / n, score = (sum / static_cast<double>(i + 1) + none) / std::pow(share, 6);
       if (score < best) {
         best = score;
         fitted = i + 1;
@@ -229,11 +247,20 @@ IcpResult AlignByIcp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& point
     return none;
   }
   Aligner aligner(mesh, points, options);
+  // A fit of nearly all points is one. Else it may be that of a large plane, with the rest let go: other sizes are tried, and place and
+  // size from where mesh and points are.
+  constexpr double kNearlyAll = 0.85;
+  const auto score = [](const IcpResult& r) {
+    return r.converged ? (r.rms_of_diagonal * r.rms_of_diagonal + kExact * kExact) / std::pow(r.overlap, 6) : 1 + std::min(r.rms_of_diagonal, 1e6);
+  };
   IcpResult best = aligner.From(guess);
-  if (best.converged) return best;
-  // The guess may have the turn alone: place and size from where mesh and points are.
-  const IcpResult other = aligner.From(aligner.Centred(guess, mesh));
-  return other.converged || other.rms_of_diagonal < best.rms_of_diagonal ? other : best;
+  const Similarity3 centred = aligner.Centred(guess, mesh);
+  for (const Similarity3& start : {centred, Resized(guess, mesh, 0.8), Resized(centred, mesh, 0.8), Resized(guess, mesh, 1.25), Resized(centred, mesh, 1.25)}) {
+    if (best.converged && best.overlap >= kNearlyAll) break;
+    const IcpResult other = aligner.From(start);
+    if (score(other) < score(best)) best = other;
+  }
+  return best;
 }
 
 }  // namespace lumi

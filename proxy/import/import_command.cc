@@ -23,6 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kPairsAgree = 0.05;  // of the extent: an rms above is warned about
+constexpr double kFewFit = 0.7;       // of the points: less is warned about
 constexpr double kMostLost = 0.5;     // of the faces
 
 void RequireConsistent(const ImportRequest& r) {
@@ -117,7 +118,11 @@ std::string RunImport(const ImportRequest& request, const ProxyTarget& target, P
           for (auto& f : repaired.mesh.faces) std::swap(f[1], f[2]);  // a mirror turns what is outside in
       }
     }
-    if (request.icp) scene_from_mesh = ByIcp(repaired.mesh, scene, scene_from_mesh, json);
+    if (request.icp) {
+      scene_from_mesh = ByIcp(repaired.mesh, scene, scene_from_mesh, json);
+      if (const double overlap = json["icp"]["overlap"]; overlap < kFewFit)
+        progress.Message(fmt::format("warning: {:.0f} % of the points near {} fit it; is it where it belongs? lumi-proxy info says how far the points are off", 100 * overlap, name));
+    }
     Apply(scene_from_mesh, repaired.mesh);
     if (const auto wrong = Validate(repaired.mesh)) throw InputError(request.file, *wrong + " in the scene's frame");
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <opencv2/imgproc.hpp>
@@ -67,13 +68,13 @@ int main(int argc, char** argv) {
   P << 800, 0, 640, 0, 0, 800, 360, 0, 0, 0, 1, 0;
   for (const int count : {500, 2000, 8000, 20000}) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> u(0, 1280), v(0, 720), z(2, 3);
+    std::uniform_real_distribution<double> u(0, 1280), v(0, 720);
     std::vector<Eigen::Vector4d> X;
     for (int i = 0; i < count; ++i) {
-      const double depth = z(random);
-      X.emplace_back((u(random) - 640) / 800 * depth, (v(random) - 360) / 800 * depth, depth, 1);
+      const double x = u(random), y = v(random), depth = 2.5 + 0.5 * std::sin(x / 150) * std::cos(y / 120);
+      X.emplace_back((x - 640) / 800 * depth, (y - 360) / 800 * depth, depth, 1);
     }
-    Row("random, 1280 x 720", P, {1280, 720}, X, Plane(0, 0, 0, 1));
+    Row("waves, 1280 x 720", P, {1280, 720}, X, Plane(0, 0, 0, 1));
   }
   try {
     for (int i = 2; i < argc; ++i) {
