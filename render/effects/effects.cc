@@ -23,7 +23,9 @@ constexpr std::size_t kViews = 8;
 constexpr int kColumns = 24, kRows = 18;
 // When an effect is called for.
 constexpr double kShareThatCounts = 0.002;       // of the rays: fewer cannot be seen
-constexpr double kPenaltyThatCounts = 0.5;       // of the largest, between photos that would be blended: a stretch by 1.73 beside none
+// Of the largest penalty, between photos that would be blended, at half of the rays: a stretch by 1.73 beside none. Where it is so at
+// fewer, preferring the sharper photo over the nearer one in angle changed the error of left-out photos by -0.2 to +0.07 dB.
+constexpr double kPenaltyThatCounts = 0.5;
 constexpr double kMeasuresAgree = 0.25;          // octaves between the two resolution measures
 constexpr double kLevelThatCounts = 0.1;         // of a pyramid: less is no trace
 constexpr float kWhole = 0.99F;                          // of a field-of-view value: the rest is rounding
@@ -194,7 +196,7 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
   choice.settings = settings;
   const Evidence e = Gather(scene, proxy, desired, use, settings);
   const double ends = Share(e.ends, e.rays), blocked = Share(e.blocked, e.rays), oversampled = Share(e.oversampled, e.photos);
-  const double penalty = Percentile(e.penalty, 0.95), disagreement = Percentile(e.disagreement, 0.9);
+  const double penalty = Percentile(e.penalty, 0.5), disagreement = Percentile(e.disagreement, 0.9);
   const bool timed = std::any_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
 
   for (const std::string& name : EffectNames()) {
@@ -206,7 +208,7 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
       effect.evidence = fmt::format("at {:.1f} % of the rays one of the nearest photos ends", 100 * ends);
     } else if (name == "resolution") {
       on = penalty >= kPenaltyThatCounts;
-      effect.evidence = fmt::format("the nearest photos' penalties for stretched pixels differ by {:.2f} of the largest (95th percentile)", penalty);
+      effect.evidence = fmt::format("at half of the rays the nearest photos' penalties for stretched pixels differ by {:.2f} of the largest or more", penalty);
       if (on && decided.count(name) == 0) {
         const bool agree = disagreement <= kMeasuresAgree;
         choice.settings.resolution = agree ? Resolution::kDistance : Resolution::kJacobian;
