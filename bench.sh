@@ -29,10 +29,27 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+# What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
+effects_row() {
+  printf '| %s | %s |' "${1##*/}" "$2"
+  for options in '' '--prefilter off' '--prefilter on' '--resolution off' '--resolution jacobian'; do
+    # shellcheck disable=SC2086
+    printf ' %s |' "$("$bin/lumi-render" "$1" --holdout 8 --width "$2" $options --json --quiet | grep -o '"psnr_mean_db": *[0-9.]*' | grep -o '[0-9.]*$' | cut -c1-5)"
+  done
+  printf '\n'
+}
+if [ -z "$only_speed" ]; then
+  printf '\n## Effects on demand: auto, and an effect off or on\n\n'
+  printf '| capture | width | auto | prefilter off | on | resolution off | Jacobian |\n|---|---|---|---|---|---|---|\n'
+  for scene in desk fox sceaux fountain; do
+    [ -f "$work/$scene/lumigraph.json" ] || continue
+    for width in 160 320 640; do effects_row "$work/$scene" "$width"; done
+  done
+fi
 if [ -z "$only_speed$only_quality" ]; then
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
@@ -91,6 +108,8 @@ table() {
   printf '```\n'
 }
 table 'The optimum (2 threads)' "$bin/optimum_bench"
+table 'The optimum in narrower registers' "$bin/optimum_bench" --widths
+table "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1
 table 'Sparse samples, CPU (2 threads)' "$bin/sparse_blend_bench" time views
 table 'Sparse samples, OpenGL' "$bin/gl_blend_bench"
 

@@ -215,6 +215,8 @@ ObjectDescription ParseObject(const nlohmann::json& node, const ParseContext& co
     parsed.axis.normalize();
     parsed.centre = turn.Vector3("centre", object.world_from_object.translation());
     parsed.period_s = turn.RequireNumber("period_s", Range::kPositive);
+    parsed.unsteady = turn.Number("unsteady", 0);
+    if (!(parsed.unsteady >= 0 && parsed.unsteady <= 1)) turn.Fail("unsteady", "must be within 0 and 1");
     turn.Done();
     object.spin = parsed;
   }

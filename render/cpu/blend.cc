@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/radiance/measures/footprint.h"
+
 namespace lumi {
 namespace {
 
@@ -29,11 +31,6 @@ Eigen::Array3f Bilinear(const Image8& image, float x, float y) {
 
 }  // namespace
 
-float PyramidLevel(float focal_source_px, float depth_source, float focal_desired_px, float depth_desired) {
-  const float ratio = (focal_source_px * depth_desired) / (depth_source * focal_desired_px);
-  return ratio > 1 ? std::log2(ratio) : 0.0F;
-}
-
 Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
   level -= static_cast<float>(photo.level0_shift);
   const int last = static_cast<int>(photo.levels.size()) - 1;
@@ -53,7 +50,10 @@ namespace {
 // Of weights that sum to one and may be negative: below, dividing by what is left makes noise.
 constexpr float kLeastContained = 0.05F;
 
-// radiance(j, u_px, v_px, depth in the photo, depth in the view): RGB in [0,1].
+// Most photos are read as they are, and need no logarithm.
+float LevelOf(float footprint) { return footprint > kReadWhole ? PyramidLevel(footprint) : 0.0F; }
+
+// radiance(j, u_px, v_px, footprint()): RGB in [0,1]; the footprint is that of radiance/measures/footprint.h.
 template <typename Radiance>
 void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const Radiance& radiance) {
   const auto k = static_cast<std::size_t>(plan.k);
@@ -76,6 +76,8 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
       const Eigen::Vector3f& offset = plan.offset[s];
       Eigen::Array3f color = Eigen::Array3f::Zero();
       const float depth = axis.dot(offset);
+      const Eigen::Vector3f normal = s < plan.normal.size() ? plan.normal[s] : Eigen::Vector3f::Zero();
+      const float facing = normal.dot(offset);
       float contained = 0;  // share of the weights whose photos contain the point
       for (std::size_t i = 0; i < k; ++i) {
         const std::int32_t camera = plan.camera[s * k + i];
@@ -88,7 +90,10 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
         if (ends && !(w > 0 && u >= 0 && v >= 0 && u <= r.width_px[j] && v <= r.height_px[j])) continue;
         const float weight = plan.weight[s * k + i];
         contained += weight;
-        color += weight * radiance(j, u, v, w, depth);
+        color += weight * radiance(j, u, v, [&] {
+          const float of_photo = normal.x() * px + normal.y() * py + normal.z() * pz;
+          return Footprint(r.focal_px[j] / setup.focal_px, FacingRatio(of_photo, facing), depth / w);
+        });
       }
       if (fading && additive) {  // the others make up for it
         if (!(contained > kLeastContained)) {
@@ -112,15 +117,15 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
 void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
                 ImageF& image) {
   const RelativeSources& r = setup.sources;
-  Blend(plan, setup, image, [&](std::size_t j, float u, float v, float w, float depth) {
-    const float level = setup.settings.prefilter ? PyramidLevel(r.focal_px[j], w, setup.focal_px, depth) : 0.0F;
+  Blend(plan, setup, image, [&](std::size_t j, float u, float v, const auto& footprint) {
+    const float level = setup.settings.prefilter ? LevelOf(footprint()) : 0.0F;
     const float scale = (gains.empty() ? 1.0F : gains[j]) / 255.0F;
     return Eigen::Array3f(scale * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level));
   });
 }
 
 void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors, ImageF& image) {
-  Blend(plan, setup, image, [&](std::size_t j, float, float, float, float) { return colors[j].array(); });
+  Blend(plan, setup, image, [&](std::size_t j, float, float, const auto&) { return colors[j].array(); });
 }
 
 }  // namespace lumi

@@ -9,10 +9,6 @@
 
 namespace lumi {
 
-// Level of the pyramid that a source photo is read at: log2 of its pixels to a desired pixel at the point, 0 where the
-// photo is not oversampled. Depths along the two optical axes, focal lengths in pixels.
-float PyramidLevel(float focal_source_px, float depth_source, float focal_desired_px, float depth_desired);
-
 // Bilinear sample of RGB (code values 0..255) at (u, v) in [0,1]: fractions of the photo's width and height, which mean
 // the same place on every level. Clamped to the photo's own pixels; trilinear between two levels for level > 0.
 Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level);

@@ -15,6 +15,9 @@
 namespace lumi {
 namespace {
 
+// A fine mesh's cell has its pyramid levels from so many points a side.
+constexpr int kLevelSamples = 2;
+
 struct Workspace {
   LayerBatch batch;
   PlaneSlopes slopes;  // of the batch, for Resolution::kJacobian
@@ -25,6 +28,7 @@ struct Workspace {
   std::vector<std::int32_t> triangle;  // and whose they are
   std::vector<Eigen::Vector3f> direction, normal;
   std::vector<float> t;
+  std::vector<SurfacePoint> points;  // where a cell's levels are taken
 };
 
 struct PixelRect {
@@ -241,22 +245,28 @@ class CandidateBlender {
       for (int x = rect.x0; x < rect.x1; ++x)
         work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
     const bool planes = rule_.resolution == Resolution::kJacobian;
-    work.normal.resize(planes ? n : 0);
+    work.normal.resize(planes || setup_.settings.prefilter ? n : 0);
     tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t, work.normal);
-    // The pyramids' levels are the middle hit's.
-    float middle = 0;
-    for (std::size_t k = n / 2; k < n + n / 2 && !(middle > 0); ++k)
-      if (std::isfinite(work.t[k % n]) && work.t[k % n] > 0) middle = 1 / (work.t[k % n] * axis_.dot(work.direction[k % n]));
-    if (!(middle > 0)) return;
-    const Eigen::Vector2d centre(0.5 * (rect.x0 + rect.x1), 0.5 * (rect.y0 + rect.y1));
-    Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.LayerAtDepths(photo, centre, middle, rect.x0, rect.y0); });
+    const auto hit = [&](std::size_t k) { return work.t[k] > 0 && std::isfinite(work.t[k]); };
+    if (std::none_of(work.t.begin(), work.t.end(), [](float t) { return t > 0 && std::isfinite(t); })) return;
+    work.points.clear();
+    if (!work.normal.empty())
+      for (int row = 0; row < kLevelSamples; ++row)
+        for (int column = 0; column < kLevelSamples; ++column) {
+          const auto at = [](int k, int size) { return (2 * k + 1) * size / (2 * kLevelSamples); };
+          const auto k = static_cast<std::size_t>(at(row, rect.y1 - rect.y0) * rect.width() + at(column, rect.width()));
+          if (!hit(k)) continue;
+          const Eigen::Vector3f offset = work.t[k] * work.direction[k];
+          work.points.push_back({offset, work.normal[k], work.normal[k].dot(offset), axis_.dot(offset)});
+        }
+    Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.LayerAtDepths(photo, work.points, rect.x0, rect.y0); });
     LayerBatch& b = work.batch;
     b.n = 0;
     b.depths = true;
     i = 0;
     for (int y = rect.y0; y < rect.y1; ++y)
       for (int x = rect.x0; x < rect.x1; ++x, ++i) {
-        if (!(work.t[i] > 0) || !std::isfinite(work.t[i])) continue;
+        if (!hit(i)) continue;
         b.x[b.n] = static_cast<float>(x - rect.x0);
         b.y[b.n] = static_cast<float>(y - rect.y0);
         b.inverse_depth[b.n] = 1 / (work.t[i] * axis_.dot(work.direction[i]));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "render/radiance/measures/footprint.h"
+
 namespace lumi {
 namespace {
 
@@ -47,13 +49,12 @@ PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth, c
   layer.photo = photo;
   layer.map = maps_.On(photo, inverse_depth, x, y);
   if (!sources_.photos || !setup_.settings.prefilter) return layer;
-  const int last = sources_.photos->count(photo) - 1, shift = sources_.photos->shift(photo);
+  const int last = sources_.photos->count(photo) - 1;
+  const double facing = maps_.Facing(photo, inverse_depth);
   Eigen::RowVector3d level;
   double low = last, high = 0;
   for (int i = 0; i < 3; ++i) {
-    // log2 of its pixels to one of the view's (PyramidLevel); 0 behind the photo, where it is not read.
-    const double ratio = maps_.DepthRatio(photo, inverse_depth, corners_px[static_cast<std::size_t>(i)]);
-    level[i] = (ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - shift;
+    level[i] = Level(photo, facing, maps_.DepthRatio(photo, inverse_depth, corners_px[static_cast<std::size_t>(i)]));
     low = std::min(low, std::clamp<double>(level[i], 0, last));
     high = std::max(high, std::clamp<double>(level[i], 0, last));
   }
@@ -64,15 +65,34 @@ PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth, c
   return layer;
 }
 
-PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const {
+double LayerShader::Level(std::size_t photo, double facing_ratio, double depth_ratio) const {
+  if (!(depth_ratio > 0)) return 0;
+  const double focal_ratio = static_cast<double>(setup_.sources.focal_px[photo] / setup_.focal_px);
+  return PyramidLevel(Footprint(focal_ratio, facing_ratio, 1 / depth_ratio)) - sources_.photos->shift(photo);
+}
+
+PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, std::span<const SurfacePoint> points, int x, int y) const {
   PhotoLayer layer;
   layer.photo = photo;
   layer.map = maps_.AtDepths(photo, x, y);
-  if (!sources_.photos || !setup_.settings.prefilter) return layer;
-  const double ratio = maps_.DepthRatio(photo, LinearD(0, 0, inverse_depth), x_px);
+  if (!sources_.photos || !setup_.settings.prefilter || points.empty()) return layer;
+  const RelativeSources& r = setup_.sources;
+  const Eigen::Vector3f centre(r.dx[photo], r.dy[photo], r.dz[photo]), axis(r.m[6][photo], r.m[7][photo], r.m[8][photo]);
   const int last = sources_.photos->count(photo) - 1;
-  const double level = std::clamp<double>(
-      (ratio > 0 ? std::log2(setup_.sources.focal_px[photo] / (setup_.focal_px * ratio)) : 0.0) - sources_.photos->shift(photo), 0, last);
+  // The mean of the points' logarithms is the logarithm of their footprints' geometric mean.
+  const float focal_ratio = r.focal_px[photo] / setup_.focal_px;
+  double product = 1;
+  int count = 0;
+  for (const SurfacePoint& p : points) {
+    const Eigen::Vector3f q = p.offset - centre;
+    const float depth = axis.dot(q);
+    if (!(depth > 0)) continue;
+    product *= static_cast<double>(Footprint(focal_ratio, FacingRatio(p.normal.dot(q), p.facing), p.depth / depth));
+    ++count;
+  }
+  if (count == 0) return layer;
+  const double mean = 0.5 * std::log2(product) / count + static_cast<double>(kLevelBias);
+  const double level = std::clamp<double>(mean - sources_.photos->shift(photo), 0, last);
   if (!(level > kLevelZero)) return layer;
   layer.first_level = static_cast<int>(level);
   layer.last_level = static_cast<int>(std::ceil(level));

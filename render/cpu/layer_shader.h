@@ -1,6 +1,7 @@
 // Colours of a batch of pixels on one plane from weighted photos: what the sparse and the candidate blend share.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "render/cpu/layers.h"
@@ -20,6 +21,12 @@ struct PhotoLayer {
   int first_level = 0, last_level = 0;
 };
 
+// A point of the proxy, relative to the view's centre, and the surface's normal there.
+struct SurfacePoint {
+  Eigen::Vector3f offset, normal;
+  float facing = 0, depth = 0;  // normal.offset, and along the view's axis
+};
+
 class LayerShader {
  public:
   LayerShader(const ViewSetup& setup, const BlendSources& sources);
@@ -30,13 +37,15 @@ class LayerShader {
 
   // Interpolated weights. `sums_to_one`: no layer is gated, the weights sum to 1 and the negative ones to -1 or more.
   void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch, float* rgba) const;
-  // A layer for a batch of pixels with depths of their own, at the level that `depth` (of the middle of them) calls for.
-  PhotoLayer LayerAtDepths(std::size_t photo, const Eigen::Vector2d& x_px, double inverse_depth, int x, int y) const;
+  // A layer for a batch of pixels with depths of their own: at the mean of the levels that some of them call for.
+  PhotoLayer LayerAtDepths(std::size_t photo, std::span<const SurfacePoint> points, int x, int y) const;
   // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0 (field of view on) or to alpha.
   void ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const;
 
  private:
   void Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const;
+  // Of a pyramid's level 0, which may be a halved photo; 0 behind the photo, where it is not read.
+  double Level(std::size_t photo, double facing_ratio, double depth_ratio) const;
   void Store(LayerBatch& b, bool normalised, float* rgba) const;
 
   const ViewSetup& setup_;

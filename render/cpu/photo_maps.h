@@ -7,6 +7,7 @@
 
 #include "render/cpu/layers.h"
 #include "render/radiance/frame_plan.h"
+#include "render/radiance/measures/footprint.h"
 
 namespace lumi {
 
@@ -28,7 +29,9 @@ class PhotoMaps {
       Eigen::Matrix3d M;
       for (int i = 0; i < 9; ++i) M(i / 3, i % 3) = r.m[i][j];
       maps_[j].A = M * setup.ray_from_pixel;
-      maps_[j].e = M * Eigen::Vector3d(r.dx[j], r.dy[j], r.dz[j]);
+      const Eigen::Vector3d D(r.dx[j], r.dy[j], r.dz[j]);
+      maps_[j].e = M * D;
+      maps_[j].centre = setup.desired.P.leftCols<3>() * D;
     }
   }
   // In the photo's own pixels, about pixel (x, y).
@@ -46,6 +49,10 @@ class PhotoMaps {
     map.w.d = static_cast<float>(-m.e[2]);
     return map;
   }
+  // How much nearer a plane is to the photo's centre than to the view's (FacingRatio).
+  double Facing(std::size_t photo, const LinearD& inverse_depth) const {
+    return FacingRatio(1 - inverse_depth.dot(maps_[photo].centre), 1.0);
+  }
   // Depth in the photo over depth in the view.
   double DepthRatio(std::size_t photo, const LinearD& inverse_depth, const Eigen::Vector2d& x_px) const {
     const Map& m = maps_[photo];
@@ -56,6 +63,7 @@ class PhotoMaps {
   struct Map {
     Eigen::Matrix3d A;
     Eigen::Vector3d e;
+    Eigen::Vector3d centre;  // the photo's, in the view's pixels, homogeneous: n.D / n.p is the plane's inverse depth there
   };
   std::vector<Map> maps_;
 };

@@ -11,7 +11,6 @@ layout(location = 0) out vec4 color;  // premultiplied
 
 uniform sampler2D depth_map;
 uniform mat3 ray_from_pixel;   // to the plane at depth 1
-uniform float focal_px;        // of the desired camera
 uniform usamplerBuffer lists;
 
 // One after the other: the list of the pixel's tile or cell, else all in order.
@@ -97,6 +96,9 @@ bool Open() {
   offset = view_depth * ray;
   t = view_depth * slant;
   d = ray / slant;
+#ifdef FACES
+  PrepareNormal();
+#endif
 #if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
   PrepareResolution();
 #endif
@@ -122,8 +124,7 @@ void Add(float w, int j, Seen s) {
   uvec4 place = texelFetch(places, j);
   float level = 0.0;
 #ifdef PREFILTER
-  // Photo pixels a desired pixel, along a side.
-  level = max(0.0, log2(max(CAMERA(j, 3).w * view_depth / (s.depth * focal_px), 1.0)) - float(place.y >> 16));
+  if (s.depth > 0.0) level = max(0.0, PyramidLevel(CAMERA(j, 0), CAMERA(j, 3).w, s.depth) - float(place.y >> 16));
 #endif
   mean += w * Radiance(j, int(place.y & 0xffu), int(place.z), s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w), level);
 #endif

@@ -37,6 +37,8 @@ struct BlendVariant {
   bool exposure = false;
   bool prefilter = true;
   auto operator<=>(const BlendVariant&) const = default;
+  // Whether the proxy's faces are read: the plane at a pixel.
+  bool Faces() const { return resolution == Resolution::kJacobian || prefilter; }
 };
 std::string BlendFragmentShader(const BlendVariant& variant);
 // Rows of four floats that a camera takes.

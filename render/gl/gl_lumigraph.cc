@@ -228,7 +228,7 @@ void GlLumigraph::Begin(const RenderRequest& request, const CandidatePlan& plan,
 
 void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& setup, GlTarget& target) {
   const BlendVariant variant = VariantFor(request);
-  DrawDepth(setup, target, variant.resolution == Resolution::kJacobian);
+  DrawDepth(setup, target, variant.Faces());
   UploadCameras(setup, variant);
   const Programs& programs = ProgramsFor(variant);
   program_ = &programs;
@@ -257,7 +257,7 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
 void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target) {
   BlendVariant variant = VariantFor(request);
   variant.lists = CameraLists::kCells;
-  DrawDepth(setup, target, variant.resolution == Resolution::kJacobian);
+  DrawDepth(setup, target, variant.Faces());
   UploadCameras(setup, variant);
   const Programs& programs = ProgramsFor(variant);
   std::vector<int> packed(sources_.views.size(), -1);

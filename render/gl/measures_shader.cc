@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "render/gl/shader_parts.h"
+#include "render/radiance/measures/footprint.h"
 #include "render/radiance/visibility.h"
 
 namespace lumi {
@@ -37,6 +38,9 @@ std::string Defines(const BlendVariant& variant) {
   define(variant.time, "TIME");
   define(variant.exposure, "EXPOSURE");
   define(variant.prefilter, "PREFILTER");
+  // On the plane of the proxy's face: reading it costs the driver a texture, so only where something asks.
+  define(variant.Faces(), "FACES");
+  text += fmt::format("#define LEVEL_BIAS {:.6f}\n#define LEAST_FACING {:.9e}\n", kLevelBias, 1 / kMostFacing<float>);
   if (variant.cameras_in_uniforms)
     text += fmt::format("#define CAMERAS_IN_UNIFORMS\n#define CAMERA_CAPACITY {}\n", variant.camera_capacity);
   return text;
@@ -142,10 +146,31 @@ float ResolutionValue(float sigma) {
 }
 #endif
 
-#ifdef RESOLUTION_JACOBIAN
+#ifdef FACES
 uniform usampler2D face_map;   // of the proxy, from 1
-uniform mat3 view_from_offset; // the desired camera's matrix
 layout(std430, binding = 1) readonly buffer Normals { vec4 normals[]; };
+vec3 normal;  // of the pixel's face; 0 where it has no area
+
+void PrepareNormal() {
+  uint face = texelFetch(face_map, ivec2(gl_FragCoord.xy), 0).r;
+  normal = normals[max(face, 1u) - 1u].xyz;
+}
+#endif
+
+#ifdef PREFILTER
+uniform float focal_px;        // of the desired camera
+
+// From |det J| (render/radiance/measures/footprint.h).
+float PyramidLevel(vec4 D, float focal_source_px, float depth) {
+  float a = abs(dot(normal, offset - D.xyz)), b = abs(dot(normal, offset));
+  float facing = a > 0.0 || b > 0.0 ? min(max(a, b * LEAST_FACING) / max(b, a * LEAST_FACING), 1.0 / LEAST_FACING) : 1.0;
+  float depth_ratio = view_depth / depth, frontal = focal_source_px / focal_px * depth_ratio;
+  return 0.5 * log2(frontal * frontal * (facing * depth_ratio)) + LEVEL_BIAS;
+}
+#endif
+
+#ifdef RESOLUTION_JACOBIAN
+uniform mat3 view_from_offset; // the desired camera's matrix
 
 vec3 tangent_u, tangent_v;
 mat2 view_jacobian;  // columns: steps in pixels for steps along the tangents, as long as the point is deep in the view
@@ -156,8 +181,7 @@ vec2 Step(vec3 tangent, vec3 r0, vec3 r1, vec3 r2, vec2 x_px, float depth) {
 }
 
 void PrepareResolution() {
-  uint face = texelFetch(face_map, ivec2(gl_FragCoord.xy), 0).r;
-  vec3 n = normals[max(face, 1u) - 1u].xyz;
+  vec3 n = normal;
   vec3 a = abs(n);
   // Across the axis that n is farthest from.
   vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);

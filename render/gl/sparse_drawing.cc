@@ -3,11 +3,13 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "render/radiance/measures/footprint.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -42,6 +44,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     int packed = -1;
     Eigen::Matrix3f M;
     Eigen::Vector3f centre;
+    float footprint = 1;
     std::uint32_t place = 0;
   };
   std::vector<Source> sources(static_cast<std::size_t>(s.count));
@@ -55,7 +58,8 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     p.centre = {s.dx[j], s.dy[j], s.dz[j]};
     const PhotoPlace& place = photos.places()[j];
     p.place = RecordPlace(p.packed, place.group, place.layer);
-    p.M *= setup.focal_px / s.focal_px[j] * static_cast<float>(1 << std::clamp(place.shift, 0, 30));
+    // Photo pixels a pixel at equal depths, a plane that faces both alike, and level 0.
+    p.footprint = s.focal_px[j] / setup.focal_px * std::exp2(kLevelBias - static_cast<float>(place.shift));
   }
 
   // Triangles by the program that draws them: how many layers, whether photos end.
@@ -76,12 +80,17 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
       x[v] = plan.offset[static_cast<std::size_t>(triangle.vertex[v])];
       inverse_depth[v] = 1 / std::max(axis.dot(x[v]), kNearDepth);
     }
+    const Eigen::Vector3f normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
+    const float view_facing = normal.dot(x[0]);
     for (std::int32_t e = triangle.first; e < triangle.first + triangle.count; ++e) {
       const Source& p = sources[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(e)])];
       if (p.packed < 0) continue;
       places_.push_back(p.place);
       Projections& q = projections_.emplace_back();
-      for (std::size_t v = 0; v < 3; ++v) q[v] << p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
+      // -1.5 log2 of the third coordinate is the level (sparse_shader.cc): footprint * sqrt(facing) at depths alike.
+      const float facing = FacingRatio(normal.dot(x[0] - p.centre), view_facing);
+      const float scale = 1 / std::cbrt(p.footprint * p.footprint * facing);
+      for (std::size_t v = 0; v < 3; ++v) q[v] << scale * p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
     }
     first[i + 1] = static_cast<std::uint32_t>(places_.size());
     // A shader of many long look-ups takes the driver long to compile: those loop.

@@ -45,7 +45,8 @@ void Add(vec4 q, uint place) {
   w *= gate;
 #endif
 #ifdef PREFILTER
-  float level = max(0.0, -log2(max(q.z, 1e-30)));
+  // q is scaled so that a plane's Jacobian, whose determinant falls as the third power of the depth, is 1 at level 0.
+  float level = max(0.0, -1.5 * log2(max(q.z, 1e-20)));
 #else
   float level = 0.0;
 #endif

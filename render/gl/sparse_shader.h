@@ -36,8 +36,8 @@ constexpr int LayersFor(int photos) {
 // A triangle's corner: x and y in clip units, near / depth; 1 / depth; its records. A record is a photo of a triangle: at
 // each of the three corners its projection, and its weight. The projection is homogeneous (the photo's sides 1), relative
 // to the depth in the view, so that it is linear in the image and the rasteriser interpolates it exactly; and scaled so
-// that its third coordinate is 1 where the photo's pixels are as large as the view's: its negative logarithm is the
-// pyramid's level. Beside them where the photo is: RecordPlace.
+// that its third coordinate is 1 where the photo is read at level 0 of its pyramid: -1.5 times its logarithm is the level, exactly,
+// as the determinant of a plane's Jacobian falls with the third power of the depth. Beside them where the photo is: RecordPlace.
 constexpr std::uint32_t RecordPlace(int camera, int group, int layer) {
   return static_cast<std::uint32_t>(layer) | static_cast<std::uint32_t>(group) << 11 | static_cast<std::uint32_t>(camera) << 16;
 }

@@ -37,9 +37,8 @@ namespace {
 constexpr double kUnseenWeight = 0.01;
 
 // The optimum's rows, padded to the longest; plan.offset still holds unit directions.
-void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const std::vector<float>& t, std::vector<Eigen::Vector3f>&& normal,
-                 FramePlan& plan) {
-  const RaySamples rays{plan.offset, t, std::move(normal)};
+void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const std::vector<float>& t, FramePlan& plan) {
+  const RaySamples rays{plan.offset, t, plan.normal};
   WeightTable table;
   WeighOptimal(setup, visibility, rays, table, plan.optimum);
   DropSmall(table, static_cast<float>(kUnseenWeight * std::min(setup.settings.accuracy, 0.01)));
@@ -79,11 +78,11 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
       plan.offset[s] = ray[s].cast<float>();
       ++s;
     }
-  std::vector<Eigen::Vector3f> normal(setup.settings.resolution == Resolution::kJacobian ? n : 0);
-  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, normal);
+  plan.normal.resize(setup.settings.resolution == Resolution::kJacobian || setup.settings.prefilter ? n : 0);
+  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, plan.normal);
 
   if (setup.settings.similarity == Similarity::kFull) {
-    PlanOptimum(setup, visibility, t, std::move(normal), plan);
+    PlanOptimum(setup, visibility, t, plan);
     return;
   }
   plan.camera.assign(n * k, -1);
@@ -92,7 +91,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
     plan.alpha[s] = 0;
     if (!(t[s] > 0) || !std::isfinite(t[s])) continue;
     const Eigen::Vector3f direction = plan.offset[s];
-    const Eigen::Vector3f facing = normal.empty() ? Eigen::Vector3f::Zero() : normal[s];
+    const Eigen::Vector3f facing = plan.normal.empty() ? Eigen::Vector3f::Zero() : plan.normal[s];
     plan.offset[s] *= t[s];
     if (all) {
       plan.alpha[s] = WeighAll(setup.sources, visibility, direction, t[s], setup.settings, scratch, everyone, facing);

@@ -36,6 +36,7 @@ struct FramePlan {
   PixelWindow window;
   int k = 0;                               // entries a sample (all cameras where settings.k == 0; as many as the optimum's longest row)
   std::vector<Eigen::Vector3f> offset;     // proxy point - desired centre, normalised units; undefined where alpha = 0
+  std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit; none where neither resolution nor prefiltering asks for it
   std::vector<float> alpha;                // 0: hole
   std::vector<std::int32_t> camera;        // samples x k, -1 past the last
   std::vector<float> weight;               // samples x k; the optimum's may be negative, and sum to 1 all the same

@@ -35,7 +35,7 @@ std::string StageJson() {
   stage.Material("iron", {{"kind", "noise"}, {"colors", {"#1f2826", "#4a5552"}}, {"size", 0.03}});
   stage.Material("ball", {{"kind", "cells"}, {"colors", {"#2038a0", "#e0d060"}}, {"size", 0.03}});
   AddPeriodicRoom(stage);
-  const Json slow = {{"axis", {0, 0, 1}}, {"centre", {-0.2, 0.05, 0}}, {"period_s", 7.9}}, fast = {{"axis", {0, 0, 1}}, {"centre", {0.25, 0, 0}}, {"period_s", 1.83}};
+  const Json slow = {{"axis", {0, 0, 1}}, {"centre", {-0.2, 0.05, 0}}, {"period_s", 5.9}, {"unsteady", 1}}, fast = {{"axis", {0, 0, 1}}, {"centre", {0.25, 0, 0}}, {"period_s", 1.83}, {"unsteady", 1}};
   Json& shade = stage.Cylinder("paper", 0.13, 0.3, -0.2, 0.05, 0.08);
   shade["top_radius"] = 0.09;
   shade["spin"] = slow;

@@ -162,7 +162,7 @@ TEST(CandidateTerms, EveryCombinationWeighsAsPixelsDo) {
   for (const bool fine : {false, true}) {
     // Of weights: floats against doubles. A facet's depth comes from its triangle's corners, floats themselves, and where visibility
     // ends it is steep in the depth: with and without terms alike.
-    // Floats; at an occluder's edge, where v goes from 1/500 to 1 within a texel, a float's pixel shows ten times as much.
+    // Floats; at an occluder's edge, where v goes from 1/50 to 1 within a texel, a float's pixel shows ten times as much.
     const auto rounding = [&](bool visibility) { return !fine ? 5e-3 : visibility ? 1e-3 : 1e-4; };
     Terms terms(fine);
     const RenderView view = test::ViewOf(terms.capture(), {0.7, 0.3, -3});

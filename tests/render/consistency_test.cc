@@ -126,8 +126,9 @@ TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
 }
 
 // Along 1000 tiny steps on the proxy, across the edges of what stands before it in the photos. An edge is a texel of the photo's depth
-// map wide, about 0.02 scene sizes here, and most of a weight changes within a part of it: a step of 1e-2 passes over that, and what it
-// shows is a weight's height. From 1e-3 on steps show its slope, in proportion.
+// map wide, about 0.02 scene sizes here, and most of a weight changes within a part of it (a factor of 3 in h, of the 50 that it grows
+// by): a step of 1e-2, half a texel, passes over that, and what it shows is a weight's height. From a tenth of a texel on steps show
+// its slope, in proportion. Wider edges make for gentler steps and cost the photos that see beside them (docs/render.md).
 void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char* what) {
   test::Capture c = test::MakeCapture(24, 64);
   for (std::size_t i = 0; i < c.scene.views.size(); ++i) {
@@ -199,10 +200,11 @@ void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char*
   std::cout << "; ratios";
   for (std::size_t i = 1; i < largest.size(); ++i) std::cout << " " << largest[i - 1] / largest[i];
   std::cout << "\n";
-  // A tenth in the limit; the rest is where in the feather the nearest step falls.
-  constexpr double kInProportion = 1.0 / 7;
-  EXPECT_LT(largest[1], 0.5 * largest[0]);
-  for (std::size_t i = 2; i < largest.size(); ++i) EXPECT_LT(largest[i], kInProportion * largest[i - 1]) << "step " << kSteps[i];
+  // Of steps above a tenth of the feather: as measured, 3.2 to 5.4.
+  EXPECT_LT(largest[1], largest[0] / 3);
+  // Below it: a tenth in the limit; the rest is where in the feather the nearest step falls (7.4 to 9.8 measured at the first, 8.7 and up).
+  EXPECT_LT(largest[2], largest[1] / 7);
+  for (std::size_t i = 3; i < largest.size(); ++i) EXPECT_LT(largest[i], largest[i - 1] / 8) << "step " << kSteps[i];
 }
 
 TEST(Continuity, HoldsAcrossOcclusionEdges) { ExpectContinuousAcrossOcclusionEdges({}, "real-time"); }

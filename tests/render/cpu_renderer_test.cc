@@ -125,12 +125,5 @@ TEST(SamplePhoto, PixelCentresBordersAndLevels) {
   EXPECT_NEAR(SamplePhoto(photo, 1.0F / 4, 1.0F / 2, 1)[0], 55, 1);        // mean of the first four pixels
 }
 
-TEST(PyramidLevel, FollowsTheRatioOfPixels) {
-  EXPECT_EQ(PyramidLevel(500, 2, 500, 2), 0);
-  EXPECT_EQ(PyramidLevel(500, 4, 500, 2), 0);           // undersampled: nothing to prefilter
-  EXPECT_NEAR(PyramidLevel(2000, 2, 500, 2), 2, 1e-6);
-  EXPECT_NEAR(PyramidLevel(500, 1, 500, 2), 1, 1e-6);
-}
-
 }  // namespace
 }  // namespace lumi

@@ -258,8 +258,8 @@ TEST_F(GlHardCase, ApproachesAPhotosCentreContinuously) {
             worst = std::max(worst, std::abs(static_cast<double>(near.At(x, y, c)) - static_cast<double>(limit.At(x, y, c))));
           if (near.At(x, y, 3) > 0) others = std::max(others, 1 - static_cast<double>(own.At(x, y, 0) / own.At(x, y, 3)));
         }
-      // The other photos are a few tenths of a radian away, and where its depth map calls this one blocked it counts for 500 times as far.
-      EXPECT_LE(others, 500 * 10 * angle + 1e-6) << "1e-" << e;
+      // The other photos are a few tenths of a radian away, and where its depth map calls this one blocked it counts for 50 times as far.
+      EXPECT_LE(others, 50 * 10 * angle + 1e-6) << "1e-" << e;
       if (e >= 5) {
         EXPECT_LT(worst, 0.05) << "1e-" << e;
       }

@@ -7,6 +7,7 @@
 #include "render/renderer.h"
 #include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
+#include "tests/render/oblique_floor.h"
 
 namespace lumi {
 namespace {
@@ -72,6 +73,28 @@ TEST(GlRenderer, AgreesWithTheCpu) {
     EXPECT_GE(psnr, kAgreementDb);
     RecordProperty(c.name, std::to_string(psnr));
     std::printf("  %-28s %.1f dB, coverage %.3f\n", c.name, psnr, Coverage(b));
+  }
+}
+
+// A plane that the view sees obliquely and the photos do not: the pyramid's level is another than the depths' ratio says.
+TEST(GlRenderer, PrefiltersAnObliquePlaneAsTheCpuDoes) {
+  const test::ObliqueFloor f;
+  const World w{f.c.scene, f.c.proxy, f.c.photos};
+  MAKE_GL_OR_SKIP(gl, w);
+  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  RenderRequest request;
+  request.view = f.view;
+  request.settings.prefilter = false;
+  const ImageF aliased = cpu->Render(request);
+  request.settings.prefilter = true;
+  for (const char* way : {"pixels", "interpolated", "candidates"}) {
+    if (way != std::string("pixels")) request.settings.grid_columns = request.settings.grid_rows = 17;
+    request.settings.sampling = way == std::string("candidates") ? Sampling::kCandidates : Sampling::kInterpolated;
+    const ImageF a = gl->Render(request), b = cpu->Render(request);
+    std::printf("  %-28s %.1f dB; without a pyramid %.1f dB\n", way, PsnrDb(a, b), PsnrDb(aliased, b));
+    // Between a level a pixel (GL) and one that is linear over a cell (CPU, sparse).
+    EXPECT_GE(PsnrDb(a, b), 40) << way;
+    EXPECT_LT(PsnrDb(aliased, b), 30) << way << ": nothing was to be prefiltered";
   }
 }
 

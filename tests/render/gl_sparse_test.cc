@@ -8,6 +8,7 @@
 
 #include "render/convert.h"
 #include "render/cpu/blend.h"
+#include "render/radiance/measures/footprint.h"
 #include "render/radiance/weights.h"
 #include "tests/render/gl_test_scene.h"
 
@@ -112,6 +113,8 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
       of_px.col(i) << plan.x_px[v].cast<double>(), 1;
       inverse_depth[i] = 1 / axis.dot(plan.offset[v].cast<double>());
     }
+    const auto corner = [&](std::size_t i) -> Eigen::Vector3d { return plan.offset[static_cast<std::size_t>(t.vertex[i])].cast<double>(); };
+    const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     const Eigen::Array2d lo = of_px.topRows<2>().rowwise().minCoeff(), hi = of_px.topRows<2>().rowwise().maxCoeff();
     if (std::abs(of_px.determinant()) < 1e-6) continue;
     of_px = of_px.inverse().eval();
@@ -135,7 +138,9 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
           w *= gate;
           kept += w;
           if (w <= 0) continue;
-          const float level = setup.settings.prefilter ? PyramidLevel(s.focal_px[j], static_cast<float>(p.depth), setup.focal_px, static_cast<float>(1 / inverse)) : 0;
+          const double facing = FacingRatio(normal.dot(offset - Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]).cast<double>()), normal.dot(offset));
+          const double footprint = Footprint(static_cast<double>(s.focal_px[j] / setup.focal_px), facing, 1 / (inverse * p.depth));
+          const float level = setup.settings.prefilter ? static_cast<float>(PyramidLevel(footprint)) : 0;
           const double gain = setup.settings.exposure ? static_cast<double>(s.gain[j]) : 1.0;
           mean += w * (false_color ? SourceColor(static_cast<int>(j)).cast<double>().array().eval()
                                    : (gain * SamplePhoto(photos[j], static_cast<float>(p.x01.x()), static_cast<float>(p.x01.y()), level).cast<double>() / 255).eval());

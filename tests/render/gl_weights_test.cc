@@ -18,7 +18,7 @@ constexpr float kWeightTolerance = 1e-4F;
 constexpr float kBorderF = 2e-3F;
 constexpr float kBorderWeight = 1e-4F;
 
-// Where a map's texels change from blocked to seen, v runs from 1/500 to 1 over a texel: pixel coordinates that differ by
+// Where a map's texels change from blocked to seen, v runs from 1/50 to 1 over a texel: pixel coordinates that differ by
 // 1e-4 texels change 1/v by 5 %, and a weight by that times w (1 - w) <= 1/4.
 constexpr float kBlockedTolerance = 1.25e-2F;
 

@@ -549,7 +549,8 @@ TEST(Properties, EachHasItsFigure) {
   EXPECT_LT(direction, figure("angle-based view dependence", "nearest_photo_direction_error"));
   EXPECT_LT(direction, 0.5 * figure("angle-based view dependence", "all_photos_direction_error"));
   for (const char* key :
-       {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min"})
+       {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min",
+        "optimum_25_visibility_weight_min", "optimum_pixel_visibility_weight_min"})
     EXPECT_GE(figure("epipole consistency", key), 0.99) << key;
   EXPECT_LE(figure("radiance consistency", "weight_difference_max"), 1e-6);
   EXPECT_NEAR(figure("continuity", "ratio_1e-3_1e-4"), 10, 2);

@@ -12,11 +12,11 @@
 namespace lumi {
 
 // The proxy is rough: its word on occlusion is evidence, no proof. A blocked camera's value falls to this, not to 0, so
-// that it stands behind every camera that sees the point, and before a hole.
-constexpr float kBlockedVisibility = 1.0F / 500;
-constexpr double kLog2Blocked = -8.965784284662087;
+// that it stands behind the cameras that see the point, and before a hole. The lower, the steeper the weights at an occluder's edge.
+constexpr float kBlockedVisibility = 1.0F / 50;
+constexpr double kLog2Blocked = -5.643856189774724;
 // Half seen, half blocked.
-constexpr float kHalfVisible = 0.0447213595F;
+constexpr float kHalfVisible = 0.141421356F;
 // Relative depth behind the map's surface over which visibility fades: above the step that a slanted surface makes
 // between texels, below the distance between an object and its background.
 constexpr float kVisibleUpTo = 0.0225F;
