@@ -1,0 +1,99 @@
+#include "proxy/simplify/simplify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "proxy/simplify/mesh_topology.h"
+#include "proxy/simplify/progressive_hull.h"
+#include "proxy/simplify/quadric_decimation.h"
+#include "proxy/simplify/tight_wrap.h"
+#include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace {
+
+// Smaller meshes are simplified as they are: a wrap's offset is volume, and their time is short anyway.
+constexpr std::size_t kWrapFaces = 20000;
+// More faces than this are kept from the mesh itself, unless its handles would leave too few of them to its shape.
+constexpr std::size_t kFinestWrapped = 4000;
+constexpr std::size_t kFacesPerLeast = 4;
+// A wrap of gaps down to size / d has about 2 d^2 faces. Coarser than a 60th it costs more volume than simplifying does.
+constexpr double kCoarsestGap = 60;
+constexpr double kWrapFacesPerFace = 4;
+// The wrap's offset, of alpha: half of it is more faces and time for a hundredth of volume.
+constexpr double kOffsetPerGap = 0.05;
+
+// What the wrap is to have, as the inverse of its gap in sizes; 0: none.
+double WrapFor(const MeshParts& parts, std::size_t input_faces, std::size_t wanted) {
+  if (input_faces < kWrapFaces || 2 * wanted > input_faces) return 0;
+  if (wanted > kFinestWrapped && wanted >= kFacesPerLeast * parts.least_faces) return 0;
+  return std::max(kCoarsestGap, std::sqrt(kWrapFacesPerFace / 2 * static_cast<double>(wanted)));
+}
+
+}  // namespace
+
+std::string Name(SimplifyMethod method) { return method == SimplifyMethod::kQuadric ? "quadric" : "keep-hull"; }
+
+std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::size_t>& faces, SimplifyMethod method, ProgressSink& progress) {
+  for (const std::size_t n : faces)
+    if (n < 1) throw UsageError("--faces must be at least 1");
+  const auto start = std::chrono::steady_clock::now();
+  const Mesh mesh = MakeManifold(input);
+  const MeshParts parts = CountParts(mesh);
+  const bool closed = parts.closed_parts == parts.parts;
+  if (method == SimplifyMethod::kKeepHull && !closed)
+    throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
+  const auto require = [&](const MeshParts& p, std::size_t wanted) {
+    if (wanted >= p.least_faces) return;
+    if (closed && wanted < 4) throw UsageError(fmt::format("{} faces enclose nothing", wanted), "a closed mesh needs four at least");
+    throw DataError(fmt::format("{} faces are too few: {} parts with {} holes through them need {} at least", wanted, p.parts, p.handles, p.least_faces),
+                    fmt::format("--faces {} or more", p.least_faces));
+  };
+
+  std::vector<SimplifiedMesh> results(faces.size());
+  if (method == SimplifyMethod::kQuadric) {
+    for (const std::size_t n : faces) require(parts, n);
+    const double before = SecondsSince(start);
+    std::vector<DecimatedMesh> made = Decimate(mesh, faces, progress);
+    for (std::size_t i = 0; i < made.size(); ++i) results[i] = {std::move(made[i].mesh), before + made[i].seconds, made[i].reached, false};
+    return results;
+  }
+
+  const double checked = SecondsSince(start);
+  Eigen::Vector3d low = mesh.vertices.front(), high = low;
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  const double size = (high - low).maxCoeff();
+  std::map<double, std::vector<std::size_t>> runs;
+  for (std::size_t i = 0; i < faces.size(); ++i) runs[WrapFor(parts, mesh.faces.size(), faces[i])].push_back(i);
+  for (const auto& [inverse_gap, members] : runs) {
+    const auto run_start = std::chrono::steady_clock::now();
+    const bool wrapped = inverse_gap > 0;
+    Mesh wrap;
+    if (wrapped) {
+      Progress step(progress, "wrapping", 0);
+      wrap = MakeManifold(TightWrap(mesh, size / inverse_gap, kOffsetPerGap * size / inverse_gap));
+    }
+    const Mesh& from = wrapped ? wrap : mesh;
+    const MeshParts from_parts = wrapped ? CountParts(wrap) : parts;
+    std::vector<std::size_t> wanted;
+    for (const std::size_t i : members) {
+      require(from_parts, faces[i]);
+      wanted.push_back(faces[i]);
+    }
+    const double before = checked + SecondsSince(run_start);
+    std::vector<KeptHull> made = KeepHull(from, wanted, progress);
+    for (std::size_t k = 0; k < members.size(); ++k)
+      results[members[k]] = {std::move(made[k].mesh), before + made[k].seconds, made[k].reached, wrapped};
+  }
+  return results;
+}
+
+}  // namespace lumi
