@@ -229,6 +229,7 @@ std::string RunInfo(const std::filesystem::path& path, const std::string& name, 
 std::string DescribeProxy(const std::string& text) {
   const Json json = Json::parse(text);
   std::string out;
+  if (json.contains("tradeoff") || json.contains("faces_before")) return DescribeSimplified(text);
   if (json.contains("candidates")) {
     out += fmt::format("{:<10} {:>8} {:>10} {:>8} {:>9} {:>9}\n", "proxy", "faces", "PSNR dB", "SSIM", "coverage", "seconds");
     for (const Json& c : json["candidates"]) {

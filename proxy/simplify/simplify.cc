@@ -25,6 +25,7 @@ constexpr std::size_t kFacesPerLeast = 4;
 // A wrap of gaps down to size / d has about 2 d^2 faces. Coarser than a 60th it costs more volume than simplifying does.
 constexpr double kCoarsestGap = 60;
 constexpr double kWrapFacesPerFace = 4;
+constexpr double kQuadricGap = 100;
 // The wrap's offset, of alpha: half of it is more faces and time for a hundredth of volume.
 constexpr double kOffsetPerGap = 0.05;
 
@@ -55,22 +56,31 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
                     fmt::format("--faces {} or more", p.least_faces));
   };
 
-  std::vector<SimplifiedMesh> results(faces.size());
-  if (method == SimplifyMethod::kQuadric) {
-    for (const std::size_t n : faces) require(parts, n);
-    const double before = SecondsSince(start);
-    std::vector<DecimatedMesh> made = Decimate(mesh, faces, progress);
-    for (std::size_t i = 0; i < made.size(); ++i) results[i] = {std::move(made[i].mesh), before + made[i].seconds, made[i].reached, false};
-    return results;
-  }
-
-  const double checked = SecondsSince(start);
   Eigen::Vector3d low = mesh.vertices.front(), high = low;
   for (const Eigen::Vector3d& v : mesh.vertices) {
     low = low.cwiseMin(v);
     high = high.cwiseMax(v);
   }
   const double size = (high - low).maxCoeff();
+  std::vector<SimplifiedMesh> results(faces.size());
+  if (method == SimplifyMethod::kQuadric) {
+    // Handles that would take most of the faces are closed by a wrap here too.
+    std::size_t fewest = mesh.faces.size();
+    for (const std::size_t n : faces) fewest = std::min(fewest, n);
+    const bool wrapped = closed && mesh.faces.size() >= kWrapFaces && fewest < kFacesPerLeast * parts.least_faces;
+    Mesh wrap;
+    if (wrapped) {
+      Progress step(progress, "wrapping", 0);
+      wrap = MakeManifold(TightWrap(mesh, size / kQuadricGap, kOffsetPerGap * size / kQuadricGap));
+    }
+    for (const std::size_t n : faces) require(wrapped ? CountParts(wrap) : parts, n);
+    const double before = SecondsSince(start);
+    std::vector<DecimatedMesh> made = Decimate(wrapped ? wrap : mesh, faces, progress);
+    for (std::size_t i = 0; i < made.size(); ++i) results[i] = {std::move(made[i].mesh), before + made[i].seconds, made[i].reached, wrapped};
+    return results;
+  }
+
+  const double checked = SecondsSince(start);
   std::map<double, std::vector<std::size_t>> runs;
   for (std::size_t i = 0; i < faces.size(); ++i) runs[WrapFor(parts, mesh.faces.size(), faces[i])].push_back(i);
   for (const auto& [inverse_gap, members] : runs) {

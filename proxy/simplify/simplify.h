@@ -22,7 +22,7 @@ struct SimplifiedMesh {
   Mesh mesh;
   double seconds = 0;
   bool reached = true;   // false: no edge is left that may go, there are more faces than wanted
-  bool wrapped = false;  // kKeepHull began with a wrap of the mesh (tight_wrap.h)
+  bool wrapped = false;  // of a wrap of the mesh (tight_wrap.h): large meshes full of handles, and with kKeepHull those that lose most of their faces
 };
 
 // One for each of `faces`, in the same order, from runs that they share: `seconds` are from the start of a run. Vertices at one place are
