@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -305,23 +306,27 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
     points.push_back(std::move(p));
     steps.Step();
   };
+  const auto fail = [&](SimplifyMethod method, std::size_t wanted, const char* why) {
+    points.push_back({{"method", Name(method)}, {"wanted", wanted}, {"failed", why}});
+    steps.Step();
+  };
   for (const SimplifyMethod method : methods) {
-    for (const std::size_t wanted : counts) {
+    // One run for all where it can be had: each number of faces is passed on the way to the fewest.
+    std::vector<SimplifiedMesh> together;
+    try {
+      together = Simplify(before, counts, method, progress);
+    } catch (const DataError&) {
+    } catch (const UsageError&) {
+    }
+    for (std::size_t i = 0; i < counts.size(); ++i) {
       CheckInterrupted();
-      // Each from the start: what it costs alone.
-      std::optional<SimplifiedMesh> simple;
       try {
-        simple = std::move(Simplify(before, {wanted}, method, SilentProgress()).front());
+        measure(Name(method), counts[i], together.empty() ? Simplify(before, {counts[i]}, method, progress).front() : together[i]);
       } catch (const DataError& e) {
-        points.push_back({{"method", Name(method)}, {"wanted", wanted}, {"failed", e.what()}});
-        steps.Step();
-        continue;
+        fail(method, counts[i], e.what());
       } catch (const UsageError& e) {
-        points.push_back({{"method", Name(method)}, {"wanted", wanted}, {"failed", e.what()}});
-        steps.Step();
-        continue;
+        fail(method, counts[i], e.what());
       }
-      measure(Name(method), wanted, *simple);
     }
   }
   SimplifiedMesh all;
@@ -357,8 +362,12 @@ std::string DescribeSimplified(const std::string& text) {
   if (json.contains("views_missed")) {
     out += fmt::format("\n{} silhouettes: covered {} at least, deepest uncovered pixel {} px; intersection over union {} median, {} least", json["views_used"].get<std::size_t>(),
                        Number(json, "coverage_min", "{:.2f} %", 100), Number(json, "deepest_uncovered_px", "{:.1f}"), Number(json, "iou_median", "{:.4f}"), Number(json, "iou_min", "{:.4f}"));
-    for (const OrderedJson& v : json["views_missed"])
-      out += fmt::format("\nnot covered: {}, {:.2f} %, {:.1f} px deep", v["name"].get<std::string>(), 100 * v["coverage"].get<double>(), v["deepest_uncovered_px"].get<double>());
+    std::vector<OrderedJson> missed(json["views_missed"].begin(), json["views_missed"].end());
+    std::stable_sort(missed.begin(), missed.end(), [](const OrderedJson& a, const OrderedJson& b) { return a["coverage"].get<double>() < b["coverage"].get<double>(); });
+    if (!missed.empty()) out += fmt::format("\n{} silhouettes not covered to {:g} % and {:g} px, the worst:", missed.size(), 100 * kLeastCoverage, kDeepestUncoveredPx);
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, missed.size()); ++i)
+      out += fmt::format("\nnot covered: {}, {:.2f} %, {:.1f} px deep", missed[i]["name"].get<std::string>(), 100 * missed[i]["coverage"].get<double>(),
+                         missed[i]["deepest_uncovered_px"].get<double>());
   } else {
     out += "\nno silhouettes: what it covers of them was not measured";
   }

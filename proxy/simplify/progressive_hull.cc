@@ -280,7 +280,7 @@ class HullCollapser {
           if (t[k] == end) corners[k] = x;
         const TriangleShape after = ShapeOf(corners[0], corners[1], corners[2]);
         worst_after = std::min(worst_after, after.quality);
-        if (after.quality < kDegenerateQuality) return false;
+        if (area2_[Index(f)] > 0 && after.quality < kDegenerateQuality) return false;
         if (area2_[Index(f)] > 0 && after.area_vector.dot(normal_[Index(f)]) < kLeastTurnCosine * after.area2) return false;
       }
     }
@@ -448,7 +448,11 @@ class HullCollapser {
   static bool IsNear(const Vector3d& x) { return x.cwiseAbs().maxCoeff() < kFarthest; }
 
   std::optional<Placement> BestPlace(VertexIndex a, VertexIndex b) const {
-    return around_enclosed_ ? PlaceAroundEnclosed(a, b) : Place(a, b);
+    const auto outside = Place(a, b);
+    // Where that adds nothing there is nothing to gain.
+    if (!around_enclosed_ || (outside && outside->cost <= kLengthWeight * 1.001 * std::pow((At(a) - At(b)).norm(), 3))) return outside;
+    const auto around = PlaceAroundEnclosed(a, b);
+    return around && (!outside || around->cost < outside->cost) ? around : outside;
   }
 
   void MoveTo(VertexIndex v, const Vector3d& x) {

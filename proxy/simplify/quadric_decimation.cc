@@ -111,8 +111,9 @@ class QuadricModule : public OpenMesh::Decimater::ModBaseT<DecimationMesh> {
         if (moves[k]) corners[k] = ToEigen(c.p1);
       const TriangleShape after = ShapeOf(corners[0], corners[1], corners[2]);
       worst_after = std::min(worst_after, after.quality);
+      if (before.quality < kDegenerateQuality) continue;
       if (after.quality < kDegenerateQuality) return float(Base::ILLEGAL_COLLAPSE);
-      if (before.quality >= kDegenerateQuality && before.area_vector.dot(after.area_vector) < kLeastTurnCosine * before.area2 * after.area2)
+      if (before.area_vector.dot(after.area_vector) < kLeastTurnCosine * before.area2 * after.area2)
         return float(Base::ILLEGAL_COLLAPSE);
     }
     if (worst_after < std::min(kLeastQuality, worst_before)) return float(Base::ILLEGAL_COLLAPSE);

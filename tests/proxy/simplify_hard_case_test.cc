@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -32,7 +33,7 @@ std::string WhatIsRefused(const std::function<void()>& what) {
 }
 
 TEST(SimplifyHardCase, AnyUnitOfLength) {
-  const Mesh body = BumpyBall(16);
+  const Mesh body = BumpyBall(10);
   for (const SimplifyMethod method : kBothWays) {
     const double ratio = EnclosedVolume(Reduced(body, 150, method).mesh) / EnclosedVolume(body);
     for (const double unit : {1e-6, 1e6}) {
@@ -42,14 +43,16 @@ TEST(SimplifyHardCase, AnyUnitOfLength) {
       EXPECT_LE(simple.faces.size(), 150u);
       // Another unit rounds the input otherwise, and ties fall otherwise; no more than that.
       EXPECT_NEAR(EnclosedVolume(simple) / EnclosedVolume(scaled), ratio, 0.02) << Name(method) << " " << unit;
-      if (method == SimplifyMethod::kKeepHull) EXPECT_EQ(Escaped(scaled, simple, kBodySlack * unit), 0u) << unit;
+      if (method == SimplifyMethod::kKeepHull) {
+        EXPECT_EQ(Escaped(scaled, simple, kBodySlack * unit), 0u) << unit;
+      }
     }
   }
 }
 
 // At 1e7 sizes from the origin doubles hold 1e-9 of the size: enough for all of it, with a slack of that.
 TEST(SimplifyHardCase, FarFromTheOrigin) {
-  const Mesh body = BumpyBall(16);
+  const Mesh body = BumpyBall(10);
   for (const double offset : {1e3, 1e5, 1e7}) {
     const Eigen::Vector3d away = offset * Eigen::Vector3d(1, -0.7, 0.4);
     const Mesh moved = MappedVertices(body, [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + away); });
@@ -57,23 +60,27 @@ TEST(SimplifyHardCase, FarFromTheOrigin) {
       const Mesh simple = Reduced(moved, 150, method).mesh;
       EXPECT_TRUE(CheckSoundness(simple).IsSolid()) << Name(method) << " " << offset;
       EXPECT_LE(simple.faces.size(), 150u);
-      if (method == SimplifyMethod::kKeepHull) EXPECT_EQ(Escaped(moved, simple, kBodySlack + 1e-15 * offset), 0u) << offset;
+      if (method == SimplifyMethod::kKeepHull) {
+        EXPECT_EQ(Escaped(moved, simple, kBodySlack + 1e-15 * offset), 0u) << offset;
+      }
     }
   }
 }
 
 TEST(SimplifyHardCase, SliversDownToRounding) {
   // Rows of the ring's faces pressed together, until two rows are one to the last digit.
-  for (const double pressed : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-15, 0.0}) {
-    Mesh ring = TorusMesh(30, 16);
-    for (std::size_t j = 0; j < 16; ++j) ring.vertices[5 * 16 + j] = ring.vertices[4 * 16 + j] + pressed * (ring.vertices[5 * 16 + j] - ring.vertices[4 * 16 + j]);
+  for (const double pressed : {1e-2, 1e-5, 1e-8, 1e-10, 1e-12, 1e-15, 0.0}) {
+    Mesh ring = TorusMesh(24, 12);
+    for (std::size_t j = 0; j < 12; ++j) ring.vertices[5 * 12 + j] = ring.vertices[4 * 12 + j] + pressed * (ring.vertices[5 * 12 + j] - ring.vertices[4 * 12 + j]);
     for (const SimplifyMethod method : kBothWays) {
       const Mesh simple = Reduced(ring, 120, method).mesh;
       const Soundness sound = CheckSoundness(simple);
       EXPECT_TRUE(sound.IsSolid()) << Name(method) << " " << pressed << ": " << sound.Describe();
       EXPECT_LE(simple.faces.size(), 120u);
       EXPECT_EQ(CountParts(simple).handles, 1u);
-      if (method == SimplifyMethod::kKeepHull) EXPECT_EQ(Escaped(ring, simple, kBodySlack), 0u) << pressed;
+      if (method == SimplifyMethod::kKeepHull) {
+        EXPECT_EQ(Escaped(ring, simple, kBodySlack), 0u) << pressed;
+      }
     }
   }
 }
@@ -122,7 +129,6 @@ TEST(SimplifyHardCase, NothingToDoChangesNothing) {
     const SimplifiedMesh same = Reduced(ball, ball.faces.size() + 100, method);
     EXPECT_TRUE(same.reached);
     EXPECT_EQ(same.mesh.faces.size(), ball.faces.size());
-    EXPECT_EQ(EnclosedVolume(same.mesh), EnclosedVolume(same.mesh));
     EXPECT_NEAR(EnclosedVolume(same.mesh), EnclosedVolume(ball), 1e-15);
   }
 }
@@ -163,7 +169,7 @@ TEST(SimplifyHardCase, NoiseOnFlatSidesDownToRounding) {
   for (const double noise : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15}) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> shake(-noise, noise);
-    const Mesh cube = MappedVertices(SubdividedCube(10), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d(shake(random), shake(random), shake(random))); });
+    const Mesh cube = MappedVertices(SubdividedCube(6), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d(shake(random), shake(random), shake(random))); });
     const Mesh hull = Reduced(cube, 40, SimplifyMethod::kKeepHull).mesh;
     EXPECT_TRUE(CheckSoundness(hull).IsSolid()) << noise;
     EXPECT_EQ(Escaped(cube, hull, kBodySlack), 0u) << noise;
