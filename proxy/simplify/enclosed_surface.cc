@@ -67,6 +67,19 @@ std::size_t EnclosedSurface::CellOf(double x, int axis) const {
   return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(cells_[static_cast<std::size_t>(axis)] - 1)));
 }
 
+std::vector<Vector3d> EnclosedSurface::PointsWithin(std::size_t count, double depth) const {
+  // The middles of faces: a vertex's own normal may lead out of a crease.
+  std::vector<Vector3d> points;
+  const std::size_t every = std::max<std::size_t>(1, faces_.size() / std::max<std::size_t>(1, count));
+  for (std::size_t f = 0; f < faces_.size(); f += every) {
+    const auto at = [&](std::size_t k) -> const Vector3d& { return vertices_[static_cast<std::size_t>(faces_[f][k])]; };
+    const Vector3d area = (at(1) - at(0)).cross(at(2) - at(0));
+    const double area2 = area.norm();
+    if (area2 > depth * depth) points.emplace_back((at(0) + at(1) + at(2)) / 3 - depth / area2 * area);
+  }
+  return points;
+}
+
 void EnclosedSurface::FindObstacles(const Vector3d& from, const Vector3d& to, const Vector3d& p, const Vector3d& q,
                                     std::vector<Vector3d>& obstacles) const {
   const Vector3d area = (p - to).cross(q - to);

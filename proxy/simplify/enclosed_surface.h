@@ -22,6 +22,9 @@ class EnclosedSurface {
   void FindObstacles(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                      std::vector<Eigen::Vector3d>& obstacles) const;
 
+  // About `count` points `depth` behind the middles of faces, evenly picked.
+  std::vector<Eigen::Vector3d> PointsWithin(std::size_t count, double depth) const;
+
  private:
   std::size_t CellOf(double x, int axis) const;
 

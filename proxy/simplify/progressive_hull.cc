@@ -3,10 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <queue>
@@ -54,6 +56,8 @@ constexpr std::size_t kAroundEnclosedFaces = 6000;
 // Places above an edge's middle where its ends may become one, in lengths of the edges around.
 constexpr std::array<double, 5> kStartHeights = {0, 0.1, 0.25, 0.5, 1};
 constexpr double kFarthestStart = 3;
+constexpr std::size_t kCheckedPoints = 500, kCheckedFaces = 3000;
+constexpr double kCheckDepth = 1e-5;  // of the body's size
 constexpr double kFarthest = 12;  // a mesh within four sizes of the origin is not moved there
 // Less than this share of an edge's length is not worth a move.
 constexpr double kLeastGain = 1e-3;
@@ -157,6 +161,28 @@ class HullCollapser {
       if (moved == 0) break;
     }
     Rebuild();
+  }
+
+  // Whether what was to stay enclosed still is: points of it, a little within, around which the surface must wind. What holds vertices
+  // back goes by tolerances; this does not, and costs little.
+  bool StillEncloses() const {
+    if (!enclosed_) return true;
+    const std::vector<Vector3d> points = enclosed_->PointsWithin(kCheckedPoints, kCheckDepth);
+    std::atomic<bool> all = true;
+    ParallelFor(points.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end && all; ++i) {
+        double angle = 0;
+        for (std::size_t f = 0; f < faces_.size(); ++f) {
+          if (!alive_[f]) continue;
+          // The solid angle of a face (Van Oosterom and Strackee 1983).
+          const Vector3d a = At(faces_[f][0]) - points[i], b = At(faces_[f][1]) - points[i], c = At(faces_[f][2]) - points[i];
+          const double la = a.norm(), lb = b.norm(), lc = c.norm();
+          angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+        }
+        if (angle < 2 * std::numbers::pi) all = false;
+      }
+    });
+    return all;
   }
 
   Mesh Result() const {
@@ -361,7 +387,7 @@ class HullCollapser {
     double size2 = 0, worst_before = 1;
     AddFan(v, -1, fan, size2, worst_before);
     const auto x = DrawnInwards(At(v), fan, std::sqrt(size2), worst_before, kInwardReach, kLeastGain);
-    if (!x) return false;
+    if (!x || !IsNear(*x)) return false;
     MoveTo(v, *x);
     return true;
   }
@@ -559,21 +585,18 @@ class HullCollapser {
 
 }  // namespace
 
-std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress,
-                               ProgressiveHullSummary* summary) {
+namespace {
+
+// nullopt: something was left outside, as a check says that does not depend on how places are found.
+std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, bool tighten, ProgressSink& progress,
+                                                   ProgressiveHullSummary& s) {
   const auto start = std::chrono::steady_clock::now();
-  if (!IsClosed(mesh)) throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
-  const double volume = EnclosedVolume(mesh);
-  if (!(volume > 0))
-    throw DataError("the mesh is inside out or encloses nothing: there is no hull to keep", "simplify it without --keep-hull, or turn its faces over");
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
 
   HullCollapser collapser(mesh);
   std::vector<KeptHull> hulls(faces.size());
-  ProgressiveHullSummary s;
-  s.volume_before = volume;
   s.collapses = collapser.RemoveDegenerateFaces() / 2;
   const std::size_t least = faces.empty() ? 0 : faces[order.back()];
   Progress steps(progress, "keeping the hull", static_cast<long>(collapser.face_count() > least ? (collapser.face_count() - least) / 2 : 0));
@@ -581,24 +604,49 @@ std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>&
   double tighten_at = kTightenEvery * kReferenceFaces;
   for (const std::size_t i : order) {
     while (!stuck && collapser.face_count() > faces[i]) {
-      if (!collapser.keeps_enclosed() && collapser.face_count() <= kReferenceFaces) collapser.KeepEnclosed();
+      if (tighten && !collapser.keeps_enclosed() && collapser.face_count() <= kReferenceFaces) collapser.KeepEnclosed();
       if (collapser.keeps_enclosed() && static_cast<double>(collapser.face_count()) <= tighten_at) {
         if (collapser.face_count() <= kAroundEnclosedFaces) collapser.HoldByEnclosedAlone();
         collapser.Tighten(kTightenSweeps);
         tighten_at = kTightenEvery * static_cast<double>(collapser.face_count());
+        if (collapser.face_count() <= kCheckedFaces && !collapser.StillEncloses()) return std::nullopt;
       }
       stuck = !collapser.Step();
       if (stuck) break;
       ++s.collapses;
       if (s.collapses % 256 == 0) steps.Step(256);
     }
-    if (collapser.keeps_enclosed() && s.collapses > 0) collapser.Tighten(2 * kTightenSweeps);
+    if (collapser.keeps_enclosed() && s.collapses > 0) {
+      collapser.Tighten(2 * kTightenSweeps);
+      if (!collapser.StillEncloses()) return std::nullopt;
+    }
     hulls[i] = {collapser.Result(), SecondsSince(start), collapser.face_count() <= faces[i]};
   }
   s.programs = collapser.programs();
   s.evaluate_s = collapser.evaluate_s();
-  if (summary != nullptr) *summary = s;
   return hulls;
+}
+
+}  // namespace
+
+std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress,
+                               ProgressiveHullSummary* summary) {
+  const auto start = std::chrono::steady_clock::now();
+  if (!IsClosed(mesh)) throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
+  ProgressiveHullSummary s;
+  s.volume_before = EnclosedVolume(mesh);
+  if (!(s.volume_before > 0))
+    throw DataError("the mesh is inside out or encloses nothing: there is no hull to keep", "simplify it without --keep-hull, or turn its faces over");
+  auto hulls = TryToKeepHull(mesh, faces, true, progress, s);
+  if (!hulls) {
+    // By the planes of the faces alone, which cannot fail, and is not as tight.
+    s.fell_back = true;
+    const double lost = SecondsSince(start);
+    hulls = TryToKeepHull(mesh, faces, false, progress, s);
+    for (KeptHull& hull : *hulls) hull.seconds += lost;
+  }
+  if (summary != nullptr) *summary = s;
+  return *std::move(hulls);
 }
 
 }  // namespace lumi

@@ -25,7 +25,8 @@ struct ProgressiveHullSummary {
   std::size_t collapses = 0;
   std::size_t programs = 0;    // edges whose place was sought, again wherever their neighbourhood had changed
   double volume_before = 0;    // cubic world units
-  double evaluate_s = 0;       // of that the parallel part
+  double evaluate_s = 0;       // seconds of the parallel part
+  bool fell_back = false;      // drawing vertices inwards left something outside: done again without
 };
 
 // One mesh for each of `faces`, in the same order, all from one run. mesh: closed, 2-manifold, front faces outwards (connected fans

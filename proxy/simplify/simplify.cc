@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -26,6 +27,8 @@ constexpr std::size_t kFacesPerLeast = 4;
 constexpr double kCoarsestGap = 60;
 constexpr double kWrapFacesPerFace = 4;
 constexpr double kQuadricGap = 100;
+// With fewer faces it is a body of few sides, and a wrap has more.
+constexpr std::size_t kLeastWrapped = 2000;
 // The wrap's offset, of alpha: half of it is more faces and time for a hundredth of volume.
 constexpr double kOffsetPerGap = 0.05;
 
@@ -63,29 +66,37 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
   }
   const double size = (high - low).maxCoeff();
   std::vector<SimplifiedMesh> results(faces.size());
+  const double checked = SecondsSince(start);
   if (method == SimplifyMethod::kQuadric) {
     // Handles that would take most of the faces are closed by a wrap here too.
-    std::size_t fewest = mesh.faces.size();
-    for (const std::size_t n : faces) fewest = std::min(fewest, n);
-    const bool wrapped = closed && mesh.faces.size() >= kWrapFaces && fewest < kFacesPerLeast * parts.least_faces;
-    Mesh wrap;
-    if (wrapped) {
-      Progress step(progress, "wrapping", 0);
-      wrap = MakeManifold(TightWrap(mesh, size / kQuadricGap, kOffsetPerGap * size / kQuadricGap));
+    std::array<std::vector<std::size_t>, 2> groups;
+    for (std::size_t i = 0; i < faces.size(); ++i)
+      groups[closed && mesh.faces.size() >= kWrapFaces && faces[i] < kFacesPerLeast * parts.least_faces ? 1 : 0].push_back(i);
+    for (const bool wrapped : {false, true}) {
+      const std::vector<std::size_t>& members = groups[wrapped ? 1 : 0];
+      if (members.empty()) continue;
+      const auto run_start = std::chrono::steady_clock::now();
+      Mesh wrap;
+      if (wrapped) {
+        Progress step(progress, "wrapping", 0);
+        wrap = MakeManifold(TightWrap(mesh, size / kQuadricGap, kOffsetPerGap * size / kQuadricGap));
+      }
+      std::vector<std::size_t> wanted;
+      for (const std::size_t i : members) wanted.push_back(faces[i]);
+      for (const std::size_t n : wanted) require(wrapped ? CountParts(wrap) : parts, n);
+      const double before = SecondsSince(run_start);
+      std::vector<DecimatedMesh> made = Decimate(wrapped ? wrap : mesh, wanted, progress);
+      for (std::size_t k = 0; k < members.size(); ++k)
+        results[members[k]] = {std::move(made[k].mesh), checked + before + made[k].seconds, made[k].reached, wrapped};
     }
-    for (const std::size_t n : faces) require(wrapped ? CountParts(wrap) : parts, n);
-    const double before = SecondsSince(start);
-    std::vector<DecimatedMesh> made = Decimate(wrapped ? wrap : mesh, faces, progress);
-    for (std::size_t i = 0; i < made.size(); ++i) results[i] = {std::move(made[i].mesh), before + made[i].seconds, made[i].reached, wrapped};
     return results;
   }
 
-  const double checked = SecondsSince(start);
   std::map<double, std::vector<std::size_t>> runs;
   for (std::size_t i = 0; i < faces.size(); ++i) runs[WrapFor(parts, mesh.faces.size(), faces[i])].push_back(i);
   for (const auto& [inverse_gap, members] : runs) {
     const auto run_start = std::chrono::steady_clock::now();
-    const bool wrapped = inverse_gap > 0;
+    bool wrapped = inverse_gap > 0;
     Mesh wrap;
     if (wrapped) {
       Progress step(progress, "wrapping", 0);
@@ -98,8 +109,18 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
       require(from_parts, faces[i]);
       wanted.push_back(faces[i]);
     }
-    const double before = checked + SecondsSince(run_start);
-    std::vector<KeptHull> made = KeepHull(from, wanted, progress);
+    double before = checked + SecondsSince(run_start);
+    ProgressiveHullSummary summary;
+    std::vector<KeptHull> made = KeepHull(from, wanted, progress, &summary);
+    const bool all = std::all_of(made.begin(), made.end(), [](const KeptHull& hull) { return hull.reached; });
+    if (!wrapped && (!all || summary.fell_back) && mesh.faces.size() >= kLeastWrapped) {
+      // It holds on to its faces, or runs through itself: a wrap does neither.
+      wrapped = true;
+      const double gap = size / kCoarsestGap;
+      wrap = MakeManifold(TightWrap(mesh, gap, kOffsetPerGap * gap));
+      before = checked + SecondsSince(run_start);
+      made = KeepHull(wrap, wanted, progress, &summary);
+    }
     for (std::size_t k = 0; k < members.size(); ++k)
       results[members[k]] = {std::move(made[k].mesh), before + made[k].seconds, made[k].reached, wrapped};
   }
