@@ -61,6 +61,13 @@ if [ -z "$only_speed$only_quality" ]; then
 fi
 [ -z "$only_quality" ] || exit 0
 
+# Faces against error against time, as lumi-proxy prints it.
+simplified() {
+  [ -d "$work/$1/proxies" ] && [ -f "$work/$1/proxies/hull.ply" ] || {
+    "$bin/lumi-simulate" --example "$1" -o "$work/$1" && cp -r "$work/$1/truth/silhouettes" "$work/$1/silhouettes" && "$bin/lumi-proxy" hull "$work/$1"
+  } >/dev/null
+  "$bin/lumi-proxy" simplify "$work/$1" --from hull --tradeoff
+}
 heading() { printf '\n## %s\n\n' "$1"; }
 # table TITLE COMMAND...: as it prints.
 table() {
@@ -93,3 +100,4 @@ if [ -n "$data" ] && [ -d "$data/knights" ]; then
   table 'The same: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
 fi
 table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane
+for example in car person; do table "lumi-proxy simplify --tradeoff: $example" simplified "$example"; done

@@ -57,6 +57,7 @@ constexpr std::size_t kAroundEnclosedFaces = 6000;
 constexpr std::array<double, 5> kStartHeights = {0, 0.1, 0.25, 0.5, 1};
 constexpr double kFarthestStart = 3;
 constexpr std::size_t kCheckedPoints = 500, kCheckedFaces = 3000;
+constexpr double kFarthestCheck = 4;  // of the radius of what is enclosed: a tetrahedron around a ball has corners at 3
 constexpr double kCheckDepth = 1e-5;  // of the body's size
 constexpr double kFarthest = 12;  // a mesh within four sizes of the origin is not moved there
 // Less than this share of an edge's length is not worth a move.
@@ -142,6 +143,13 @@ class HullCollapser {
     std::vector<std::array<VertexIndex, 3>> faces;
     for (std::size_t f = 0; f < faces_.size(); ++f)
       if (alive_[f]) faces.push_back(faces_[f]);
+    middle_ = Vector3d::Zero();
+    for (const auto& f : faces) middle_ += At(f[0]) / static_cast<double>(faces.size());
+    enclosed_six_ = radius_ = 0;
+    for (const auto& f : faces) {
+      enclosed_six_ += (At(f[0]) - middle_).dot((At(f[1]) - middle_).cross(At(f[2]) - middle_));
+      for (const VertexIndex v : f) radius_ = std::max(radius_, (At(v) - middle_).norm());
+    }
     enclosed_.emplace(x_, std::move(faces));
   }
   // From here on an edge's new vertex is held by that surface alone.
@@ -167,6 +175,16 @@ class HullCollapser {
   // back goes by tolerances; this does not, and costs little.
   bool StillEncloses() const {
     if (!enclosed_) return true;
+    // A surface folded over itself winds backwards around what lies in the fold: less volume, or vertices far off.
+    double six = 0;
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      if (!alive_[f]) continue;
+      const Vector3d &a = At(faces_[f][0]), &b = At(faces_[f][1]), &c = At(faces_[f][2]);
+      six += (a - middle_).dot((b - middle_).cross(c - middle_));
+      if ((a - middle_).norm() > kFarthestCheck * radius_) return false;
+    }
+    if (six < (1 - 1e-6) * enclosed_six_) return false;
+    if (face_count_ > kCheckedFaces) return true;
     const std::vector<Vector3d> points = enclosed_->PointsWithin(kCheckedPoints, kCheckDepth);
     std::atomic<bool> all = true;
     ParallelFor(points.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -580,6 +598,8 @@ class HullCollapser {
   std::uint32_t time_ = 0;
   bool eager_ = false, around_enclosed_ = false;
   std::optional<EnclosedSurface> enclosed_;
+  Vector3d middle_ = Vector3d::Zero();  // of what is enclosed
+  double enclosed_six_ = 0, radius_ = 0;  // six times its volume; the distance of its farthest vertex from there
   double evaluate_s_ = 0;
 };
 
@@ -609,7 +629,7 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
         if (collapser.face_count() <= kAroundEnclosedFaces) collapser.HoldByEnclosedAlone();
         collapser.Tighten(kTightenSweeps);
         tighten_at = kTightenEvery * static_cast<double>(collapser.face_count());
-        if (collapser.face_count() <= kCheckedFaces && !collapser.StillEncloses()) return std::nullopt;
+        if (!collapser.StillEncloses()) return std::nullopt;
       }
       stuck = !collapser.Step();
       if (stuck) break;
