@@ -182,6 +182,7 @@ std::string DescribeProxy(const std::string& text) {
   if (const std::string tradeoff = DescribeHullTradeoff(text); !tradeoff.empty()) return tradeoff;
   const Json json = Json::parse(text);
   std::string out;
+  if (json.contains("tradeoff") || json.contains("faces_before")) return DescribeSimplified(text);
   if (json.contains("candidates")) return DescribeAuto(text);
   if (json.contains("proxies")) return DescribeInfo(text);
   if (json.contains("silhouettes")) {

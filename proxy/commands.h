@@ -68,6 +68,31 @@ std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::p
 // Such a summary as a table for people; empty for any other.
 std::string DescribeHullTradeoff(const std::string& json);
 
+struct SimplifyRequest {
+  int faces = 500;
+  std::string from;                   // a proxy of the scene; empty: the active one, or what that was simplified from
+  bool keep_hull = false;             // enclose the former, where else quadrics decide
+  std::filesystem::path silhouettes;  // to be measured against; empty: the scene's own, where it has some
+};
+// target.name empty: FROM-FACES, with -kept where the hull is kept. Keys beside the common ones: from, method, wanted, faces_before, reached,
+// wrapped, simplify_s, mean_distance_px, max_distance_px (in the median view), sound, soundness, parts, intersects_itself, volume, volume_ratio (closed
+// meshes), coverage_min, iou_min, iou_median, deepest_uncovered_px (null without silhouettes), views_missed[{name, coverage, deepest_uncovered_px}].
+std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress);
+
+struct SimplifyTradeoffRequest {
+  std::filesystem::path scene;
+  std::string from;
+  std::filesystem::path silhouettes;
+  std::vector<int> faces = {100, 200, 500, 1000, 2000, 5000, 20000};
+  bool render = true;                 // ask lumi-render for the error of left-out photos
+  int holdout = 8;                    // every N-th photo is left out, measured on N/2, N/2 + N ...
+  int width_px = 480;                 // of the pictures that are compared
+};
+// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg. Key beside
+// the common ones: tradeoff{from, points[{method, wanted, faces, seconds, the keys of RunSimplify, psnr_mean_db, ms_per_frame}], csv, svg, json}.
+std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
+std::string DescribeSimplified(const std::string& json);
+
 // Silhouettes of the scene's photos, into SCENE/silhouettes or `output`. Keys: silhouettes[{name, kind, pixels, parts, holes,
 // touches_border}], empty, full, tiny, folder, seconds.
 std::string RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,

@@ -89,6 +89,30 @@ int main(int argc, char** argv) {
     run = [&] { return lumi::RunHull(hull_request, hull_target, program.progress()); };
   });
 
+  CLI::App* simplify = app.add_subcommand("simplify", "The same shape with fewer faces, nearest to the surface or (--keep-hull) enclosing it");
+  lumi::ProxyTarget simplify_target;
+  lumi::SimplifyRequest simplify_request;
+  lumi::SimplifyTradeoffRequest simplify_tradeoff;
+  bool simplify_table = false;
+  add_target(simplify, simplify_target, false);
+  simplify->add_option("--faces", simplify_request.faces, "Faces wanted, >= 1; 4 for a closed mesh")->capture_default_str();
+  simplify->add_option("--from", simplify_request.from, "The proxy that is simplified; default: the active one");
+  simplify->add_option("--name", simplify_target.name, "Name of the new proxy; default: FROM-FACES, or FROM-FACES-kept with --keep-hull");
+  simplify->add_flag("--keep-hull", simplify_request.keep_hull, "Every silhouette of it covers that of the former, which must be closed");
+  simplify->add_option("--silhouettes", simplify_request.silhouettes, "Folder of silhouettes to measure it against; default: SCENE/silhouettes");
+  simplify->add_flag("--tradeoff", simplify_table, "A table of faces against error against time instead, kept in SCENE/tradeoff");
+  simplify->add_option("--holdout", simplify_tradeoff.holdout, "With --tradeoff: every N-th photo is left out, N >= 2; measured on N/2, N/2+N ...")->capture_default_str();
+  simplify->add_option("--choose-width", simplify_tradeoff.width_px, "With --tradeoff: width of the pictures compared, in pixels, >= 16")->capture_default_str();
+  simplify->add_option("--table-faces", simplify_tradeoff.faces, "With --tradeoff: the numbers of faces")->capture_default_str();
+  simplify->callback([&] {
+    simplify_tradeoff.scene = simplify_target.scene;
+    simplify_tradeoff.from = simplify_request.from;
+    simplify_tradeoff.silhouettes = simplify_request.silhouettes;
+    run = [&] {
+      return simplify_table ? lumi::RunSimplifyTradeoff(simplify_tradeoff, program.progress()) : lumi::RunSimplify(simplify_request, simplify_target, program.progress());
+    };
+  });
+
   CLI::App* silhouettes = app.add_subcommand("silhouettes", "Which pixels show the object, written to SCENE/silhouettes");
   std::filesystem::path silhouette_scene, silhouette_output;
   lumi::SilhouetteSource source;

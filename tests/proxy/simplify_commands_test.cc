@@ -1,0 +1,116 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "proxy/commands.h"
+#include "scene/files/image_io.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
+#include "tests/proxy/hull_bodies.h"
+#include "tests/proxy/synthetic_scene.h"
+
+namespace lumi::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+// An ellipsoid with stripes before a grey wall, from ten sides, with its silhouettes' hull.
+void WriteHullScene(const fs::path& folder) {
+  SceneBuilder builder(5);
+  for (int n = 0; n < 10; ++n) builder.AddCamera({4 * std::cos(n * 0.628), 4 * std::sin(n * 0.628), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
+  Scene scene = builder.Build();
+  scene.cameras[0] = scene.cameras[0].Scaled(160, 120);
+  scene.folder = folder;
+  scene.image_folder = folder / "images";
+  const Body body = Ellipsoid({0.8, 0.6, 0.5});
+  for (const View& view : scene.views) {
+    const RenderView render = MakeRenderView(scene, view);
+    Image8 photo(160, 120, 3, 110);
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 160; ++x) {
+        if (!body(render.centre, *RayDirection(render.P, {x + 0.5, y + 0.5}))) continue;
+        photo.At(x, y, 0) = static_cast<std::uint8_t>(200 + 8 * (x / 8 % 5));
+        photo.At(x, y, 1) = photo.At(x, y, 2) = 30;
+      }
+    }
+    WriteImage(fs::path(scene.image_folder / view.name), photo);
+  }
+  UpdateFrameOfReference(scene);
+  WriteScene(scene, folder);
+  SilhouetteSource source;
+  source.rule = "R > 2 * G";
+  RunSilhouettes(folder, source, {}, {}, SilentProgress());
+  RunHull({}, {folder, "hull", {}, false}, SilentProgress());
+}
+
+TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene";
+  WriteHullScene(scene);
+  SimplifyRequest request;
+  request.faces = 200;
+  request.keep_hull = true;
+  const json kept = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
+  EXPECT_EQ(kept["name"], "hull-200-kept");
+  EXPECT_EQ(kept["from"], "hull");
+  EXPECT_LE(kept["faces"], 200);
+  EXPECT_EQ(kept["closed"], true);
+  EXPECT_EQ(kept["sound"], true);
+  EXPECT_GE(kept["coverage_min"].get<double>(), 0.995);
+  EXPECT_GE(kept["iou_median"].get<double>(), 0.85);
+  EXPECT_TRUE(kept["views_missed"].empty());
+  EXPECT_GE(kept["volume_ratio"].get<double>(), 1);
+  EXPECT_GT(kept["mean_distance_px"].get<double>(), 0);
+  EXPECT_EQ(ReadMesh(ProxyPath(scene, "hull-200-kept")).faces.size(), kept["faces"].get<std::size_t>());
+  // It is the active one now: what is simplified stays the hull.
+  const json again = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
+  EXPECT_EQ(again["name"], "hull-200-kept");
+  EXPECT_EQ(again["reused"], true);
+  EXPECT_EQ(again["iou_median"], kept["iou_median"]);
+  EXPECT_THAT(DescribeProxy(again.dump()), HasSubstr("10 silhouettes"));
+
+  request.keep_hull = false;
+  request.faces = 30;
+  const json coarse = json::parse(RunSimplify(request, {scene, "", {}, false}, SilentProgress()));
+  EXPECT_EQ(coarse["name"], "hull-30");
+  EXPECT_FALSE(coarse["views_missed"].empty());  // and it is said
+  EXPECT_THAT(DescribeProxy(coarse.dump()), HasSubstr("not covered"));
+  request.from = "nothing";
+  EXPECT_THROW(RunSimplify(request, {scene, "", {}, false}, SilentProgress()), UsageError);
+  request.from = "hull";
+  EXPECT_THROW(RunSimplify(request, {scene, "hull", {}, false}, SilentProgress()), UsageError);
+}
+
+TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene";
+  WriteHullScene(scene);
+  SimplifyTradeoffRequest request;
+  request.scene = scene;
+  request.faces = {2, 50, 400};
+  request.width_px = 80;
+  const std::string text = RunSimplifyTradeoff(request, SilentProgress());
+  const json points = json::parse(text)["tradeoff"]["points"];
+  ASSERT_EQ(points.size(), 7u);
+  EXPECT_TRUE(points[0].contains("failed"));
+  for (const json& p : points) {
+    if (p.contains("failed")) continue;
+    EXPECT_TRUE(p["psnr_mean_db"].is_number()) << p;
+    EXPECT_GT(p["ms_per_frame"].get<double>(), 0);
+  }
+  EXPECT_GT(points[1]["mean_distance_px"].get<double>(), points[2]["mean_distance_px"].get<double>());
+  EXPECT_EQ(points[6]["method"], "all");
+  EXPECT_EQ(points[6]["mean_distance_px"].get<double>() < 1e-6, true);
+  for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(scene / "tradeoff" / ("simplify-hull" + std::string(ending)))) << ending;
+  EXPECT_THAT(DescribeProxy(text), HasSubstr("keep-hull"));
+  EXPECT_EQ(ListProxies(scene).size(), 1u);  // nothing is left behind
+}
+
+}  // namespace
+}  // namespace lumi::test
