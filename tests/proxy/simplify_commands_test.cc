@@ -46,7 +46,9 @@ void WriteHullScene(const fs::path& folder) {
   SilhouetteSource source;
   source.rule = "R > 2 * G";
   RunSilhouettes(folder, source, {}, {}, SilentProgress());
-  RunHull({}, {folder, "hull", {}, false}, SilentProgress());
+  HullRequest hull;
+  hull.hull.cell_px = 4;  // some 2000 faces
+  RunHull(hull, {folder, "hull", {}, false}, SilentProgress());
 }
 
 TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
