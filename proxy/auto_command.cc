@@ -37,6 +37,7 @@ struct Candidate {
   bool made = false;
   double build_s = 0, measure_s = 0;
   std::optional<double> psnr_db, ssim, coverage, ms;
+  std::optional<double> psnr_object_db;  // over the object's pixels, where the scene has silhouettes
 };
 
 // A kind of proxy that is tried: the name that it is kept under, why this scene does not call for it (or empty), how it is made.
@@ -85,6 +86,12 @@ const std::vector<Recipe>& Recipes() {
          return fs::exists(scene.folder / "silhouettes", error) ? std::string() : std::string("there are no silhouettes: lumi-proxy silhouettes makes some");
        },
        [](const ProxyTarget& t, ProgressSink& p) { return RunHull({}, t, p); }},
+      {"hull-500", "simplify",
+       [](const Scene& scene) {
+         std::error_code error;
+         return fs::exists(ProxyPath(scene.folder, "hull"), error) ? std::string() : std::string("there is no hull to simplify");
+       },
+       [](const ProxyTarget& t, ProgressSink& p) { return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .silhouettes = {}}, t, p); }},
   };
   return recipes;
 }
@@ -157,15 +164,22 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, Candid
   c.ssim = number("ssim_mean");
   c.coverage = number("coverage");
   c.ms = number("ms_per_frame");
+  c.psnr_object_db = number("psnr_object_mean_db");
   if (!c.psnr_db || !c.ssim || !c.coverage || !c.ms) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
 }
 
 Json ToJson(const Candidate& c) {
   const auto value = [](const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); };
-  Json j{{"name", c.name}, {"psnr_mean_db", value(c.psnr_db)}, {"ssim_mean", value(c.ssim)}, {"coverage", value(c.coverage)}, {"ms_per_frame", value(c.ms)},
+  Json j{{"name", c.name}, {"psnr_mean_db", value(c.psnr_db)}, {"psnr_object_mean_db", value(c.psnr_object_db)}, {"ssim_mean", value(c.ssim)}, {"coverage", value(c.coverage)}, {"ms_per_frame", value(c.ms)},
          {"faces", c.faces}, {"closed", c.closed}, {"seconds", c.build_s + c.measure_s}, {"build_seconds", c.build_s}, {"measure_seconds", c.measure_s}};
   if (!c.refused.empty()) j["refused"] = c.refused;
   return j;
+}
+
+// Who gave silhouettes is after the object: around it a hull shows nothing, and holes count as black.
+double Score(const Json& c) {
+  const auto object = c.find("psnr_object_mean_db");
+  return object != c.end() && object->is_number() ? object->get<double>() : c["psnr_mean_db"].get<double>();
 }
 
 struct Choice {
@@ -182,10 +196,10 @@ Choice Choose(const Json& candidates, const std::string& unmeasured_reason, cons
     ++made;
     if (c["psnr_mean_db"].is_null()) continue;
     ++measured;
-    const double psnr = c["psnr_mean_db"], ms = c["ms_per_frame"];
+    const double psnr = Score(c), ms = c["ms_per_frame"];
     if (!fastest || ms < (*fastest)["ms_per_frame"].get<double>()) fastest = &c;
     if (budget_ms && ms > *budget_ms) continue;
-    const double ahead = best ? psnr - (*best)["psnr_mean_db"].get<double>() : 1;
+    const double ahead = best ? psnr - Score(*best) : 1;
     if (ahead > 0 || (ahead == 0 && c["faces"].get<std::size_t>() < (*best)["faces"].get<std::size_t>())) best = &c;
   }
   if (measured == 0) {
@@ -314,16 +328,17 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
 
 std::string DescribeAuto(const std::string& text) {
   const Json json = Json::parse(text);
-  std::string out = fmt::format("{:<14} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8} {:>10}\n", "proxy", "faces", "PSNR dB", "SSIM", "coverage", "ms/frame", "built s", "measured s");
+  std::string out = fmt::format("{:<14} {:>8} {:>9} {:>10} {:>8} {:>9} {:>9} {:>8} {:>10}\n", "proxy", "faces", "PSNR dB", "object dB", "SSIM", "coverage", "ms/frame", "built s", "measured s");
   for (const Json& c : json["candidates"]) {
     if (c.contains("refused")) {
       out += fmt::format("{:<14} {}\n", c["name"].get<std::string>(), c["refused"].get<std::string>());
     } else if (c["psnr_mean_db"].is_null()) {
-      out += fmt::format("{:<14} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8.2f} {:>10}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", "-",
+      out += fmt::format("{:<14} {:>8} {:>9} {:>10} {:>8} {:>9} {:>9} {:>8.2f} {:>10}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", "-", "-",
                          c["build_seconds"].get<double>(), "-");
     } else {
-      out += fmt::format("{:<14} {:>8} {:>9.2f} {:>8.4f} {:>8.1f}% {:>9.1f} {:>8.2f} {:>10.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
-                         c["psnr_mean_db"].get<double>(), c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["ms_per_frame"].get<double>(),
+      const std::string object = c.contains("psnr_object_mean_db") && c["psnr_object_mean_db"].is_number() ? fmt::format("{:.2f}", c["psnr_object_mean_db"].get<double>()) : "-";
+      out += fmt::format("{:<14} {:>8} {:>9.2f} {:>10} {:>8.4f} {:>8.1f}% {:>9.1f} {:>8.2f} {:>10.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
+                         c["psnr_mean_db"].get<double>(), object, c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["ms_per_frame"].get<double>(),
                          c["build_seconds"].get<double>(), c["measure_seconds"].get<double>());
     }
   }

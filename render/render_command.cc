@@ -17,6 +17,7 @@
 #include "render/settings_json.h"
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
+#include "render/show/proxy_picture.h"
 #include "render/tradeoff/budget.h"
 #include "render/tradeoff/sweep.h"
 #include "render/view_time.h"
@@ -233,6 +234,7 @@ class Job {
   }
 
   ImageF Picture(const RenderRequest& request) {
+    if (o_.show == "proxy") return DrawProxy(scene_, MeshFor(request.view), request.view);
     const auto measure = MeasureFromName(o_.show);
     if (!measure) {
       ImageF image = renderer_->Render(request);
@@ -490,7 +492,7 @@ class Job {
 
 const std::vector<std::string>& ShowNames() {
   static const std::vector<std::string> names = {"color", "false-color", "tessellation", "weights", "angle", "fov", "resolution",
-                                                 "visibility", "time", "dissimilarity", "difference", "cameras"};
+                                                 "visibility", "time", "dissimilarity", "difference", "cameras", "proxy"};
   return names;
 }
 

@@ -5,7 +5,7 @@
 #   scripts/thesis-figures.sh OUT                all of them: 262 desk photos, 480 of the plaza, 219 of the hallway, 36 of the car
 #   scripts/thesis-figures.sh OUT --quick        a look in a few minutes: 60 photos a scene, 240 pixels wide
 #     --views N  at most N photos a scene    --width W  of photos and figures, pixels (640; the hallway's photos are 320)
-#     --only SCENE  desk, plaza, hallway or car; may be given again    --backend cpu|gl    --threads N
+#     --only SCENE  desk, plaza, hallway, car or person; may be given again    --backend cpu|gl    --threads N
 #     --bin DIR  programs that are built already; default: build/release/bin, built first
 # Captures stay in OUT/captures: a second run renders again without photographing again.
 set -euo pipefail
@@ -27,7 +27,7 @@ while [ $# -gt 0 ]; do
         --views) number "$1" "$2" 4; views=$2 ;;
         --width) number "$1" "$2" 16; width=$2 ;;
         --threads) number "$1" "$2" 0; threads=$2 ;;
-        --only) [[ $2 =~ ^(desk|plaza|hallway|car)$ ]] || die "--only takes desk, plaza, hallway or car; not $2" 2; only+=("$2") ;;
+        --only) [[ $2 =~ ^(desk|plaza|hallway|car|person)$ ]] || die "--only takes desk, plaza, hallway, car or person; not $2" 2; only+=("$2") ;;
         --backend) [[ $2 =~ ^(cpu|gl)$ ]] || die "--backend takes cpu or gl; not $2" 2; backend=$2 ;;
         --bin) case $2 in /*) bin=$2 ;; *) bin=$start_folder/$2 ;; esac ;;
       esac
@@ -39,7 +39,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 [ -n "$out" ] || die "say into which folder (see --help)" 2
-[ ${#only[@]} -gt 0 ] || only=(desk plaza hallway car)
+[ ${#only[@]} -gt 0 ] || only=(desk plaza hallway car person)
 if [ -z "$bin" ]; then
   install_packages
   build release lumi-simulate lumi-proxy lumi-render
@@ -144,10 +144,21 @@ plaza() {
     picture "fig-5-5-$v-tessellation" "${v#*-}: tessellation" plaza planes $v "${sparse[@]}" --fov off --visibility off --show tessellation
     close_row
   done
+  quietly "$bin/lumi-proxy" planes "$out/captures/plaza" --name found --tolerance 0.04
+  section proxies-plaza 'Proxies found: the plaza' 'Two quads that lumi-proxy planes finds in the points: ground and backdrop, joined at their crease.'
+  shown proxy-plaza 'plaza' plaza found plaza-far
   section fig-5-6 'Figure 5-6: with field of view' 'The same views with gamma 1.'
   for v in plaza-near plaza-far; do
     open_row; both "fig-5-6-$v" "${v#*-}" plaza planes $v "${sparse[@]}" --fov on --gamma 1 --visibility off; close_row
   done
+}
+
+# shown FIGURE "caption" SCENE PROXY VIEW: the proxy, flat-shaded, and the picture over it.
+shown() {
+  open_row
+  picture "$1-proxy" "$2: the proxy" "$3" "$4" "$5" --show proxy
+  picture "$1" "$2" "$3" "$4" "$5"
+  close_row
 }
 
 hallway() {
@@ -162,6 +173,9 @@ hallway() {
     picture "fig-5-8-$v-tessellation" "${v#*-}: tessellation" hallway tube $v "${sparse[@]}" --resolution off --show tessellation
     close_row
   done
+  quietly "$bin/lumi-proxy" box "$out/captures/hallway" --name found
+  section proxies-hallway 'Proxies found: the hallway' 'The tube that lumi-proxy box fits around the cameras and points.'
+  shown proxy-hallway 'hallway' hallway found hallway-middle
   section fig-5-9 'Figure 5-9: from where no camera can stand' 'From behind the left wall, which the proxy leaves out. Above without field of view, below with it.'
   for v in off on; do
     open_row; both "fig-5-9-fov-$v" "field of view $v" hallway tube-open hallway-outside "${sparse[@]}" --resolution off --fov $v; close_row
@@ -202,6 +216,8 @@ car() {
     picture "fig-5-12-$v-tessellation" "${v#*-}: tessellation" car $proxy $v "${sparse[@]}" --show tessellation
     close_row
   done
+  section proxies-car 'Figure 5-14: the car in 500 faces' 'The visual hull of its 36 silhouettes, simplified so that it stays around them.'
+  shown fig-5-14 'car' car $proxy car-front
   section fig-5-13 'Figure 5-13: the silhouette' 'The picture'\''s contour comes from the photos (left), not from the geometry (right).'
   open_row
   picture fig-5-13 'a close-up' car $proxy car-roof "${sparse[@]}"
@@ -209,7 +225,20 @@ car() {
   close_row
 }
 
-for scene in desk plaza hallway car; do
+# The four silhouettes of a person; no figure of the thesis's chapters 4 and 5 shows it.
+person() {
+  capture person 4 480
+  quietly "$bin/lumi-proxy" hull "$out/captures/person" --silhouettes "$out/captures/person/truth/silhouettes"
+  section proxies-person 'Proxies found: a person from four silhouettes' 'The visual hull, at the first photo'"'"'s camera and between two photos.'
+  local first
+  first=$(find "$out/captures/person/images" -type f -printf '%f\n' | sort | head -n 1)
+  open_row
+  picture proxy-person-proxy 'the hull' person hull "photo:$first" --show proxy
+  picture proxy-person 'over it, without this photo' person hull "photo:$first"
+  close_row
+}
+
+for scene in desk plaza hallway car person; do
   if wanted $scene; then $scene; fi
 done
 
@@ -222,7 +251,7 @@ figcaption{font-size:12px;color:#6a737d}.missing div{border:1px dashed #9aa4ae;p
 <h1>Rendering from unstructured collections of images: the thesis's figures</h1>
 <p>Buehler 2002, chapters 4 and 5, on simulated captures. docs/thesis-figures.md says where these differ from the originals, and why.</p>
 HEAD
-  for id in fig-4-3 fig-4-4 fig-4-8 fig-4-9 fig-5-3 fig-5-4 fig-5-5 fig-5-6 fig-5-8 fig-5-9 fig-5-10 fig-5-11 fig-5-12 fig-5-13; do
+  for id in fig-4-3 fig-4-4 fig-4-8 fig-4-9 fig-5-3 fig-5-4 fig-5-5 fig-5-6 fig-5-8 fig-5-9 fig-5-10 fig-5-11 fig-5-12 fig-5-13 proxies-plaza proxies-hallway proxies-car proxies-person; do
     [ ! -f "$parts/$id.html" ] || cat "$parts/$id.html"
   done
   echo '</html>'
