@@ -351,6 +351,13 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       WriteMesh(truth_folder / "mesh.ply", mesh);
       WriteMesh(ProxyPath(folder, "truth"), mesh);
       truth.active_proxy = "truth";
+      // Moving parts of the true mesh are where they are at time 0: nothing to blend other times over.
+      if (tracer.HasMovingParts()) {
+        Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+        for (const View& view : truth.views) towards -= view.cam_from_world.R().row(2).transpose();
+        WriteMesh(ProxyPath(folder, "billboard"), tracer.BillboardMesh(towards.normalized()));
+        truth.active_proxy = "billboard";
+      }
     }
     WriteTextAtomically(truth_folder / "cameras.json", TrueCamerasJson(views, renderer));
     WriteTextAtomically(truth_folder / "timestamps.csv", TimestampsCsv(views, renderer));
@@ -363,10 +370,10 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
     // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
     fs::remove(options.output / "provenance" / "simulate.json");
-    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "video.mp4", "fixed.mp4", "videos"}) {
+    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply", "video.mp4", "fixed.mp4", "videos"}) {
       staging.MoveIntoPlace(name);
-      const bool is_video = name.extension() == ".mp4" || name == "videos";
-      if (is_video && !fs::exists(options.output / name)) continue;
+      const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
+      if (optional && !fs::exists(options.output / name)) continue;
       if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(options.output / name);
     }
   } catch (...) {

@@ -215,6 +215,36 @@ bool Tracer::IsBlocked(const Ray& ray, double distance, const PartPoses& parts) 
   return false;
 }
 
+Mesh Tracer::BillboardMesh(const Vector3d& towards) const {
+  Mesh mesh;
+  for (std::size_t i = 0; i < impl_->shapes.size(); ++i)
+    if (!impl_->description.objects[i].spin) Append(mesh, Welded(impl_->shapes[i]));
+  const Vector3d right = (std::abs(towards.z()) < 0.99 ? Vector3d(Vector3d::UnitZ().cross(towards)) : Vector3d(Vector3d::UnitX())).normalized();
+  const Vector3d up = towards.cross(right);
+  for (const SpinDescription& spin : impl_->moving) {
+    constexpr int kTimes = 48;
+    Eigen::AlignedBox3d box;  // along right, up and towards
+    for (std::size_t i = 0; i < impl_->shapes.size(); ++i) {
+      const auto& own = impl_->description.objects[i].spin;
+      if (!own || !(*own == spin)) continue;
+      for (int k = 0; k < kTimes; ++k) {
+        const Eigen::AngleAxisd turn(6.283185307179586 * k / kTimes, spin.axis);
+        for (const Vector3d& x : impl_->shapes[i].x_in_world) {
+          const Vector3d at = spin.centre + turn * (x - spin.centre);
+          box.extend(Vector3d(right.dot(at), up.dot(at), towards.dot(at)));
+        }
+      }
+    }
+    const double depth = box.center().z();
+    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+    for (const auto& [a, b] : {std::pair{box.min().x(), box.min().y()}, std::pair{box.max().x(), box.min().y()}, std::pair{box.max().x(), box.max().y()}, std::pair{box.min().x(), box.max().y()}})
+      mesh.vertices.push_back(a * right + b * up + depth * towards);
+    mesh.faces.push_back({first, first + 1, first + 2});
+    mesh.faces.push_back({first, first + 2, first + 3});
+  }
+  return mesh;
+}
+
 Mesh Tracer::TrueMesh() const {
   Mesh mesh;
   for (const ShapeMesh& shape : impl_->shapes) Append(mesh, Welded(shape));

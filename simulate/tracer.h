@@ -52,6 +52,9 @@ class Tracer {
 
   // All surfaces as one mesh, moving parts where they are at time 0.
   Mesh TrueMesh() const;
+  // What stands still, and for each moving part a rectangle in its middle across `towards` (unit, world: to the cameras) that
+  // covers wherever it goes: a proxy that is right on average at all times.
+  Mesh BillboardMesh(const Eigen::Vector3d& towards) const;
   // Scene's size: diagonal of the surfaces' bounding box, world units.
   double Extent() const;
 

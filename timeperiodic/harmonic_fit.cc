@@ -19,6 +19,7 @@ constexpr double kGolden = 0.6180339887498949;
 constexpr double kRidge = 1e-3;
 constexpr int kFolds = 5;
 constexpr double kBlocks = 15;
+constexpr double kSlowTurns = 4;
 constexpr double kEssential = 0.02;
 constexpr int kPatience = 4;  // a texture may show in high harmonics what it does not in those between
 constexpr std::array kHarmonics{1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
@@ -40,6 +41,9 @@ void HarmonicFit::SetTime(const VectorXd& time) {
 
 MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
   const Eigen::Index n = time_.size();
+  // A harmonic that folds back to less than this many turns over the whole video is a trend, whatever it is a harmonic of.
+  std::vector<char> slow;
+  for (int h = 1; h <= harmonics; ++h) slow.push_back(h / period > 0.5 && std::abs(h / period - std::round(h / period)) * span_ < kSlowTurns);
   const Eigen::Index copies = modulated_ ? 1 + signals_.modulation.cols() : 1, plain = 2 * harmonics;
   MatrixXd B(n, plain * copies);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -51,8 +55,9 @@ MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
       const double c_next = c * c1 - s * s1;
       s = s * c1 + c * s1;
       c = c_next;
-      B(i, 2 * h) = c;
-      B(i, 2 * h + 1) = s;
+      const double on = slow[static_cast<std::size_t>(h)] ? 0 : 1;
+      B(i, 2 * h) = on * c;
+      B(i, 2 * h + 1) = on * s;
     }
   }
   for (Eigen::Index k = 1; k < copies; ++k) B.middleCols(k * plain, plain) = signals_.modulation.col(k - 1).asDiagonal() * B.leftCols(plain);

@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 constexpr int kPartHarmonics = 4;
 constexpr double kMinSeen = 0.5;             // of the frames, for a pixel to be judged
 constexpr double kField_px = 0.35;           // error of the aligning field: a brightness step moved by this is no motion
-constexpr double kPeriodicChance = 6;        // times the share that harmonics explain by chance
+constexpr double kPeriodicChance = 4;        // standard deviations above the share that harmonics explain by chance
+constexpr double kStrongly = 3;              // times min_deviation: what varies by this moves, whether it repeats or not
 constexpr double kSpeck = 0.0008;            // of the picture: smaller spots are noise
 
 cv::Mat Disc(int radius) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}); }
@@ -71,7 +72,9 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
       rest.at<float>(y, x) = static_cast<float>(r.squaredNorm() / frames / 3);
       if (P.cols() == 0) continue;
       const double explained = (P.transpose() * r).squaredNorm();
-      if (explained > kPeriodicChance * static_cast<double>(P.cols()) / frames * r.squaredNorm()) periodic.at<float>(y, x) = static_cast<float>(explained / frames / 3);
+      const auto fitted = static_cast<double>(P.cols());
+      const double chance = (fitted + kPeriodicChance * std::sqrt(2 * fitted)) / std::max(fitted, frames - static_cast<double>(Q.cols()));
+      if (explained > chance * r.squaredNorm()) periodic.at<float>(y, x) = static_cast<float>(explained / frames / 3);
     }
   });
   cv::Mat gx, gy, raw = cv::Mat::zeros(h, w, CV_8U);
@@ -82,9 +85,10 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
       if (static_cast<double>(seen.at<float>(y, x)) < kMinSeen) continue;
       const double slope2 = static_cast<double>(gx.at<float>(y, x) * gx.at<float>(y, x) + gy.at<float>(y, x) * gy.at<float>(y, x));
       const double field = 4 * kField_px * kField_px * slope2;
-      const bool varies = static_cast<double>(rest.at<float>(y, x)) > options.min_deviation * options.min_deviation + field;
-      const bool repeats = static_cast<double>(periodic.at<float>(y, x)) > options.min_periodic * options.min_periodic + 0.1 * field;
-      raw.at<unsigned char>(y, x) = (period ? repeats : varies) ? 255 : 0;
+      const double least = options.min_deviation * (period ? kStrongly : 1.0);
+      const bool varies = static_cast<double>(rest.at<float>(y, x)) > least * least + (period ? 3 : 1) * field;
+      const bool repeats = static_cast<double>(periodic.at<float>(y, x)) > options.min_periodic * options.min_periodic + 0.2 * field;
+      raw.at<unsigned char>(y, x) = varies || (period && repeats) ? 255 : 0;
     }
   // Specks are noise; holes between what moves move too.
   cv::Mat labels, stats, centres, mask = cv::Mat::zeros(h, w, CV_8U);

@@ -31,6 +31,7 @@ constexpr double kResolved = 4;           // frames: from here on motion between
 constexpr double kLine = 8;               // standard deviations that a line of the spectrum must stand out by to be one
 constexpr double kFirstLine = 10;         // the same, of a fundamental by itself
 constexpr double kChance = 14;            // over the frames' number: share that the best of many periods may predict by chance
+constexpr Eigen::Index kTrend = 3;         // half waves over the video: slower than a period that is filmed twice
 constexpr double kSlip = 0.6;             // frames that a lead must jump by
 constexpr double kCameraShare = 0.8;      // of the camera's movement explained by the scene's period: commensurate
 
@@ -213,6 +214,21 @@ std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, doub
   return slips;
 }
 
+// What is slower than any period that two cycles show - a codec that settles, light that fades - explained away: harmonics
+// of short periods fold back to there.
+Signals WithoutTrend(const Signals& s) {
+  const double begin = s.time.minCoeff(), span = s.time.maxCoeff() - begin;
+  if (!(span > 0)) return s;
+  MatrixXd all(s.nuisance.rows(), s.nuisance.cols() + kTrend);
+  all.leftCols(s.nuisance.cols()) = s.nuisance;
+  for (Eigen::Index k = 0; k < kTrend; ++k)
+    all.col(s.nuisance.cols() + k) = ((s.time.array() - begin) * (3.141592653589793 * static_cast<double>(k + 1) / span)).cos();
+  Signals out = s;
+  out.nuisance = OrthonormalSpan(all);
+  out.values -= out.nuisance * (out.nuisance.transpose() * out.values);
+  return out;
+}
+
 std::string RelationOf(double period, double taken) {
   const struct {
     double ratio;
@@ -363,18 +379,19 @@ PeriodEstimate CountedPeriod(int a, int b, int periods) {
   return e;
 }
 
-PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const PeriodOptions& options) {
+PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, const PeriodOptions& options) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
-  const Eigen::Index n = s.time.size();
+  const Eigen::Index n = given.time.size();
   const DataError nothing("nothing repeats in this video: no period predicts one part of it from the others",
                           "film several periods, from a tripod or with a background that stands still");
   if (n < 8) throw DataError(fmt::format("{} frames are too few for a period", n), "film several periods");
+  const Signals s = WithoutTrend(given);
   const double total = s.values.squaredNorm();
   if (!(total > 0)) throw nothing;
   const bool modulated = s.modulation.cols() > 0;
   const int most = modulated ? kMaxModulated : kMaxHarmonics;
   HarmonicFit fit(s, modulated);
-  const std::vector<double> rho = SelfSimilarity(s, std::min<Eigen::Index>(n - 1, 4000));
+  const std::vector<double> rho = SelfSimilarity(given, std::min<Eigen::Index>(n - 1, 4000));
 
   double max_period = fit.span() / kMinCycles;
   if (options.max_period > 0) max_period = std::min(max_period, options.max_period);
@@ -413,14 +430,14 @@ PeriodEstimate EstimatePeriod(const Signals& s, const MatrixXd& camera, const Pe
   // Too few cycles for that, or one that is much better by itself than what repeats faster within it.
   // (A moving camera that comes back to where it was looks the same to a shift.)
   std::optional<PeriodEstimate> few;
-  if (!taken || camera.cols() == 0) few = FromFewCycles(s, rho);
+  if (!taken || camera.cols() == 0) few = FromFewCycles(given, rho);
   if (few && options.max_period > 0 && few->period_frames > options.max_period) few.reset();
   if (few && few->period_frames < options.min_period) few.reset();
   if (taken && few) {
     double own = -1;
     for (double p = taken->period; p < max_period * 1.05; p += taken->period)
       if (const auto k = static_cast<std::size_t>(std::lround(p)); k < rho.size()) own = std::max(own, rho[k]);
-    if (few->period_frames > max_period && few->explained > std::max(own, taken->fit.explained) + 0.15)
+    if (few->period_frames > max_period && few->explained > std::max(own, taken->fit.explained * total / given.values.squaredNorm()) + 0.15)
       taken.reset();
     else
       few.reset();

@@ -145,7 +145,7 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
     SamplingGap gap;
     gap.phase_from = static_cast<double>(run.from) / columns;
     gap.phase_to = static_cast<double>((run.from + run.length) % columns) / columns;
-    if (run.length == columns) gap.phase_to = 1;
+    if (gap.phase_to == 0) gap.phase_to = 1;
     gap.place_from = static_cast<double>(run.row) / rows;
     gap.place_to = static_cast<double>(run.row + 1) / rows;
     const std::string where = rows == 1 ? "from anywhere" : fmt::format("with the camera {} to {} % of its way", Percent(gap.place_from), Percent(gap.place_to));

@@ -59,6 +59,15 @@ TEST_F(PeriodicCapture, IsAVideoWithItsPeriodAndOneOfATripodBeside) {
     EXPECT_EQ(scene.views[static_cast<std::size_t>(i)].frame_index, i);
     EXPECT_NEAR(*scene.views[static_cast<std::size_t>(i)].time_s, i / 20.0, 1e-12);
   }
+  // The proxy for all times: the wall, and a rectangle in the ball's circle that covers it, across the view.
+  EXPECT_EQ(scene.active_proxy, "billboard");
+  const Mesh billboard = LoadProxy(scene, "");
+  ASSERT_GE(billboard.vertices.size(), 4u);
+  for (std::size_t i = billboard.vertices.size() - 4; i < billboard.vertices.size(); ++i) {
+    EXPECT_NEAR(std::abs(billboard.vertices[i].x()), 0.65, 0.03);
+    EXPECT_NEAR(billboard.vertices[i].y(), 0, 0.03);
+    EXPECT_NEAR(std::abs(billboard.vertices[i].z()), 0.65, 0.03);
+  }
   VideoReader video(options.output / "video.mp4");
   while (video.Next()) {
   }
