@@ -364,7 +364,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
     // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
     fs::remove(options.output / "provenance" / "simulate.json");
-    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply", "video.mp4", "fixed.mp4"}) {
+    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply",
+                                "proxies/billboard.ply", "video.mp4", "fixed.mp4"}) {
       staging.MoveIntoPlace(name);
       const bool optional = name.extension() == ".mp4" || name.stem() == "billboard";
       if (optional && !fs::exists(options.output / name)) continue;

@@ -31,10 +31,14 @@ int main(int argc, char** argv) {
       .add_option("--width", options.width_px, "Width of the photos in pixels, 1 to 20000 [default: as described]")
       ->check(CLI::Range(1, 20000));
   program.app()
-      .add_option("--fixed-frames", options.fixed_frames, "Frames of fixed.mp4, where the scene describes a camera on a tripod; 0: no such video [default: as described]")
+      .add_option("--fixed-frames", options.fixed_frames,
+                  "Frames of fixed.mp4, where the scene describes a camera on a tripod; 0: no such video [default: as "
+                  "described]")
       ->check(CLI::Range(0, 1000000));
-  program.app().add_option("--at", options.at_file, "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys are taken instead of the scene's path, "
-                                                     "without noise; a key may say \"phase\" for time_s");
+  program.app().add_option("--at", options.at_file,
+                           "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys "
+                           "are taken instead of the scene's path, "
+                           "without noise; a key may say \"phase\" for time_s");
   return program.Run(
       argc, argv,
       [&] {

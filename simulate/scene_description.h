@@ -82,7 +82,9 @@ struct SpinDescription {                             // a moving part: rotation 
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   // unit, world
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // a point on the axis, world
   double period_s = 1;
-  friend bool operator==(const SpinDescription& a, const SpinDescription& b) { return a.axis == b.axis && a.centre == b.centre && a.period_s == b.period_s; }
+  friend bool operator==(const SpinDescription& a, const SpinDescription& b) {
+    return a.axis == b.axis && a.centre == b.centre && a.period_s == b.period_s;
+  }
 };
 
 enum class ShapeKind { kQuad, kBox, kSphere, kCylinder, kTube, kHeightfield, kLoft, kMesh };
