@@ -22,7 +22,8 @@ struct PlannedView {
   double time_s = 0;
 };
 
-// All views of all paths, or `views` of them (0: all): evenly spread; the first ones of a scene that repeats itself. Throws UsageError when there are fewer.
+// All views of all paths, or `views` of them (0: all): evenly spread; the first ones of a scene that repeats
+// itself. Throws UsageError when there are fewer.
 std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views);
 
 }  // namespace lumi

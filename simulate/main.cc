@@ -33,8 +33,10 @@ int main(int argc, char** argv) {
   program.app()
       .add_option("--fixed-frames", options.fixed_frames, "Frames of fixed.mp4 and of those in videos/, where the scene describes cameras on tripods; 0: no such video [default: as described]")
       ->check(CLI::Range(0, 1000000));
-  program.app().add_option("--at", options.at_file, "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys are taken instead of the scene's path, "
-                                                     "without noise; a key may say \"phase\" for time_s");
+  program.app().add_option("--at", options.at_file,
+                           "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys "
+                           "are taken instead of the scene's path, "
+                           "without noise; a key may say \"phase\" for time_s");
   return program.Run(
       argc, argv,
       [&] {

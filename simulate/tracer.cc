@@ -219,7 +219,9 @@ Mesh Tracer::BillboardMesh(const Vector3d& towards) const {
   Mesh mesh;
   for (std::size_t i = 0; i < impl_->shapes.size(); ++i)
     if (!impl_->description.objects[i].spin) Append(mesh, Welded(impl_->shapes[i]));
-  const Vector3d right = (std::abs(towards.z()) < 0.99 ? Vector3d(Vector3d::UnitZ().cross(towards)) : Vector3d(Vector3d::UnitX())).normalized();
+  const Vector3d right =
+      (std::abs(towards.z()) < 0.99 ? Vector3d(Vector3d::UnitZ().cross(towards)) : Vector3d(Vector3d::UnitX()))
+          .normalized();
   const Vector3d up = towards.cross(right);
   for (const SpinDescription& spin : impl_->moving) {
     constexpr int kTimes = 48;
@@ -237,7 +239,8 @@ Mesh Tracer::BillboardMesh(const Vector3d& towards) const {
     }
     const double depth = box.center().z();
     const auto first = static_cast<std::int32_t>(mesh.vertices.size());
-    for (const auto& [a, b] : {std::pair{box.min().x(), box.min().y()}, std::pair{box.max().x(), box.min().y()}, std::pair{box.max().x(), box.max().y()}, std::pair{box.min().x(), box.max().y()}})
+    for (const auto& [a, b] : {std::pair{box.min().x(), box.min().y()}, std::pair{box.max().x(), box.min().y()},
+                               std::pair{box.max().x(), box.max().y()}, std::pair{box.min().x(), box.max().y()}})
       mesh.vertices.push_back(a * right + b * up + depth * towards);
     mesh.faces.push_back({first, first + 1, first + 2});
     mesh.faces.push_back({first, first + 2, first + 3});

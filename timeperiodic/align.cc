@@ -27,12 +27,12 @@ constexpr int kWindow_px = 13, kLevels = 3, kIterations = 12;
 constexpr float kForwardBackward_px = 0.4F;
 constexpr double kPatchCorrelation = 0.7;
 constexpr int kPatchRadius_px = 4;
-constexpr double kModeRms_px = 0.08;       // displacement that a mode must be worth
-constexpr double kOutlier_px = 0.6;        // of a corner from its modes, at least; beyond 4 medians too
-constexpr double kMinFoundShare = 0.25;    // of the frames, in which a corner that stands still is found where it should be
-constexpr int kMinPoints = 10;             // of a frame
-constexpr Eigen::Index kModulations = 2;          // modes of the camera that change the look of what moves
-constexpr int kNode_px = 8;                // modes are interpolated at nodes so far apart
+constexpr double kModeRms_px = 0.08;      // displacement that a mode must be worth
+constexpr double kOutlier_px = 0.6;       // of a corner from its modes, at least; beyond 4 medians too
+constexpr double kMinFoundShare = 0.25;   // of the frames, in which a corner that stands still is found where it should be
+constexpr int kMinPoints = 10;            // of a frame
+constexpr Eigen::Index kModulations = 2;  // modes of the camera that change the look of what moves
+constexpr int kNode_px = 8;               // modes are interpolated at nodes so far apart
 
 // Grey, with the mean and contrast of the reference: exposure is not motion.
 cv::Mat GreyOf(const Image8& rgb) {
@@ -116,15 +116,15 @@ cv::Matx23d Inverse(const cv::Matx23d& m) {
 
 // Displacements of the reference's corners in every frame, x then y; which of them were seen.
 struct Displacements {
-  MatrixXd value;                              // frames x 2 corners
+  MatrixXd value;                                            // frames x 2 corners
   Eigen::Matrix<char, Eigen::Dynamic, Eigen::Dynamic> seen;  // frames x corners
 };
 
 // The modes of the displacements, robustly: what was not seen, or fits no mode, is filled in from the modes.
 struct Modes {
-  VectorXd mean;      // 2 corners
-  MatrixXd V;         // 2 corners x modes, orthonormal
-  MatrixXd c;         // frames x modes
+  VectorXd mean;  // 2 corners
+  MatrixXd V;     // 2 corners x modes, orthonormal
+  MatrixXd c;     // frames x modes
   double residual_px = 0;
 };
 
@@ -198,7 +198,8 @@ Eigen::Index Alignment::RowOf(int frame) const {
 
 Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, ProgressSink& sink) {
   const auto n = static_cast<Eigen::Index>(stack.frames.size());
-  const DataError little("too little of the picture stands still to align the frames by", "film with more of a still, textured background in view, or use a tripod");
+  const DataError little("too little of the picture stands still to align the frames by",
+                         "film with more of a still, textured background in view, or use a tripod");
   if (n < 3) throw DataError("the video has too few frames", "film several periods");
   std::vector<cv::Mat> grey(stack.frames.size());
   ParallelFor(grey.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -279,7 +280,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   const auto frames_with = [&](const Displacements& s) {
     std::vector<Eigen::Index> rows;
     for (Eigen::Index i = 0; i < s.seen.rows(); ++i)
-      if (s.seen.row(i).cast<int>().sum() >= std::max<int>(kMinPoints, static_cast<int>(0.1 * static_cast<double>(s.seen.cols())))) rows.push_back(i);
+      if (s.seen.row(i).cast<int>().sum() >= std::max<int>(kMinPoints, static_cast<int>(0.1 * static_cast<double>(s.seen.cols()))))
+        rows.push_back(i);
     return rows;
   };
   const auto corners_with = [&](const Displacements& s) {
@@ -290,7 +292,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   };
   const auto enough = [&](std::size_t aligned) {
     if (static_cast<double>(aligned) < options.min_aligned * static_cast<double>(n))
-      throw DataError(fmt::format("the background of {} of {} frames cannot be found again in frame {}: too little of it stands still, or the camera goes too far",
+      throw DataError(fmt::format("the background of {} of {} frames cannot be found again in frame {}: too little of it stands still, or "
+                                  "the camera goes too far",
                                   n - static_cast<Eigen::Index>(aligned), n, alignment.reference),
                       "keep the same still, textured background in view, or film the period from a tripod");
   };
@@ -322,7 +325,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   // Modes worth keeping, scaled to unit variance.
   Eigen::Index modes_kept = 0;
   const auto corners_kept = static_cast<Eigen::Index>(kept.size());
-  while (modes_kept < modes.c.cols() && modes.c.col(modes_kept).norm() / std::sqrt(count * static_cast<double>(corners_kept)) > kModeRms_px) ++modes_kept;
+  while (modes_kept < modes.c.cols() && modes.c.col(modes_kept).norm() / std::sqrt(count * static_cast<double>(corners_kept)) > kModeRms_px)
+    ++modes_kept;
   alignment.camera.resize(modes.c.rows(), modes_kept);
   MatrixXd at_corners(corners_kept, 2 * (1 + modes_kept));  // x, y of the mean and of each mode
   at_corners.col(0) = modes.mean.head(corners_kept);
@@ -339,7 +343,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   std::vector<MatrixXd> node(static_cast<std::size_t>(gw * gh));
   ParallelFor(node.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t g = begin; g < end; ++g) {
-      const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw), y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
+      const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw),
+                   y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
       MatrixXd B(corners_kept, 3);
       VectorXd d2(corners_kept);
       for (Eigen::Index j = 0; j < corners_kept; ++j) {
@@ -366,7 +371,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
     const int i = static_cast<int>(x), j = static_cast<int>(y);
     const double u = x - i, v = y - j;
     const auto at_node = [&](int a, int b) -> const MatrixXd& { return node[static_cast<std::size_t>(b * gw + a)]; };
-    const MatrixXd value = (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
+    const MatrixXd value =
+        (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
     for (Eigen::Index k = 0; k <= modes_kept; ++k) {
       alignment.mode_x(p, k) = static_cast<float>(value(0, 2 * k));
       alignment.mode_y(p, k) = static_cast<float>(value(0, 2 * k + 1));

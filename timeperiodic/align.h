@@ -13,21 +13,21 @@
 namespace lumi {
 
 struct AlignOptions {
-  int corners = 300;            // sought in the reference
-  int modes = 8;                // of displacement, at most
-  double min_aligned = 0.6;     // share of the frames
-  int min_corners = 20;         // that stand still
+  int corners = 300;         // sought in the reference
+  int modes = 8;             // of displacement, at most
+  double min_aligned = 0.6;  // share of the frames
+  int min_corners = 20;      // that stand still
 };
 
 struct Alignment {
-  int reference = 0;            // the frame that the others are brought to
-  std::vector<int> frames;      // those that could be, ascending
+  int reference = 0;        // the frame that the others are brought to
+  std::vector<int> frames;  // those that could be, ascending
   // A row for each of `frames`: how much of each mode, unit variance, largest mode first. Tells the camera's place.
   Eigen::MatrixXd camera;
-  int corners = 0;              // that stand still
-  double residual_px = 0;       // median of what the modes leave of a corner's displacement, small pixels
-  double motion_px = 0;         // rms displacement of the still corners, small pixels
-  int width = 0, height = 0;    // of the small frames
+  int corners = 0;            // that stand still
+  double residual_px = 0;     // median of what the modes leave of a corner's displacement, small pixels
+  double motion_px = 0;       // rms displacement of the still corners, small pixels
+  int width = 0, height = 0;  // of the small frames
   // Displacement modes at every pixel of the reference: pixels x (1 + modes), first the mean.
   Eigen::MatrixXf mode_x, mode_y;
 

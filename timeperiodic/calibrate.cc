@@ -47,7 +47,11 @@ Json SamplingJson(const SamplingReport& r) {
   j["commensurate"] = r.commensurate > 0 ? Json(fmt::format("{}:{}", r.commensurate_p, r.commensurate_q)) : Json(nullptr);
   j["gaps"] = Json::array();
   for (const SamplingGap& g : r.gaps)
-    j["gaps"].push_back({{"phase_from", g.phase_from}, {"phase_to", g.phase_to}, {"place_from", g.place_from}, {"place_to", g.place_to}, {"what_to_film", g.what_to_film}});
+    j["gaps"].push_back({{"phase_from", g.phase_from},
+                         {"phase_to", g.phase_to},
+                         {"place_from", g.place_from},
+                         {"place_to", g.place_to},
+                         {"what_to_film", g.what_to_film}});
   j["warnings"] = r.warnings;
   return j;
 }
@@ -56,7 +60,9 @@ Json SamplingJson(const SamplingReport& r) {
 std::vector<SampledView> SampledViews(const Scene& scene, double fps) {
   std::vector<SampledView> views;
   for (const View& v : scene.views)
-    if (v.time_s) views.push_back({*v.time_s * fps, scene.frame == Frame::kMetric ? v.CentreInWorld() : MakeRenderView(scene, v).centre, v.frame_index.value_or(static_cast<int>(views.size()))});
+    if (v.time_s)
+      views.push_back({*v.time_s * fps, scene.frame == Frame::kMetric ? v.CentreInWorld() : MakeRenderView(scene, v).centre,
+                       v.frame_index.value_or(static_cast<int>(views.size()))});
   std::sort(views.begin(), views.end(), [](const SampledView& a, const SampledView& b) { return a.time < b.time; });
   return views;
 }
@@ -75,8 +81,18 @@ void WriteMasks(const FrameStack& stack, const Alignment& alignment, const Movin
 
 // lumi-reconstruct's summary.
 Json Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, ProgressSink& progress) {
-  std::vector<std::string> argv{SiblingProgram("lumi-reconstruct").string(), o.video.string(), "-o", o.scene.string(), "--all-frames", "--masks", masks.string(), "--json",
-                                "--threads", std::to_string(o.threads), "--seed", std::to_string(o.seed)};
+  std::vector<std::string> argv{SiblingProgram("lumi-reconstruct").string(),
+                                o.video.string(),
+                                "-o",
+                                o.scene.string(),
+                                "--all-frames",
+                                "--masks",
+                                masks.string(),
+                                "--json",
+                                "--threads",
+                                std::to_string(o.threads),
+                                "--seed",
+                                std::to_string(o.seed)};
   argv.insert(argv.end(), o.reconstruct_arguments.begin(), o.reconstruct_arguments.end());
   SubprocessOptions subprocess;
   subprocess.separate_stdout = true;
@@ -94,7 +110,8 @@ Json Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, Progress
       why += ": " + result.tail.back();
     }
     const bool own = result.exit_code >= 1 && result.exit_code <= 4;
-    throw Error(own ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine, "lumi-reconstruct cannot place the cameras: " + why, file, hint);
+    throw Error(own ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine, "lumi-reconstruct cannot place the cameras: " + why,
+                file, hint);
   }
   if (!json.is_object()) throw MachineError("lumi-reconstruct printed no summary", "is it of the same version as this program?");
   return json;
@@ -149,7 +166,8 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
   FrameStackOptions reading;
   reading.max_width_px = o.width_px;
   const FrameStack stack = ReadFrameStack(o.video, reading, progress);
-  if (stack.truncated) progress.Message(fmt::format("{} is cut off: its first {} frames are used", o.video.filename().string(), stack.count()));
+  if (stack.truncated)
+    progress.Message(fmt::format("{} is cut off: its first {} frames are used", o.video.filename().string(), stack.count()));
   std::optional<Alignment> alignment;
   if (o.masks.empty() || (!o.period_frames && o.fixed_video.empty())) alignment = AlignFrames(stack, {}, progress);
 
@@ -185,7 +203,8 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
     if (period_from != "given") WriteTextAtomically(own / "period.svg", PeriodPlot(estimate));
     if (masks.empty()) {
       const MovingParts parts = FindMovingParts(stack, *alignment, period, {});
-      masks_json = {{"found", true}, {"moving_share", parts.share}, {"corners", alignment->corners}, {"aligned_frames", alignment->frames.size()}};
+      masks_json = {
+          {"found", true}, {"moving_share", parts.share}, {"corners", alignment->corners}, {"aligned_frames", alignment->frames.size()}};
       if (parts.share > o.max_moving_share)
         throw DataError(fmt::format("too little of the picture stands still: {:.0f} % of it moves", 100 * parts.share),
                         "film with more of a still background in view, or give masks (--masks)", o.video);
@@ -238,12 +257,16 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
 
 std::string DescribeCalibratedVideo(const std::string& text) {
   const auto j = Json::parse(text);
-  std::string lines = fmt::format("period {:.6g} frames +- {:.2g} (from the {})", j["period_frames"].get<double>(), j["period_sigma_frames"].get<double>(), j["period_from"].get<std::string>());
-  if (j["masks"].value("found", false)) lines += fmt::format("; {:.1f} % of the picture moves", 100 * j["masks"]["moving_share"].get<double>());
-  if (!j.contains("sampling")) return lines + "\nmasks in " + j["scene"].get<std::string>() + "/timeperiodic/masks: look at them, and give them with --masks";
+  std::string lines = fmt::format("period {:.6g} frames +- {:.2g} (from the {})", j["period_frames"].get<double>(),
+                                  j["period_sigma_frames"].get<double>(), j["period_from"].get<std::string>());
+  if (j["masks"].value("found", false))
+    lines += fmt::format("; {:.1f} % of the picture moves", 100 * j["masks"]["moving_share"].get<double>());
+  if (!j.contains("sampling"))
+    return lines + "\nmasks in " + j["scene"].get<std::string>() + "/timeperiodic/masks: look at them, and give them with --masks";
   const auto& s = j["sampling"];
-  lines += fmt::format("\n{} of {} frames have a camera: {:.3g} samples in a window of one frame ({:.0f} to {:.0f}), uniformity {:.2f}", j["images_registered"].get<int>(), j["frames"].get<int>(),
-                       s["samples_per_window"].get<double>(), s["window_least"].get<double>(), s["window_most"].get<double>(), s["uniformity"].get<double>());
+  lines += fmt::format("\n{} of {} frames have a camera: {:.3g} samples in a window of one frame ({:.0f} to {:.0f}), uniformity {:.2f}",
+                       j["images_registered"].get<int>(), j["frames"].get<int>(), s["samples_per_window"].get<double>(),
+                       s["window_least"].get<double>(), s["window_most"].get<double>(), s["uniformity"].get<double>());
   for (const auto& g : s["gaps"]) lines += "\n  gap: " + g["what_to_film"].get<std::string>();
   return lines;
 }

@@ -15,15 +15,15 @@ namespace lumi {
 
 struct CalibrateVideoOptions {
   std::filesystem::path video;
-  std::filesystem::path scene;             // to be written
-  std::filesystem::path fixed_video;       // of the same scene from a tripod: its period is taken; empty: none
-  std::optional<double> period_frames;     // of `video`; neither: from the moving video itself
-  std::filesystem::path masks;             // COLMAP's, frame_000000.jpg.png ...; empty: found
-  bool masks_only = false;                 // stop when the masks are written, to be looked at and edited
-  std::vector<std::string> reconstruct_arguments;   // passed on to lumi-reconstruct
+  std::filesystem::path scene;                     // to be written
+  std::filesystem::path fixed_video;               // of the same scene from a tripod: its period is taken; empty: none
+  std::optional<double> period_frames;             // of `video`; neither: from the moving video itself
+  std::filesystem::path masks;                     // COLMAP's, frame_000000.jpg.png ...; empty: found
+  bool masks_only = false;                         // stop when the masks are written, to be looked at and edited
+  std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct
   PeriodOptions period;
-  int width_px = 192;                      // of the frames that are looked at
-  double max_moving_share = 0.8;           // of the picture; more: too little background
+  int width_px = 192;             // of the frames that are looked at
+  double max_moving_share = 0.8;  // of the picture; more: too little background
   int threads = 0;
   std::uint64_t seed = 0;
 };

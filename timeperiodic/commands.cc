@@ -32,7 +32,8 @@ std::string PeriodJson(const PeriodEstimate& e, double fps, int frames) {
   j["harmonics"] = e.harmonics;
   j["harmonics_considered"] = Json::array();
   for (const PeriodCandidate& c : e.candidates)
-    j["harmonics_considered"].push_back({{"period_frames", c.period_frames}, {"relation", c.relation}, {"explained", c.explained}, {"harmonics", c.harmonics}});
+    j["harmonics_considered"].push_back(
+        {{"period_frames", c.period_frames}, {"relation", c.relation}, {"explained", c.explained}, {"harmonics", c.harmonics}});
   j["ambiguous"] = e.ambiguous;
   j["drift_percent"] = e.drift_percent;
   j["drift_sigma_percent"] = e.drift_sigma_percent;
@@ -56,7 +57,8 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   PeriodEstimate e;
   if (!o.frames.empty()) {
     for (const int f : o.frames)
-      if (f < 0 || f >= stack.count()) throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(), stack.count() - 1));
+      if (f < 0 || f >= stack.count())
+        throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(), stack.count() - 1));
     e = CountedPeriod(o.frames[0], o.frames[1], o.count);
   } else if (o.moving) {
     const Alignment alignment = AlignFrames(stack, {}, progress);
@@ -73,9 +75,9 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
 
 std::string DescribePeriod(const std::string& text) {
   const auto j = Json::parse(text);
-  return fmt::format("period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame", j["period_frames"].get<double>(),
-                     j["period_sigma_frames"].get<double>(), j["period_s"].get<double>(), j["cycles"].get<double>(), j["frames"].get<int>(),
-                     j["samples_per_window"].get<double>());
+  return fmt::format("period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
+                     j["period_frames"].get<double>(), j["period_sigma_frames"].get<double>(), j["period_s"].get<double>(),
+                     j["cycles"].get<double>(), j["frames"].get<int>(), j["samples_per_window"].get<double>());
 }
 
 }  // namespace lumi

@@ -13,12 +13,12 @@ namespace lumi {
 
 struct PeriodCommandOptions {
   std::filesystem::path video;
-  bool moving = false;               // the camera moves: the still background is aligned first
-  std::vector<int> frames;           // two that look alike, with `count` periods between them; empty: found
+  bool moving = false;      // the camera moves: the still background is aligned first
+  std::vector<int> frames;  // two that look alike, with `count` periods between them; empty: found
   int count = 0;
   PeriodOptions period;
-  int width_px = 192;                // of the frames that are looked at
-  std::filesystem::path plot;        // SVG; empty: none
+  int width_px = 192;          // of the frames that are looked at
+  std::filesystem::path plot;  // SVG; empty: none
 };
 
 // JSON text: period_frames, period_sigma_frames, harmonics_considered, samples_per_window ...

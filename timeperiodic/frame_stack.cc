@@ -13,8 +13,8 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kStackBatch = 64;   // frames scaled at once
-constexpr double kUnevenFrames = 0.5;     // a container's time off its frame's number by this is meant
+constexpr std::size_t kStackBatch = 64;  // frames scaled at once
+constexpr double kUnevenFrames = 0.5;    // a container's time off its frame's number by this is meant
 
 void FindRepeated(FrameStack& stack, const std::vector<std::uint64_t>& sums) {
   for (std::size_t i = 1; i < sums.size(); ++i)
@@ -63,7 +63,8 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     if (frame->rgb.width != stack.video_width || frame->rgb.height != stack.video_height)
       throw InputError(path, fmt::format("frame {} has another size than the first", frame->index));
     if (static_cast<int>(stack.time_s.size()) >= options.max_frames)
-      throw DataError(fmt::format("the video has more than {} frames", options.max_frames), "cut a part out of it that shows some 20 periods", path);
+      throw DataError(fmt::format("the video has more than {} frames", options.max_frames),
+                      "cut a part out of it that shows some 20 periods", path);
     stack.time_s.push_back(frame->time_s);
     batch.push_back(std::move(frame->rgb));
     if (batch.size() == kStackBatch) flush();

@@ -13,23 +13,23 @@ struct FrameStack {
   int width = 0, height = 0;              // of the small frames, pixels
   int video_width = 0, video_height = 0;  // of the video's
   double fps = 30;
-  std::vector<Image8> frames;             // RGB, averaged over the area that a small pixel covers
+  std::vector<Image8> frames;  // RGB, averaged over the area that a small pixel covers
   // When each was taken, in frames of 1 / fps after the first. Whole numbers, unless the container's times leave them by
   // half a frame or more (a camera that dropped frames and says so).
   std::vector<double> time;
-  std::vector<double> time_s;             // as the container states them, seconds
-  bool uneven = false;                    // times are the container's
-  bool truncated = false;                 // fewer frames than the container claims
-  std::vector<int> repeated;              // frames whose pixels are those of the one before
+  std::vector<double> time_s;  // as the container states them, seconds
+  bool uneven = false;         // times are the container's
+  bool truncated = false;      // fewer frames than the container claims
+  std::vector<int> repeated;   // frames whose pixels are those of the one before
 
   int count() const { return static_cast<int>(frames.size()); }
   double scale() const { return static_cast<double>(width) / video_width; }  // small pixels a video's pixel
 };
 
 struct FrameStackOptions {
-  int max_width_px = 192;        // of the small frames, >= 16
-  int max_frames = 100000;       // more: DataError, a period shows in fewer
-  double max_bytes = 1.5e9;      // the frames are made smaller where they would take more
+  int max_width_px = 192;    // of the small frames, >= 16
+  int max_frames = 100000;   // more: DataError, a period shows in fewer
+  double max_bytes = 1.5e9;  // the frames are made smaller where they would take more
 };
 
 // Throws InputError (no such video, no frame in it), DataError (too long).

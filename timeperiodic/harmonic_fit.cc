@@ -32,7 +32,9 @@ MatrixXd Ridged(MatrixXd G, double rows) {
 }  // namespace
 
 HarmonicFit::HarmonicFit(const Signals& signals, bool modulated)
-    : signals_(signals), modulated_(modulated && signals.modulation.cols() > 0), total_(signals.values.squaredNorm()) { SetTime(signals.time); }
+    : signals_(signals), modulated_(modulated && signals.modulation.cols() > 0), total_(signals.values.squaredNorm()) {
+  SetTime(signals.time);
+}
 
 void HarmonicFit::SetTime(const VectorXd& time) {
   time_ = time;
@@ -43,7 +45,8 @@ MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
   const Eigen::Index n = time_.size();
   // A harmonic that folds back to less than this many turns over the whole video is a trend, whatever it is a harmonic of.
   std::vector<char> slow;
-  for (int h = 1; h <= harmonics; ++h) slow.push_back(h / period > 0.5 && std::abs(h / period - std::round(h / period)) * span_ < kSlowTurns);
+  for (int h = 1; h <= harmonics; ++h)
+    slow.push_back(h / period > 0.5 && std::abs(h / period - std::round(h / period)) * span_ < kSlowTurns);
   const Eigen::Index copies = modulated_ ? 1 + signals_.modulation.cols() : 1, plain = 2 * harmonics;
   MatrixXd B(n, plain * copies);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -60,7 +63,8 @@ MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
       B(i, 2 * h + 1) = on * s;
     }
   }
-  for (Eigen::Index k = 1; k < copies; ++k) B.middleCols(k * plain, plain) = signals_.modulation.col(k - 1).asDiagonal() * B.leftCols(plain);
+  for (Eigen::Index k = 1; k < copies; ++k)
+    B.middleCols(k * plain, plain) = signals_.modulation.col(k - 1).asDiagonal() * B.leftCols(plain);
   B -= signals_.nuisance * (signals_.nuisance.transpose() * B);
   return B;
 }

@@ -9,8 +9,11 @@ namespace {
 
 void AddSearch(CLI::App& app, lumi::PeriodOptions& period, int& width_px) {
   app.add_option("--min-period", period.min_period, "Shortest period sought, frames, >= 2")->capture_default_str();
-  app.add_option("--max-period", period.max_period, "Longest period sought, frames; 0 = as the video's length allows")->capture_default_str();
-  app.add_option("--look-width", width_px, "Frames are looked at in this width, px, 16 to 4096")->check(CLI::Range(16, 4096))->capture_default_str();
+  app.add_option("--max-period", period.max_period, "Longest period sought, frames; 0 = as the video's length allows")
+      ->capture_default_str();
+  app.add_option("--look-width", width_px, "Frames are looked at in this width, px, 16 to 4096")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -23,24 +26,34 @@ int main(int argc, char** argv) {
   CLI::App* p = program.app().add_subcommand("period", "The period of a video from a tripod, or, with --moving, from a camera that moves");
   p->add_option("VIDEO", period.video, "Video of some 10 to 20 periods")->required();
   p->add_flag("--moving", period.moving, "The camera moves: what stands still is aligned first");
-  p->add_option("--frames", period.frames, "Two frames (from 0) that look alike, with --count periods between them, instead of a search")->expected(2);
+  p->add_option("--frames", period.frames, "Two frames (from 0) that look alike, with --count periods between them, instead of a search")
+      ->expected(2);
   p->add_option("--count", period.count, "Periods between --frames, >= 1");
   AddSearch(*p, period.period, period.width_px);
   p->add_option("--plot", period.plot, "SVG of the video's likeness to itself and of the periods considered");
 
   lumi::CalibrateVideoOptions calibrate;
-  CLI::App* c = program.app().add_subcommand("calibrate", "A moving video becomes a scene with times and a period: what moves is masked, all frames get cameras (lumi-reconstruct)");
+  CLI::App* c = program.app().add_subcommand(
+      "calibrate",
+      "A moving video becomes a scene with times and a period: what moves is masked, all frames get cameras (lumi-reconstruct)");
   c->add_option("VIDEO", calibrate.video, "Video of a moving camera")->required();
   c->add_option("-o,--output", calibrate.scene, "Scene folder to write")->required();
   c->add_option("--fixed-video", calibrate.fixed_video, "Video of the same scene from a tripod, for the period");
-  c->add_option_function<double>("--period-frames", [&](const double& t) { calibrate.period_frames = t; }, "The period, frames of VIDEO, > 0, where it is known");
+  c->add_option_function<double>(
+      "--period-frames", [&](const double& t) { calibrate.period_frames = t; }, "The period, frames of VIDEO, > 0, where it is known");
   c->add_option("--masks", calibrate.masks, "Masks given instead of found: frame_000000.jpg.png ..., black = moves");
   c->add_flag("--masks-only", calibrate.masks_only, "Stop when the masks are written to SCENE/timeperiodic/masks, to edit them");
   AddSearch(*c, calibrate.period, calibrate.width_px);
-  c->add_option("--max-moving", calibrate.max_moving_share, "Share of the picture that may move, 0 to 1; more is refused")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  c->add_option("--max-moving", calibrate.max_moving_share, "Share of the picture that may move, 0 to 1; more is refused")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   const auto pass = [&](const std::string& name, const std::string& help) {
-    c->add_option_function<std::string>(name, [&calibrate, name](const std::string& value) { calibrate.reconstruct_arguments.insert(calibrate.reconstruct_arguments.end(), {name, value}); },
-                                        help + " (as lumi-reconstruct)")
+    c->add_option_function<std::string>(
+         name,
+         [&calibrate, name](const std::string& value) {
+           calibrate.reconstruct_arguments.insert(calibrate.reconstruct_arguments.end(), {name, value});
+         },
+         help + " (as lumi-reconstruct)")
         ->group("Cameras");
   };
   pass("--backend", "What finds the cameras");

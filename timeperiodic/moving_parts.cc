@@ -15,17 +15,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kPartHarmonics = 4;
-constexpr double kMinSeen = 0.5;             // of the frames, for a pixel to be judged
-constexpr double kField_px = 0.35;           // error of the aligning field: a brightness step moved by this is no motion
-constexpr double kPeriodicChance = 4;        // standard deviations above the share that harmonics explain by chance
-constexpr double kStrongly = 3;              // times min_deviation: what varies by this moves, whether it repeats or not
-constexpr double kSpeck = 0.0008;            // of the picture: smaller spots are noise
+constexpr double kMinSeen = 0.5;       // of the frames, for a pixel to be judged
+constexpr double kField_px = 0.35;     // error of the aligning field: a brightness step moved by this is no motion
+constexpr double kPeriodicChance = 4;  // standard deviations above the share that harmonics explain by chance
+constexpr double kStrongly = 3;        // times min_deviation: what varies by this moves, whether it repeats or not
+constexpr double kSpeck = 0.0008;      // of the picture: smaller spots are noise
 
 cv::Mat Disc(int radius) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}); }
 
 }  // namespace
 
-MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment, std::optional<double> period, const MovingPartsOptions& options) {
+MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment, std::optional<double> period,
+                            const MovingPartsOptions& options) {
   const int w = stack.width, h = stack.height, pixels = w * h;
   const auto n = static_cast<Eigen::Index>(alignment.frames.size());
   const PixelAt pixel = AlignedPixels(stack, alignment);
@@ -38,13 +39,15 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
     MatrixXd B(n, 2 * kPartHarmonics);
     for (Eigen::Index i = 0; i < n; ++i)
       for (int k = 0; k < kPartHarmonics; ++k) {
-        const double angle = 6.283185307179586 * (k + 1) * std::fmod(stack.time[static_cast<std::size_t>(alignment.frames[static_cast<std::size_t>(i)])] / *period, 1.0);
+        const double angle = 6.283185307179586 * (k + 1) *
+                             std::fmod(stack.time[static_cast<std::size_t>(alignment.frames[static_cast<std::size_t>(i)])] / *period, 1.0);
         B(i, 2 * k) = std::cos(angle);
         B(i, 2 * k + 1) = std::sin(angle);
       }
     P = OrthonormalSpan(B - Q * (Q.transpose() * B));
   }
-  cv::Mat mean = cv::Mat::zeros(h, w, CV_32F), rest = cv::Mat::zeros(h, w, CV_32F), periodic = cv::Mat::zeros(h, w, CV_32F), seen = cv::Mat::zeros(h, w, CV_32F);
+  cv::Mat mean = cv::Mat::zeros(h, w, CV_32F), rest = cv::Mat::zeros(h, w, CV_32F), periodic = cv::Mat::zeros(h, w, CV_32F),
+          seen = cv::Mat::zeros(h, w, CV_32F);
   ParallelFor(static_cast<std::size_t>(pixels), 64, [&](std::size_t begin, std::size_t end) {
     MatrixXd v(n, 3);
     for (std::size_t p = begin; p < end; ++p) {
@@ -109,7 +112,9 @@ Image8 FrameMask(const FrameStack& stack, const Alignment& alignment, const Movi
   // The nearest frame that is aligned.
   const auto after = std::lower_bound(alignment.frames.begin(), alignment.frames.end(), frame);
   Eigen::Index row = std::min<Eigen::Index>(after - alignment.frames.begin(), static_cast<Eigen::Index>(alignment.frames.size()) - 1);
-  if (row > 0 && frame - alignment.frames[static_cast<std::size_t>(row - 1)] < std::abs(alignment.frames[static_cast<std::size_t>(row)] - frame)) --row;
+  if (row > 0 &&
+      frame - alignment.frames[static_cast<std::size_t>(row - 1)] < std::abs(alignment.frames[static_cast<std::size_t>(row)] - frame))
+    --row;
   const int w = stack.width, h = stack.height;
   cv::Mat small = cv::Mat::zeros(h, w, CV_8U);
   for (int p = 0; p < w * h; ++p) {

@@ -18,22 +18,22 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMinCycles = 2.2;        // for fits that are validated on other cycles
+constexpr double kMinCycles = 2.2;  // for fits that are validated on other cycles
 constexpr int kMaxHarmonics = 32;
-constexpr int kScreenHarmonics = 6;       // with these candidates are ranked
-constexpr std::size_t kClosely = 10;      // candidates that are cross-validated
-constexpr double kAsGood = 0.002;         // share of the variance: a longer period that predicts no more than this better is a multiple
-constexpr double kSignificant = 3;        // standard errors
-constexpr double kAliasShare = 0.6;          // of what an alias explains: what it folds back to explains at least this
-constexpr int kMaxModulated = 12;         // harmonics, where each is multiplied by the camera's place too
-constexpr double kNearlyAsGood = 0.8;     // of what the taken period explains: worth telling
-constexpr double kResolved = 4;           // frames: from here on motion between frames is less than a quarter turn
-constexpr double kLine = 8;               // standard deviations that a line of the spectrum must stand out by to be one
-constexpr double kFirstLine = 10;         // the same, of a fundamental by itself
-constexpr double kChance = 14;            // over the frames' number: share that the best of many periods may predict by chance
-constexpr Eigen::Index kTrend = 3;         // half waves over the video: slower than a period that is filmed twice
-constexpr double kSlip = 0.6;             // frames that a lead must jump by
-constexpr double kCameraShare = 0.8;      // of the camera's movement explained by the scene's period: commensurate
+constexpr int kScreenHarmonics = 6;    // with these candidates are ranked
+constexpr std::size_t kClosely = 10;   // candidates that are cross-validated
+constexpr double kAsGood = 0.002;      // share of the variance: a longer period that predicts no more than this better is a multiple
+constexpr double kSignificant = 3;     // standard errors
+constexpr double kAliasShare = 0.6;    // of what an alias explains: what it folds back to explains at least this
+constexpr int kMaxModulated = 12;      // harmonics, where each is multiplied by the camera's place too
+constexpr double kNearlyAsGood = 0.8;  // of what the taken period explains: worth telling
+constexpr double kResolved = 4;        // frames: from here on motion between frames is less than a quarter turn
+constexpr double kLine = 8;            // standard deviations that a line of the spectrum must stand out by to be one
+constexpr double kFirstLine = 10;      // the same, of a fundamental by itself
+constexpr double kChance = 14;         // over the frames' number: share that the best of many periods may predict by chance
+constexpr Eigen::Index kTrend = 3;     // half waves over the video: slower than a period that is filmed twice
+constexpr double kSlip = 0.6;          // frames that a lead must jump by
+constexpr double kCameraShare = 0.8;   // of the camera's movement explained by the scene's period: commensurate
 
 struct Refined {
   double period = 0;
@@ -108,7 +108,9 @@ std::optional<Shifted> ByShift(const std::vector<double>& rho, std::size_t frame
   for (const std::size_t k : peaks) {
     if (rho[k] < best - 0.1) continue;
     // It is seen to end as well: likeness that grows up to the last shift is no return yet.
-    if (*std::min_element(rho.begin() + static_cast<std::ptrdiff_t>(k), rho.begin() + static_cast<std::ptrdiff_t>(last) + 1) > rho[k] - 0.05) continue;
+    if (*std::min_element(rho.begin() + static_cast<std::ptrdiff_t>(k), rho.begin() + static_cast<std::ptrdiff_t>(last) + 1) >
+        rho[k] - 0.05)
+      continue;
     return Shifted{static_cast<double>(k) + Vertex(rho[k - 1], rho[k], rho[k + 1]), rho[k]};
   }
   return std::nullopt;
@@ -128,7 +130,8 @@ std::optional<PeriodEstimate> FromFewCycles(const Signals& s, const std::vector<
   const auto n = static_cast<std::size_t>(s.time.size());
   const auto found = ByShift(rho, n);
   if (!found || found->correlation < 0.5) return std::nullopt;
-  const double lowest = *std::min_element(rho.begin(), rho.begin() + static_cast<std::ptrdiff_t>(std::min(rho.size(), static_cast<std::size_t>(found->period) + 1)));
+  const double lowest = *std::min_element(
+      rho.begin(), rho.begin() + static_cast<std::ptrdiff_t>(std::min(rho.size(), static_cast<std::size_t>(found->period) + 1)));
   if (found->correlation - lowest < 0.3) return std::nullopt;
   PeriodEstimate e;
   e.few_cycles = true;
@@ -252,7 +255,8 @@ std::vector<Refined> Judge(const HarmonicFit& fit, std::vector<double> periods, 
   std::vector<Refined> all;
   for (const auto& [value, p] : ranked) {
     if (p < min_period || p > max_period) continue;
-    const bool known = std::any_of(all.begin(), all.end(), [&](const Refined& r) { return std::abs(1 / r.period - 1 / p) < 0.3 / fit.span(); });
+    const bool known =
+        std::any_of(all.begin(), all.end(), [&](const Refined& r) { return std::abs(1 / r.period - 1 / p) < 0.3 / fit.span(); });
     if (known) continue;
     all.push_back({p, {}});
     if (all.size() == kClosely) break;
@@ -448,9 +452,11 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
     e = *few;
     e.candidates.push_back({e.period_frames, "taken", e.explained, 0});
     for (const double ratio : {0.5, 2.0})
-      if (const auto k = static_cast<std::size_t>(std::lround(ratio * e.period_frames)); k < rho.size() && static_cast<double>(k) < fit.span() - 3)
+      if (const auto k = static_cast<std::size_t>(std::lround(ratio * e.period_frames));
+          k < rho.size() && static_cast<double>(k) < fit.span() - 3)
         e.candidates.push_back({static_cast<double>(k), ratio < 1 ? "half" : "double", rho[k], 0});
-    e.warnings.push_back(fmt::format("only {:.1f} periods were filmed: the period is known to about {:.1f} frames", fit.span() / e.period_frames, e.sigma_frames));
+    e.warnings.push_back(fmt::format("only {:.1f} periods were filmed: the period is known to about {:.1f} frames",
+                                     fit.span() / e.period_frames, e.sigma_frames));
   } else {
     // Dropped and doubled frames first, one after the other: each shifts all that follow.
     VectorXd time = s.time;
@@ -519,43 +525,50 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
       e.candidates.push_back({p, RelationOf(p, period), cv.explained, cv.harmonics});
     }
     for (const Refined& r : all)
-      if (RelationOf(r.period, taken->period) == "other" && e.candidates.size() < 9) e.candidates.push_back({r.period, "other", r.fit.explained, r.fit.harmonics});
+      if (RelationOf(r.period, taken->period) == "other" && e.candidates.size() < 9)
+        e.candidates.push_back({r.period, "other", r.fit.explained, r.fit.harmonics});
     for (const PeriodCandidate& k : e.candidates) {
       if ((k.relation == "half" || k.relation == "third") && k.explained > kNearlyAsGood * e.explained) {
         e.ambiguous = true;
-        e.warnings.push_back(fmt::format("a {} of it ({:.4g} frames) explains {:.0f} % of what it does: like blades of a rotor; where they are alike "
-                                         "to you, take that",
-                                         k.relation, k.period_frames, 100 * k.explained / e.explained));
+        e.warnings.push_back(
+            fmt::format("a {} of it ({:.4g} frames) explains {:.0f} % of what it does: like blades of a rotor; where they are alike "
+                        "to you, take that",
+                        k.relation, k.period_frames, 100 * k.explained / e.explained));
       }
     }
     if (e.drifts)
-      e.warnings.push_back(fmt::format("the period drifts by {:+.2f} % (+-{:.2f}) from the beginning to the end; {:.6g} frames is its mean", e.drift_percent,
-                                       e.drift_sigma_percent, e.period_frames));
+      e.warnings.push_back(fmt::format("the period drifts by {:+.2f} % (+-{:.2f}) from the beginning to the end; {:.6g} frames is its mean",
+                                       e.drift_percent, e.drift_sigma_percent, e.period_frames));
     for (const Slip& slip : e.slips)
-      e.warnings.push_back(slip.frames > 0 ? fmt::format("{} frame{} dropped before frame {}", slip.frames, slip.frames > 1 ? "s were" : " was", slip.frame)
-                                           : fmt::format("{} frame{} doubled before frame {}", -slip.frames, slip.frames < -1 ? "s were" : " was", slip.frame));
+      e.warnings.push_back(
+          slip.frames > 0
+              ? fmt::format("{} frame{} dropped before frame {}", slip.frames, slip.frames > 1 ? "s were" : " was", slip.frame)
+              : fmt::format("{} frame{} doubled before frame {}", -slip.frames, slip.frames < -1 ? "s were" : " was", slip.frame));
   }
   e.cycles = fit.span() / e.period_frames;
   if (e.period_frames < kResolved) {
     e.aliases_frames = Aliases(e.period_frames);
     std::string periods;
     for (const double p : e.aliases_frames) periods += fmt::format("{}{:.4g}", periods.empty() ? "" : " or ", p);
-    e.warnings.push_back(fmt::format("the scene moves by more than a quarter of its period between frames: it may be aliased, a period of {} frames looks the "
-                                     "same; film at a higher frame rate to tell",
-                                     periods));
+    e.warnings.push_back(fmt::format(
+        "the scene moves by more than a quarter of its period between frames: it may be aliased, a period of {} frames looks the "
+        "same; film at a higher frame rate to tell",
+        periods));
   }
   // With it, or every few of it: what a camera in step explains may have hidden the whole period of the scene.
   int in_step = 1;
   for (int k = 1; k <= 4 && k * e.period_frames < fit.span(); ++k)
     if (const double share = CameraShare(s, camera, k * e.period_frames); share > e.camera_share + 0.1) e.camera_share = share, in_step = k;
   if (e.camera_share > kCameraShare)
-    e.warnings.push_back(fmt::format("the camera's own movement repeats every {}period{} ({:.0f} % of it): what the scene does and what the camera does cannot be "
-                                     "told apart; wave the camera faster or slower",
-                                     in_step > 1 ? fmt::format("{} ", in_step) : "", in_step > 1 ? "s" : "", 100 * e.camera_share));
+    e.warnings.push_back(fmt::format(
+        "the camera's own movement repeats every {}period{} ({:.0f} % of it): what the scene does and what the camera does cannot be "
+        "told apart; wave the camera faster or slower",
+        in_step > 1 ? fmt::format("{} ", in_step) : "", in_step > 1 ? "s" : "", 100 * e.camera_share));
   const auto shown = std::min<std::size_t>(rho.size(), static_cast<std::size_t>(4.2 * e.period_frames) + 8);
   for (std::size_t k = 0; k < shown; ++k) e.similarity.emplace_back(static_cast<double>(k), rho[k]);
   for (int i = 0; i <= 600; ++i) {
-    const double p = std::max(2.0, e.period_frames / 5) * std::pow(std::min(max_period, 5 * e.period_frames) / std::max(2.0, e.period_frames / 5), i / 600.0);
+    const double p = std::max(2.0, e.period_frames / 5) *
+                     std::pow(std::min(max_period, 5 * e.period_frames) / std::max(2.0, e.period_frames / 5), i / 600.0);
     if (p > 0 && std::isfinite(p)) e.periodogram.emplace_back(p, fit.Explained(p, 4));
   }
   return e;

@@ -16,16 +16,16 @@
 namespace lumi {
 
 struct PeriodOptions {
-  double min_period = 2;        // frames, >= 2
-  double max_period = 0;        // frames; 0: as the video's length allows
-  double min_explained = 0.1;   // share of the variance that a period must predict, 0 to 1
+  double min_period = 2;       // frames, >= 2
+  double max_period = 0;       // frames; 0: as the video's length allows
+  double min_explained = 0.1;  // share of the variance that a period must predict, 0 to 1
 };
 std::optional<std::string> Validate(const PeriodOptions& options);
 
 struct PeriodCandidate {
   double period_frames = 0;
-  std::string relation;   // to the one taken: "taken", "half", "third", "double", "triple", "other"
-  double explained = 0;   // share of the variance in cycles that the fit has not seen
+  std::string relation;  // to the one taken: "taken", "half", "third", "double", "triple", "other"
+  double explained = 0;  // share of the variance in cycles that the fit has not seen
   int harmonics = 0;
 };
 
@@ -37,23 +37,23 @@ struct Slip {
 
 struct PeriodEstimate {
   double period_frames = 0;
-  double sigma_frames = 0;          // standard deviation, from how consistently the parts of the video agree
-  double cycles = 0;                // that the video shows
+  double sigma_frames = 0;  // standard deviation, from how consistently the parts of the video agree
+  double cycles = 0;        // that the video shows
   double explained = 0;
   int harmonics = 0;
-  std::vector<PeriodCandidate> candidates;   // the taken one first
-  bool ambiguous = false;           // a half or third is nearly as plausible
-  std::vector<double> aliases_frames;        // periods below or near 2 frames that would look the same; empty where motion is slow enough to tell
-  double drift_percent = 0;         // of the period, from the video's beginning to its end
+  std::vector<PeriodCandidate> candidates;  // the taken one first
+  bool ambiguous = false;                   // a half or third is nearly as plausible
+  std::vector<double> aliases_frames;  // periods below or near 2 frames that would look the same; empty where motion is slow enough to tell
+  double drift_percent = 0;            // of the period, from the video's beginning to its end
   double drift_sigma_percent = 0;
-  bool drifts = false;              // beyond chance
+  bool drifts = false;  // beyond chance
   std::vector<Slip> slips;
-  double camera_share = 0;          // of the camera's own movement that repeats with this period
-  bool few_cycles = false;          // less than about two: by correlation of the video with itself
+  double camera_share = 0;  // of the camera's own movement that repeats with this period
+  bool few_cycles = false;  // less than about two: by correlation of the video with itself
   std::vector<std::string> warnings;
   // For a plot: correlation of the video with itself, shifted; what the harmonics of a period carry.
-  std::vector<std::pair<double, double>> similarity;    // shift in frames, correlation
-  std::vector<std::pair<double, double>> periodogram;   // period in frames, share of the variance
+  std::vector<std::pair<double, double>> similarity;   // shift in frames, correlation
+  std::vector<std::pair<double, double>> periodogram;  // period in frames, share of the variance
 };
 
 // camera: a row for each row of the signals, what tells the camera's place; without columns for a fixed one. Throws

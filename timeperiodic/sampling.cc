@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kViewsACell = 3;
-constexpr int kMostCells = 24;              // along each axis
-constexpr double kAllInHalf = 0.9;          // of the views: practically all in one half
-constexpr int kLargestRatio = 5;            // p, q of a ratio that leaves gaps
+constexpr int kMostCells = 24;      // along each axis
+constexpr double kAllInHalf = 0.9;  // of the views: practically all in one half
+constexpr int kLargestRatio = 5;    // p, q of a ratio that leaves gaps
 constexpr std::size_t kGapsNamed = 5;
 
 double PhaseOf(double time, double period) {
@@ -84,7 +84,9 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
   std::vector<double> sorted = phase;
   std::sort(sorted.begin(), sorted.end());
   const auto in_window = [&](double centre, double half) {
-    const auto count = [&](double from, double to) { return std::upper_bound(sorted.begin(), sorted.end(), to) - std::lower_bound(sorted.begin(), sorted.end(), from); };
+    const auto count = [&](double from, double to) {
+      return std::upper_bound(sorted.begin(), sorted.end(), to) - std::lower_bound(sorted.begin(), sorted.end(), from);
+    };
     if (half >= 0.5) return static_cast<double>(sorted.size());
     auto inside = count(centre - half, centre + half);
     if (centre < half) inside += count(centre - half + 1, 2);
@@ -148,15 +150,17 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
     if (gap.phase_to == 0) gap.phase_to = 1;
     gap.place_from = static_cast<double>(run.row) / rows;
     gap.place_to = static_cast<double>(run.row + 1) / rows;
-    const std::string where = rows == 1 ? "from anywhere" : fmt::format("with the camera {} to {} % of its way", Percent(gap.place_from), Percent(gap.place_to));
+    const std::string where =
+        rows == 1 ? "from anywhere" : fmt::format("with the camera {} to {} % of its way", Percent(gap.place_from), Percent(gap.place_to));
     gap.what_to_film = fmt::format("film phases {:.2f} to {:.2f} {}", gap.phase_from, gap.phase_to, where);
     r.gaps.push_back(gap);
   }
 
   if (r.half_share > kAllInHalf)
-    r.warnings.push_back(fmt::format("{} % of the views lie in one half of the period: the other half will be blurred from views far in time; film on until every "
-                                     "phase was seen",
-                                     Percent(r.half_share)));
+    r.warnings.push_back(fmt::format(
+        "{} % of the views lie in one half of the period: the other half will be blurred from views far in time; film on until every "
+        "phase was seen",
+        Percent(r.half_share)));
   if (!moves) {
     r.warnings.push_back("the camera does not move: the scene can be rendered from one place only");
   } else {
@@ -181,20 +185,26 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
           }
         }
       if (r.commensurate > 0)
-        r.warnings.push_back(fmt::format("the camera was waved in step with the scene: {} of its swings take {} of the scene's periods, so that each phase is seen "
-                                         "from the same few places; wave it faster or slower, unevenly",
-                                         r.commensurate_p, r.commensurate_q));
+        r.warnings.push_back(fmt::format(
+            "the camera was waved in step with the scene: {} of its swings take {} of the scene's periods, so that each phase is seen "
+            "from the same few places; wave it faster or slower, unevenly",
+            r.commensurate_p, r.commensurate_q));
     }
   }
-  if (r.uniformity < 0.6 && r.commensurate == 0) r.warnings.push_back(fmt::format("space and time are covered unevenly: {} % of their cells hold a view", Percent(r.covered)));
+  if (r.uniformity < 0.6 && r.commensurate == 0)
+    r.warnings.push_back(fmt::format("space and time are covered unevenly: {} % of their cells hold a view", Percent(r.covered)));
   if (r.window_least < 1) r.warnings.push_back("some phases were not filmed at all");
   return r;
 }
 
 std::string SamplingPlot(const SamplingReport& r, const std::vector<SampledView>& views) {
   Plot over{"Camera over time", "thesis, Fig. 7-3, top", {"time, frames"}, {"position along its main direction, world units"}, {}, {}};
-  Plot folded{"Folded into one period", fmt::format("thesis, Fig. 7-3, bottom; {:.3g} views a frame, uniformity {:.2f}", r.samples_per_window, r.uniformity), {"time in the period, frames"},
-              {"position along its main direction, world units"}, {}, {}};
+  Plot folded{"Folded into one period",
+              fmt::format("thesis, Fig. 7-3, bottom; {:.3g} views a frame, uniformity {:.2f}", r.samples_per_window, r.uniformity),
+              {"time in the period, frames"},
+              {"position along its main direction, world units"},
+              {},
+              {}};
   PlotSeries path{"", "#1f6feb", Marker::kNone, true, false, false, {}}, all{"views", "#1f6feb", Marker::kCross, false, false, false, {}};
   PlotSeries inside{"in the window", "#d1242f", Marker::kCircle, false, false, false, {}};
   // The window about the middle of the period (Fig. 7-4), drawn five times as wide as it is.
@@ -215,7 +225,12 @@ std::string SamplingPlot(const SamplingReport& r, const std::vector<SampledView>
   }
   over.series = {path};
   folded.series = {all};
-  Plot window{"A window of one frame", fmt::format("thesis, Fig. 7-4; {} views in it", in_window), {"time in the period, frames"}, {"position along its main direction, world units"}, {}, {}};
+  Plot window{"A window of one frame",
+              fmt::format("thesis, Fig. 7-4; {} views in it", in_window),
+              {"time in the period, frames"},
+              {"position along its main direction, world units"},
+              {},
+              {}};
   window.series = {near, inside};
   window.marks = {{middle - 0.5, ""}, {middle + 0.5, ""}};
   return SvgOf({over, folded, window});

@@ -12,9 +12,9 @@
 namespace lumi {
 
 struct Signals {
-  Eigen::MatrixXd values;       // a row a frame, a column a component, strongest first; means 0, what `nuisance` explains taken out
-  Eigen::VectorXd time;         // of each row, in frames
-  std::vector<int> frame;       // of each row, in the video
+  Eigen::MatrixXd values;  // a row a frame, a column a component, strongest first; means 0, what `nuisance` explains taken out
+  Eigen::VectorXd time;    // of each row, in frames
+  std::vector<int> frame;  // of each row, in the video
   // Orthonormal columns: 1, and of a moving video what tells the camera's place. Periods are fitted beside them.
   Eigen::MatrixXd nuisance;
   // A column each of what changes the look of what moves: the camera's place, unit variance. Harmonics are fitted with and
@@ -27,10 +27,10 @@ struct Signals {
 };
 
 struct SignalsOptions {
-  int components = 24;           // signals, >= 1
-  int pixels = 1200;             // pixels and channels that they come from, strongest variation first, >= 8
-  double min_deviation = 2.0;    // of a moving pixel over time, code values
-  double noise_factor = 4;       // its variance over that of pixels that stand still
+  int components = 24;         // signals, >= 1
+  int pixels = 1200;           // pixels and channels that they come from, strongest variation first, >= 8
+  double min_deviation = 2.0;  // of a moving pixel over time, code values
+  double noise_factor = 4;     // its variance over that of pixels that stand still
 };
 
 // Pixel p (y width + x) of frame i, RGB: three values; a value below 0: not seen there.

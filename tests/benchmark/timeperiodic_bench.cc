@@ -36,8 +36,8 @@ void Row(const std::string& name, const fs::path& video, bool moving, double tru
   if (moving) arguments.emplace_back("--moving");
   const json j = Run("lumi-timeperiodic", arguments);
   const double period = j["period_frames"];
-  std::printf("| %s | %d | %.2f | %.4f +- %.4f | %+.4f | %.1f |\n", name.c_str(), j["frames"].get<int>(), truth, period, j["period_sigma_frames"].get<double>(),
-              100 * (period / truth - 1), j["seconds"].get<double>());
+  std::printf("| %s | %d | %.2f | %.4f +- %.4f | %+.4f | %.1f |\n", name.c_str(), j["frames"].get<int>(), truth, period,
+              j["period_sigma_frames"].get<double>(), 100 * (period / truth - 1), j["seconds"].get<double>());
   std::fflush(stdout);
 }
 
@@ -60,25 +60,31 @@ void Pictures(const std::string& example, const fs::path& capture) {
   const std::vector<double> phases{0.03, 0.21, 0.47, 0.72, 0.93};
   json truth_path{{"width", width}, {"height", height}};
   std::vector<json> keys;
-  for (std::size_t i = 0; i < phases.size(); ++i) keys.push_back(Key(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], 0.013));
+  for (std::size_t i = 0; i < phases.size(); ++i)
+    keys.push_back(Key(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], 0.013));
   for (std::size_t i = 0; i < phases.size(); ++i) {
     json key = keys[i];
     key["phase"] = phases[i];
     truth_path["keys"].push_back(key);
   }
   WriteTextAtomically(work / "truth.json", truth_path.dump());
-  Run("lumi-simulate", {"--example", example, "--at", (work / "truth.json").string(), "-o", (work / "truth").string(), "--width", std::to_string(width)});
+  Run("lumi-simulate",
+      {"--example", example, "--at", (work / "truth.json").string(), "-o", (work / "truth").string(), "--width", std::to_string(width)});
   const auto psnr = [&](const std::vector<std::string>& options) {
     double square = 0, count = 0;
     for (std::size_t i = 0; i < phases.size(); ++i) {
       json key = keys[i];
       key["time_s"] = 0;
-      WriteTextAtomically(work / "path.json", json{{"format", "lumigraph-path"}, {"version", 1}, {"fps", 30}, {"width", width}, {"height", height}, {"keys", {key}}}.dump());
+      WriteTextAtomically(
+          work / "path.json",
+          json{{"format", "lumigraph-path"}, {"version", 1}, {"fps", 30}, {"width", width}, {"height", height}, {"keys", {key}}}.dump());
       fs::remove_all(work / "out");
       std::vector<std::string> arguments{capture.string(), "-o", (work / "out").string(), "--path", (work / "path.json").string()};
       arguments.insert(arguments.end(), options.begin(), options.end());
-      if (options.empty()) arguments.insert(arguments.end(), {"--time", "off"});
-      else arguments.insert(arguments.end(), {"--phase", fmt::format("{}", phases[i])});
+      if (options.empty())
+        arguments.insert(arguments.end(), {"--time", "off"});
+      else
+        arguments.insert(arguments.end(), {"--phase", fmt::format("{}", phases[i])});
       Run("lumi-render", arguments);
       const std::string name = fmt::format("{}_{:04d}.png", example, i);
       const Image8 is = ReadImage8(work / "truth" / "images" / name), moving = ReadImage8(work / "truth" / "truth" / "moving" / name);
@@ -109,7 +115,8 @@ int main(int argc, char** argv) {
       Row(fmt::format("{}, tripod", name), work / name / "fixed.mp4", false, truth);
       Row(fmt::format("{}, waved camera", name), work / name / "video.mp4", true, truth);
     }
-    if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum")) Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
+    if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum"))
+      Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
     std::printf("\n| pixels where something moves, five unseen views and phases | window, frames | PSNR dB |\n|---|---|---|\n");
     for (const char* name : {"lamp", "helicopter"}) Pictures(name, work / name);
   } catch (const Error& e) {

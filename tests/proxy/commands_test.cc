@@ -318,7 +318,7 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = Parse(first.out);
-  ASSERT_EQ(chosen["candidates"].size(), 5u);
+  ASSERT_EQ(chosen["candidates"].size(), 6u);
   for (const char* name : {"plane", "planes", "mesh"})
     for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"}) EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
   EXPECT_TRUE(Row(chosen, "box")->contains("refused"));

@@ -47,7 +47,7 @@ void WriteHullScene(const fs::path& folder) {
   source.rule = "R > 2 * G";
   RunSilhouettes(folder, source, {}, {}, SilentProgress());
   HullRequest hull;
-  hull.hull.cell_px = 4;  // some 2000 faces
+  hull.hull.cell_px = 8;  // some 500 faces
   RunHull(hull, {folder, "hull", {}, false}, SilentProgress());
 }
 
@@ -56,12 +56,12 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   const fs::path scene = folder / "scene";
   WriteHullScene(scene);
   SimplifyRequest request;
-  request.faces = 200;
+  request.faces = 120;
   request.keep_hull = true;
   const json kept = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
-  EXPECT_EQ(kept["name"], "hull-200-kept");
+  EXPECT_EQ(kept["name"], "hull-120-kept");
   EXPECT_EQ(kept["from"], "hull");
-  EXPECT_LE(kept["faces"], 200);
+  EXPECT_LE(kept["faces"], 120);
   EXPECT_EQ(kept["closed"], true);
   EXPECT_EQ(kept["sound"], true);
   EXPECT_GE(kept["coverage_min"].get<double>(), 0.995);
@@ -69,10 +69,10 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   EXPECT_TRUE(kept["views_missed"].empty());
   EXPECT_GE(kept["volume_ratio"].get<double>(), 1);
   EXPECT_GT(kept["mean_distance_px"].get<double>(), 0);
-  EXPECT_EQ(ReadMesh(ProxyPath(scene, "hull-200-kept")).faces.size(), kept["faces"].get<std::size_t>());
+  EXPECT_EQ(ReadMesh(ProxyPath(scene, "hull-120-kept")).faces.size(), kept["faces"].get<std::size_t>());
   // It is the active one now: what is simplified stays the hull.
   const json again = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
-  EXPECT_EQ(again["name"], "hull-200-kept");
+  EXPECT_EQ(again["name"], "hull-120-kept");
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["iou_median"], kept["iou_median"]);
   EXPECT_THAT(DescribeProxy(again.dump()), HasSubstr("10 silhouettes"));
@@ -95,7 +95,7 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   WriteHullScene(scene);
   SimplifyTradeoffRequest request;
   request.scene = scene;
-  request.faces = {2, 50, 400};
+  request.faces = {2, 50, 200};
   request.width_px = 80;
   const std::string text = RunSimplifyTradeoff(request, SilentProgress());
   const json points = json::parse(text)["tradeoff"]["points"];

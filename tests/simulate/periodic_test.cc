@@ -41,7 +41,9 @@ class PeriodicCapture : public ::testing::Test {
   fs::path WritePath(const std::vector<std::string>& when) {
     std::string keys;
     for (const std::string& w : when)  // looks along +y: x right, y = -z, z = y
-      keys += (keys.empty() ? "" : ", ") + std::string("{") + w + R"(, "position": [0, -3, 0], "cam_from_world_xyzw": [0.7071067811865476, 0, 0, 0.7071067811865476], "vertical_fov_deg": 38.55})";
+      keys +=
+          (keys.empty() ? "" : ", ") + std::string("{") + w +
+          R"(, "position": [0, -3, 0], "cam_from_world_xyzw": [0.7071067811865476, 0, 0, 0.7071067811865476], "vertical_fov_deg": 38.55})";
     std::ofstream(folder_ / "path.json") << R"({"format": "lumigraph-path", "keys": [)" << keys << "]}";
     return folder_ / "path.json";
   }
@@ -120,7 +122,8 @@ TEST_F(PeriodicCapture, RefusesAPathThatSaysNoTime) {
 }
 
 TEST(PeriodicExamples, HaveThePeriodsOfTheThesis) {
-  const SceneDescription lamp = ParseScene(ExampleJson("lamp"), "lamp", "."), heli = ParseScene(ExampleJson("helicopter"), "helicopter", ".");
+  const SceneDescription lamp = ParseScene(ExampleJson("lamp"), "lamp", "."),
+                         heli = ParseScene(ExampleJson("helicopter"), "helicopter", ".");
   EXPECT_EQ(PlanViews(lamp, 0).size(), 2000u);
   EXPECT_NEAR(*lamp.period_s * lamp.paths[0].fps, 150.37, 1e-9);
   EXPECT_EQ(PlanViews(heli, 0).size(), 900u);

@@ -47,8 +47,9 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   const fs::path capture = Capture(folder), out = folder / "scene";
   const Scene truth = OpenScene(capture, {}, SilentProgress());
   const double focal = truth.cameras[0].FocalPx().x();
-  const ProgramResult run = RunProgram({"lumi-timeperiodic", "calibrate", capture / "video.mp4", "-o", out, "--fixed-video", capture / "fixed.mp4", "--backend",
-                                        "factorization", "--focal-px", std::to_string(focal), "--json"});
+  const ProgramResult run =
+      RunProgram({"lumi-timeperiodic", "calibrate", capture / "video.mp4", "-o", out, "--fixed-video", capture / "fixed.mp4", "--backend",
+                  "factorization", "--focal-px", std::to_string(focal), "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
   EXPECT_EQ(j["period_from"], "fixed video");
@@ -61,7 +62,9 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   EXPECT_NEAR(*scene.period_s * 30, kLampPeriod, 5e-4 * kLampPeriod);
   ASSERT_EQ(scene.views.size(), static_cast<std::size_t>(kFrames));
   // Distances between cameras, in units of the farthest pair's: 1 % is what small, noisy frames allow.
-  const auto distance = [](const Scene& s, std::size_t a, std::size_t b) { return (s.views[a].CentreInWorld() - s.views[b].CentreInWorld()).norm(); };
+  const auto distance = [](const Scene& s, std::size_t a, std::size_t b) {
+    return (s.views[a].CentreInWorld() - s.views[b].CentreInWorld()).norm();
+  };
   double longest_true = 0, longest = 0;
   std::size_t a = 0, b = 0;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
@@ -78,7 +81,8 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   double moving = 0, covered = 0, masked = 0, pixels = 0;
   for (int i = 0; i < kFrames; i += 13) {
     const Image8 found = ReadImage8(out / "masks" / (scene.views[static_cast<std::size_t>(i)].name + ".png"));
-    const Image8 is = ReadImage8(capture / "truth" / "moving" / (fs::path(truth.views[static_cast<std::size_t>(i)].name).stem().string() + ".png"));
+    const Image8 is =
+        ReadImage8(capture / "truth" / "moving" / (fs::path(truth.views[static_cast<std::size_t>(i)].name).stem().string() + ".png"));
     ASSERT_EQ(found.width, is.width);
     for (int y = 0; y < is.height; ++y)
       for (int x = 0; x < is.width; ++x) {

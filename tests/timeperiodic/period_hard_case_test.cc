@@ -139,7 +139,7 @@ TEST(PeriodHardCase, DroppedAndDoubledFramesAreFound) {
   const auto all = video.Frames();
   std::vector<Image8> frames;
   for (int i = 0; i < 400; ++i) {
-    if (i == 120 || i == 121) continue;       // dropped
+    if (i == 120 || i == 121) continue;  // dropped
     frames.push_back(all[static_cast<std::size_t>(i)]);
     if (i == 300) frames.push_back(all[300]);  // doubled
   }
@@ -158,7 +158,9 @@ TEST(PeriodHardCase, ACameraWavedWithThePeriodIsSaid) {
   PaintedVideo video;
   video.width = 128, video.height = 96;
   video.period = 31.4;
-  video.camera = [&](double t) { return Eigen::Vector2d(5 * std::sin(6.283185307179586 * t / 31.4), 1 * std::cos(6.283185307179586 * t / 31.4)); };
+  video.camera = [&](double t) {
+    return Eigen::Vector2d(5 * std::sin(6.283185307179586 * t / 31.4), 1 * std::cos(6.283185307179586 * t / 31.4));
+  };
   const FrameStack stack = video.Stack();
   const Alignment alignment = AlignFrames(stack, {}, SilentProgress());
   try {

@@ -65,7 +65,10 @@ TEST(PeriodProgram, RefusesWhatHasNoPeriodByName) {
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--min-period", "1"}).exit_code, 2);
   const fs::path scene = folder / "scene";
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "1.5"}).exit_code, 1);
-  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "9", "--fixed-video", folder / "still.mp4"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "9", "--fixed-video",
+                        folder / "still.mp4"})
+                .exit_code,
+            2);
   EXPECT_FALSE(fs::exists(scene));
 }
 
