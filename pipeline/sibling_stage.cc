@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "scene/program/error.h"
@@ -26,36 +25,6 @@ bool HadNothingToDo(const json& summary) {
   return reused->is_array() && std::find(reused->begin(), reused->end(), "everything") != reused->end();
 }
 
-// Shows a child's tasks under the stage's name.
-class TaskDisplay {
- public:
-  TaskDisplay(ProgressSink& sink, std::string prefix) : sink_(sink), prefix_(std::move(prefix)), start_(Clock::now()) {}
-  ~TaskDisplay() { Finish(); }
-
-  void Show(const ProgressLine& line) {
-    if (line.task != task_) {
-      Finish();
-      task_ = line.task;
-      start_ = Clock::now();
-    }
-    done_ = line.done;
-    const double seconds = SecondsSince(start_);
-    const double left =
-        line.total > 0 && line.done > 0 ? seconds * static_cast<double>(line.total - line.done) / static_cast<double>(line.done) : -1;
-    sink_.Report(prefix_ + task_, line.done, line.total, seconds, left);
-  }
-
- private:
-  void Finish() {
-    if (!task_.empty()) sink_.Finish(prefix_ + task_, done_, SecondsSince(start_));
-    task_.clear();
-  }
-  ProgressSink& sink_;
-  std::string prefix_, task_;
-  long done_ = 0;
-  Clock::time_point start_;
-};
-
 [[noreturn]] void ThrowFailure(const SiblingStage& stage, const SubprocessResult& result, const json& summary,
                                const std::string& last_line) {
   if (summary.is_object() && summary.contains("error") && summary["error"].is_object()) {
@@ -75,22 +44,13 @@ class TaskDisplay {
 
 }  // namespace
 
-std::optional<ProgressLine> ParseProgressLine(const std::string& line) {
-  ProgressLine parsed;
-  int read = 0;
-  if (std::sscanf(line.c_str(), "@progress %ld %ld %n", &parsed.done, &parsed.total, &read) != 2 || read == 0)
-    return std::nullopt;
-  parsed.task = line.substr(static_cast<std::size_t>(read));
-  return parsed;
-}
-
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress) {
   CheckInterrupted();
   std::vector<std::string> argv{SiblingProgram(stage.program).string()};
   argv.insert(argv.end(), stage.arguments.begin(), stage.arguments.end());
   argv.push_back("--json");
 
-  TaskDisplay display(progress, fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name));
+  ChildProgress display(progress, fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name));
   // A failing program says so in a line of its own, which is thrown, not shown: it begins with the program's name.
   std::string own_line;
   SubprocessOptions options;

@@ -1,10 +1,10 @@
 // One stage: a sibling program started with --json, its progress shown as ours, its failure thrown as ours.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "scene/program/child_progress.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -26,12 +26,5 @@ struct SiblingStage {
 // Throws lumi::Error with the program's own exit code, message, file and hint where it failed; Interrupted on Ctrl-C,
 // after the program has ended. Its remarks go to progress.Message.
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress);
-
-// A line "@progress DONE TOTAL TASK" of a program that runs with LUMI_PROGRESS_PIPE set; nullopt for any other line.
-struct ProgressLine {
-  long done = 0, total = 0;
-  std::string task;
-};
-std::optional<ProgressLine> ParseProgressLine(const std::string& line);
 
 }  // namespace lumi

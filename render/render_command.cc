@@ -191,7 +191,7 @@ class Job {
 
   // A time was asked for, or each frame has its own.
   void ApplyTime() {
-    settings_.period_s = scene_.period_s.value_or(0);
+    TakeClock(scene_, decided_.count("time-window-s") > 0, settings_);
     own_times_ = !o_.phase && decided_.count("time-s") == 0;
     if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
     if (!o_.phase) return;

@@ -10,6 +10,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/program/child_progress.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
@@ -96,7 +97,14 @@ Json Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, Progress
   argv.insert(argv.end(), o.reconstruct_arguments.begin(), o.reconstruct_arguments.end());
   SubprocessOptions subprocess;
   subprocess.separate_stdout = true;
-  subprocess.on_line = [&](const std::string& line) { progress.Message("lumi-reconstruct: " + line); };
+  ChildProgress display(progress, "lumi-reconstruct: ");
+  subprocess.environment["LUMI_PROGRESS_PIPE"] = "1";
+  subprocess.on_line = [&](const std::string& line) {
+    if (const auto parsed = ParseProgressLine(line))
+      display.Show(*parsed);
+    else
+      progress.Message("lumi-reconstruct: " + line);
+  };
   const SubprocessResult result = RunSubprocess(argv, subprocess);
   const Json json = Json::parse(result.out, nullptr, false);
   if (result.exit_code == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();

@@ -70,7 +70,7 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
     use[static_cast<std::size_t>(id.value)] = false;
   }
   if (std::none_of(use.begin(), use.end(), [](bool u) { return u; })) use.clear();
-  settings_.period_s = scene_.period_s.value_or(0);
+  TakeClock(scene_, decided.contains("time-window-s"), settings_);
   own_times_ = !decided.contains("time-s");
   if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
   settings_ = ChooseEffects(scene_, mesh(proxies_.front()), desired, use, settings_, decided, gain_spread).settings;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "render/view_time.h"
 #include "render/visibility_maps.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -77,7 +78,7 @@ Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   o.proxy = PrepareProxy(o.scene, MakeSources(o.scene), name);
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
   RadianceSettings settings = options.settings;
-  settings.period_s = o.scene.period_s.value_or(0);
+  TakeClock(o.scene, options.decided.count("time-window-s") > 0, settings);
   o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {},
                             settings, {}, 1.0);
   return o;

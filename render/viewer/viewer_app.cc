@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "render/settings_json.h"
+#include "render/view_time.h"
 #include "render/viewer/canvas.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -47,7 +48,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       scripted_(!script.empty()) {
   RadianceSettings& s = settings_.radiance;
   s = options.settings;
-  s.period_s = scene_.period_s.value_or(0);
+  TakeClock(scene_, decided_.count("time-window-s") > 0, s);
   std::vector<double> times;
   for (const View& v : scene_.views)
     if (v.time_s) times.push_back(*v.time_s);

@@ -11,6 +11,7 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "tests/proxy/hull_bodies.h"
+#include "tests/proxy/simplify_meshes.h"
 #include "tests/proxy/synthetic_scene.h"
 
 namespace lumi::test {
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 
-// An ellipsoid with stripes before a grey wall, from ten sides, with its silhouettes' hull.
+// An ellipsoid with stripes before a grey wall, from ten sides, with a mesh that is its hull.
 void WriteHullScene(const fs::path& folder) {
   SceneBuilder builder(5);
   for (int n = 0; n < 10; ++n) builder.AddCamera({4 * std::cos(n * 0.628), 4 * std::sin(n * 0.628), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
@@ -46,9 +47,10 @@ void WriteHullScene(const fs::path& folder) {
   SilhouetteSource source;
   source.rule = "R > 2 * G";
   RunSilhouettes(folder, source, {}, {}, SilentProgress());
-  HullRequest hull;
-  hull.hull.cell_px = 8;  // some 500 faces
-  RunHull(hull, {folder, "hull", {}, false}, SilentProgress());
+  scene.active_proxy = "hull";
+  WriteManifest(scene, folder);
+  // In the visual hull's place a coarse mesh around the body: what is measured here is the command.
+  WriteMesh(ProxyPath(folder, "hull"), MappedVertices(BallMesh(7), [](const Eigen::Vector3d& x) { return Eigen::Vector3d(1.05 * x.normalized().cwiseProduct(Eigen::Vector3d(0.8, 0.6, 0.5))); }));
 }
 
 TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "capture.h"
+#include "render/view_time.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -101,6 +102,24 @@ TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
   WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);
   s = EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress());
   EXPECT_GT(std::abs(*s.views[1].psnr_object_db - s.views[1].psnr_db), 1e-3) << "half the picture";
+}
+
+TEST(TakeClock, APeriodAsksForAWindowOfTwoFramesUnlessTheUserSpoke) {
+  Scene scene;
+  scene.views.resize(40);
+  for (std::size_t i = 0; i < 40; ++i) scene.views[i].time_s = 1e6 + static_cast<double>(i) / 25;
+  RadianceSettings s;
+  TakeClock(scene, false, s);
+  EXPECT_EQ(s.time_window_s, RadianceSettings().time_window_s) << "no period";
+  scene.period_s = 0.6;
+  TakeClock(scene, true, s);
+  EXPECT_EQ(s.time_window_s, RadianceSettings().time_window_s);
+  EXPECT_EQ(s.period_s, 0.6);
+  TakeClock(scene, false, s);
+  EXPECT_NEAR(s.time_window_s, 2.0 / 25, 1e-9);
+  scene.period_s = 0.1;
+  TakeClock(scene, false, s);
+  EXPECT_NEAR(s.time_window_s, 0.025, 1e-9) << "a quarter of the period at most";
 }
 
 TEST(Holdout, OnePhotoCannotBeHeldOut) {

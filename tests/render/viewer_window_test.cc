@@ -361,6 +361,20 @@ TEST_F(ViewerWindow, TimeMovesThePhotosOfItsWindowToTheFront) {
   EXPECT_GE(r.json["settings"]["time-s"].get<double>(), 0.0);
 }
 
+TEST_F(ViewerWindow, APeriodicScenePlaysWhileTheViewpointMoves) {
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i) world_.scene.views[i].time_s = 100 + 0.3 * static_cast<double>(i);
+  world_.scene.period_s = 0.7;
+  WriteScene(world_.scene, folder_);
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = "jump 3; show false-color; wait; screenshot " + file("before.png") + "; play-time on; orbit 3 0; wait 0.3; orbit 3 0; wait 0.3; play-time off; wait; screenshot " + file("after.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,time", "--phase", "0.5", "--width", "160", "--height", "120", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_NE(r.json["settings"]["time-s"].get<double>(), 0.35) << "it went on from the phase that was asked for";
+  EXPECT_LT(Compare(ReadImage8(file("before.png")), ReadImage8(file("after.png"))).psnr_db, 35);
+  EXPECT_EQ(r.json["refused"], "");
+}
+
 TEST_F(ViewerWindow, ABudgetIsHeldWithSettingsOfItsOwnAndAtRestTheUsersAreDrawn) {
   const fs::path shot = folder_ / "rest.png", refined = folder_ / "refined.png";
   const std::string script = "wait; jump 1; key-add; jump 5; key-add; path-seconds 1; path-save " + (folder_ / "path.json").string() +
