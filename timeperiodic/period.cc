@@ -18,6 +18,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// A multiple that predicts so much more of cycles the fit has not seen is not dismissed without a word.
+constexpr double kClearlyBetter = 1.2;
+// A moving camera's parallax is most of what is left over (a fifth is explained where the period is right to a ten-thousandth); less than
+// this was seen with wrong periods.
+constexpr double kWeak = 0.15;
 constexpr double kMinCycles = 2.2;  // for fits that are validated on other cycles
 constexpr int kMaxHarmonics = 32;
 constexpr int kScreenHarmonics = 6;    // with these candidates are ranked
@@ -536,6 +541,16 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
                         k.relation, k.period_frames, 100 * k.explained / e.explained));
       }
     }
+    for (const PeriodCandidate& k : e.candidates) {
+      if ((k.relation == "double" || k.relation == "triple") && k.explained > kClearlyBetter * e.explained) {
+        e.ambiguous = true;
+        e.warnings.push_back(fmt::format("{} times it ({:.4g} frames) explains more, but too few of them were filmed to be sure: film longer, or say the period",
+                                         k.relation == "double" ? "two" : "three", k.period_frames));
+      }
+    }
+    if (e.explained < kWeak)
+      e.warnings.push_back(fmt::format("only {:.0f} % of what moves repeats with it: the period may be wrong; a video from a tripod tells it best (lumi-timeperiodic calibrate --fixed-video)",
+                                       100 * std::max(0.0, e.explained)));
     if (e.drifts)
       e.warnings.push_back(fmt::format("the period drifts by {:+.2f} % (+-{:.2f}) from the beginning to the end; {:.6g} frames is its mean",
                                        e.drift_percent, e.drift_sigma_percent, e.period_frames));
