@@ -19,19 +19,42 @@ inline std::optional<double> FirstTime(const Scene& scene) {
   return first;
 }
 
-// What the scene's own clock says: its period, and where it has one, a window of two frames. All turns stand side by side in the period then,
-// so few frames are enough, and a wider window blurs (docs/timeperiodic.md). `window_decided`: the user said how wide.
-inline void TakeClock(const Scene& scene, bool window_decided, RadianceSettings& settings) {
-  settings.period_s = scene.period_s.value_or(0);
-  if (!(settings.period_s > 0) || window_decided) return;
-  constexpr double kFrames = 2, kMostOfPeriod = 0.25;
+// How the photos stand in time.
+struct SceneClock {
+  double frame_s = 0;            // from one moment to the next, median; 0: fewer than two moments
+  bool several_at_once = false;  // two photos or more a moment: several cameras filmed it
+};
+inline SceneClock ClockOf(const Scene& scene) {
+  constexpr double kSameMoment = 0.1, kUsual = 0.9;  // times of one moment differ in rounding; of what most moments are apart
   std::vector<double> times, steps;
   for (const View& v : scene.views)
     if (v.time_s) times.push_back(*v.time_s);
   std::sort(times.begin(), times.end());
-  for (std::size_t i = 1; i < times.size(); ++i)
-    if (times[i] > times[i - 1]) steps.push_back(times[i] - times[i - 1]);
-  if (!steps.empty()) settings.time_window_s = std::min(kFrames * Median(steps), kMostOfPeriod * settings.period_s);
+  for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
+  if (steps.empty()) return {};
+  std::sort(steps.begin(), steps.end());
+  // With n cameras a moment all but one in n steps are none: the usual step is among the longest.
+  const double usual = steps[static_cast<std::size_t>(kUsual * static_cast<double>(steps.size() - 1))] > 0
+                           ? steps[static_cast<std::size_t>(kUsual * static_cast<double>(steps.size() - 1))]
+                           : steps.back();
+  if (!(usual > 0)) return {};
+  std::vector<double> moments;
+  for (const double step : steps)
+    if (step > kSameMoment * usual) moments.push_back(step);
+  return {Median(moments), times.size() >= 2 * (moments.size() + 1) && moments.size() >= 2};
+}
+
+// What the scene's own clock says: its period, and where it has one, or several cameras filmed it at once, a window of two frames: enough
+// photos stand side by side in it then, and a wider one blurs (docs/timeperiodic.md). `window_decided`: the user said how wide.
+inline void TakeClock(const Scene& scene, bool window_decided, RadianceSettings& settings) {
+  settings.period_s = scene.period_s.value_or(0);
+  const SceneClock clock = ClockOf(scene);
+  if (window_decided || !(clock.frame_s > 0)) return;
+  constexpr double kFrames = 2, kMostOfPeriod = 0.25;
+  if (settings.period_s > 0)
+    settings.time_window_s = std::min(kFrames * clock.frame_s, kMostOfPeriod * settings.period_s);
+  else if (clock.several_at_once)
+    settings.time_window_s = kFrames * clock.frame_s;
 }
 
 // The settings for this view: at its time, where it has one.

@@ -13,6 +13,7 @@
 #include "render/radiance/measures/footprint.h"
 #include "render/radiance/measures/resolution.h"
 #include "render/visibility_maps.h"
+#include "render/view_time.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -218,8 +219,9 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
       on = blocked >= kShareThatCounts;
       effect.evidence = fmt::format("at {:.1f} % of the rays the proxy blocks one of the nearest photos", 100 * blocked);
     } else if (name == "time") {
-      on = timed && settings.period_s > 0;
-      effect.evidence = !timed ? "photos carry no times" : on ? "photos carry times and the scene a period" : decided.count(name) > 0 ? "photos carry times" : "the scene has no period, and no time was asked for";
+      const bool at_once = timed && ClockOf(scene).several_at_once;
+      on = timed && (settings.period_s > 0 || at_once);
+      effect.evidence = !timed ? "photos carry no times" : settings.period_s > 0 ? "photos carry times and the scene a period" : at_once ? "several photos were taken at each moment" : decided.count(name) > 0 ? "photos carry times" : "the scene has no period, and no time was asked for";
     } else if (name == "exposure") {
       on = gain_spread > 1;
       effect.evidence = on ? fmt::format("photos of one point differ by a factor of up to {:.2f}", gain_spread) : "photos of one point agree";

@@ -122,6 +122,28 @@ TEST(TakeClock, APeriodAsksForAWindowOfTwoFramesUnlessTheUserSpoke) {
   EXPECT_NEAR(s.time_window_s, 0.025, 1e-9) << "a quarter of the period at most";
 }
 
+TEST(TakeClock, SeveralCamerasAtOnceAskForAWindowOfTwoFrames) {
+  Scene scene;
+  for (int camera = 0; camera < 6; ++camera)
+    for (int frame = 0; frame < 30; ++frame) {
+      View v;
+      v.time_s = frame / 30.0 + (camera % 2 == 0 ? 0 : 1e-12);  // rounding
+      scene.views.push_back(v);
+    }
+  RadianceSettings s;
+  TakeClock(scene, false, s);
+  EXPECT_NEAR(s.time_window_s, 2.0 / 30, 1e-9);
+  EXPECT_TRUE(ClockOf(scene).several_at_once);
+  // One camera, though it stopped twice in between, is one camera.
+  scene.views.resize(30);
+  for (int i = 0; i < 30; ++i) scene.views[static_cast<std::size_t>(i)].time_s = i / 30.0 + (i > 9 ? 5 : 0) + (i > 19 ? 5 : 0);
+  EXPECT_FALSE(ClockOf(scene).several_at_once);
+  EXPECT_NEAR(ClockOf(scene).frame_s, 1 / 30.0, 1e-9);
+  for (View& v : scene.views) v.time_s = 7;
+  EXPECT_EQ(ClockOf(scene).frame_s, 0) << "all at one moment";
+  EXPECT_EQ(ClockOf({}).frame_s, 0);
+}
+
 TEST(Holdout, OnePhotoCannotBeHeldOut) {
   OnDisk d(1);
   const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
