@@ -36,6 +36,23 @@ RenderView TestView::AtWidth(int width_px, const Rigid3& cam_from_world) const {
   return MakeRenderView(camera.Scaled(width_px, HeightFor(camera, width_px)), cam_from_world);
 }
 
+TestView TestViewOf(const Scene& scene, ViewId id, int width_px) {
+  const View& view = scene.views[static_cast<std::size_t>(id.value)];
+  TestView t;
+  t.name = view.name;
+  t.id = id;
+  t.camera = scene.CameraOf(view);
+  t.photo = ReadImage8(scene.ImagePath(view), 3);
+  if (width_px > 0 && width_px < t.camera.width_px) {
+    t.camera = t.camera.Scaled(width_px, HeightFor(t.camera, width_px));
+    t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
+  }
+  t.view = MakeRenderView(t.camera, view.cam_from_world);
+  t.view.time_s = view.time_s;
+  t.view.gain = view.gain;
+  return t;
+}
+
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px) {
   const std::size_t count = scene.views.size();
   if (count < 2) throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
@@ -51,19 +68,7 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
   if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout", scene.folder);
   std::vector<TestView> views;
   for (const ViewId id : Spread(held, most)) {
-    const View& view = scene.views[static_cast<std::size_t>(id.value)];
-    TestView t;
-    t.name = view.name;
-    t.id = id;
-    t.camera = scene.CameraOf(view);
-    t.photo = ReadImage8(scene.ImagePath(view), 3);
-    if (width_px > 0 && width_px < t.camera.width_px) {
-      t.camera = t.camera.Scaled(width_px, HeightFor(t.camera, width_px));
-      t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
-    }
-    t.view = MakeRenderView(t.camera, view.cam_from_world);
-    t.view.time_s = view.time_s;
-    t.view.gain = view.gain;
+    TestView t = TestViewOf(scene, id, width_px);
     t.use = use;
     views.push_back(std::move(t));
   }

@@ -22,6 +22,9 @@ struct TestView {
   RenderView AtWidth(int width_px, const Rigid3& cam_from_world) const;  // the same camera, smaller
 };
 
+// A view's own photo and camera at `width_px` (0, or above the photo's: its own size). `use` is left empty.
+TestView TestViewOf(const Scene& scene, ViewId id, int width_px);
+
 // At most `most` photos of a fold, evenly spread over it, at `width_px` (0, or above the photo's: its own size). None of the
 // fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N is lowered
 // until the fold holds a photo. Throws DataError where nothing is left to render from.

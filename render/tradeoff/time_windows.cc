@@ -67,20 +67,10 @@ std::vector<Moment> MomentsOf(const Workbench& bench, const MeasureOptions& o, i
   RequireMetric(truth, "--against");
   const auto n = static_cast<int>(truth.views.size()), most = std::min(n, o.views);
   for (int i = 0; i < most; ++i) {
-    const View& view = truth.views[static_cast<std::size_t>((2 * i + 1) * n / (2 * most))];
-    TestView t;
-    t.name = view.name;
-    t.camera = truth.CameraOf(view);
-    t.photo = ReadImage8(truth.ImagePath(view), 3);
-    if (width > 0 && width < t.camera.width_px) {
-      t.camera = t.camera.Scaled(width, HeightFor(t.camera, width));
-      t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
-    }
-    t.view = MakeRenderView(t.camera, view.cam_from_world);
-    t.view.time_s = view.time_s;
-    t.view.gain = view.gain;
+    const ViewId id{(2 * i + 1) * n / (2 * most)};
+    TestView t = TestViewOf(truth, id, width);
     t.use.assign(bench.scene().views.size(), true);
-    Image8 moving = MovingPixels(truth, view, t.view.size_px);
+    Image8 moving = MovingPixels(truth, truth.views[static_cast<std::size_t>(id.value)], t.view.size_px);
     moments.push_back({std::move(t), std::move(moving)});
   }
   return moments;

@@ -22,14 +22,7 @@ std::string LampJson() {
   lamp["period_s"] = kPeriodS;
   lamp["fixed_video"] = {{"eye", {0.05, -1.85, 0.6}}, {"target", {0, 0, 0.27}}, {"frames", 1600}};
   lamp["effects"] = {{"noise_sigma", 2}};
-  lamp.Material("paper", {{"kind", "noise"},
-                          {"colors", {"#f6d27a", "#c8472f", "#fbf0cf", "#2e6f8f", "#f0a040", "#44306a"}},
-                          {"size", 0.09},
-                          {"octaves", 3},
-                          {"contrast", 1.3},
-                          {"bands", 7},
-                          {"seed", 3}});
-  lamp.Material("iron", {{"kind", "noise"}, {"colors", {"#1f2826", "#4a5552"}}, {"size", 0.03}});
+  AddPaperAndIron(lamp);
   lamp.Material("red", {{"color", "#e01818"}}, {{"lit", false}});
   lamp.Material("blue ball", {{"kind", "cells"}, {"colors", {"#2038a0", "#4060d0"}}, {"size", 0.03}});
   AddPeriodicRoom(lamp);

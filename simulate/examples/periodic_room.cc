@@ -2,6 +2,17 @@
 
 namespace lumi {
 
+void AddPaperAndIron(SceneBuilder& scene) {
+  scene.Material("paper", {{"kind", "noise"},
+                           {"colors", {"#f6d27a", "#c8472f", "#fbf0cf", "#2e6f8f", "#f0a040", "#44306a"}},
+                           {"size", 0.09},
+                           {"octaves", 3},
+                           {"contrast", 1.3},
+                           {"bands", 7},
+                           {"seed", 3}});
+  scene.Material("iron", {{"kind", "noise"}, {"colors", {"#1f2826", "#4a5552"}}, {"size", 0.03}});
+}
+
 void AddPeriodicRoom(SceneBuilder& scene) {
   scene.Material("table", {{"kind", "wood"},
                            {"colors", {"#6b4526", "#c99a63", "#8f6238"}},

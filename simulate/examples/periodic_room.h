@@ -8,4 +8,7 @@ namespace lumi {
 
 void AddPeriodicRoom(SceneBuilder& scene);
 
+// Materials "paper" and "iron", of what turns there.
+void AddPaperAndIron(SceneBuilder& scene);
+
 }  // namespace lumi

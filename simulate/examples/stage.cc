@@ -25,14 +25,7 @@ std::string StageJson() {
   stage["path"] = {{"kind", "poses"}, {"poses", poses}, {"fps", kFps}};
   stage["videos"] = videos;
   stage["effects"] = {{"noise_sigma", 2}};
-  stage.Material("paper", {{"kind", "noise"},
-                           {"colors", {"#f6d27a", "#c8472f", "#fbf0cf", "#2e6f8f", "#f0a040", "#44306a"}},
-                           {"size", 0.09},
-                           {"octaves", 3},
-                           {"contrast", 1.3},
-                           {"bands", 7},
-                           {"seed", 3}});
-  stage.Material("iron", {{"kind", "noise"}, {"colors", {"#1f2826", "#4a5552"}}, {"size", 0.03}});
+  AddPaperAndIron(stage);
   stage.Material("ball", {{"kind", "cells"}, {"colors", {"#2038a0", "#e0d060"}}, {"size", 0.03}});
   AddPeriodicRoom(stage);
   const Json slow = {{"axis", {0, 0, 1}}, {"centre", {-0.2, 0.05, 0}}, {"period_s", 5.9}, {"unsteady", 1}}, fast = {{"axis", {0, 0, 1}}, {"centre", {0.25, 0, 0}}, {"period_s", 1.83}, {"unsteady", 1}};
