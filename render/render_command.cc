@@ -39,7 +39,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kDefaultPathWidth = 1024;
 constexpr int kConfigurationSide = 640;  // of each of the panels of --show cameras
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
-constexpr double kPathTimeLeast = 0.02;  // RadianceSettings::time_least along a path of matrices
+constexpr double kPathTimeLeast = 0.005;  // RadianceSettings::time_least along a path of matrices
 
 double Milliseconds(Clock::time_point since) { return std::chrono::duration<double, std::milli>(Clock::now() - since).count(); }
 
@@ -259,6 +259,11 @@ class Job {
     if (open("time-window-s") && frame_s > 0) settings_.time_window_s = (2 * reach_ + 1) * frame_s;
     decided_.insert("time-window-s");
     if (open("time-core")) settings_.time_core = 0;
+    // Frames that nobody looked at may be the ones in which the photos end.
+    if (open("fov")) {
+      settings_.field_of_view = true;
+      decided_.insert("fov");
+    }
     // A photo's own view gives the photo back; a frame of a path passes from one to another where it ends.
     if (open("time-least") && !matrices_.keys.empty()) settings_.time_least = kPathTimeLeast;
   }
