@@ -3,6 +3,7 @@
 
 #include "scene/program/main_program.h"
 #include "stabilize/commands.h"
+#include "stabilize/score/score_command_line.h"
 
 int main(int argc, char** argv) {
   lumi::Program program("lumi-stabilize", "A steady path of projection matrices for the video of a scene, metric or not");
@@ -40,11 +41,15 @@ int main(int argc, char** argv) {
   app.add_option("--continue", o.before, "PATH.json of the window before this one: the frames that both have stay where they were shown");
   app.add_option("--anchors", s.anchors, "Write what --continue needs of so many last frames")->capture_default_str();
   app.add_option("--plot", o.plot, "SVG of the tracks before and after");
+  lumi::score::ScoreCommandOptions score;
+  lumi::score::AddScoreCommand(app, score);
+  const CLI::App* scoring = app.get_subcommand("score");
   return program.Run(
       argc, argv,
       [&] {
+        if (scoring->parsed()) return lumi::score::RunScore(score, program.progress());
         if (o.scene.empty() || o.output.empty()) throw lumi::UsageError("give SCENE and -o PATH.json", "see --help");
         return lumi::RunStabilize(o, program.progress());
       },
-      lumi::DescribeStabilize);
+      [&](const std::string& json) { return scoring->parsed() ? lumi::score::DescribeScore(json) : lumi::DescribeStabilize(json); });
 }
