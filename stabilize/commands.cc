@@ -46,7 +46,7 @@ std::string RunStabilize(const StabilizeCommandOptions& command, ProgressSink& p
   j["followed_frames"] = report.followed_frames;
   j["iterations"] = report.iterations;
   if (report.model != MotionModel::kSmooth) j["model_rms_px"] = report.model_rms_px;
-  if (report.focus_of_expansion_px) {
+  if (report.focus_of_expansion_px && report.focus_of_expansion_px->allFinite()) {
     const Eigen::Vector3d& e = *report.focus_of_expansion_px;
     j["focus_of_expansion_px"] = {e.x(), e.y(), e.z()};
   }

@@ -137,6 +137,13 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
       SampleBorder(film, seen, film.frames[t]);
     }
   });
+  if (film.one_centre) {
+    // Their depth is not known, and a matrix that was free to use it would bend the picture: points become directions from the centre.
+    const auto direction = [&](Eigen::Vector4d& X) { X = (X - centre * centre.dot(X)).normalized(); };
+    for (Eigen::Vector4d& X : film.X) direction(X);
+    for (FilmedFrame& frame : film.frames)
+      for (Eigen::Vector4d& X : frame.border) direction(X);
+  }
   return film;
 }
 

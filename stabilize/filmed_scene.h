@@ -35,7 +35,7 @@ struct FilmedScene {
   std::vector<Eigen::Vector4d> X;                 // norm 1, w > 0 in front of who sees them
   Plane plane_at_infinity = Plane::UnitW();       // approximate: cheirality's. Norm 1, positive at the points
   Eigen::Matrix4d world_from_balanced = Eigen::Matrix4d::Identity();
-  bool one_centre = false;                        // all matrices share their centre: homographies, no structure
+  bool one_centre = false;                        // all matrices share their centre: homographies, no structure; X are directions from it
 
   double px_per_unit() const { return 0.5 * size_px.maxCoeff(); }
   // Half the picture, units: (1, 0.5625) at 16:9.

@@ -126,7 +126,7 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
     const Eigen::Vector4d X = W * film.X[static_cast<std::size_t>(s.point)];
     depths.push_back(X.z() / X.w());
   }
-  const double depth = std::abs(Median(depths));
+  const double depth = film.one_centre ? 0 : std::abs(Median(depths));
   Eigen::Matrix4d scale = Eigen::Matrix4d::Identity();
   if (depth > 0) scale.topLeftCorner<3, 3>() /= depth;
   W = scale * W;

@@ -7,7 +7,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kSamplesASide = 13;
+constexpr int kSamplesASide = 41;
 constexpr int kHalvings = 12;
 
 using Polygon = std::vector<Eigen::Vector2d>;

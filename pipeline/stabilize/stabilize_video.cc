@@ -260,7 +260,7 @@ class StabilizeRun {
       if (windows_[i].alone) continue;
       const json path = json::parse(ReadText(windows_[i].folder / "part.json"));
       std::vector<fs::path> rendered;
-      for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder))
+      for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder / "frames"))
         if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_")) rendered.push_back(entry.path());
       std::sort(rendered.begin(), rendered.end());
       const json& keys = path["keys"];
