@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/program/error.h"
@@ -46,14 +47,23 @@ Rigid3 OnGrid(const PathDescription& path, double frame) {
   return Look(path, eye, path.direction);
 }
 
+double SlowNoise(double time_s, double hz, float channel) {
+  const Eigen::Vector3f at(static_cast<float>(hz * time_s) + 0.31f, channel + 0.5f, 0.77f);
+  return static_cast<double>(FractalNoise(at, 3, 0.5f, 0.0f, 402));
+}
+
+// Who walks unevenly is ahead of time here and behind there.
+double Paced(const PathDescription& path, double frame) {
+  if (path.pace_s == 0) return frame;
+  const double ahead_s = path.pace_s * SlowNoise(frame / path.fps, 0.9, 41);
+  return std::clamp(frame + path.fps * ahead_s, 0.0, path.views - 1.0);
+}
+
 // Steps lift the head at step_hz and sway it at half of that; the hand adds slow tremor in all three angles.
-Rigid3 OnWalk(const PathDescription& path, double frame) {
+Rigid3 WithGait(const PathDescription& path, double frame, const Vector3d& steady_eye, const Vector3d& right) {
   const double time_s = frame / path.fps;
-  const Vector3d along = path.to - path.from;
-  const Vector3d right = RightOf(along);
   const double step = kTwoPi * path.step_hz * time_s;
-  const Vector3d eye = path.from + along * Share(path, frame) + right * (path.sway * std::sin(0.5 * step)) +
-                       Vector3d::UnitZ() * (path.bob * std::sin(step));
+  const Vector3d eye = steady_eye + right * (path.sway * std::sin(0.5 * step)) + Vector3d::UnitZ() * (path.bob * std::sin(step));
   const auto tremor = [&](float channel) {
     const Eigen::Vector3f at(static_cast<float>(1.3 * time_s) + 0.31f, channel + 0.5f, 0.77f);
     return path.shake_rad * static_cast<double>(FractalNoise(at, 3, 0.6f, 0.0f, 401));
@@ -65,11 +75,16 @@ Rigid3 OnWalk(const PathDescription& path, double frame) {
   return Rigid3{shake, Vector3d::Zero()} * steady;
 }
 
+Rigid3 OnWalk(const PathDescription& path, double frame) {
+  const Vector3d along = path.to - path.from;
+  return WithGait(path, frame, path.from + along * Share(path, Paced(path, frame)), RightOf(along));
+}
+
 Rigid3 OnDrive(const PathDescription& path, double frame) {
-  const double share = Share(path, frame);
+  const double share = Share(path, Paced(path, frame));
   const Vector3d along = path.to - path.from;
   const Vector3d eye = path.from + along * share + RightOf(along) * (path.weave * std::sin(2 * kTwoPi * share));
-  return Look(path, eye, path.direction);
+  return path.gait ? WithGait(path, frame, eye, RightOf(along)) : Look(path, eye, path.direction);
 }
 
 Rigid3 OnWave(const PathDescription& path, double frame) {
@@ -83,10 +98,7 @@ Rigid3 OnWave(const PathDescription& path, double frame) {
   if (path.hand_drift == 0 && path.hand_rad == 0) return Look(path, eye, path.direction);
   // A hand keeps neither the place nor the direction that it means: slow noise in all of them.
   const double time_s = frame / path.fps;
-  const auto noise = [&](float channel, double hz) {
-    const Eigen::Vector3f at(static_cast<float>(hz * time_s) + 0.31f, channel + 0.5f, 0.77f);
-    return static_cast<double>(FractalNoise(at, 3, 0.5f, 0.0f, 402));
-  };
+  const auto noise = [&](float channel, double hz) { return SlowNoise(time_s, hz, channel); };
   const Vector3d drift(noise(0, 0.45), noise(5, 0.45), noise(11, 0.45));
   const Rigid3 steady = Look(path, eye + path.hand_drift * drift, path.direction);
   const Eigen::Quaterniond shake = Eigen::AngleAxisd(path.hand_rad * noise(17, 1.1), Vector3d::UnitX()) *
@@ -141,7 +153,30 @@ Rigid3 PoseAt(const PathDescription& path, double frame) {
   throw std::logic_error("path kind");
 }
 
-std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views) {
+bool IsShaken(const PathDescription& path) {
+  if (path.gait) return path.bob != 0 || path.sway != 0 || path.shake_rad != 0 || path.pace_s != 0 || path.zoom_error != 0;
+  return path.kind == PathKind::kWave && (path.hand_drift != 0 || path.hand_rad != 0);
+}
+
+PathDescription WithShake(PathDescription path, double scale) {
+  path.gait = path.gait || ((path.kind == PathKind::kWalk || path.kind == PathKind::kDrive) && scale != 0);
+  for (double* amount : {&path.bob, &path.sway, &path.shake_rad, &path.pace_s, &path.zoom_error, &path.hand_drift, &path.hand_rad}) *amount *= scale;
+  return path;
+}
+
+double ZoomAt(const PathDescription& path, double frame) {
+  double zoom = path.zoom[0];
+  if (path.zoom[1] != path.zoom[0]) zoom *= std::pow(path.zoom[1] / path.zoom[0], Share(path, frame));
+  if (path.hold) {
+    // The hand means to zoom as the ideal path would want it.
+    const PathDescription ideal = WithShake(path, 0);
+    zoom *= (PoseAt(ideal, frame) * *path.hold).z() / (PoseAt(ideal, 0) * *path.hold).z();
+  }
+  if (path.gait && path.zoom_error != 0) zoom *= 1 + path.zoom_error * SlowNoise(frame / path.fps, 1.2, 53);
+  return zoom;
+}
+
+std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first) {
   std::vector<PlannedView> all;
   double start_s = 0;
   for (std::size_t p = 0; p < scene.paths.size(); ++p) {
@@ -163,7 +198,7 @@ std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views) {
   if (views > total)
     throw UsageError(fmt::format("--views {}: the scene's path has only {} views", views, total),
                      "ask for fewer, or raise \"views\" in the scene's path");
-  if (scene.period_s) {  // a video: its beginning
+  if (scene.period_s || first) {  // a video: its beginning
     all.resize(static_cast<std::size_t>(views));
     return all;
   }

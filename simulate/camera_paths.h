@@ -13,6 +13,14 @@ namespace lumi {
 // wave). On grids, clusters and poses it stands still while a photo is taken.
 Rigid3 PoseAt(const PathDescription& path, double frame);
 
+// Factor on the camera's focal length: the path's zoom and hold, with a hand's error.
+double ZoomAt(const PathDescription& path, double frame);
+
+// What shakes the camera: a walk's or drive's gait, a wave's hand. `scale` times as much of it; 0: the ideal path. A walk or
+// drive that describes none gets a walk's usual one.
+bool IsShaken(const PathDescription& path);
+PathDescription WithShake(PathDescription path, double scale);
+
 struct PlannedView {
   std::string name;     // of the photo, "desk_0012.jpg"
   int frame_index = 0;  // in the whole capture, also where only some views of it are taken
@@ -23,7 +31,7 @@ struct PlannedView {
 };
 
 // All views of all paths, or `views` of them (0: all): evenly spread; the first ones of a scene that repeats
-// itself. Throws UsageError when there are fewer.
-std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views);
+// itself, or where `first` asks for them. Throws UsageError when there are fewer.
+std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first = false);
 
 }  // namespace lumi

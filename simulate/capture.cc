@@ -81,6 +81,9 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   wanted.options = {{"views", std::to_string(options.views)},
                     {"width", std::to_string(options.width_px)},
                     {"seed", std::to_string(options.seed)}};
+  if (options.video) wanted.options["video"] = "true";
+  if (options.shake) wanted.options["shake"] = fmt::format("{}", *options.shake);
+  if (options.steady) wanted.options["steady"] = "true";
   if (scene.fixed_video || !scene.videos.empty()) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
   if (!options.at_file.empty()) wanted.inputs[options.at_file.string()] = Fingerprint(options.at_file);
   wanted.inputs[source.name.string()] = TextFingerprint(source.text);
@@ -127,7 +130,7 @@ Scene TrueScene(const SceneDescription& description, const std::vector<PlannedVi
   for (const PlannedView& planned : views) {
     const TrueCamera truth = renderer.CameraOf(planned);
     int& id = used[static_cast<std::size_t>(planned.camera)];
-    if (id < 0) {
+    if (id < 0 || scene.cameras[static_cast<std::size_t>(id)].params != truth.camera.params) {  // a lens that zooms: one a view
       id = static_cast<int>(scene.cameras.size());
       scene.cameras.push_back(truth.camera);
     }
@@ -279,6 +282,14 @@ SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   return scene;
 }
 
+// As a camera without a hand's shake, a sensor read at once and without noise would have filmed it.
+SceneDescription Steady(SceneDescription scene) {
+  for (PathDescription& path : scene.paths) path = WithShake(std::move(path), 0);
+  scene.effects.rolling_shutter_s.reset();
+  scene.effects.noise_sigma.reset();
+  return scene;
+}
+
 }  // namespace
 
 std::optional<std::string> Validate(const SimulateOptions& options) {
@@ -288,6 +299,10 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   if (options.views < 0) return "--views must be >= 1";
   if (!options.at_file.empty() && options.views != 0) return "--at and --views do not go together: --at names its views";
   if (options.width_px < 0) return "--width must be >= 1";
+  if (options.shake && !(*options.shake >= 0)) return "--shake must be >= 0";
+  if (options.shake && options.steady) return "--shake and --steady do not go together";
+  if (!options.at_file.empty() && (options.shake || options.steady || options.video))
+    return "--at does not go with --shake, --steady and --video: it names its views";
   return std::nullopt;
 }
 
@@ -297,7 +312,15 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   const Source source = ReadSource(options);
   SceneDescription scene = ParseScene(source.text, source.name, source.folder);
   if (!options.at_file.empty()) scene = SceneAt(std::move(scene), options.at_file);
-  const std::vector<PlannedView> views = PlanViews(scene, options.views);
+  if (options.shake) {
+    if (std::none_of(scene.paths.begin(), scene.paths.end(), [](const PathDescription& path) { return IsShaken(WithShake(path, 1)); }))
+      throw UsageError("--shake: nothing shakes the camera on this scene's path", "walk and drive can be shaken, and a wave with a hand");
+    for (PathDescription& path : scene.paths) path = WithShake(std::move(path), *options.shake);
+  }
+  const SceneDescription steady = Steady(scene);
+  const bool shaken = std::any_of(scene.paths.begin(), scene.paths.end(), IsShaken) && !options.steady;
+  if (options.steady) scene = steady;
+  const std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
 
   const bool was_there = fs::exists(options.output);
   RequireOurFolder(options.output, fs::exists(options.output / kStaging) ? kStaging : "provenance/simulate.json");
@@ -330,7 +353,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     Scene truth = TrueScene(scene, views, renderer);
     truth.image_folder = folder / "images";
     truth.period_s = scene.period_s;
-    if (scene.period_s && options.at_file.empty()) {
+    if ((scene.period_s || options.video) && options.at_file.empty()) {
       WriteVideo(views, scene.paths[0].fps, folder, progress);
       const int fixed = options.fixed_frames >= 0 || !scene.fixed_video ? options.fixed_frames : scene.fixed_video->frames;
       if (scene.fixed_video && fixed > 0) WriteFixedVideo(scene, *scene.fixed_video, fixed, 0, tracer, shader, options, folder / "fixed.mp4", progress, summary.counters);
@@ -360,6 +383,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       }
     }
     WriteTextAtomically(truth_folder / "cameras.json", TrueCamerasJson(views, renderer));
+    if (shaken)
+      WriteTextAtomically(truth_folder / "steady.json", TrueCamerasJson(views, ViewRenderer(steady, tracer, shader, options.width_px, options.seed)));
     WriteTextAtomically(truth_folder / "timestamps.csv", TimestampsCsv(views, renderer));
     WriteTextAtomically(truth_folder / "scene.json", source.text);
     // COLMAP's camera models have no skew: such a capture is photos and truth/cameras.json.

@@ -3,6 +3,7 @@
 //   CAPTURE/images/NAME.jpg  sparse/  lumigraph.json  proxies/truth.ply  provenance/simulate.json
 //   CAPTURE/truth/           sparse/  cameras.json  depth/NAME.exr  silhouettes/NAME.png  mesh.ply  timestamps.csv
 //   scene.json
+// Of a path with a shake also truth/steady.json: cameras.json as it would be without.
 // Of a scene with moving parts also truth/moving/NAME.png; of one that repeats itself video.mp4 and, where it describes a
 // camera on a tripod, fixed.mp4.
 #pragma once
@@ -29,6 +30,9 @@ struct SimulateOptions {
   // camera path as lumi-render reads it (docs/render.md), one photo a key; a key may have `phase`, of the scene's period,
   // for time_s. --views does not apply.
   std::filesystem::path at_file;
+  bool video = false;                // video.mp4 beside the photos, also of a scene without a period; `views` are its first frames
+  std::optional<double> shake;       // so many times the shake that the scene describes; a walk or drive without any gets a walk's
+  bool steady = false;               // the ideal path: without shake, rolling shutter and noise
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

@@ -20,6 +20,7 @@ const std::vector<Entry>& Entries() {
       {{"boards", "a checkerboard (9x6, 25 mm) before a lens with distortion and skew, 16 photos"}, BoardsJson},
       {{"lamp", "a turning lamp filmed by a waved camera, 2000 frames, period 150.37 frames; fixed.mp4 beside"}, LampJson},
       {{"helicopter", "a helicopter's rotor filmed by a waved camera, 900 frames, period 15.37 frames; fixed.mp4 beside"}, HelicopterJson},
+      {{"vertigo", "a bear in a room, 240 frames of a camera that moves in by hand and zooms out, so that the bear should keep its size"}, VertigoJson},
       {{"stage", "two turning things filmed by 8 cameras on tripods at once, started at different frames; videos/ beside"}, StageJson},
   };
   return kEntries;

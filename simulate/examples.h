@@ -32,6 +32,8 @@ std::string BoardsJson();
 std::string LampJson();
 // A toy helicopter with a turning rotor; 900 frames likewise, period 15.37 frames, with motion blur.
 std::string HelicopterJson();
+// A bear in the lamp's room; 240 frames of a hand-held camera that moves in and zooms out, badly.
+std::string VertigoJson();
 // The lamp's room with two things that turn at speeds of their own; 8 cameras on tripods that were not started together.
 std::string StageJson();
 

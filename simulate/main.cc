@@ -37,6 +37,10 @@ int main(int argc, char** argv) {
                            "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys "
                            "are taken instead of the scene's path, "
                            "without noise; a key may say \"phase\" for time_s");
+  program.app().add_flag("--video", options.video, "The photos also as video.mp4; --views N are then the first N frames");
+  program.app().add_option_function<double>("--shake", [&](double scale) { options.shake = scale; },
+                                            "So many times the shake of the scene's path; a drive without any is shaken like a walk; 0: none");
+  program.app().add_flag("--steady", options.steady, "The ideal path, truth for a stabilised video: without shake, rolling shutter and noise");
   return program.Run(
       argc, argv,
       [&] {

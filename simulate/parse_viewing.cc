@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "scene/geometry/angle.h"
+#include "simulate/camera_paths.h"
 #include "simulate/parse_parts.h"
 
 namespace lumi {
@@ -37,7 +38,11 @@ void ParseGait(JsonReader& reader, const ParseContext& context, PathDescription&
   path.bob = gait.Number("bob", path.bob, Range::kNotNegative);
   path.sway = gait.Number("sway", path.sway, Range::kNotNegative);
   path.shake_rad = gait.Number("shake_deg", path.shake_rad * kDegPerRad, Range::kNotNegative) * kRadPerDeg;
+  path.pace_s = gait.Number("pace_s", path.pace_s, Range::kNotNegative);
+  path.zoom_error = 0.01 * gait.Number("zoom_percent", 0, Range::kNotNegative);
+  if (path.zoom_error >= 0.5) gait.Fail("zoom_percent", "must be < 50");
   gait.Done();
+  path.gait = true;
 }
 
 void ParseFromTo(JsonReader& reader, PathDescription& path) {
@@ -113,7 +118,8 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
     ParseFromTo(reader, path);
     path.direction = path.to - path.from;
     moving = true;
-    if (path.kind == PathKind::kWalk) ParseGait(reader, context, path);
+    path.gait = path.kind == PathKind::kWalk;
+    ParseGait(reader, context, path);
     if (path.kind == PathKind::kDrive) path.weave = reader.Number("weave", 0, Range::kNotNegative);
   } else if (kind == "wave") {
     path.kind = PathKind::kWave;
@@ -153,6 +159,14 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
   path.direction = reader.Vector3("direction", path.direction);
   if (!(path.direction.norm() > 0)) reader.Fail("direction", "must not be zero");
   path.fps = reader.Number("fps", moving ? 30 : 1, Range::kPositive);
+  path.zoom = reader.Vector2("zoom", path.zoom);
+  if (!(path.zoom.minCoeff() > 0)) reader.Fail("zoom", "must be > 0");
+  if (reader.Has("hold")) {
+    path.hold = reader.RequireVector3("hold");
+    const PathDescription ideal = WithShake(path, 0);
+    for (int i = 0; i < path.views; ++i)
+      if (!((PoseAt(ideal, i) * *path.hold).z() > 0)) reader.Fail("hold", "must be in front of the camera all along the path");
+  }
   if (const auto* camera = reader.Find("camera"); camera != nullptr) {
     path.cameras.clear();
     if (camera->is_array()) {

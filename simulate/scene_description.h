@@ -37,7 +37,13 @@ struct PathDescription {
   int columns = 1, rows = 1;                                                      // grid
   Eigen::Vector2d spacing = {0.1, 0.1};                                           // grid: right and up
   Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::UnitY();  // walk, drive
-  double step_hz = 1.9, bob = 0.03, sway = 0.025, shake_rad = 0.012;              // walk: gait
+  // Gait, of walk and, where asked for, drive: steps, their reach in world units, tremor of the direction.
+  bool gait = false;
+  double step_hz = 1.9, bob = 0.03, sway = 0.025, shake_rad = 0.012;
+  double pace_s = 0;                                                              // gait: by how much it is ahead or behind
+  double zoom_error = 0;                                                          // gait: share of the focal length
+  std::optional<Eigen::Vector3d> hold;            // zooms so that the size of what is there stays as in the first view
+  Eigen::Vector2d zoom = {1, 1};                  // of the focal length at the path's beginning and end
   double weave = 0;                                                               // drive: sideways, world units
   Eigen::Vector3d amplitude = {0.1, 0, 0.1};                                      // wave
   double period_s = 4;                                                            // wave

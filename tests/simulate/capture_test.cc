@@ -203,7 +203,7 @@ TEST_P(ExampleCapture, RunsSmall) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ExampleCapture, ::testing::Values("desk", "plaza", "hallway", "car", "person"));
+INSTANTIATE_TEST_SUITE_P(All, ExampleCapture, ::testing::Values("desk", "plaza", "hallway", "car", "person", "vertigo"));
 
 }  // namespace
 }  // namespace lumi
