@@ -52,6 +52,19 @@ void CameraPath::Add(double time_s, Step step, const Movement& movement) {
   failed_ += step == Step::kFailed;
 }
 
+int CameraPath::open_gap() const {
+  int steps = 0;
+  while (steps < static_cast<int>(steps_.size()) && steps_[steps_.size() - 1 - static_cast<std::size_t>(steps)] == Step::kFailed) ++steps;
+  return steps;
+}
+
+void CameraPath::Bridge(int steps, const Movement& movement) {
+  for (std::size_t i = steps_.size() - static_cast<std::size_t>(steps); i < steps_.size(); ++i) {
+    steps_[i] = Step::kBridged;
+    movements_[i] = {movement.shift_px / steps, movement.rotation_rad / steps};
+  }
+}
+
 CameraPath::Path CameraPath::Result() const {
   Path path;
   const std::size_t n = times_s_.size();
@@ -59,7 +72,7 @@ CameraPath::Path CameraPath::Result() const {
   const auto movement = [&](std::size_t i) -> Eigen::Vector3d { return {movements_[i].shift_px.x(), movements_[i].shift_px.y(), movements_[i].rotation_rad}; };
   for (std::size_t i = 0; i + 1 < n; ++i) {
     Eigen::Vector3d step = Eigen::Vector3d::Zero();
-    if (steps_[i] == Step::kMeasured) {
+    if (steps_[i] == Step::kMeasured || steps_[i] == Step::kBridged) {
       step = movement(i);
     } else if (steps_[i] == Step::kFailed) {
       // The nearest measured steps of the same shot.
