@@ -1,4 +1,5 @@
 #include "pipeline/pipeline.h"
+#include "pipeline/stabilize/stabilize_video.h"
 #include "scene/program/main_program.h"
 
 int main(int argc, char** argv) {
@@ -62,12 +63,55 @@ int main(int argc, char** argv) {
                         "A camera for every frame of a video (as lumi-reconstruct)")
       ->group("Cameras");
 
+  // A video without its shake: another way through the same programs, to a video instead of a scene.
+  lumi::StabilizeVideoOptions steady;
+  lumi::StabilizeVideoSummary steadied;
+  std::string stabilize;
+  app.add_option("--stabilize", stabilize, "INPUT is a shaky video, -o OUT.mp4 its steady one: smooth, linear, vertigo or circular (as lumi-stabilize)")
+      ->check(CLI::IsMember({"smooth", "linear", "vertigo", "circular"}))
+      ->group("Stabilisation");
+  app.add_option("--border", steady.border, "crop: until every picture is full; fill: the whole picture, its holes filled from frames farther away")
+      ->check(CLI::IsMember({"crop", "fill"}))
+      ->capture_default_str()
+      ->group("Stabilisation");
+  app.add_option("--window-frames", steady.window_frames, "Frames that are reconstructed at once, 30 and more; 0: 240, or 600 for linear, vertigo and circular")->capture_default_str()->group("Stabilisation");
+  app.add_option("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4")->capture_default_str()->group("Stabilisation");
+  app.add_flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised")->group("Stabilisation");
+  app.add_flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of")->group("Stabilisation");
+  app.add_flag("--no-score{false}", steady.score, "No comparison of input and output")->group("Stabilisation");
+  const auto pass_steady = [&](const std::string& name, std::vector<std::string>& to, const std::string& help) {
+    app.add_option_function<std::string>(name, [&to, name](const std::string& value) { to.insert(to.end(), {name, value}); }, help)->group("Stabilisation");
+  };
+  pass_steady("--cutoff-hz", steady.path_arguments, "Movements of this frequency are halved (as lumi-stabilize)");
+  pass_steady("--min-scale", steady.path_arguments, "Least share of the width that a crop may leave (as lumi-stabilize)");
+  pass_steady("--iterations", steady.path_arguments, "Rounds for --min-scale's sake (as lumi-stabilize)");
+  pass_steady("--object", steady.path_arguments, "vertigo: X,Y,WIDTH,HEIGHT of what stays (as lumi-stabilize)");
+  pass_steady("--object-point", steady.path_arguments, "vertigo: X,Y of a track that stays (as lumi-stabilize)");
+  pass_steady("--object-frame", steady.path_arguments, "vertigo: the frame that --object speaks of (as lumi-stabilize)");
+  pass_steady("--k", steady.render_arguments, "Frames that a pixel blends (as lumi-render)");
+  pass_steady("--render-window", steady.render_arguments, "Frames to either side that a picture may use (lumi-render's --window-frames)");
+  pass_steady("--homographies", steady.reconstruct_arguments, "auto, always or never (as lumi-reconstruct)");
+
   return program.Run(
       argc, argv,
       [&] {
+        if (!stabilize.empty()) {
+          steady.input = options.input;
+          steady.output = options.output;
+          steady.model = stabilize;
+          steady.threads = program.threads();
+          steady.seed = program.seed();
+          for (std::string& a : steady.render_arguments)
+            if (a == "--render-window") a = "--window-frames";
+          if (options.render_backend != "cpu") steady.render_arguments.insert(steady.render_arguments.end(), {"--backend", options.render_backend});
+          steadied = lumi::RunStabilizeVideo(steady, program.progress());
+          return lumi::ToJson(steadied);
+        }
+        for (const CLI::Option* o : app.get_options())
+          if (o->get_group() == "Stabilisation" && o->count() > 0) throw lumi::UsageError(o->get_name() + " goes with --stabilize");
         options.threads = program.threads();
         options.seed = program.seed();
         return lumi::ToJson(summary = lumi::RunPipeline(options, program.progress()));
       },
-      [&](const std::string&) { return lumi::ForPeople(summary); });
+      [&](const std::string&) { return stabilize.empty() ? lumi::ForPeople(summary) : lumi::ForPeople(steadied); });
 }

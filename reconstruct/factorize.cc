@@ -7,6 +7,7 @@
 #include <set>
 
 #include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/homographies.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
 #include "reconstruct/video_frames.h"
@@ -24,6 +25,7 @@ constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal len
 constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
 constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
 constexpr int kPartners = 20;
+constexpr double kLeastPlaced = 0.9;       // of a shot's frames that are to have structure, else homographies serve them all
 constexpr int kVideoTrackLength = 3;       // factorised frames that a track must be seen in
 // A patch is followed as if it were flat and far. A wall passed close by bends within it, which is a bias: on a drive 320 pixels
 // wide the true cameras themselves drift by 0.77 % of the path on tracks of 21 px, by 0.16 % on 15, by 0.04 % on 11.
@@ -139,7 +141,7 @@ KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions&
 }
 
 Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const fs::path& work_folder, Capture* used,
-                  ProgressSink& sink) {
+                  std::optional<int>* cut_frame, ProgressSink& sink) {
   *used = capture;
   const bool follow = capture.is_video || options.matching == Matching::kSequential;
   if (!follow) {
@@ -153,16 +155,27 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
   TrackVideoOptions track;
   if (options.features > 0) track.features = options.features;
   Capture all = capture;
-  if (capture.is_video) {
+  if (capture.is_video && !capture.every_frame) {
     Capture keyframes = capture;
     keyframes.folder = given.originals;
     all = ExtractAllFrames(options, keyframes, work_folder / "frames", sink);
     if (given.resampled) all = Resampled(all, *given.resampled, work_folder / "straight-frames", sink);
-  } else {
+  } else if (!capture.is_video) {
     track.min_length = std::min(track.min_length, static_cast<int>(capture.photos.size()));
   }
   if (!all.photos.empty()) track.patch_px = PatchPx(all.photos.front().width_px, track.patch_px);
-  Tracks tracks = TrackVideo(PhotoSource(all.folder, Names(all), options.masks), track, sink);
+  TrackVideoSummary followed;
+  Tracks tracks = TrackVideo(PhotoSource(all.folder, Names(all), options.masks), track, sink, &followed);
+  if (options.projective && (!capture.is_video || options.all_frames) && !followed.cuts.empty()) {
+    // No track crosses a cut: what comes after it is another scene.
+    const auto cut = static_cast<std::size_t>(followed.cuts.front());
+    *cut_frame = all.photos[cut].frame_index.value_or(followed.cuts.front());
+    std::set<std::string> shot;
+    for (std::size_t f = 0; f < cut; ++f) shot.insert(tracks.frames[f].name);
+    tracks = Among(tracks, shot, 2);
+    all.photos.resize(cut);
+    sink.Message(fmt::format("a cut before {}: the scene ends there", capture.photos[cut].name));
+  }
   if (!capture.is_video || options.all_frames) {
     *used = all;
     return tracks;
@@ -180,7 +193,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     throw DataError("a metric scene needs known intrinsics", "calibrate the camera (lumi-calibrate) and give --camera camera.yaml, or --focal-px F");
 
   Capture used;
-  const Tracks tracks = FindTracks(capture, options, given, work_folder, &used, sink);
+  const Tracks tracks = FindTracks(capture, options, given, work_folder, &used, &summary.cut_frame, sink);
   summary.images_total = used.total();
 
   FactorizationOptions factorization;
@@ -196,7 +209,31 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     factorization.intrinsics = FreeIntrinsics::kFocal;
   else if (options.refine == Refine::kCentre)
     factorization.intrinsics = FreeIntrinsics::kFocalAndCentre;
-  const FactorizationResult result = ReconstructFromTracks(tracks, known.camera, factorization, sink);
+  FactorizationResult result;
+  const bool homographies = options.projective && factorization.windows.ordered && options.homographies != Homographies::kNever;
+  bool relate = homographies && options.homographies == Homographies::kAlways;
+  if (!relate) try {
+      result = ReconstructFromTracks(tracks, known.camera, factorization, sink);
+    } catch (const FactorizationRefused& refused) {
+      if (!homographies) throw;
+      sink.Message(fmt::format("{}: the frames are related by homographies", refused.what()));
+      relate = true;
+    }
+  if (homographies && !relate) {
+    const auto placed = static_cast<double>(std::count(result.placed.begin(), result.placed.end(), char{1}));
+    if (result.upgrade == UpgradeKind::kNone || placed < kLeastPlaced * static_cast<double>(tracks.frames.size())) {
+      sink.Message(fmt::format("{}: the frames are related by homographies",
+                               result.upgrade == UpgradeKind::kNone ? "the structure is on both sides of every plane at infinity"
+                                                                    : fmt::format("only {:.0f} of {} frames have structure", placed, tracks.frames.size())));
+      relate = true;
+    }
+  }
+  if (relate) {
+    result = ReconstructByHomographies(tracks, {}, sink);
+    summary.structure = "homographies";
+  } else if (homographies) {
+    summary.homography_frames = PlaceByHomography(result, tracks, {});
+  }
 
   summary.backend = Backend::kFactorization;
   summary.upgrade = std::string(Name(result.upgrade));

@@ -30,6 +30,8 @@ std::string ForPeople(const std::string& text) {
                                   j["images_total"].get<int>(), j["points"].get<int>(), j["mean_reprojection_error_px"].get<double>(), j["seconds"].get<double>());
   if (j["backend"] == "colmap") lines += fmt::format(", of which COLMAP {:.1f} s", j["colmap_seconds"].get<double>());
   if (j["upgrade"] != "metric") lines += fmt::format("\n  {}: {}", j["upgrade"].get<std::string>(), j["upgrade_reason"].get<std::string>());
+  if (j.contains("cut_frame")) lines += fmt::format("\n  a cut: the scene ends before frame {}", j["cut_frame"].get<int>());
+  if (const int n = j.value("homography_frames", 0); n > 0) lines += fmt::format("\n  {} frames are placed by a homography against their neighbour", n);
   if (j.contains("warnings"))
     for (const auto& w : j["warnings"]) lines += "\n  warning: " + w.get<std::string>();
   if (j.contains("compared_with")) {
@@ -60,6 +62,9 @@ int main(int argc, char** argv) {
   app.add_option("--backend", o.backend, "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Backend>{{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}}));
   app.add_flag("--projective", o.projective, "factorization: stop at the quasi-affine frame, even where the intrinsics are known");
+  app.add_option("--homographies", o.homographies, "--projective: frames without structure (a camera that only turns, a plane, a tripod) are related by homographies. auto: where the factorisation refuses them; always; never")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Homographies>{{"auto", lumi::Homographies::kAuto}, {"always", lumi::Homographies::kAlways}, {"never", lumi::Homographies::kNever}}));
+  app.add_option("--fps", o.fps, "Folder of photos frame_000000.jpg ...: they are a video's, so many a second, > 0");
   app.add_option_function<std::string>("--require", [&](const std::string&) { o.require_metric = true; }, "metric: fail (exit code 1) where the data allow no more than a quasi-affine scene")
       ->check(CLI::IsMember({"metric"}));
   app.add_option("--refine", o.refine, "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: focal where EXIF gave it, else none")

@@ -32,10 +32,11 @@ std::string Validate(const ReconstructOptions& o) {
     if (!o.database.empty()) return "--database holds COLMAP's features: it goes with --backend colmap";
     if (o.component != 0) return "--component goes with --backend colmap";
     if (o.projective && o.require_metric) return "--projective stops before the metric frame that --require metric asks for";
+    if (o.homographies != Homographies::kAuto && !o.projective) return "--homographies goes with --projective";
     if (o.features < 0 || (o.features > 0 && o.features < 50)) return "--features is 50 or more";
     if (o.window_frames < 0 || o.window_frames == 1 || o.window_frames == 2) return "--window is 3 frames or more";
   } else {
-    if (o.projective) return "--projective goes with --backend factorization";
+    if (o.projective || o.homographies != Homographies::kAuto) return "--projective and --homographies go with --backend factorization";
     if (o.features != 0 || o.window_frames != 0 || !o.adjust || o.refine != Refine::kAuto) return "--features, --window, --refine and --no-adjust go with --backend factorization";
   }
   if (o.backend == Backend::kColmap && o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
@@ -46,6 +47,7 @@ std::string Validate(const ReconstructOptions& o) {
     if (!o.database.empty()) return "--tradeoff finds the features anew under each setting: leave out --database";
     if (!o.reference.empty() && o.projective) return "--reference is compared with metric cameras, which --projective stops before";
   }
+  if (!(o.fps >= 0)) return "--fps is positive";
   if (!o.grid_size.empty() && !o.grid_positions.empty()) return "give one of --grid-size and --grid-positions";
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
   if (o.grid_plane && !(*o.grid_plane >= 0)) return "--grid-plane is a distance";
@@ -57,6 +59,8 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   std::map<std::string, std::string> text;
   text["backend"] = Name(o.backend);
   text["projective"] = std::to_string(o.projective ? 1 : 0);
+  text["homographies"] = std::to_string(static_cast<int>(o.homographies));
+  text["fps"] = fmt::format("{}", o.fps);
   text["require_metric"] = std::to_string(o.require_metric ? 1 : 0);
   text["refine"] = std::to_string(static_cast<int>(o.refine));
   text["features"] = std::to_string(o.features);
@@ -100,6 +104,9 @@ std::string ToJson(const ReconstructSummary& s) {
   j["backend"] = Name(s.backend);
   j["upgrade"] = s.upgrade;
   if (!s.upgrade_reason.empty()) j["upgrade_reason"] = s.upgrade_reason;
+  if (s.upgrade != "metric") j["structure"] = s.structure;
+  if (s.homography_frames > 0) j["homography_frames"] = s.homography_frames;
+  if (s.cut_frame) j["cut_frame"] = *s.cut_frame;
   if (!s.warnings.empty()) j["warnings"] = s.warnings;
   if (s.comparison) {
     const BackendComparison& c = *s.comparison;
@@ -129,6 +136,9 @@ ReconstructSummary SummaryFromJson(const std::string& text) {
   if (j.value("backend", "colmap") == Name(Backend::kFactorization)) s.backend = Backend::kFactorization;
   s.upgrade = j.value("upgrade", "metric");
   s.upgrade_reason = j.value("upgrade_reason", "");
+  s.structure = j.value("structure", "points");
+  s.homography_frames = j.value("homography_frames", 0);
+  if (j.contains("cut_frame")) s.cut_frame = j.at("cut_frame").get<int>();
   s.warnings = j.value("warnings", std::vector<std::string>{});
   if (j.contains("compared_with")) {
     const auto& c = j.at("compared_with");

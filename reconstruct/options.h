@@ -18,6 +18,7 @@ enum class Quality { kAuto, kLow, kMedium, kHigh };
 enum class PosesFormat { kUnset, kProjection, kCamFromWorld, kWorldFromCam };
 enum class PixelOrigin { kCorner, kCentre };  // where (0, 0) lies in the upper-left pixel
 enum class Rig { kNone, kRing, kGrid };
+enum class Homographies { kAuto, kAlways, kNever };
 
 struct ReconstructOptions {
   std::filesystem::path input;  // folder of photos, or a video
@@ -25,6 +26,9 @@ struct ReconstructOptions {
 
   Backend backend = Backend::kColmap;
   bool projective = false;            // factorisation: stop at the quasi-affine frame
+  // With `projective`: frames without rank-4 structure are related by homographies; auto: where the factorisation refuses them.
+  Homographies homographies = Homographies::kAuto;
+  double fps = 0;                     // a folder's frame_000123.jpg are a video's, so many a second; 0: they carry no time
   bool require_metric = false;        // fail where the scene would not be metric
   Refine refine = Refine::kAuto;      // factorisation: which intrinsics the metric adjustment may move; auto: EXIF's focal length only
   int features = 0;                   // factorisation: tracks aimed at in a frame, or features a photo; 0 = their defaults
@@ -105,6 +109,9 @@ struct ReconstructSummary {
   Backend backend = Backend::kColmap;
   std::string upgrade = "metric";          // or quasi-affine, none
   std::string upgrade_reason;              // why it is not metric
+  std::string structure = "points";        // or homographies: all cameras at one centre
+  int homography_frames = 0;               // frames placed by a homography against their neighbour, without structure
+  std::optional<int> cut_frame;            // projective videos: the first frame of the next shot, by its number; the scene ends before it
   std::vector<std::string> warnings;
   std::optional<BackendComparison> comparison;
   int points = 0;

@@ -166,6 +166,17 @@ Capture StageForColmap(const Capture& capture, const fs::path& staging, Progress
   return staged;
 }
 
+void NumberFrames(Capture& capture, double fps) {
+  for (Photo& photo : capture.photos) {
+    const std::string stem = fs::path(photo.name).stem().string();
+    const std::size_t first = stem.find_last_not_of("0123456789") + 1;  // npos + 1 = 0
+    if (first >= stem.size() || stem.size() - first > 9)
+      throw DataError(photo.name + " does not end in a frame number", "name the frames frame_000000.jpg ..., or leave out --fps", capture.folder / photo.name);
+    photo.frame_index = std::stoi(stem.substr(first));
+    photo.time_s = *photo.frame_index / fps;
+  }
+}
+
 void CopyTimes(const Capture& capture, Scene& scene) {
   std::map<std::string, const Photo*> photo_of;
   for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;

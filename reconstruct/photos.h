@@ -28,6 +28,7 @@ struct Capture {
   std::vector<MissingPhoto> unreadable;
   std::vector<std::string> ignored;     // files that are no pictures
   bool is_video = false;
+  bool every_frame = false;             // of a video: not its keyframes only
   bool resampled = false;               // by us: features found in the originals are elsewhere
   int video_frames = 0;                 // that could be read
 
@@ -41,6 +42,9 @@ Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
 // 8-bit copies of what COLMAP cannot read, beside links to the others, in `staging`; returns the capture that COLMAP
 // shall see (the same one where nothing needs a copy). A converted photo is named NAME.png.
 Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
+
+// The photos' numbers (frame_000123.jpg: 123) as frames of a video at `fps`. Throws DataError naming the photo without one.
+void NumberFrames(Capture& capture, double fps);
 
 // Times and frame numbers of the photos for the views of their names; other views stay as they are.
 void CopyTimes(const Capture& capture, Scene& scene);

@@ -213,8 +213,12 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   ReconstructSummary summary;
   MultiCapture cameras;
   if (several_videos) photos = (cameras = OpenMultiCapture(options, work_folder, sink)).moment;
-  Capture capture = is_video ? ExtractKeyframes(options, work_folder, &summary.reused, sink) : StageForColmap(photos, work_folder / "photos", sink);
-  if (is_video) summary.keyframes = static_cast<int>(capture.photos.size());
+  const bool every_frame = is_video && options.projective && options.all_frames;
+  Capture capture = every_frame ? ExtractEveryFrame(options, work_folder / "frames", sink)
+                    : is_video  ? ExtractKeyframes(options, work_folder, &summary.reused, sink)
+                                : StageForColmap(photos, work_folder / "photos", sink);
+  if (!is_video && options.fps > 0) NumberFrames(capture, options.fps);
+  if (is_video && !every_frame) summary.keyframes = static_cast<int>(capture.photos.size());
   summary.images_total = capture.total();
 
   const GivenCamera given = FitGivenCamera(options, capture, work_folder, sink);

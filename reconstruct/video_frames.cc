@@ -137,4 +137,25 @@ Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyfr
   return all;
 }
 
+Capture ExtractEveryFrame(const ReconstructOptions& options, const fs::path& folder, ProgressSink& sink) {
+  fs::remove_all(folder);
+  Capture all;
+  all.folder = folder;
+  all.is_video = all.every_frame = true;
+  int width = 0, height = 0;
+  long count = 0;
+  {
+    const VideoReader reader(options.input);
+    width = reader.width();
+    height = reader.height();
+    count = reader.frame_count_hint();
+  }
+  for (const auto& [index, time_s] : WriteFrames(options.input, folder, count, "writing all frames", [](int) { return true; }, sink))
+    all.photos.push_back(FramePhoto(index, time_s, width, height));
+  all.video_frames = all.total();
+  if (all.photos.size() < 2)
+    throw DataError(fmt::format("the video has {} frame{}: nothing relates to it", all.photos.size(), all.photos.size() == 1 ? "" : "s"), "a video of two frames or more", options.input);
+  return all;
+}
+
 }  // namespace lumi

@@ -21,4 +21,7 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const std::filesyste
 // All frames of the video in `folder`, the keyframes among them as hard links to their files.
 Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes, const std::filesystem::path& folder, ProgressSink& sink);
 
+// All frames of the video, in `folder`; no keyframes are chosen, so that the camera may stand still.
+Capture ExtractEveryFrame(const ReconstructOptions& options, const std::filesystem::path& folder, ProgressSink& sink);
+
 }  // namespace lumi

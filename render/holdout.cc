@@ -3,19 +3,56 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "render/convert.h"
 #include "render/output_name.h"
+#include "render/vanishing_point.h"
 #include "render/view_time.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/median.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 
+namespace {
+
+// Where there are no distances: those of the world of the view's own vanishing points, in which what it sees is at depth 1.
+ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use) {
+  ViewId best;  // in the order of names, where nothing else is known
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(use.size()); ++i)
+    if (use[static_cast<std::size_t>(i)] && (best.value < 0 || std::abs(i - view.value) < std::abs(best.value - view.value))) best = {i};
+  const auto plane = PlaneAtInfinity(scene);
+  if (!plane) return best;
+  const View& wanted = scene.views[static_cast<std::size_t>(view.value)];
+  std::vector<double> kappas;
+  for (const Point& p : scene.points)
+    for (const Observation& o : p.track)
+      if (o.view == view) kappas.push_back(plane->dot(p.X_in_world) / wanted.P.row(2).dot(p.X_in_world));
+  const double kappa = Median(kappas);
+  const auto frame = VanishingPointFrame::Make(wanted.P, kappa < 0 ? Plane(-*plane) : *plane, NominalCalibration(wanted.size_px, NominalFocalPx(wanted.size_px)), std::abs(kappa));
+  if (!frame) return best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    if (!use[i]) continue;
+    const auto moved = frame->Move(scene.views[i].P);
+    if (!moved) continue;
+    const double distance = std::atan2(moved->centre.norm(), 1.0) + AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1));
+    if (distance < least) {
+      best = {static_cast<std::int32_t>(i)};
+      least = distance;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use) {
+  if (scene.frame != Frame::kMetric) return NearestByVanishingPoints(scene, view, use);
   const auto& wanted = scene.views[static_cast<std::size_t>(view.value)];
   const std::vector<double> depths = PointDepths(scene, view);
   const double depth = depths.empty() ? 1.0 / scene.normalized_from_world.scale : depths[depths.size() / 2];
@@ -35,16 +72,26 @@ ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& us
   return best;
 }
 
-RenderView HeldOutView(const Scene& scene, const View& view, int width_px) {
-  Camera camera = scene.CameraOf(view);
-  if (width_px > 0 && width_px < camera.width_px) {
-    const double height = static_cast<double>(camera.height_px) * width_px / camera.width_px;
-    camera = camera.Scaled(width_px, std::max(1, static_cast<int>(std::lround(height))));
+RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2i& size_px) {
+  RenderView v;
+  if (scene.frame == Frame::kMetric) {
+    const Camera& camera = scene.CameraOf(view);
+    v = MakeRenderView(size_px == SizePx(scene, view) ? camera : camera.Scaled(size_px.x(), size_px.y()), view.cam_from_world);
+  } else {
+    v.P = view.P;
+    v.P.row(0) *= static_cast<double>(size_px.x()) / view.size_px.x();
+    v.P.row(1) *= static_cast<double>(size_px.y()) / view.size_px.y();
+    v.size_px = size_px;
   }
-  RenderView v = MakeRenderView(camera, view.cam_from_world);
   v.time_s = view.time_s;
   v.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
   return v;
+}
+
+RenderView HeldOutView(const Scene& scene, const View& view, int width_px) {
+  Eigen::Vector2i size = SizePx(scene, view);
+  if (width_px > 0 && width_px < size.x()) size = {width_px, std::max(1, static_cast<int>(std::lround(static_cast<double>(size.y()) * width_px / size.x())))};
+  return PhotosView(scene, view, size);
 }
 
 namespace {

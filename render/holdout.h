@@ -43,10 +43,12 @@ struct HoldoutSummary {
 };
 
 // The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
-// plus the angle between the optical axes.
+// plus the angle between the optical axes; without a metric in the world of the view's own vanishing points.
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use);
 
-// The photo's own view at most this wide (0: at its own size), with its time and exposure. Metric frames.
+// The photo's own view at this size, with its time and exposure.
+RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2i& size_px);
+// The same at most this wide (0: at its own size).
 RenderView HeldOutView(const Scene& scene, const View& view, int width_px);
 
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& progress);

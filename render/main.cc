@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   app.add_option("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json");
   app.add_option("-o,--output", o.output, "Folder for pictures, or FILE.mp4 for a path");
   app.add_option("--proxy", o.proxy, "Proxy by name; per-view: the points triangulated in each view; default: the scene's active one");
-  app.add_option("--path", o.path, "Camera path JSON; default: through the photos' own cameras");
+  app.add_option("--path", o.path, "Camera path JSON, of poses or (lumi-stabilize) of projection matrices; default: through the photos' own cameras");
   app.add_option("--view", o.view, "Render at this photo's own camera");
   app.add_flag("--leave-out", o.leave_out, "With --view: without that photo");
   app.add_option("--holdout", o.holdout, "Render photos 0, N, 2N ... from the others and compare (N >= 2)");
@@ -91,6 +91,11 @@ int main(int argc, char** argv) {
   for (const lumi::SettingOption& s : lumi::SettingOptions())
     app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   app.add_option("--settings", settings_file, "JSON object of the reconstruction's options; what stands on the command line wins");
+  std::string window_frames;
+  app.add_option("--window-frames", window_frames, "Photos to either side in time that a picture may use, 0 to 1000, or all; default: 5 along a path of matrices and in videos without a metric, else all");
+  app.add_option("--border", o.border, "Pixels that no photo of the window sees: black (a hole), or fill: from photos farther away in time, the rest smoothly")->check(CLI::IsMember({"black", "fill"}))->capture_default_str();
+  app.add_option("--fill-frames", o.fill_frames, "With --border fill: photos to either side that are asked")->check(CLI::Range(1, 1000))->capture_default_str();
+  app.add_option("--nominal-focal-px", o.nominal_focal_px, "Focal length that turns vanishing points into angles where the scene has no metric, > 0, pixels of the picture; default: 1.2 x its longer side")->check(CLI::PositiveNumber);
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
 
   // Measuring commands. The options of the reconstruction go to either side of their names.
@@ -124,7 +129,18 @@ int main(int argc, char** argv) {
         const std::string backend = o.backend;
         ApplySettings(settings_file, given, o);
         if (app.get_option("--backend")->count() > 0) o.backend = backend;
-        for (const std::string name : {"format", "fold", "seconds", "fps"})
+        if (!window_frames.empty() && window_frames != "all") {
+          try {
+            std::size_t used = 0;
+            o.window_frames = std::stoi(window_frames, &used);
+            if (used != window_frames.size() || *o.window_frames < 0 || *o.window_frames > 1000) throw std::invalid_argument(window_frames);
+          } catch (const std::exception&) {
+            throw lumi::UsageError("--window-frames takes 0 to 1000, or all; not " + window_frames);
+          }
+        } else if (!window_frames.empty()) {
+          o.window_frames = -1;
+        }
+        for (const std::string name : {"format", "fold", "seconds", "fps", "fill-frames"})
           if (app.get_option("--" + name)->count() > 0) o.decided.insert(name);
         properties = properties || properties_command->parsed();
         if (tradeoff->parsed() || properties) {

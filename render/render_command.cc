@@ -13,6 +13,7 @@
 #include "render/holdout.h"
 #include "render/output_name.h"
 #include "render/path/camera_path.h"
+#include "render/path/matrix_path.h"
 #include "render/per_view.h"
 #include "render/settings_json.h"
 #include "render/show/camera_configuration.h"
@@ -38,6 +39,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kDefaultPathWidth = 1024;
 constexpr int kConfigurationSide = 640;  // of each of the panels of --show cameras
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
+constexpr double kPathTimeLeast = 0.02;  // RadianceSettings::time_least along a path of matrices
 
 double Milliseconds(Clock::time_point since) { return std::chrono::duration<double, std::milli>(Clock::now() - since).count(); }
 
@@ -70,6 +72,7 @@ void RequireConsistent(const RenderOptions& o) {
   if (given("format") && o.output.extension() == ".mp4") throw UsageError("--format is of pictures: -o names a video");
   if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
     throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");
+  if (given("fill-frames") && o.border != "fill") throw UsageError("--fill-frames goes with --border fill");
   if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
   if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxPictureSide || o.height_px > kMaxPictureSide)
     throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
@@ -88,29 +91,51 @@ class Job {
     OpenOptions open;
     open.rescale_cameras = o_.rescale_cameras;
     scene_ = OpenScene(o_.scene, open, sink_);
-    RequireMetric(scene_, "rendering");
     if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", o_.scene);
-    if (o_.proxy == kPerViewProxy) per_view_.emplace(scene_);
-    else mesh_ = LoadProxy(scene_, o_.proxy);
     if (!o_.view.empty()) view_ = ViewCalled(o_.view);
+    ChooseMatrices();
+    if (scene_.frame != Frame::kMetric) RequireNothingMetric();
+    if (!matrices_.keys.empty() || !Metric()) UseWindow();
+    if (o_.proxy == kPerViewProxy || !Metric()) {
+      PerViewOptions own;
+      own.nominal_focal_px = o_.nominal_focal_px;
+      per_view_.emplace(scene_, own);
+    } else {
+      mesh_ = LoadProxy(scene_, o_.proxy);
+    }
     ApplyTime();
-    photos_ = LoadPhotos(scene_, {}, sink_);
+    if (!per_view_) photos_ = LoadPhotos(scene_, {}, sink_);
     double gain_spread = 1;
     if (decided_.count("exposure") == 0 || settings_.exposure) {
-      const Exposures exposures = EstimateExposures(scene_, photos_);
+      const Exposures exposures = per_view_ ? EstimateExposures(scene_, sink_) : EstimateExposures(scene_, photos_);
       if (exposures.Differ()) gain_spread = exposures.spread;
       for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = exposures.gain[i];
     }
     std::vector<bool> use;
     const std::vector<RenderView> desired = DesiredViews(use);
+    const RendererMaker make = o_.backend == "gl" ? MakeGlRenderer : MakeCpuRenderer;
     if (per_view_) {
-      mesh_ = per_view_->For(desired.front());
       UsePerView();
+      const auto world = [&](const RenderView& view) {
+        PictureWorld w = per_view_->For(view, reach_);
+        for (std::size_t i = 0; i < w.photos.size(); ++i) w.use[i] = w.use[i] && (use.empty() || use[static_cast<std::size_t>(w.photos[i])]);
+        return w;
+      };
+      choice_ = ChooseEffects(scene_, desired, world, settings_, decided_, gain_spread);
+      if (!Metric() && choice_.settings.resolution == Resolution::kDistance) choice_.settings.resolution = Resolution::kJacobian;
+      BorderOptions border;
+      border.fill = o_.border == "fill";
+      border.reach = o_.fill_frames;
+      auto renderer = MakePerViewRenderer(scene_, *per_view_, make, reach_, border);
+      own_pictures_ = renderer.get();
+      renderer_ = std::move(renderer);
+    } else {
+      if (o_.border == "fill" || o_.nominal_focal_px > 0)
+        throw UsageError("--border fill and --nominal-focal-px are of pictures that have a proxy of their own", "add --proxy per-view");
+      choice_ = ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread);
+      renderer_ = make(scene_, mesh_, photos_);
     }
-    choice_ = ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread);
     settings_ = choice_.settings;
-    renderer_ = o_.backend == "gl" ? MakeGlRenderer(scene_, mesh_, photos_) : MakeCpuRenderer(scene_, mesh_, photos_);
-    if (per_view_) renderer_ = MakePerViewRenderer(*per_view_, std::move(renderer_));
   }
 
   std::string Run() {
@@ -122,7 +147,9 @@ class Job {
       sink_.Message("the budget is kept without sparse samples: --show tessellation has none to show");
     MeasureEffects(*renderer_, first, use, choice_);
     Json j = o_.holdout != 0 ? Holdout() : !o_.view.empty() ? OneView() : Path();
-    j["proxy"] = o_.proxy.empty() ? scene_.active_proxy : o_.proxy;
+    j["proxy"] = ProxyName();
+    if (!Metric()) j["frame"] = Name(scene_.frame);
+    if (reach_ >= 0) j["window_frames"] = reach_;
     j["device"] = renderer_->Device();
     j["settings"] = SettingsJson();
     if (budget_) j["budget"] = Budget();
@@ -170,7 +197,7 @@ class Job {
     const Json now = ToJson(settings_);
     for (const std::string& name : decided_)
       if (now.contains(name)) fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
-    budget_ = ChooseForBudget(scene_.folder, o_.backend, o_.proxy.empty() ? scene_.active_proxy : o_.proxy, *renderer_, request, fixed, *o_.budget_ms);
+    budget_ = ChooseForBudget(scene_.folder, o_.backend, ProxyName(), *renderer_, request, fixed, *o_.budget_ms);
     settings_ = budget_->settings;
     for (Effect& e : choice_.effects)
       if (const bool on = settings_.resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
@@ -179,6 +206,9 @@ class Job {
       }
   }
 
+  // A proxy to draw beside the picture of a view. Metric scenes.
+  Mesh ProxyFor(const RenderView& view) const { return per_view_ ? per_view_->For(view, reach_).proxy : mesh_; }
+
   // What a photo sees of a surface made for another view is not known.
   void UsePerView() {
     if (decided_.count("visibility") > 0 && settings_.visibility) throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
@@ -186,8 +216,65 @@ class Job {
     decided_.insert("visibility");
   }
 
-  // A proxy to draw or measure beside the picture of a view.
-  Mesh MeshFor(const RenderView& view) const { return per_view_ ? per_view_->For(view) : mesh_; }
+  bool Metric() const { return scene_.frame == Frame::kMetric; }
+  std::string ProxyName() const { return per_view_ ? kPerViewProxy : o_.proxy.empty() ? scene_.active_proxy : o_.proxy; }
+
+  // --path of matrices; without --path the photos' own where there are no poses.
+  void ChooseMatrices() {
+    if (o_.holdout != 0 || !o_.view.empty()) return;
+    if (!o_.path.empty() && IsMatrixPath(o_.path))
+      matrices_ = ReadMatrixPath(o_.path);
+    else if (!Metric() && !o_.path.empty())
+      throw DataError(fmt::format("{} is a path of poses, which a {} scene does not have", o_.path.generic_string(), Name(scene_.frame)),
+                      "a path of projection matrices comes from lumi-stabilize", o_.scene);
+    else if (!Metric()) {
+      if (decided_.count("seconds") > 0) throw UsageError("--seconds is of a path between poses, which this scene does not have: a frame a photo");
+      matrices_ = MatrixPathOfPhotos(scene_, o_.fps);
+    }
+  }
+
+  // What needs distances, or angles that are true.
+  void RequireNothingMetric() const {
+    const std::string frame(Name(scene_.frame));
+    if (!o_.proxy.empty() && o_.proxy != kPerViewProxy)
+      throw UsageError(fmt::format("a {} scene is rendered with each view's own proxy: --proxy per-view", frame));
+    if (o_.show == "cameras") throw UsageError(fmt::format("--show cameras draws distances, which a {} scene does not have", frame));
+    if (decided_.count("resolution") > 0 && settings_.resolution == Resolution::kDistance && o_.settings.resolution == Resolution::kDistance)
+      throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame), "use --resolution jacobian");
+  }
+
+  // Photos around a picture's moment: where they are a video's, or the path says which photo a frame is of.
+  void UseWindow() {
+    constexpr int kUsualReach = 5;
+    const bool video = std::all_of(scene_.views.begin(), scene_.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
+    reach_ = o_.window_frames.value_or(video || !matrices_.keys.empty() ? kUsualReach : -1);
+    if (reach_ < 0) return;
+    GiveTimes(scene_);
+    const double frame_s = ClockOf(scene_).frame_s;
+    const auto open = [&](const char* name) { return decided_.count(name) == 0; };
+    if (open("time")) {
+      settings_.time = true;
+      decided_.insert("time");
+    }
+    if (open("time-window-s") && frame_s > 0) settings_.time_window_s = (2 * reach_ + 1) * frame_s;
+    decided_.insert("time-window-s");
+    if (open("time-core")) settings_.time_core = 0;
+    // A photo's own view gives the photo back; a frame of a path passes from one to another where it ends.
+    if (open("time-least") && !matrices_.keys.empty()) settings_.time_least = kPathTimeLeast;
+  }
+
+  // Of what a picture of this view is made of. use: the photos that it may use.
+  std::vector<bool> InWindow(const RenderView& view, std::vector<bool> use) const {
+    if (per_view_ || reach_ < 0) return use;
+    const PhotoOrder order(scene_);
+    const auto [first, last] = order.Around(view.time_s, reach_);
+    std::vector<bool> within(scene_.views.size(), false);
+    for (int rank = first; rank <= last; ++rank) {
+      const auto v = static_cast<std::size_t>(order.view(rank));
+      within[v] = use.empty() || use[v];
+    }
+    return within;
+  }
 
   // A time was asked for, or each frame has its own.
   void ApplyTime() {
@@ -218,7 +305,7 @@ class Job {
         use[static_cast<std::size_t>(view_)] = false;
       }
     } else {
-      desired = PathViews(RequestedPath());
+      desired = Frames();
     }
     return desired;
   }
@@ -234,7 +321,11 @@ class Job {
   }
 
   ImageF Picture(const RenderRequest& request) {
-    if (o_.show == "proxy") return DrawProxy(scene_, MeshFor(request.view), request.view);
+    if (o_.show == "proxy") {
+      if (!per_view_) return DrawProxy(MakeSources(scene_), mesh_, request.view);
+      const PictureWorld world = per_view_->For(request.view, reach_);
+      return DrawProxy(world.sources, world.proxy, world.view);
+    }
     const auto measure = MeasureFromName(o_.show);
     if (!measure) {
       ImageF image = renderer_->Render(request);
@@ -243,7 +334,23 @@ class Job {
       optimum_ += statistics.optimum;
       return image;
     }
-    MeasureMap map = RenderMeasureMap(scene_, MeshFor(request.view), request, *measure, o_.of.empty() ? -1 : ViewCalled(o_.of));
+    int of = o_.of.empty() ? -1 : ViewCalled(o_.of);
+    MeasureMap map;
+    if (per_view_) {
+      PictureWorld world = per_view_->For(request.view, reach_);
+      RenderRequest own = request;
+      own.view = world.view;
+      own.use = world.use;
+      for (std::size_t i = 0; i < own.use.size(); ++i) own.use[i] = own.use[i] && (request.use.empty() || request.use[static_cast<std::size_t>(world.photos[i])]);
+      if (of >= 0) {
+        const auto found = std::find(world.photos.begin(), world.photos.end(), of);
+        if (found == world.photos.end()) throw UsageError(fmt::format("--of {} is not among the photos around this picture's moment", o_.of), "use --window-frames all");
+        of = static_cast<int>(found - world.photos.begin());
+      }
+      map = RenderMeasureMap(world.sources, ProxyTracer(world.proxy, world.sources.normalized_from_world), {}, own, *measure, of);
+    } else {
+      map = RenderMeasureMap(scene_, mesh_, request, *measure, of);
+    }
     scale_ = {{"measure", o_.show}, {"low", map.low}, {"high", map.high}, {"unit", map.unit}};
     return std::move(map.image);
   }
@@ -297,17 +404,23 @@ class Job {
   // The camera of --view, at the size that is wanted.
   RenderView RequestedView() const {
     const View& view = scene_.views[static_cast<std::size_t>(view_)];
-    Camera camera = scene_.CameraOf(view);
+    Eigen::Vector2i size = SizePx(scene_, view);
     if (o_.width_px > 0 || o_.height_px > 0) {
-      const double aspect = static_cast<double>(camera.height_px) / camera.width_px;
+      const double aspect = static_cast<double>(size.y()) / size.x();
       const int width = o_.width_px > 0 ? o_.width_px : static_cast<int>(std::lround(o_.height_px / aspect));
       const int height = o_.height_px > 0 ? o_.height_px : static_cast<int>(std::lround(width * aspect));
-      camera = camera.Scaled(std::max(1, width), std::max(1, height));
+      size = {std::max(1, width), std::max(1, height)};
     }
-    RenderView desired = MakeRenderView(camera, view.cam_from_world);
-    desired.time_s = view.time_s;
-    desired.gain = view.gain;
-    return desired;
+    return PhotosView(scene_, view, size);
+  }
+
+  // Of the path, whichever it is.
+  std::vector<RenderView> Frames() const {
+    if (matrices_.keys.empty()) return PathViews(RequestedPath());
+    const double aspect = static_cast<double>(matrices_.height_px) / matrices_.width_px;
+    const int width = o_.width_px > 0 ? o_.width_px : o_.height_px > 0 ? std::max(1, static_cast<int>(std::lround(o_.height_px / aspect))) : matrices_.width_px;
+    const int height = o_.height_px > 0 ? o_.height_px : o_.width_px > 0 ? std::max(1, static_cast<int>(std::lround(width * aspect))) : matrices_.height_px;
+    return MatrixViews(scene_, matrices_, width, height);
   }
 
   CameraPath RequestedPath() const { return o_.path.empty() ? PathThroughPhotos(scene_, o_.seconds, o_.fps) : ReadCameraPath(o_.path); }
@@ -354,7 +467,7 @@ class Job {
     }
     const std::filesystem::path stem = o_.output / OutputName(view.name);
     if (o_.show == "cameras")
-      WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, MeshFor(request.view), request.view, kConfigurationSide));
+      WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DrawCameraConfiguration(scene_, ProxyFor(request.view), request.view, kConfigurationSide));
     else if (o_.show == "difference")
       WriteImage(stem.string() + (o_.format == "jpg" ? ".jpg" : ".png"), DifferenceImage(rendered, photo));
     else
@@ -397,14 +510,14 @@ class Job {
   }
 
   Json Path() {
-    const CameraPath path = RequestedPath();
-    const std::vector<RenderView> views = PathViews(path);
+    const std::vector<RenderView> views = Frames();
+    const double fps = matrices_.keys.empty() ? RequestedPath().fps : matrices_.fps;
     const int width = views.front().size_px.x(), height = views.front().size_px.y();
 
     const bool only_video = o_.output.extension() == ".mp4";
     const std::filesystem::path frames_folder = only_video ? std::filesystem::path() : o_.output / "frames";
     // Frames that an earlier run with the same scene, path and settings finished are kept.
-    const std::string wanted = FrameFingerprint(path, width, height);
+    const std::string wanted = FrameFingerprint(views, fps);
     if (!only_video) {
       std::error_code ec;
       const std::filesystem::path stamp = frames_folder / "frames.txt";
@@ -417,12 +530,13 @@ class Job {
       }
     }
     std::optional<VideoWriter> video;
-    if (only_video) video.emplace(o_.output, path.fps);
-    if (!only_video && o_.video) video.emplace(o_.output / "path.mp4", path.fps);
+    if (only_video) video.emplace(o_.output, fps);
+    if (!only_video && o_.video) video.emplace(o_.output / "path.mp4", fps);
 
     Progress progress(sink_, "rendering frames", static_cast<long>(views.size()));
     std::vector<double> times;
-    double coverage = 0;
+    double filled = 0;
+    PictureCoverage seen;
     long rendered = 0, reused = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const std::filesystem::path stem = frames_folder / fmt::format("frame_{:06}", i);
@@ -437,10 +551,15 @@ class Job {
       request.view = views[i];
       request.settings = SettingsFor(request.view);
       request.show = ShowMode();
+      request.use = InWindow(request.view, {});
       const auto start = Clock::now();
-      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, MeshFor(request.view), request.view, kConfigurationSide)) : Picture(request);
+      const ImageF image = o_.show == "cameras" ? Opaque(DrawCameraConfiguration(scene_, ProxyFor(request.view), request.view, kConfigurationSide)) : Picture(request);
       times.push_back(Milliseconds(start));
-      coverage += Coverage(image);
+      filled += Coverage(image);
+      if (own_pictures_) {
+        seen.window += own_pictures_->Coverage().window;
+        seen.wider += own_pictures_->Coverage().wider;
+      }
       ++rendered;
       if (!only_video) Write(stem, image);
       if (video) video->Add(ToRgb8(image));
@@ -449,23 +568,30 @@ class Job {
     if (video) video->Finish();
     Json j = {{"frames", views.size()}, {"frames_reused", reused},
               {"ms_per_frame", rendered > 0 ? Json(Median(times)) : Json(nullptr)}, {"width", width}, {"height", height}};
-    j["coverage"] = rendered > 0 ? Json(coverage / static_cast<double>(rendered)) : Json(nullptr);
+    const auto mean = [&](double sum) { return rendered > 0 ? Json(sum / static_cast<double>(rendered)) : Json(nullptr); };
+    j["coverage"] = mean(filled);
+    if (o_.border == "fill" && own_pictures_) {
+      j["coverage_window"] = mean(seen.window);
+      j["coverage_wider"] = mean(seen.wider);
+    }
     if (video) j["video"] = (only_video ? o_.output : o_.output / "path.mp4").generic_string();
     return j;
   }
 
-  std::string FrameFingerprint(const CameraPath& path, int width, int height) const {
+  std::string FrameFingerprint(const std::vector<RenderView>& views, double fps) const {
     Json j = {{"settings", ToJson(settings_)}, {"own_times", own_times_}, {"backend", o_.backend},
-              {"show", o_.show}, {"of", o_.of}, {"width", width}, {"height", height},
-              {"scene", Fingerprint(scene_.folder / "sparse")}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
+              {"show", o_.show}, {"of", o_.of}, {"width", views.front().size_px.x()}, {"height", views.front().size_px.y()},
+              {"scene", Fingerprint(scene_.folder / (Metric() ? "sparse" : "projective.json"))}, {"manifest", Fingerprint(scene_.folder / "lumigraph.json")}};
+    if (per_view_ || !Metric())
+      j["own"] = {{"window_frames", reach_}, {"border", o_.border}, {"fill_frames", o_.fill_frames}, {"nominal_focal_px", o_.nominal_focal_px}};
     j["proxy"] = per_view_ ? std::string(kPerViewProxy) : Fingerprint(ProxyPath(scene_.folder, o_.proxy.empty() ? scene_.active_proxy : o_.proxy));
     // The photos alone: an image folder may hold these frames, too.
     for (const View& v : scene_.views) j["photos"].push_back({v.name, Fingerprint(scene_.ImagePath(v))});
-    j["fps"] = path.fps;
-    for (const PathKey& key : path.keys) {
-      const auto& q = key.cam_from_world.rotation.coeffs();
-      const auto& t = key.cam_from_world.translation;
-      j["keys"].push_back({key.time_s, key.vertical_fov_rad, q[0], q[1], q[2], q[3], t[0], t[1], t[2], key.principal_point.x(), key.principal_point.y()});
+    j["fps"] = fps;
+    for (const RenderView& v : views) {
+      Json frame = {v.time_s ? Json(*v.time_s) : Json(nullptr), v.gain};
+      for (int i = 0; i < 12; ++i) frame.push_back(v.P(i / 4, i % 4));
+      j["frames"].push_back(std::move(frame));
     }
     return j.dump() + "\n";
   }
@@ -480,8 +606,11 @@ class Job {
   long samples_ = 0;                    // of all frames rendered: rays at which weights were computed ...
   OptimumCounts optimum_;               // ... and what the optimum says of them
   Scene scene_;
-  Mesh mesh_;                           // of the first frame, where each has its own
+  Mesh mesh_;                           // empty where each picture has its own
   std::optional<PerViewProxy> per_view_;
+  PerViewRenderer* own_pictures_ = nullptr;  // renderer_, where each picture has a proxy of its own
+  MatrixPath matrices_;                 // without keys: the path is one of poses
+  int reach_ = -1;                      // photos to either side in time that a picture may use; -1: all
   int view_ = -1;
   bool own_times_ = true;               // each frame is rendered at its view's time; else all at settings_.time_s
   std::vector<Photo> photos_;

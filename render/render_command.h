@@ -38,6 +38,11 @@ struct RenderOptions {
   std::optional<double> phase;          // of the scene's period, instead of a time
   std::optional<double> budget_ms;      // a frame; settings that nobody decided then follow the scene's front or a probe
   bool rescale_cameras = false;
+  // Of pictures with a proxy of their own (per-view), and of paths of matrices.
+  std::optional<int> window_frames;     // photos to either side in time that a picture may use, -1: all; default: 5 for videos, else all
+  double nominal_focal_px = 0;          // of the pictures, where the scene has no metric; 0: 1.2 x their longer side
+  std::string border = "black";         // black, fill: pixels that no photo of the window sees
+  int fill_frames = 30;                 // fill: so many photos to either side are asked, before colours are made up
 };
 
 // color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.

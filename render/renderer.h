@@ -8,6 +8,7 @@
 #include "render/photos/photo_set.h"
 #include "render/radiance/optimum.h"
 #include "render/radiance/settings.h"
+#include "render/radiance/sources.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/image.h"
 #include "scene/model/scene.h"
@@ -46,6 +47,11 @@ class Renderer {
   // Another proxy from the next picture on, which must outlive its use. It hides nothing from any photo: maps of what each photo
   // sees of it would take longer than a frame.
   virtual void ReplaceProxy(const Mesh& proxy) = 0;
+  // Other cameras from the next picture on, as many as before, in whatever world: a proxy in that one must follow, and the views are in it.
+  virtual void ReplaceCameras(const Sources& cameras) = 0;
+  // The photo in this place of the vector that the renderer was made with is another now, or has come, as large as its view says; false
+  // colours show it as `color`'s (SourceColor).
+  virtual void PhotoReplaced(ViewId place, int color) = 0;
   virtual std::string Device() const = 0;   // "2 cores, AVX-512" or GL_RENDERER
   virtual RenderStatistics Statistics() const { return {}; }
 };

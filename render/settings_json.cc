@@ -148,6 +148,8 @@ const std::vector<Entry>& Entries() {
     e.push_back(Flag("time", "Photos away from the view's time rank behind", &S::time));
     e.push_back(Real("time-s", "The view's time, seconds", &S::time_s));
     e.push_back(Real("time-window-s", "Window around it, seconds, > 0", &S::time_window_s));
+    e.push_back(Real("time-core", "Part of the window in which time counts least, [0, 0.95]", &S::time_core));
+    e.push_back(Real("time-least", "How much it counts there, of what it counts at the window's edge, [0, 0.5]", &S::time_least));
     e.push_back(Flag("exposure", "Photos are brought to one exposure", &S::exposure));
     e.push_back(Flag("prefilter", "Oversampled photos are read from their pyramid", &S::prefilter));
     const S defaults;

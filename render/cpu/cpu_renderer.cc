@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 #include "render/cpu/blend.h"
 #include "render/cpu/candidate_blend.h"
@@ -55,6 +56,15 @@ class CpuRenderer : public Renderer {
     visibility_ = {};
     occlusion_ = false;
   }
+
+  void ReplaceCameras(const Sources& cameras) override {
+    if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("ReplaceCameras: as many cameras as photos are wanted");
+    sources_ = cameras;
+    visibility_ = {};
+    occlusion_ = false;
+  }
+
+  void PhotoReplaced(ViewId place, int color) override { colors_.at(static_cast<std::size_t>(place.value)) = SourceColor(color); }
 
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
@@ -139,7 +149,7 @@ class CpuRenderer : public Renderer {
     return visibility_;
   }
 
-  const Sources sources_;
+  Sources sources_;
   const Mesh* mesh_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;

@@ -117,32 +117,29 @@ void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityM
   for (std::size_t i = 0; i < by_jacobian.size(); ++i) e.disagreement.push_back(std::abs(by_jacobian[i] - by_distance[i] - offset));
 }
 
-Evidence Gather(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
-                RadianceSettings settings) {
-  Evidence e;
-  const Sources sources = MakeSources(scene);
-  const ProxyTracer tracer(proxy, scene.normalized_from_world);
-  const VisibilityMaps maps = CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+void LookAtView(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderView& desired, const std::vector<bool>& use,
+                RadianceSettings settings, Evidence& e) {
   settings.field_of_view = true;
   settings.resolution = Resolution::kOff;
   settings.time = false;
   WeighScratch scratch;
+  const ViewSetup setup = MakeViewSetup(sources, desired, settings, use);
+  std::vector<Eigen::Vector3f> directions, normals(kColumns * kRows);
+  std::vector<float> t(kColumns * kRows);
+  for (int y = 0; y < kRows; ++y)
+    for (int x = 0; x < kColumns; ++x)
+      directions.push_back(
+          (setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kColumns * desired.size_px.x(), (y + 0.5) / kRows * desired.size_px.y(), 1)).normalized().cast<float>());
+  tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
+  for (std::size_t s = 0; s < t.size(); ++s)
+    if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(sources, setup, maps, directions[s], t[s], normals[s], scratch, e);
+}
+
+// A few of the views.
+template <typename Look>
+void ForSomeViews(const std::vector<RenderView>& desired, const Look& look) {
   const std::size_t step = std::max<std::size_t>(1, desired.size() / kViews);
-  for (std::size_t i = step / 2; i < desired.size(); i += step) {
-    const ViewSetup setup = MakeViewSetup(sources, desired[i], settings, use);
-    std::vector<Eigen::Vector3f> directions, normals(kColumns * kRows);
-    std::vector<float> t(kColumns * kRows);
-    for (int y = 0; y < kRows; ++y)
-      for (int x = 0; x < kColumns; ++x)
-        directions.push_back((setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kColumns * desired[i].size_px.x(),
-                                                                     (y + 0.5) / kRows * desired[i].size_px.y(), 1))
-                                 .normalized()
-                                 .cast<float>());
-    tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
-    for (std::size_t s = 0; s < t.size(); ++s)
-      if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(sources, setup, maps, directions[s], t[s], normals[s], scratch, e);
-  }
-  return e;
+  for (std::size_t i = step / 2; i < desired.size(); i += step) look(desired[i]);
 }
 
 double Share(long part, long whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0; }
@@ -191,11 +188,9 @@ void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std
   }
 }
 
-EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
-                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
+static EffectChoice Choose(const Scene& scene, const Evidence& e, const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
   EffectChoice choice;
   choice.settings = settings;
-  const Evidence e = Gather(scene, proxy, desired, use, settings);
   const double ends = Share(e.ends, e.rays), blocked = Share(e.blocked, e.rays), oversampled = Share(e.oversampled, e.photos);
   const double penalty = Percentile(e.penalty, 0.5), disagreement = Percentile(e.disagreement, 0.9);
   const bool timed = std::any_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
@@ -211,9 +206,10 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
       on = penalty >= kPenaltyThatCounts;
       effect.evidence = fmt::format("at half of the rays the nearest photos' penalties for stretched pixels differ by {:.2f} of the largest or more", penalty);
       if (on && decided.count(name) == 0) {
-        const bool agree = disagreement <= kMeasuresAgree;
+        const bool agree = scene.frame == Frame::kMetric && disagreement <= kMeasuresAgree;
         choice.settings.resolution = agree ? Resolution::kDistance : Resolution::kJacobian;
-        effect.evidence += fmt::format("; by distance and by Jacobian they differ by {:.2f} octaves: {}", disagreement, Name(choice.settings.resolution));
+        if (scene.frame == Frame::kMetric)
+          effect.evidence += fmt::format("; by distance and by Jacobian they differ by {:.2f} octaves: {}", disagreement, Name(choice.settings.resolution));
       }
     } else if (name == "visibility") {
       on = blocked >= kShareThatCounts;
@@ -237,6 +233,26 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
     choice.effects.push_back(effect);
   }
   return choice;
+}
+
+EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
+                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
+  Evidence e;
+  const Sources sources = MakeSources(scene);
+  const ProxyTracer tracer(proxy, scene.normalized_from_world);
+  const VisibilityMaps maps = CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+  ForSomeViews(desired, [&](const RenderView& view) { LookAtView(sources, tracer, maps, view, use, settings, e); });
+  return Choose(scene, e, settings, decided, gain_spread);
+}
+
+EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired, const std::function<PictureWorld(const RenderView&)>& world,
+                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
+  Evidence e;
+  ForSomeViews(desired, [&](const RenderView& view) {
+    const PictureWorld w = world(view);
+    LookAtView(w.sources, ProxyTracer(w.proxy, w.sources.normalized_from_world), {}, w.view, w.use, settings, e);
+  });
+  return Choose(scene, e, settings, decided, gain_spread);
 }
 
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice) {

@@ -2,10 +2,12 @@
 // rendered, or by the user, whose word overrides. What is off is compiled out.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "render/per_view.h"
 #include "render/renderer.h"
 
 namespace lumi {
@@ -36,6 +38,9 @@ void ApplyEffectList(const std::string& list, RadianceSettings& settings, std::s
 // spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the photos' exposures
 // (exposure.h), 1 where they agree.
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
+                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
+// The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from a photo.
+EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired, const std::function<PictureWorld(const RenderView&)>& world,
                            const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
 
 // Fills cost_ms: renders `desired` small, with and without each effect that is on.

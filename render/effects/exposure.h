@@ -7,6 +7,7 @@
 
 #include "render/photos/photo_set.h"
 #include "scene/model/scene.h"
+#include "scene/program/progress.h"
 
 namespace lumi {
 
@@ -18,5 +19,7 @@ struct Exposures {
 };
 
 Exposures EstimateExposures(const Scene& scene, const std::vector<Photo>& photos);
+// The same for photos that are not in memory: each is read once, and no more at a time than there are threads.
+Exposures EstimateExposures(const Scene& scene, ProgressSink& progress);
 
 }  // namespace lumi

@@ -35,7 +35,8 @@ class GlLumigraph {
   // they take their time. Both are shared, not copied.
   void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer = nullptr);
   void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
-  void Upload(ViewId view, const Photo& photo);
+  void SetCameras(const Sources& cameras);           // as many; a proxy in their world must follow
+  void Upload(ViewId view, const Photo& photo);      // may replace one, no larger than was planned
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
   int photo_count() const { return loaded_; }

@@ -14,11 +14,12 @@ namespace {
 
 class GlRenderer final : public Renderer {
  public:
-  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
+  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) : photos_(photos) {
     const EglContext::Current current(context_);
     std::vector<Eigen::Vector2i> sizes;
-    for (const Photo& p : photos)
-      sizes.push_back(p.levels.empty() ? Eigen::Vector2i(1, 1) : Eigen::Vector2i(p.levels[0].width, p.levels[0].height));
+    // What is not there yet may come (PhotoReplaced).
+    for (std::size_t i = 0; i < photos.size(); ++i)
+      sizes.push_back(photos[i].levels.empty() ? SizePx(scene, scene.views[i]) : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
     // Into members only when complete: what goes on failure goes while the context is current.
     auto lumigraph = std::make_unique<GlLumigraph>(scene, sizes);
     lumigraph->SetProxy(proxy);
@@ -52,10 +53,24 @@ class GlRenderer final : public Renderer {
     lumigraph_->SetProxy(proxy, std::make_shared<const VisibilityMaps>());
   }
 
+  void ReplaceCameras(const Sources& cameras) override { lumigraph_->SetCameras(cameras); }
+
+  void PhotoReplaced(ViewId place, int color) override {
+    const EglContext::Current current(context_);
+    const auto i = static_cast<std::size_t>(place.value);
+    if (colors_.empty())
+      for (std::size_t j = 0; j < photos_.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
+    colors_.at(i) = SourceColor(color);
+    lumigraph_->SetSourceColors(colors_);
+    if (!photos_[i].levels.empty()) lumigraph_->Upload(place, photos_[i]);
+  }
+
   std::string Device() const override { return device_; }
   RenderStatistics Statistics() const override { return statistics_; }
 
  private:
+  const std::vector<Photo>& photos_;
+  std::vector<Eigen::Vector3f> colors_;  // empty: each place's own
   EglContext context_;
   std::unique_ptr<GlLumigraph> lumigraph_;
   std::unique_ptr<GlTarget> target_;

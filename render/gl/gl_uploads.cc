@@ -43,6 +43,11 @@ void GlLumigraph::SetGains(const std::vector<double>& gains) {
   for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
 }
 
+void GlLumigraph::SetCameras(const Sources& cameras) {
+  if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("SetCameras: as many cameras as photos are wanted");
+  sources_ = cameras;
+}
+
 void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   proxy_ = proxy;

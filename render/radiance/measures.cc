@@ -101,11 +101,11 @@ LUMI_KERNEL void JacobianResolution(const RelativeSources& r, float x, float y, 
   }
 }
 
-LUMI_KERNEL void Times(const RelativeSources& r, float dt_s, float inverse_half_window, float period_s, float inverse_period,
-                       float* __restrict tau) {
+LUMI_KERNEL void Times(const RelativeSources& r, float dt_s, const TimeShape& shape, float* __restrict tau) {
+  const TimeShape here = shape;
   const float* __restrict dt = r.dt_s.data();
   const float* __restrict timed = r.timed.data();
-  for (int j = 0; j < r.padded; ++j) tau[j] = timed[j] * TimeDissimilarity(dt[j] - dt_s, inverse_half_window, period_s, inverse_period);
+  for (int j = 0; j < r.padded; ++j) tau[j] = timed[j] * TimeDissimilarity(dt[j] - dt_s, here);
 }
 
 Facet FacetAt(const RelativeSources& r, const Eigen::Vector3f& p, const Eigen::Vector3f& normal) {
@@ -151,9 +151,13 @@ void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& se
     if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
     // Bounded: no difference in time times infinity is no number, and h must not overflow.
     constexpr double kMost = 1e18;
-    const float inverse_period = settings.period_s > 0 ? static_cast<float>(std::min(1 / settings.period_s, kMost)) : 0.0F;
-    Times(sources, static_cast<float>(dt), static_cast<float>(std::min(2 / settings.time_window_s, kMost)), static_cast<float>(settings.period_s),
-          inverse_period, out.tau.data());
+    TimeShape shape;
+    shape.inverse_half_window = static_cast<float>(std::min(2 / settings.time_window_s, kMost));
+    shape.core = static_cast<float>(settings.time_core);
+    shape.least = static_cast<float>(settings.time_least);
+    shape.period_s = static_cast<float>(settings.period_s);
+    shape.inverse_period = settings.period_s > 0 ? static_cast<float>(std::min(1 / settings.period_s, kMost)) : 0.0F;
+    Times(sources, static_cast<float>(dt), shape, out.tau.data());
   }
 }
 

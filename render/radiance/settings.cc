@@ -28,6 +28,8 @@ std::string Validate(const RadianceSettings& s) {
   if (!(s.resolution_high > 1 && std::isfinite(s.resolution_high))) return "--resolution-range must end above 1";
   if (!std::isfinite(s.time_s)) return "--time-s must be a number";
   if (!positive(s.time_window_s)) return "--time-window-s must be above 0";
+  if (!(s.time_core >= 0 && s.time_core <= 0.95)) return "--time-core must lie in [0, 0.95]";
+  if (!(s.time_least >= 0 && s.time_least <= 0.5)) return "--time-least must lie in [0, 0.5]";
   if (!duration(s.period_s)) return "the scene's period must be 0 or more";
   const bool none = s.grid_columns == 0 && s.grid_rows == 0;
   if (!none && (s.grid_columns < 2 || s.grid_rows < 2 || s.grid_columns > 4096 || s.grid_rows > 4096))

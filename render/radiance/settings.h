@@ -43,9 +43,12 @@ struct RadianceSettings {
   Resolution resolution = Resolution::kOff;
   double resolution_low = 0;                         // stretch at which an oversampled photo's r is largest; 0: it is not penalised
   double resolution_high = 3;                        // the same for an undersampled photo, > 1
-  bool time = false;                                 // photos away from time_s fade, over half of time_window_s each way
+  bool time = false;                                 // photos away from time_s fade, within half of time_window_s each way
   double time_s = 0;
   double time_window_s = 1.0 / 3;                    // > 0 (11 frames of 30 a second, errata of sec. 6.4.3)
+  double time_core = 0.5;                            // part of the window in which time counts least, [0, 0.95]: 0: from the middle on
+  double time_least = 0;                             // and how much it counts there, of what it counts at the window's edge, [0, 0.5]: above
+                                                     // 0 a photo gives way before it ends, even one on whose own rays the view looks
   double period_s = 0;                               // 0: time does not repeat
   bool exposure = false;                             // photos' gains are divided out, the view's own applied
   bool prefilter = true;                             // oversampled photos are read from their pyramid

@@ -9,9 +9,8 @@
 
 namespace lumi {
 
-ImageF DrawProxy(const Scene& scene, const Mesh& proxy, const RenderView& desired) {
-  const Sources sources = MakeSources(scene);
-  const ProxyTracer tracer(proxy, scene.normalized_from_world);
+ImageF DrawProxy(const Sources& sources, const Mesh& proxy, const RenderView& desired) {
+  const ProxyTracer tracer(proxy, sources.normalized_from_world);
   const ViewSetup setup = MakeViewSetup(sources, desired, {}, {});
   const int width = desired.size_px.x(), height = desired.size_px.y();
   ImageF image(width, height, 4);

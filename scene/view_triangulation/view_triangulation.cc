@@ -307,7 +307,11 @@ Mesh MeshOf(const ViewTriangulation& triangulation) {
   return mesh;
 }
 
-std::vector<Eigen::Vector4d> StructurePoints(const Scene& scene) {
+Eigen::Vector4d Homogeneous(const Scene& scene, const Point& point) {
+  return scene.frame == Frame::kMetric ? Eigen::Vector4d(point.x_in_world.homogeneous()) : point.X_in_world;
+}
+
+std::vector<std::int32_t> TrustedPoints(const Scene& scene) {
   constexpr double kMaxErrorPx = 4, kMinAngleCos = 0.99965732497555726;  // cos of 1.5 degrees
   constexpr std::size_t kEnough = 500;
   std::vector<Eigen::Vector3d> eyes;
@@ -343,12 +347,15 @@ std::vector<Eigen::Vector4d> StructurePoints(const Scene& scene) {
   }
   if (three >= kEnough) kept.erase(std::remove_if(kept.begin(), kept.end(), [](const Kept& k) { return k.track < 3; }), kept.end());
   std::stable_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.track > b.track; });
+  std::vector<std::int32_t> points;
+  points.reserve(kept.size());
+  for (const Kept& k : kept) points.push_back(static_cast<std::int32_t>(k.point));
+  return points;
+}
+
+std::vector<Eigen::Vector4d> StructurePoints(const Scene& scene) {
   std::vector<Eigen::Vector4d> X;
-  X.reserve(kept.size());
-  for (const Kept& k : kept) {
-    const Point& p = scene.points[k.point];
-    X.push_back(scene.frame == Frame::kMetric ? Eigen::Vector4d(p.x_in_world.homogeneous()) : p.X_in_world);
-  }
+  for (const std::int32_t i : TrustedPoints(scene)) X.push_back(Homogeneous(scene, scene.points[static_cast<std::size_t>(i)]));
   return X;
 }
 

@@ -59,6 +59,9 @@ Mesh MeshOf(const ViewTriangulation& triangulation);
 // error of at most 4 px, at least three views (two where fewer than 500 points remain) and, where the frame is metric, rays that
 // meet at 1.5 degrees or more.
 std::vector<Eigen::Vector4d> StructurePoints(const Scene& scene);
+// The same as indices into scene.points.
+std::vector<std::int32_t> TrustedPoints(const Scene& scene);
+Eigen::Vector4d Homogeneous(const Scene& scene, const Point& point);
 // The plane at infinity of a scene: (0, 0, 0, 1) in metric frames and quasi-affine ones that say nothing else; none where unknown.
 std::optional<Plane> PlaneAtInfinity(const Scene& scene);
 

@@ -69,7 +69,7 @@ TEST(Resolution, ValueIsOneAtEqualSizeAndFallsOnBothSides) {
 
 TEST(Time, TheInnerHalfOfTheWindowIsFreeAndTheRestContinuous) {
   const float inverse_half = 1 / 0.2F;  // a window of 0.4 s
-  const auto at = [&](float dt) { return TimeDissimilarity(dt, inverse_half, 0, 0); };
+  const auto at = [&](float dt) { return TimeDissimilarity(dt, {inverse_half, 0.5F, 0, 0, 0}); };
   EXPECT_EQ(at(0), 0);
   EXPECT_EQ(at(0.1F), 0);
   EXPECT_NEAR(at(-0.15F), 0.5, 1e-6);
@@ -79,10 +79,19 @@ TEST(Time, TheInnerHalfOfTheWindowIsFreeAndTheRestContinuous) {
 }
 
 TEST(Time, GoesRoundAPeriod) {
-  const auto at = [](float dt) { return TimeDissimilarity(dt, 1 / 0.05F, 0.5F, 2.0F); };
+  const auto at = [](float dt) { return TimeDissimilarity(dt, {1 / 0.05F, 0.5F, 0, 0.5F, 2.0F}); };
   for (const float dt : {-1.02F, -0.52F, -0.02F, 0.02F, 0.48F, 0.98F}) EXPECT_EQ(at(dt), 0) << dt;
   EXPECT_NEAR(at(0.25F), 5, 1e-5) << "half a period is as far as it gets";
   EXPECT_NEAR(at(0.75F), 5, 1e-5);
+}
+
+TEST(Time, LeadsFromTheMiddleOnWithoutACore) {
+  const auto at = [](float dt) { return TimeDissimilarity(dt, {1 / 0.2F, 0, 0.1F, 0, 0}); };
+  EXPECT_FLOAT_EQ(at(0), 0.1F);
+  EXPECT_NEAR(at(0.1F), 0.55F, 1e-6);
+  EXPECT_NEAR(at(0.2F), 1, 1e-6);
+  EXPECT_NEAR(at(0.4F), 2, 1e-6);
+  for (float dt = 0; dt < 0.5F; dt += 1e-4F) ASSERT_LE(std::abs(at(dt + 1e-4F) - at(dt)), 2e-3F) << dt;
 }
 
 class OnACapture : public ::testing::Test {

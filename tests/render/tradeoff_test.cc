@@ -358,6 +358,8 @@ class FakeRenderer : public Renderer {
     return ImageF(4, 3, 4);
   }
   void ReplaceProxy(const Mesh&) override {}
+  void ReplaceCameras(const Sources&) override {}
+  void PhotoReplaced(ViewId, int) override {}
   std::string Device() const override { return "fake"; }
 };
 

@@ -1,0 +1,386 @@
+#include "pipeline/stabilize/stabilize_video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/sibling_stage.h"
+#include "pipeline/stabilize/film_output.h"
+#include "pipeline/stabilize/film_windows.h"
+#include "pipeline/stabilize/stabilize_report.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
+#include "scene/program/subprocess.h"
+#include "scene/program/version.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kSmoothWindow = 240, kShotWindow = 600;  // frames reconstructed at once
+constexpr double kOverlap_s = 2;                       // of two windows: what a low-pass of a third of a hertz reaches
+constexpr double kSteadyRate = 0.25;                   // steps in time may differ by this share of a frame: containers round to milliseconds
+
+fs::path Beside(const fs::path& output, const char* what) { return output.parent_path() / (output.stem().string() + what); }
+
+struct Window {
+  int begin = 0, end = 0;      // frames that it has, inclusive
+  bool joined = false;         // goes on from the one before
+  bool cut = false;            // a cut follows
+  bool alone = false;          // one frame: nothing to stabilise
+  fs::path folder;
+  json path_summary;
+  std::string structure;
+  double seconds = 0;
+};
+
+class StabilizeRun {
+ public:
+  StabilizeRun(const StabilizeVideoOptions& options, ProgressSink& progress) : o_(options), progress_(progress), work_(Beside(options.output, "-work")) {}
+
+  StabilizeVideoSummary Go() {
+    const auto start = Clock::now();
+    facts_ = LookAtFilm(o_.input);
+    if (!(facts_.fps > 0)) throw InputError(o_.input, "the container says no frame rate", "ffmpeg -i IN -r 30 OUT.mp4 gives it one");
+    std::error_code ec;
+    if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
+    RequireOurFolder(work_, "state.json");
+    const FolderLock lock(work_);
+    OpenState();
+    MakeWindows();
+    ChooseCrop();
+    RenderWindows();
+    WriteVideos();
+    if (o_.score) Score();
+    summary_.fps = facts_.fps;
+    summary_.frames = frames_;
+    summary_.border = o_.border;
+    for (std::size_t i = 0; i < windows_.size(); ++i) summary_.windows.push_back(Reported(i));
+    summary_.seconds = SecondsSince(start);
+    summary_.report = WriteStabilizeReport(work_, o_, summary_);
+    return summary_;
+  }
+
+ private:
+  std::vector<std::string> Common() const { return {"--threads", std::to_string(o_.threads), "--seed", std::to_string(o_.seed)}; }
+
+  StageResult Start(const std::string& name, const std::string& program, std::vector<std::string> arguments, int number) {
+    for (const std::string& a : Common()) arguments.push_back(a);
+    return RunSiblingStage({name, program, std::move(arguments), number, std::max(number, expected_windows_)}, progress_);
+  }
+
+  // What an earlier run made for the same input and options stays; else the folder begins anew.
+  void OpenState() {
+    json wanted{{"version", kVersion}, {"input", Fingerprint(o_.input)}, {"model", o_.model}, {"window_frames", o_.window_frames}, {"path", o_.path_arguments},
+                {"reconstruct", o_.reconstruct_arguments}, {"seed", o_.seed}};
+    const fs::path file = work_ / "state.json";
+    std::error_code ec;
+    json state = fs::exists(file, ec) ? json::parse(ReadText(file), nullptr, false) : json();
+    if (!state.is_object() || state.value("wanted", json()) != wanted) {
+      for (const auto& entry : fs::directory_iterator(work_))
+        if (entry.path().filename().string().starts_with("window-") && entry.is_directory()) fs::remove_all(entry.path());
+      state = {{"wanted", wanted}};
+      WriteTextAtomically(file, state.dump(1) + "\n");
+    }
+  }
+
+  int WindowFrames() const {
+    const int usual = o_.model == "smooth" ? kSmoothWindow : kShotWindow;
+    return o_.window_frames > 0 ? o_.window_frames : usual;
+  }
+  int Overlap() const { return std::max(2, std::min(static_cast<int>(kOverlap_s * facts_.fps + 0.5), WindowFrames() / 3)); }
+
+  void MakeWindows() {
+    FilmFrames film(o_.input);
+    const int length = WindowFrames(), overlap = Overlap();
+    expected_windows_ = facts_.frames_hint > 0 ? std::max(1, static_cast<int>((facts_.frames_hint - overlap + length - overlap - 1) / std::max(1, length - overlap))) : 1;
+    int begin = 0;
+    bool joined = false;
+    for (;;) {
+      CheckInterrupted();
+      Window window;
+      window.begin = begin;
+      window.joined = joined;
+      window.folder = work_ / fmt::format("window-{:03d}", windows_.size());
+      const int got = film.Write(begin, length, window.folder / "frames", progress_);
+      RequireSteadyRate(film);
+      if (windows_.empty() && got < 2) throw DataError(got == 0 ? "the video has no frame that can be read" : "the video has one frame: there is nothing to stabilise", "a video of two frames or more", o_.input);
+      window.end = begin + got - 1;
+      if (got < length) {  // it ends here: what an earlier, longer run left behind does not belong to it
+        std::error_code ec;
+        for (const auto& entry : fs::directory_iterator(window.folder / "frames", ec))
+          if (entry.path().filename().string() > FilmFrameName(window.end)) fs::remove(entry.path());
+      }
+      if (got == 1) {
+        window.alone = true;
+        window.structure = "none";
+      } else {
+        Solve(window);
+      }
+      frames_ = window.end + 1;
+      const bool more = window.cut || !film.at_end();
+      joined = !window.cut;
+      begin = window.cut ? window.end + 1 : window.end + 1 - overlap;
+      windows_.push_back(std::move(window));
+      if (!more) break;
+      // The film may have ended with this window to the frame.
+      if (joined && film.Write(begin, overlap + 1, work_ / "next", progress_) <= overlap) break;
+    }
+    std::error_code ec;
+    fs::remove_all(work_ / "next", ec);
+    RequireSteadyRate(film);
+  }
+
+  void RequireSteadyRate(const FilmFrames& film) const {
+    const auto [shortest, longest] = film.Steps();
+    if (film.decoded() > 2 && longest - shortest > kSteadyRate / facts_.fps + 0.002)
+      throw DataError(fmt::format("a variable frame rate: {:.0f} to {:.0f} ms from frame to frame", 1000 * shortest, 1000 * longest), "ffmpeg -i IN -vsync cfr OUT.mp4 makes it constant", o_.input);
+  }
+
+  // Cameras and path of a window; ends it where a cut is.
+  void Solve(Window& window) {
+    const int number = static_cast<int>(windows_.size()) + 1;
+    const fs::path scene = window.folder / "scene", path = window.folder / "path.json", record = window.folder / "window.json";
+    std::error_code ec;
+    std::string before;
+    if (window.joined) before = Fingerprint(windows_.back().folder / "path.json");
+    const json key{{"begin", window.begin}, {"asked_end", window.end}, {"joined", window.joined}, {"before", before}};
+    const json known = fs::exists(record, ec) ? json::parse(ReadText(record), nullptr, false) : json();
+    if (known.is_object() && known.value("key", json()) == key && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
+      window.end = known["end"];
+      window.cut = known["cut"];
+      window.structure = known["structure"];
+      window.path_summary = known["path"];
+      window.seconds = known["seconds"];
+      return;
+    }
+    const auto start = Clock::now();
+    std::vector<std::string> arguments{(window.folder / "frames").string(), "-o", scene.string(), "--backend", "factorization", "--projective", "--matching", "sequential", "--fps", fmt::format("{}", facts_.fps)};
+    arguments.insert(arguments.end(), o_.reconstruct_arguments.begin(), o_.reconstruct_arguments.end());
+    const json cameras = json::parse(Start("cameras", "lumi-reconstruct", arguments, number).json);
+    window.structure = cameras.value("structure", "points");
+    if (cameras.contains("cut_frame")) {
+      window.cut = true;
+      window.end = cameras["cut_frame"].get<int>() - 1;
+    }
+    if (window.end > window.begin) {
+      arguments = {scene.string(), "-o", path.string(), "--model", o_.model, "--border", "fill", "--anchors", std::to_string(Overlap()), "--plot", (window.folder / "tracks.svg").string()};
+      if (window.joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
+      arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
+      window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
+    } else {
+      window.alone = true;
+      window.structure = "none";
+    }
+    fs::remove_all(scene / "colmap", ec);
+    window.seconds = SecondsSince(start);
+    if (!window.alone)
+      WriteTextAtomically(record, json{{"key", key}, {"end", window.end}, {"cut", window.cut}, {"structure", window.structure}, {"path", window.path_summary}, {"seconds", window.seconds}}.dump(1) + "\n");
+  }
+
+  void ChooseCrop() {
+    if (o_.border == "fill") return;
+    for (const Window& window : windows_)
+      if (!window.alone) summary_.kept_scale = std::min(summary_.kept_scale, window.path_summary.value("view_scale", 1.0));
+    if (summary_.kept_scale < 0.3)
+      throw DataError(fmt::format("a steady picture that is full everywhere would keep {:.0f} % of the width", 100 * summary_.kept_scale),
+                      "--border fill keeps the whole picture, --min-scale lets the path follow the camera more closely, --model smooth asks for less");
+  }
+
+  // A window renders up to the middle of what it shares with the next.
+  std::pair<int, int> Rendered(std::size_t i) const {
+    const Window& window = windows_[i];
+    const int half = Overlap() / 2;
+    return {window.begin + (window.joined ? half : 0), window.end - (i + 1 < windows_.size() && windows_[i + 1].joined ? Overlap() - half : 0)};
+  }
+
+  void RenderWindows() {
+    for (std::size_t i = 0; i < windows_.size(); ++i) {
+      CheckInterrupted();
+      if (windows_[i].alone) continue;
+      const fs::path part = PathPart(i);
+      Render(i, part, "steady", {});
+      if (o_.false_color) Render(i, part, "false-color", {"--show", "false-color"});
+    }
+  }
+
+  void Render(std::size_t i, const fs::path& path, const char* folder, std::vector<std::string> more) {
+    const Window& window = windows_[i];
+    std::vector<std::string> arguments{(window.folder / "scene").string(), "-o", (window.folder / folder).string(), "--path", path.string(), "--proxy", "per-view"};
+    const int width = 2 * static_cast<int>(0.5 * o_.render_scale * facts_.width_px + 0.5);
+    if (o_.render_scale != 1) arguments.insert(arguments.end(), {"--width", std::to_string(std::max(16, width))});
+    if (o_.border == "fill") arguments.insert(arguments.end(), {"--border", "fill"});
+    arguments.insert(arguments.end(), o_.render_arguments.begin(), o_.render_arguments.end());
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render", arguments, static_cast<int>(i) + 1);
+    windows_[i].seconds += stage.seconds;
+  }
+
+  // The frames that the window renders, zoomed to the crop of all.
+  fs::path PathPart(std::size_t i) const {
+    const Window& window = windows_[i];
+    json path = json::parse(ReadText(window.folder / "path.json"));
+    const auto [first, last] = Rendered(i);
+    const double width = path["width"], height = path["height"], scale = summary_.kept_scale;
+    json keys = json::array();
+    for (json& key : path["keys"]) {
+      const std::string name = key["view"];
+      if (name < FilmFrameName(first) || name > FilmFrameName(last)) continue;
+      key.erase("anchors_px");
+      for (int c = 0; c < 4; ++c) {
+        const double w = key["P"][8 + c];
+        key["P"][c] = key["P"][c].get<double>() / scale + (1 - 1 / scale) * 0.5 * width * w;
+        key["P"][4 + c] = key["P"][4 + c].get<double>() / scale + (1 - 1 / scale) * 0.5 * height * w;
+      }
+      keys.push_back(std::move(key));
+    }
+    path["keys"] = std::move(keys);
+    path["cropped"] = true;
+    const fs::path part = window.folder / "part.json";
+    WriteTextAtomically(part, path.dump() + "\n");
+    return part;
+  }
+
+  // Files of the result's frames in order; a frame that was not rendered stays as it was filmed.
+  std::vector<fs::path> FramesOf(const char* folder) const {
+    std::vector<fs::path> files(static_cast<std::size_t>(frames_));
+    for (std::size_t i = 0; i < windows_.size(); ++i) {
+      const auto [first, last] = Rendered(i);
+      for (int f = first; f <= last; ++f) files[static_cast<std::size_t>(f)] = windows_[i].folder / "frames" / FilmFrameName(f);
+      if (windows_[i].alone) continue;
+      const json path = json::parse(ReadText(windows_[i].folder / "part.json"));
+      std::vector<fs::path> rendered;
+      for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder / "frames"))
+        if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_")) rendered.push_back(entry.path());
+      std::sort(rendered.begin(), rendered.end());
+      const json& keys = path["keys"];
+      if (rendered.size() < keys.size()) throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(), (windows_[i].folder / folder).string()));
+      for (std::size_t k = 0; k < keys.size(); ++k) {
+        const std::string name = keys[k]["view"];
+        files[static_cast<std::size_t>(std::stoi(name.substr(6, 6)))] = rendered[k];
+      }
+    }
+    return files;
+  }
+
+  void WriteVideos() {
+    const std::vector<fs::path> steady = FramesOf("steady");
+    const Image8 first = ReadImage8(steady.front());
+    const auto sized = [&](Image8 image) { return image.width == first.width && image.height == first.height ? image : Resize(image, first.width, first.height); };
+    summary_.sound = WriteFilm(o_.output, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); }, facts_.sound ? o_.input : fs::path(), "writing video", progress_);
+    if (facts_.sound && !summary_.sound) progress_.Message("warning: the sound could not be taken over");
+    summary_.video = o_.output;
+    const auto filmed = [&](int i) {
+      for (const Window& window : windows_)
+        if (i >= window.begin && i <= window.end) return ReadImage8(window.folder / "frames" / FilmFrameName(i));
+      return Image8();
+    };
+    if (o_.split_screen) {
+      summary_.split_screen = Beside(o_.output, "-split.mp4");
+      WriteFilm(summary_.split_screen, frames_, facts_.fps, [&](int i) { return SplitScreen(filmed(i), sized(ReadImage8(steady[static_cast<std::size_t>(i)]))); }, facts_.sound ? o_.input : fs::path(), "writing split screen", progress_);
+    }
+    if (o_.false_color) {
+      const std::vector<fs::path> colors = FramesOf("false-color");
+      summary_.false_color = Beside(o_.output, "-false-color.mp4");
+      WriteFilm(summary_.false_color, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); }, {}, "writing false colours", progress_);
+    }
+  }
+
+  void Score() {
+    const int number = static_cast<int>(windows_.size());
+    summary_.score_json = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).json;
+  }
+
+  StabilizedWindow Reported(std::size_t i) const {
+    const Window& w = windows_[i];
+    StabilizedWindow r;
+    std::tie(r.first, r.last) = Rendered(i);
+    r.begin = w.begin;
+    r.end = w.end;
+    r.structure = w.structure;
+    r.seconds = w.seconds;
+    r.cut = w.cut;
+    if (w.path_summary.is_object()) {
+      r.view_scale = w.path_summary.value("view_scale", 1.0);
+      r.shake_before_px = w.path_summary.value("shake_before_px", 0.0);
+      r.shake_after_px = w.path_summary.value("shake_after_px", 0.0);
+      r.followed_frames = w.path_summary.value("followed_frames", 0);
+    }
+    return r;
+  }
+
+  const StabilizeVideoOptions& o_;
+  ProgressSink& progress_;
+  const fs::path work_;
+  FilmFacts facts_;
+  std::vector<Window> windows_;
+  int frames_ = 0;
+  int expected_windows_ = 1;
+  StabilizeVideoSummary summary_;
+};
+
+}  // namespace
+
+std::string Validate(const StabilizeVideoOptions& o) {
+  if (o.input.empty()) return "INPUT is missing";
+  if (o.output.empty()) return "-o OUT.mp4 is missing";
+  if (o.output.extension() != ".mp4" && o.output.extension() != ".MP4") return "--stabilize writes a video: -o OUT.mp4";
+  if (o.window_frames != 0 && o.window_frames < 30) return "--window-frames is 0 (chosen) or at least 30";
+  if (!(o.render_scale > 0 && o.render_scale <= 4)) return "--render-scale is above 0, up to 4";
+  return {};
+}
+
+StabilizeVideoSummary RunStabilizeVideo(const StabilizeVideoOptions& options, ProgressSink& progress) {
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
+  return StabilizeRun(options, progress).Go();
+}
+
+std::string ToJson(const StabilizeVideoSummary& s) {
+  nlohmann::ordered_json j;
+  j["video"] = s.video.string();
+  j["report"] = s.report.string();
+  j["split_screen"] = s.split_screen.empty() ? json(nullptr) : json(s.split_screen.string());
+  j["false_color"] = s.false_color.empty() ? json(nullptr) : json(s.false_color.string());
+  j["frames"] = s.frames;
+  j["fps"] = s.fps;
+  j["sound"] = s.sound;
+  j["border"] = s.border;
+  j["kept_scale"] = s.kept_scale;
+  j["kept_area"] = s.kept_scale * s.kept_scale;
+  j["windows"] = json::array();
+  for (const StabilizedWindow& w : s.windows)
+    j["windows"].push_back({{"first", w.first}, {"last", w.last}, {"reconstructed", {w.begin, w.end}}, {"structure", w.structure}, {"view_scale", w.view_scale},
+                            {"shake_before_px", w.shake_before_px}, {"shake_after_px", w.shake_after_px}, {"followed_frames", w.followed_frames}, {"cut", w.cut}, {"seconds", w.seconds}});
+  j["score"] = s.score_json.empty() ? json(nullptr) : json::parse(s.score_json, nullptr, false);
+  j["seconds"] = s.seconds;
+  return j.dump();
+}
+
+std::string ForPeople(const StabilizeVideoSummary& s) {
+  std::string text = fmt::format("{} frames in {} window{}, {:.1f} s; {}{}\n", s.frames, s.windows.size(), s.windows.size() == 1 ? "" : "s", s.seconds,
+                                 s.border == "fill" ? "the whole picture, its borders filled" : fmt::format("cropped to {:.0f} % of the width", 100 * s.kept_scale), s.sound ? ", with its sound" : "");
+  for (const StabilizedWindow& w : s.windows)
+    text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure, w.shake_before_px, w.shake_after_px,
+                        w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "", w.cut ? ", a cut" : "");
+  const json score = json::parse(s.score_json, nullptr, false);
+  if (score.is_object() && score.contains("videos"))
+    for (const json& v : score["videos"])
+      text += fmt::format("  {:<24} cropping {:.3f}  distortion {:.3f}  stability {:.3f}  jitter {:.2f} px\n", fs::path(v.value("file", "")).filename().string(), v.value("cropping_ratio", 0.0),
+                          v.value("distortion", 0.0), v.value("stability", 0.0), v.value("jitter_px", 0.0));
+  text += "video:   " + s.video.string() + "\n";
+  if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";
+  if (!s.false_color.empty()) text += "colours: " + s.false_color.string() + "\n";
+  return text + "report:  " + s.report.string();
+}
+
+}  // namespace lumi

@@ -1,0 +1,293 @@
+#include "reconstruct/factorization/homographies.h"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/sized_cost_function.h>
+#include <ceres/solver.h>
+#include <ceres/sphere_manifold.h>
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <opencv2/calib3d.hpp>
+#include <optional>
+
+#include "scene/program/interrupt.h"
+
+namespace lumi {
+namespace {
+
+using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr int kFewestShared = 8;       // tracks of two frames that a homography is taken from ...
+constexpr double kFewestAgree = 0.25;  // ... and the share of them that has to agree
+constexpr double kOutlierPx = 4;       // after the adjustment; what moves, or stands out of the plane
+
+struct FrameSight {
+  int track = -1, observation = -1;
+  Eigen::Vector2d x = Eigen::Vector2d::Zero();  // px from the middle of the picture, over half its longer side
+};
+
+struct Units {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double px = 1;
+  explicit Units(const Eigen::Vector2i& size) : centre_px(0.5 * size.cast<double>()), px(0.5 * std::max(1, size.maxCoeff())) {}
+  Eigen::Vector2d Of(const Eigen::Vector2d& x_px) const { return (x_px - centre_px) / px; }
+  Eigen::Matrix3d PxFromUnits() const {
+    Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+    K.topLeftCorner<2, 2>() *= px;
+    K.topRightCorner<2, 1>() = centre_px;
+    return K;
+  }
+};
+
+std::vector<std::vector<FrameSight>> SightsOfFrames(const Tracks& tracks, const std::vector<Units>& units) {
+  std::vector<std::vector<FrameSight>> frames(tracks.frames.size());
+  for (std::size_t t = 0; t < tracks.tracks.size(); ++t)
+    for (std::size_t k = 0; k < tracks.tracks[t].observations.size(); ++k) {
+      const TrackObservation& o = tracks.tracks[t].observations[k];
+      const auto f = static_cast<std::size_t>(o.frame);
+      frames[f].push_back({static_cast<int>(t), static_cast<int>(k), units[f].Of(o.x_px)});
+    }
+  return frames;  // each frame's by track, ascending
+}
+
+// b ~ H a, positive in front (w > 0 where it agrees). px: pixels a unit.
+std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const std::vector<FrameSight>& b, double px, const HomographyOptions& options) {
+  std::vector<cv::Point2d> x, y;
+  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    if (a[i].track == b[j].track) {
+      x.emplace_back(a[i].x.x(), a[i].x.y());
+      y.emplace_back(b[j].x.x(), b[j].x.y());
+      ++i, ++j;
+    } else {
+      ++(a[i].track < b[j].track ? i : j);
+    }
+  }
+  if (x.size() < kFewestShared) return std::nullopt;
+  cv::Mat agree;
+  const cv::Mat found = cv::findHomography(x, y, cv::RANSAC, options.inlier_px / px, agree, 2000, 0.999);
+  if (found.empty() || cv::countNonZero(agree) < std::max(kFewestShared, static_cast<int>(kFewestAgree * static_cast<double>(x.size())))) return std::nullopt;
+  Eigen::Matrix3d H;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) H(r, c) = found.at<double>(r, c);
+  int front = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (agree.at<std::uint8_t>(static_cast<int>(i)) != 0) front += H.row(2).dot(Eigen::Vector3d(x[i].x, x[i].y, 1)) > 0 ? 1 : -1;
+  const double det = H.determinant();
+  if (!(std::abs(det) > 1e-9) || (det < 0) != (front < 0)) return std::nullopt;  // mirrored
+  return H / std::cbrt(det);
+}
+
+class TurnCost final : public ceres::SizedCostFunction<2, 9, 3> {
+ public:
+  TurnCost(const Eigen::Vector2d& x, double px) : x_(x), px_(px) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const RowMajor3d> G(parameters[0]);
+    const Eigen::Map<const Eigen::Vector3d> d(parameters[1]);
+    const Eigen::Vector3d q = G * d;
+    const double s = px_ / q.z();
+    if (!std::isfinite(s)) return false;
+    const Eigen::Vector2d y = q.head<2>() / q.z();
+    Eigen::Map<Eigen::Vector2d>(residuals, 2) = (y - x_) * px_;
+    if (!jacobians) return true;
+    if (jacobians[0]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> J(jacobians[0]);
+      J.setZero();
+      for (int r = 0; r < 2; ++r) {
+        J.block<1, 3>(r, 3 * r) = s * d.transpose();
+        J.block<1, 3>(r, 6) = -s * y[r] * d.transpose();
+      }
+    }
+    if (jacobians[1]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
+      for (int r = 0; r < 2; ++r) J.row(r) = s * (G.row(r) - y[r] * G.row(2));
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d x_;
+  double px_;
+};
+
+// Of a frame's sights those of the longest tracks: they tie the most frames together.
+std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tracks, int most) {
+  if (most <= 0 || sights.size() <= static_cast<std::size_t>(most)) return sights;
+  const auto length = [&](const FrameSight& s) { return tracks.tracks[static_cast<std::size_t>(s.track)].observations.size(); };
+  std::stable_sort(sights.begin(), sights.end(), [&](const FrameSight& a, const FrameSight& b) { return length(a) > length(b); });
+  sights.resize(static_cast<std::size_t>(most));
+  return sights;
+}
+
+void Adjust(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
+            std::size_t fixed, std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, std::vector<char>& solved) {
+  ceres::CauchyLoss loss(1.0);
+  ceres::SphereManifold<9> frame_sphere;
+  ceres::SphereManifold<3> point_sphere;
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem problem(problem_options);
+  ceres::Solver::Options solver;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (RowMajor3d& g : G) {
+    g.normalize();
+    problem.AddParameterBlock(g.data(), 9, &frame_sphere);
+    ordering->AddElementToGroup(g.data(), 1);
+  }
+  problem.SetParameterBlockConstant(G[fixed].data());
+  std::vector<char> used(d.size(), 0);
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    for (const FrameSight& sight : Longest(frames[f], tracks, options.sights_per_frame)) {
+      const auto t = static_cast<std::size_t>(sight.track);
+      if (!solved[t]) continue;
+      if (!used[t]) {
+        problem.AddParameterBlock(d[t].data(), 3, &point_sphere);
+        ordering->AddElementToGroup(d[t].data(), 0);
+        used[t] = 1;
+      }
+      problem.AddResidualBlock(new TurnCost(sight.x, units[f].px), &loss, G[f].data(), d[t].data());
+    }
+  if (problem.NumResidualBlocks() == 0) return;
+  solver.linear_solver_ordering = ordering;
+  solver.linear_solver_type = ceres::SPARSE_SCHUR;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = 1e-6;
+  solver.num_threads = 1;  // sums in one order: the same bytes each time
+  solver.logging_type = ceres::SILENT;
+  const std::vector<RowMajor3d> before = G;
+  const std::vector<Eigen::Vector3d> points_before = d;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  bool usable = summary.IsSolutionUsable();
+  for (const RowMajor3d& g : G) usable = usable && g.allFinite();
+  if (!usable) {
+    G = before;
+    d = points_before;
+  }
+}
+
+// Where most of a track's sights say that it is; solved where they do.
+void Intersect(const std::vector<std::vector<FrameSight>>& frames, const std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, std::vector<char>& solved) {
+  std::fill(d.begin(), d.end(), Eigen::Vector3d::Zero());
+  std::vector<int> seen(d.size(), 0);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const Eigen::Matrix3d inverse = G[f].inverse();
+    for (const FrameSight& sight : frames[f]) {
+      d[static_cast<std::size_t>(sight.track)] += (inverse * sight.x.homogeneous()).normalized();
+      ++seen[static_cast<std::size_t>(sight.track)];
+    }
+  }
+  for (std::size_t t = 0; t < d.size(); ++t) {
+    solved[t] = seen[t] > 1 && d[t].norm() > 0.5 * seen[t];
+    if (solved[t]) d[t].normalize();
+  }
+}
+
+}  // namespace
+
+FactorizationResult ReconstructByHomographies(const Tracks& tracks, const HomographyOptions& options, ProgressSink& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  if (tracks.frames.empty()) throw DataError("there are no frames to relate");
+  std::vector<Units> units;
+  for (const Tracks::Frame& frame : tracks.frames) units.emplace_back(frame.size_px);
+  const auto frames = SightsOfFrames(tracks, units);
+  const std::size_t n = frames.size(), middle = n / 2;
+  FactorizationResult result;
+  std::vector<RowMajor3d> G(n, RowMajor3d::Identity());
+  Progress steps(progress, "homographies", static_cast<long>(n));
+  const auto chain = [&](std::size_t from, std::size_t to) {
+    CheckInterrupted();
+    if (const auto H = Between(frames[from], frames[to], units[to].px, options)) {
+      G[to] = *H * G[from];
+    } else {
+      G[to] = G[from];
+      MissingFrame& missing = result.missing.emplace_back();
+      missing.frame = static_cast<int>(to);
+      missing.reason = "shares too few features with its neighbour: taken not to have moved";
+    }
+    steps.Step();
+  };
+  for (std::size_t f = middle; f + 1 < n; ++f) chain(f, f + 1);
+  for (std::size_t f = middle; f > 0; --f) chain(f, f - 1);
+
+  std::vector<Eigen::Vector3d> d(tracks.tracks.size());
+  std::vector<char> solved(tracks.tracks.size(), 0);
+  Intersect(frames, G, d, solved);
+  Adjust(frames, tracks, units, options, middle, G, d, solved);
+
+  // Whatever the sign of what was found: in front is where the sights are.
+  for (std::size_t f = 0; f < n; ++f) {
+    int front = 0;
+    for (const FrameSight& s : frames[f])
+      if (solved[static_cast<std::size_t>(s.track)]) front += G[f].row(2).dot(d[static_cast<std::size_t>(s.track)]) > 0 ? 1 : -1;
+    if (front < 0) G[f] = -G[f];
+  }
+  result.upgrade = UpgradeKind::kQuasiAffine;
+  result.upgrade_reason = "the frames have no structure: they are related by homographies";
+  result.placed.assign(n, 1);
+  for (std::size_t f = 0; f < n; ++f) {
+    Matrix34d P = Matrix34d::Zero();
+    const Eigen::Matrix3d M = units[f].PxFromUnits() * G[f];
+    P.leftCols<3>() = M / M.norm();
+    result.P.push_back(P);
+  }
+  double sum = 0;
+  std::vector<double> square(d.size(), 0);
+  std::vector<FactorizationPoint> points(d.size());
+  for (std::size_t f = 0; f < n; ++f)
+    for (const FrameSight& s : frames[f]) {
+      const auto t = static_cast<std::size_t>(s.track);
+      if (!solved[t]) continue;
+      const Eigen::Vector3d q = G[f] * d[t];
+      const double error = q.z() > 0 ? (q.hnormalized() - s.x).norm() * units[f].px : 1e300;
+      if (error > kOutlierPx) {
+        ++result.culled;
+        continue;
+      }
+      points[t].observations.push_back(s.observation);
+      points[t].error_px += error;
+      square[t] += error * error;
+    }
+  for (std::size_t t = 0; t < points.size(); ++t) {
+    FactorizationPoint& p = points[t];
+    if (p.observations.size() < 2) continue;
+    std::sort(p.observations.begin(), p.observations.end());
+    p.track = static_cast<int>(t);
+    p.X = Eigen::Vector4d(d[t].x(), d[t].y(), d[t].z(), 1).normalized();
+    p.error_px /= static_cast<double>(p.observations.size());
+    sum += square[t];
+    result.sights += static_cast<long>(p.observations.size());
+    result.points.push_back(std::move(p));
+  }
+  result.rms_px = result.projective_rms_px = result.sights > 0 ? std::sqrt(sum / static_cast<double>(result.sights)) : 0;
+  result.seconds.total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+int PlaceByHomography(FactorizationResult& result, const Tracks& tracks, const HomographyOptions& options) {
+  if (result.upgrade == UpgradeKind::kMetric) return 0;
+  std::vector<Units> units;
+  for (const Tracks::Frame& frame : tracks.frames) units.emplace_back(frame.size_px);
+  const auto frames = SightsOfFrames(tracks, units);
+  int placed = 0;
+  const auto pass = [&](std::size_t from, std::size_t to) {
+    if (!result.placed[from] || result.placed[to]) return;
+    const auto H = Between(frames[from], frames[to], units[to].px, options);
+    if (!H) return;
+    result.P[to] = units[to].PxFromUnits() * *H * units[from].PxFromUnits().inverse() * result.P[from];
+    result.P[to] /= result.P[to].norm();
+    result.placed[to] = 1;
+    ++placed;
+  };
+  for (std::size_t f = 0; f + 1 < frames.size(); ++f) pass(f, f + 1);
+  for (std::size_t f = frames.size(); f-- > 1;) pass(f, f - 1);
+  std::erase_if(result.missing, [&](const MissingFrame& m) { return result.placed[static_cast<std::size_t>(m.frame)] != 0; });
+  return placed;
+}
+
+}  // namespace lumi

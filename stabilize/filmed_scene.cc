@@ -1,0 +1,150 @@
+#include "stabilize/filmed_scene.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <numeric>
+
+#include "scene/geometry/median.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+#include "scene/view_triangulation/view_triangulation.h"
+
+namespace lumi {
+namespace {
+
+constexpr double kMostErrorPx = 4;  // of a point that is believed
+constexpr int kBorderSamples = 8;   // along the longer side
+
+Eigen::Matrix3d PxFromUnits(const FilmedScene& film) {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K.topLeftCorner<2, 2>() *= film.px_per_unit();
+  K.topRightCorner<2, 1>() = 0.5 * film.size_px.cast<double>();
+  return K;
+}
+
+// The stacked matrices' orthonormalising transformation.
+Eigen::Matrix4d Balancing(const std::vector<Matrix34d>& P) {
+  Eigen::MatrixXd stacked(3 * static_cast<Eigen::Index>(P.size()), 4);
+  for (std::size_t t = 0; t < P.size(); ++t) stacked.middleRows<3>(3 * static_cast<Eigen::Index>(t)) = P[t] / P[t].norm();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
+  const Eigen::Matrix4d R = qr.matrixQR().topRows<4>().triangularView<Eigen::Upper>();
+  // Cameras at one centre leave a direction of the world without any matrix: it keeps its own scale.
+  const double largest = R.diagonal().cwiseAbs().maxCoeff();
+  Eigen::Matrix4d regular = R;
+  for (int i = 0; i < 4; ++i)
+    if (std::abs(regular(i, i)) < 1e-9 * largest) regular(i, i) = largest;
+  return regular.inverse();
+}
+
+void SampleBorder(const FilmedScene& film, const std::vector<Eigen::Vector4d>& X, FilmedFrame& frame) {
+  if (X.empty()) return;
+  ViewTriangulationOptions options;
+  options.margin = 0;
+  options.border_samples = kBorderSamples;
+  options.merge_px = 6;
+  const Matrix34d P_px = PxFromUnits(film) * frame.P;
+  const ViewTriangulation triangulation = TriangulateView(P_px, film.size_px, X, film.plane_at_infinity, options);
+  const Eigen::Vector2d middle = 0.5 * film.size_px.cast<double>();
+  std::vector<std::pair<double, std::size_t>> around;
+  for (std::size_t v = 0; v < triangulation.vertices.size(); ++v)
+    if (triangulation.point[v] < 0) {
+      const Eigen::Vector2d d = (triangulation.x_px[v] - middle).cwiseQuotient(film.size_px.cast<double>());
+      around.emplace_back(std::atan2(d.y(), d.x()), v);
+    }
+  std::sort(around.begin(), around.end());
+  for (const auto& [angle, v] : around) frame.border.push_back(triangulation.vertices[v].normalized());
+}
+
+}  // namespace
+
+Matrix34d FilmedScene::InPixels(const Matrix34d& P) const { return PxFromUnits(*this) * P * world_from_balanced.inverse(); }
+
+Matrix34d FilmedScene::InUnits(const Matrix34d& P_px) const {
+  const Matrix34d P = PxFromUnits(*this).inverse() * P_px * world_from_balanced;
+  return P / P.norm();
+}
+
+FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
+  if (scene.views.size() < 2)
+    throw DataError(fmt::format("the scene has {} view: there is nothing to stabilise", scene.views.size()), "lumi-reconstruct VIDEO --backend factorization --projective --all-frames", scene.folder);
+  const std::optional<Plane> infinity = PlaneAtInfinity(scene);
+  if (!infinity)
+    throw DataError("the scene says nothing of its plane at infinity", "reconstruct it with lumi-reconstruct --backend factorization --projective", scene.folder);
+  FilmedScene film;
+  film.size_px = SizePx(scene, scene.views.front());
+  std::vector<std::size_t> order(scene.views.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const bool numbered = std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.frame_index.has_value(); });
+  if (numbered)
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return *scene.views[a].frame_index < *scene.views[b].frame_index; });
+
+  std::vector<Matrix34d> P;
+  std::vector<std::int32_t> frame_of(scene.views.size());
+  for (const std::size_t v : order) {
+    const View& view = scene.views[v];
+    if (SizePx(scene, view) != film.size_px)
+      throw DataError("the views have several sizes: a video's frames have one", "stabilise one video at a time", scene.ImagePath(view));
+    frame_of[v] = static_cast<std::int32_t>(film.frames.size());
+    FilmedFrame& frame = film.frames.emplace_back();
+    frame.name = view.name;
+    P.push_back(PxFromUnits(film).inverse() * MakeRenderView(scene, view).P);
+  }
+  const bool timed = !fps && std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const View& view = scene.views[order[i]];
+    film.frames[i].time_s = timed ? *view.time_s : (numbered ? *view.frame_index : static_cast<double>(i)) / fps.value_or(30);
+    if (i > 0) steps.push_back(film.frames[i].time_s - film.frames[i - 1].time_s);
+  }
+  const double step = Median(steps);
+  film.fps = step > 0 ? 1 / step : fps.value_or(30);
+
+  const Eigen::Matrix4d H = Balancing(P);
+  film.world_from_balanced = H;
+  for (std::size_t t = 0; t < P.size(); ++t) {
+    film.frames[t].P = P[t] * H;
+    film.frames[t].P /= film.frames[t].P.norm();
+  }
+  const Eigen::Matrix4d balanced_from_world = H.inverse();
+  film.plane_at_infinity = (H.transpose() * *infinity).normalized();
+  int front = 0;
+  for (const Point& point : scene.points) {
+    if (point.error_px > kMostErrorPx || point.track.size() < 2) continue;
+    const Eigen::Vector4d world = scene.frame == Frame::kMetric ? Eigen::Vector4d(point.x_in_world.homogeneous()) : point.X_in_world;
+    const Eigen::Vector4d X = (balanced_from_world * world).normalized();
+    if (!X.allFinite()) continue;
+    front += film.plane_at_infinity.dot(X) > 0 ? 1 : -1;
+    const auto index = static_cast<std::int32_t>(film.X.size());
+    film.X.push_back(X);
+    for (const Observation& o : point.track)
+      film.frames[static_cast<std::size_t>(frame_of[static_cast<std::size_t>(o.view.value)])].sights.push_back(
+          {index, (o.x_px - 0.5 * film.size_px.cast<double>()) / film.px_per_unit()});
+  }
+  if (front < 0) film.plane_at_infinity = -film.plane_at_infinity;
+
+  // One centre: what the second camera sees of the first one's centre is nothing.
+  film.one_centre = true;
+  const Eigen::Vector4d centre = CentreOfProjection(film.frames.front().P);
+  for (const FilmedFrame& frame : film.frames) film.one_centre = film.one_centre && (frame.P * centre).norm() < 1e-9;
+
+  ParallelFor(film.frames.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      std::vector<Eigen::Vector4d> seen;
+      for (const SightOfPoint& s : film.frames[t].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
+      SampleBorder(film, seen, film.frames[t]);
+    }
+  });
+  if (film.one_centre) {
+    // Their depth is not known, and a matrix that was free to use it would bend the picture: points become directions from the centre.
+    const auto direction = [&](Eigen::Vector4d& X) { X = (X - centre * centre.dot(X)).normalized(); };
+    for (Eigen::Vector4d& X : film.X) direction(X);
+    for (FilmedFrame& frame : film.frames)
+      for (Eigen::Vector4d& X : frame.border) direction(X);
+  }
+  return film;
+}
+
+}  // namespace lumi

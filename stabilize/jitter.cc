@@ -1,0 +1,41 @@
+#include "stabilize/jitter.h"
+
+#include <cmath>
+
+namespace lumi {
+
+double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
+  // A Hann window two seconds long passes half at 0.5 Hz and nothing from 1 Hz on; what it leaves is the shake.
+  const int reach = std::max(1, static_cast<int>(std::lround(film.fps)));
+  const auto n = static_cast<int>(P.size());
+  std::vector<std::vector<int>> seen(film.X.size());
+  for (int t = 0; t < n; ++t)
+    for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights) seen[static_cast<std::size_t>(s.point)].push_back(t);
+  double sum = 0;
+  long count = 0;
+  for (std::size_t j = 0; j < seen.size(); ++j) {
+    if (static_cast<int>(seen[j].size()) <= reach) continue;
+    // Images beyond the frames that see a point are as good: the matrices know no ends of tracks.
+    const auto at = [&](int t) -> Eigen::Vector2d {
+      const Eigen::Vector3d q = P[static_cast<std::size_t>(t)] * film.X[j];
+      return q.z() > 1e-9 ? Eigen::Vector2d(q.head<2>() / q.z()) : Eigen::Vector2d::Constant(std::nan(""));
+    };
+    for (const int t : seen[j]) {
+      if (t < reach || t + reach >= n || t % 4 != 0) continue;
+      Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+      double weights = 0;
+      for (int d = -reach + 1; d < reach; ++d) {
+        const double w = 0.5 + 0.5 * std::cos(3.14159265358979 * d / reach);
+        mean += w * at(t + d);
+        weights += w;
+      }
+      const Eigen::Vector2d off = at(t) - mean / weights;
+      if (!off.allFinite() || off.norm() > 1) continue;  // near the principal plane: no image
+      sum += off.squaredNorm();
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) * film.px_per_unit() : 0;
+}
+
+}  // namespace lumi

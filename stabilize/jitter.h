@@ -1,0 +1,14 @@
+// How much a path of matrices shakes.
+#pragma once
+
+#include <vector>
+
+#include "stabilize/filmed_scene.h"
+
+namespace lumi {
+
+// Pixels, RMS: the part above 1 Hz of where the points' images move under P. Along each point, over the frames that see it: what a
+// moving average of one second leaves over. 0 where no point is seen for a second.
+double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P);
+
+}  // namespace lumi

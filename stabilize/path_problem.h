@@ -1,0 +1,50 @@
+// Matrices P' whose images of the points come close to where they are wanted and move smoothly: the one least-squares problem that all
+// models end in (thesis sec. 6.4.2, whose resection frame by frame it is where nothing asks for smoothness).
+//
+//   sum_t  weight_t  mean_j |P'_t X_j - y_tj|^2   +   smoothness sum_t mean_j |D2(P' X_j)_t - D2(y_j)_t|^2
+//
+// D2: second difference in time, of images in units (FilmedScene). What a low-pass of each trajectory would be, if all
+// trajectories had to agree on one camera.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "stabilize/filmed_scene.h"
+
+namespace lumi {
+
+struct WantedPoint {
+  Eigen::Vector4d X = Eigen::Vector4d::Zero();
+  Eigen::Vector2d y = Eigen::Vector2d::Zero();   // units
+  double share = 1;                              // of the frame's weight, before it is normalised
+};
+
+struct WantedFrame {
+  std::vector<WantedPoint> points;
+  double weight = 1;                             // of these targets
+  // Second differences that the model itself has, one a point, of points that lie in front in the frame before and after too; empty: none.
+  std::vector<Eigen::Vector2d> bend;
+  bool held = false;                             // P stays what it is
+};
+
+struct PathProblemOptions {
+  double smoothness = 1;      // of second differences, against a weight of 1; 0: frame by frame
+  int max_iterations = 20;
+  double tolerance = 1e-7;    // relative decrease of the cost
+};
+
+struct PathProblemSummary {
+  int iterations = 0;
+  double start_cost = 0, cost = 0;
+  bool usable = false, converged = false;
+};
+
+// P: one a frame, started from and replaced; unchanged where the result is not usable. Ceres, sparse normal equations of blocks of 12;
+// deterministic. Throws std::invalid_argument where the numbers of frames differ.
+PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, const PathProblemOptions& options, std::vector<Matrix34d>& P);
+
+// Smoothness for which a weight of 1 lets half the amplitude at cutoff_hz pass: 1 / (2 - 2 cos w)^2, w the frequency in radians a frame.
+double SmoothnessOf(double cutoff_hz, double fps);
+
+}  // namespace lumi

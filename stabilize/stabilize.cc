@@ -1,0 +1,279 @@
+#include "stabilize/stabilize.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "scene/geometry/median.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "stabilize/jitter.h"
+#include "stabilize/path_problem.h"
+#include "stabilize/view_area.h"
+
+namespace lumi {
+namespace {
+
+constexpr double kBorderShare = 0.5;      // of a border point, whose depth is extended, against one of the structure
+constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
+constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
+constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing
+constexpr double kHeldWeight = 1e3;       // of what was shown already
+
+std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d& X) {
+  const Eigen::Vector3d q = P * X;
+  if (!(q.z() > 1e-9)) return std::nullopt;
+  return Eigen::Vector2d(q.head<2>() / q.z());
+}
+
+// A frame's points that its matrix is fitted to: its structure, spread over the picture, and its border.
+std::vector<WantedPoint> PointsOf(const FilmedScene& film, const FilmedFrame& frame, int wanted) {
+  constexpr int kColumns = 8, kRows = 6;
+  std::array<std::vector<const SightOfPoint*>, kColumns * kRows> cells;
+  const Eigen::Vector2d half = film.half();
+  for (const SightOfPoint& s : frame.sights) {
+    const int c = std::clamp(static_cast<int>(kColumns * (s.x.x() / half.x() + 1) / 2), 0, kColumns - 1);
+    const int r = std::clamp(static_cast<int>(kRows * (s.x.y() / half.y() + 1) / 2), 0, kRows - 1);
+    cells[static_cast<std::size_t>(r * kColumns + c)].push_back(&s);
+  }
+  std::vector<WantedPoint> points;
+  for (std::size_t depth = 0; points.size() < static_cast<std::size_t>(wanted); ++depth) {
+    bool any = false;
+    for (const auto& cell : cells) {
+      if (depth >= cell.size() || points.size() >= static_cast<std::size_t>(wanted)) continue;
+      any = true;
+      points.push_back({film.X[static_cast<std::size_t>(cell[depth]->point)], Eigen::Vector2d::Zero(), 1});
+    }
+    if (!any) break;
+  }
+  for (const Eigen::Vector4d& X : frame.border) points.push_back({X, Eigen::Vector2d::Zero(), kBorderShare});
+  return points;
+}
+
+// Where the frame's pixels went, near x: the affine map of the nearest anchors.
+std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const Eigen::Vector2d& x_px) {
+  constexpr std::size_t kNearest = 8;
+  if (anchors.size() < 4) return std::nullopt;
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t i = 0; i < anchors.size(); ++i) near.emplace_back((anchors[i].from_px - x_px).squaredNorm(), i);
+  const std::size_t n = std::min(kNearest, near.size());
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(n), near.end());
+  const double reach = near[n - 1].first + 1;
+  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
+  Eigen::Vector2d plain = Eigen::Vector2d::Zero();
+  double weights = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Anchor& a = anchors[near[k].second];
+    const double w = 1 / (1 + 8 * near[k].first / reach);
+    const Eigen::Vector2d d = (a.from_px - x_px) / std::sqrt(reach);
+    const Eigen::Vector3d row(1, d.x(), d.y());
+    N += w * row * row.transpose();
+    right += w * row * (a.to_px - a.from_px).transpose();
+    plain += w * (a.to_px - a.from_px);
+    weights += w;
+  }
+  N.diagonal().tail<2>().array() += 1e-3 * weights;  // anchors on a line say nothing across it
+  const Eigen::Matrix<double, 3, 2> fit = N.inverse() * right;
+  return Eigen::Vector2d(x_px + fit.row(0).transpose());
+}
+
+// 1 where the window before was sure of its path, falling to 0 at its end.
+double HeldShare(int frame, int overlap) {
+  const double u = static_cast<double>(frame) / std::max(1, overlap);
+  return u < 0.5 ? 1 : std::max(0.0, 1 - (2 * u - 1)) * std::max(0.0, 1 - (2 * u - 1));
+}
+
+std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeOptions& options) {
+  std::vector<std::int32_t> inside;
+  if (options.object_frame < 0 || options.object_frame >= static_cast<int>(film.frames.size()))
+    throw UsageError(fmt::format("--object-frame is 0 to {}", film.frames.size() - 1));
+  const FilmedFrame& frame = film.frames[static_cast<std::size_t>(options.object_frame)];
+  const auto px = [&](const SightOfPoint& s) { return Eigen::Vector2d(s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>()); };
+  if (!options.object_points_px.empty()) {
+    for (const Eigen::Vector2d& picked : options.object_points_px) {
+      constexpr double kReachPx = 12;
+      const SightOfPoint* nearest = nullptr;
+      for (const SightOfPoint& s : frame.sights)
+        if (!nearest || (px(s) - picked).squaredNorm() < (px(*nearest) - picked).squaredNorm()) nearest = &s;
+      if (!nearest || (px(*nearest) - picked).norm() > kReachPx)
+        throw DataError(fmt::format("no track passes within {:.0f} px of {:.0f},{:.0f} in frame {}", kReachPx, picked.x(), picked.y(), options.object_frame), "pick a corner or a texture");
+      inside.push_back(nearest->point);
+    }
+    return inside;
+  }
+  if (options.object_px.size() != 4) throw UsageError("--model vertigo wants the object that is to stay", "--object X,Y,WIDTH,HEIGHT in pixels of the first frame, or --object-point");
+  std::vector<double> depth;
+  const Eigen::Vector2d low(options.object_px[0], options.object_px[1]), high = low + Eigen::Vector2d(options.object_px[2], options.object_px[3]);
+  std::vector<std::int32_t> all;
+  for (const SightOfPoint& s : frame.sights) {
+    const Eigen::Vector2d x = px(s);
+    if ((x.array() < low.array()).any() || (x.array() > high.array()).any()) continue;
+    all.push_back(s.point);
+    const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(s.point)];
+    depth.push_back(film.plane_at_infinity.dot(X) / frame.P.row(2).dot(X));
+  }
+  // What shows beside the object within the box lies behind it: nearer than most is the object.
+  if (all.empty()) return inside;
+  std::vector<double> sorted = depth;
+  std::sort(sorted.begin(), sorted.end());
+  const double near = sorted[sorted.size() - 1 - sorted.size() / 10];
+  constexpr double kSameDepth = 0.25;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (depth[i] > (1 - kSameDepth) * near) inside.push_back(all[i]);
+  return inside;
+}
+
+}  // namespace
+
+std::string Validate(const StabilizeOptions& o) {
+  if (!(o.cutoff_hz > 0)) return "--cutoff-hz is positive";
+  if (!(o.min_scale >= 0.2 && o.min_scale <= 1)) return "--min-scale is 0.2 to 1";
+  if (o.half_window < 0 || o.half_window > 1000) return "--window is 1 to 2001 frames, odd";
+  if (o.iterations < 0 || o.points < 8 || o.anchors < 0) return "--iterations is 0 and more, --points 8 and more";
+  if (!o.object_px.empty() && (o.object_px.size() != 4 || !(o.object_px[2] > 0) || !(o.object_px[3] > 0))) return "--object is X,Y,WIDTH,HEIGHT in pixels";
+  if (o.fps && !(*o.fps > 0)) return "--fps is positive";
+  return {};
+}
+
+MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, StabilizeReport& report, ProgressSink& progress) {
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
+  const std::size_t n = film.frames.size();
+  report.model = options.model;
+  report.frames = static_cast<int>(n);
+  report.points = static_cast<int>(film.X.size());
+  report.homographies = film.one_centre;
+
+  std::vector<Matrix34d> original;
+  for (const FilmedFrame& frame : film.frames) original.push_back(frame.P);
+  ModelFit model;
+  if (options.model != MotionModel::kSmooth) {
+    ModelFitOptions fit;
+    if (options.model == MotionModel::kVertigo) fit.object = ObjectPoints(film, options);
+    model = FitModel(film, options.model, fit);
+    report.model_rms_px = model.rms * film.px_per_unit();
+    report.turn_deg = model.turn_rad * 180 / std::numbers::pi;
+    if (model.focus_of_expansion) {
+      Eigen::Vector3d e = *model.focus_of_expansion;
+      e.head<2>() = film.px_per_unit() * e.head<2>() + 0.5 * e.z() * film.size_px.cast<double>();
+      report.focus_of_expansion_px = e;
+    }
+  }
+
+  // Where the path before this one put the frames that both have.
+  std::vector<const MatrixKey*> shown(n, nullptr);
+  int overlap = 0;
+  if (options.before) {
+    std::map<std::string, const MatrixKey*> by_name;
+    for (const MatrixKey& key : options.before->keys)
+      if (!key.anchors.empty()) by_name[key.view] = &key;
+    for (std::size_t t = 0; t < n; ++t)
+      if (const auto it = by_name.find(film.frames[t].name); it != by_name.end()) {
+        shown[t] = it->second;
+        overlap = static_cast<int>(t) + 1;
+      }
+    if (overlap == 0) throw DataError("the path to go on from has anchors for none of the scene's frames", "make it with --anchors N, N the frames that both have");
+    report.joined_frames = overlap;
+  }
+
+  const double smoothness = SmoothnessOf(options.cutoff_hz, film.fps);
+  const bool smooth = options.model == MotionModel::kSmooth;
+  std::vector<std::vector<WantedPoint>> points(n);
+  for (std::size_t t = 0; t < n; ++t) points[t] = PointsOf(film, film.frames[t], options.points);
+  const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
+
+  std::vector<Matrix34d> P = smooth ? original : model.P;
+  std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
+  PathProblemOptions problem;
+  problem.smoothness = smoothness;
+  Progress steps(progress, "path", options.iterations + 1);
+  std::vector<double> log_follow(n, 0.0);
+  for (int round = 0;; ++round) {
+    const bool exact = !smooth && overlap == 0 && std::all_of(follow.begin(), follow.end(), [](double f) { return f == 0; });
+    if (!exact) {
+      std::vector<WantedFrame> wanted(n);
+      for (std::size_t t = 0; t < n; ++t) {
+        WantedFrame& frame = wanted[t];
+        const double held = shown[t] ? kHeldWeight * smoothness * HeldShare(static_cast<int>(t), overlap) : 0;
+        const double of_model = smooth ? 0 : 1;
+        frame.weight = of_model + follow[t] + held;
+        for (WantedPoint point : points[t]) {
+          const auto filmed = ImageOf(original[t], point.X);
+          const auto meant = smooth ? filmed : ImageOf(model.P[t], point.X);
+          if (!filmed || !meant) continue;
+          Eigen::Vector2d sum = of_model * *meant + follow[t] * *filmed;
+          double weight = of_model + follow[t];
+          if (held > 0)
+            if (const auto to = Moved(shown[t]->anchors, *filmed * film.px_per_unit() + middle_px)) {
+              sum += held * (*to - middle_px) / film.px_per_unit();
+              weight += held;
+            }
+          point.y = sum / weight;
+          Eigen::Vector2d bend(0, 0);
+          if (!smooth && t > 0 && t + 1 < n) {
+            const auto a = ImageOf(model.P[t - 1], point.X), c = ImageOf(model.P[t + 1], point.X);
+            if (a && c) bend = *a - 2 * *meant + *c;
+          }
+          frame.points.push_back(point);
+          frame.bend.push_back(bend);
+        }
+      }
+      const PathProblemSummary solved = SolvePathProblem(wanted, problem, P);
+      report.iterations += solved.iterations;
+    }
+    steps.Step();
+    scales = ViewScales(film, P, {options.half_window, 0.2});
+    if (round >= options.iterations) break;
+    // Frames that miss something pull the path towards the camera, their neighbours with them.
+    std::vector<double> more(n, 0.0);
+    bool any = false;
+    const int reach = std::max(1, static_cast<int>(std::ceil(2 * kSpread_s * film.fps)));
+    for (std::size_t t = 0; t < n; ++t) {
+      const double missing = options.min_scale - scales[t];
+      if (missing <= kScaleSlack || (shown[t] && HeldShare(static_cast<int>(t), overlap) > 0.5)) continue;
+      any = true;
+      for (int d = -reach; d <= reach; ++d) {
+        const auto at = static_cast<std::ptrdiff_t>(t) + d;
+        if (at < 0 || at >= static_cast<std::ptrdiff_t>(n)) continue;
+        const double u = d / (kSpread_s * film.fps);
+        more[static_cast<std::size_t>(at)] = std::max(more[static_cast<std::size_t>(at)], std::min(missing, 0.1) * std::exp(-0.5 * u * u));
+      }
+    }
+    if (!any) break;
+    for (std::size_t t = 0; t < n; ++t) {
+      log_follow[t] += kGain * more[t];
+      follow[t] = smooth ? std::exp(log_follow[t]) : std::expm1(log_follow[t]);
+    }
+  }
+  for (std::size_t t = 0; t < n; ++t) report.followed_frames += log_follow[t] > std::log(2.0) ? 1 : 0;
+
+  report.view_scale = *std::min_element(scales.begin(), scales.end());
+  report.shake_before_px = ShakePx(film, original);
+  report.shake_after_px = ShakePx(film, P);
+
+  MatrixPath path;
+  path.fps = film.fps;
+  path.size_px = film.size_px;
+  path.model = Name(options.model);
+  path.view_scale = report.view_scale;
+  path.cropped = options.crop;
+  for (std::size_t t = 0; t < n; ++t) {
+    MatrixKey key;
+    key.time_s = film.frames[t].time_s;
+    key.view = film.frames[t].name;
+    key.P = film.InPixels(options.crop ? CroppedTo(P[t], report.view_scale) : P[t]);
+    if (t + static_cast<std::size_t>(options.anchors) >= n)
+      for (const WantedPoint& point : points[t]) {
+        const auto from = ImageOf(original[t], point.X), to = ImageOf(P[t], point.X);
+        if (from && to) key.anchors.push_back({*from * film.px_per_unit() + middle_px, *to * film.px_per_unit() + middle_px});
+      }
+    path.keys.push_back(std::move(key));
+  }
+  return path;
+}
+
+}  // namespace lumi
