@@ -110,8 +110,13 @@ class Meter {
       score_.stability_x = StabilityOf(score_.path.x_px, kStillPx);
       score_.stability_y = StabilityOf(score_.path.y_px, kStillPx);
       score_.stability_rotation = StabilityOf(score_.path.rotation_rad, kStillPx / half_diagonal_px);
-      if (score_.stability_x) score_.stability = std::min({*score_.stability_x, *score_.stability_y, *score_.stability_rotation});
-      else warn("too short for a stability score: 12 frames and more");
+      if (score_.stability_x) {
+        score_.stability = std::min({*score_.stability_x, *score_.stability_y, *score_.stability_rotation});
+        score_.stability_detrended = std::min({*StabilityOf(WithoutLine(score_.path.x_px), kStillPx), *StabilityOf(WithoutLine(score_.path.y_px), kStillPx),
+                                               *StabilityOf(WithoutLine(score_.path.rotation_rad), kStillPx / half_diagonal_px)});
+      } else {
+        warn("too short for a stability score: 12 frames and more");
+      }
     }
     if (score_.failed_steps > 0) warn(fmt::format("{} of {} frames have no movement from the one before: blank, blurred or without features", score_.failed_steps, steps));
     score_.jitter = jitter_.Result();

@@ -43,6 +43,20 @@ std::optional<double> StabilityOf(const std::vector<double>& path, double still_
   return slow / std::accumulate(energies.begin() + kSlow, energies.end(), slow);
 }
 
+std::vector<double> WithoutLine(std::vector<double> path) {
+  const double n = static_cast<double>(path.size()), middle = 0.5 * (n - 1);
+  double mean = 0, slope = 0, square = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double t = static_cast<double>(i) - middle;
+    mean += path[i] / n;
+    slope += t * path[i];
+    square += t * t;
+  }
+  if (square > 0) slope /= square;
+  for (std::size_t i = 0; i < path.size(); ++i) path[i] -= mean + slope * (static_cast<double>(i) - middle);
+  return path;
+}
+
 void CameraPath::Begin(double time_s) { times_s_ = {time_s}; }
 
 void CameraPath::Add(double time_s, Step step, const Movement& movement) {

@@ -19,6 +19,9 @@ std::vector<double> PathEnergies(const std::vector<double>& path);
 // (root mean square about its mean): nothing moves that could be slow or fast.
 std::optional<double> StabilityOf(const std::vector<double>& path, double still_rms);
 
+// The path without the straight line that fits it best: what is left of a constant speed is nothing.
+std::vector<double> WithoutLine(std::vector<double> path);
+
 // The path of a camera as its picture's movement adds up: of its middle and its rotation. What cannot be measured takes
 // the mean of the steps on either side, or its share of a movement across the gap; over a cut the path goes on from where it was.
 class CameraPath {

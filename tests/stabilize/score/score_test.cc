@@ -113,6 +113,9 @@ TEST(Stability, IsTheShareOfSlowWaves) {
     if (k <= 5) slow += energy;
   }
   EXPECT_NEAR(*StabilityOf(ramp, 0), slow / all, kRounding);
+  EXPECT_EQ(*StabilityOf(WithoutLine(ramp), 1e-9), 1);
+  for (int i = 0; i < 500; ++i) ramp[static_cast<std::size_t>(i)] += std::cos(std::numbers::pi * (i - 249.5) / 5);  // even about the middle: no slope
+  EXPECT_LT(*StabilityOf(WithoutLine(ramp), 1e-9), 1e-6);
 }
 
 TEST(Stability, OfWhatStandsStillIsOneAndOfWhatIsShortIsNone) {
