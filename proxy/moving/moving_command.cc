@@ -41,6 +41,15 @@ MovingPhoto ReadMovingPhoto(const Scene& scene, const MomentView& moment, int lo
   return photo;
 }
 
+// As it is recorded what the photos' times were.
+std::string TimesOf(const Scene& scene) {
+  std::size_t count = 0;
+  double sum = 0, squares = 0;
+  for (const View& v : scene.views)
+    if (v.time_s) ++count, sum += *v.time_s, squares += *v.time_s * *v.time_s;
+  return fmt::format("{} {:.17g} {:.17g} {:.17g}", count, sum, squares, scene.period_s.value_or(0));
+}
+
 }  // namespace
 
 std::string UnfitForMoving(const Scene& scene) {
@@ -66,7 +75,7 @@ std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, P
   const bool made = std::find(there.begin(), there.end(), request.over) == there.end();
   if (made && request.over != MovingRequest().over) LoadProxy(opened, request.over);  // says which there are
   std::map<std::string, std::string> inputs{{"masks", Fingerprint(opened.folder / "masks")}, {"images", Fingerprint(opened.image_folder)},
-                                            {"manifest", fmt::format("{}", opened.period_s.value_or(0))}};
+                                            {"times", TimesOf(opened)}};
   if (!made) inputs["over"] = Fingerprint(ProxyPath(opened.folder, request.over));
   std::map<std::string, std::string> record{{"over", request.over}, {"moments", std::to_string(options.moments)}, {"grid", std::to_string(options.grid)}, {"smoothness", fmt::format("{}", options.smoothness)}};
   return MakeProxy(target, "moving", std::move(record), std::move(inputs), progress, [&](const Scene& scene, Json& json) {
