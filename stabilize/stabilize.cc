@@ -224,6 +224,11 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
       }
       const PathProblemSummary solved = SolvePathProblem(wanted, problem, P);
       report.iterations += solved.iterations;
+      // No point of a film of one centre tells where else a camera could be: what damping let it drift to is none of the path's.
+      if (film.one_centre) {
+        const Eigen::Vector4d centre = CentreOfProjection(original.front());
+        for (Matrix34d& p : P) p -= (p * centre) * centre.transpose();
+      }
     }
     steps.Step();
     scales = ViewScales(film, P, {options.half_window, 0.2});
