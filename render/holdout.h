@@ -43,8 +43,8 @@ struct HoldoutSummary {
 };
 
 // The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
-// plus the angle between the optical axes.
-ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use);
+// plus the angle between the optical axes, plus, where the settings count time, what its own time is off, as rays are weighed.
+ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings);
 
 // The photo's own view at most this wide (0: at its own size), with its time and exposure. Metric frames.
 RenderView HeldOutView(const Scene& scene, const View& view, int width_px);
