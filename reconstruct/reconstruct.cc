@@ -231,6 +231,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
                                                                      : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
   if (several_videos) {
     if (given.resampled) throw UsageError("several videos at once take a camera.yaml without skew and k3 only", "undistort the videos before");
+    if (options.offsets_frames.empty()) RefineWithCameras(cameras, scene, sink);
     ExpandFrames(scene, cameras, options, work_folder / "frames", summary, sink);
   }
   scene.period_s = PeriodOfScene(options);

@@ -10,36 +10,13 @@
 #include "reconstruct/view_times.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
-#include "scene/geometry/projection.h"
 #include "scene/program/error.h"
+#include "turning_object.h"
 
 namespace lumi {
 namespace {
 
 constexpr double kAxisExact = 1e-9;  // rounding of products of rotations
-
-// A camera in the room that looks at an object on a table, and rises after every turn; `shake`: of a hand, in the room's units and radians.
-struct Table {
-  Eigen::Vector3d axis = Eigen::Vector3d(0.1, -1, 0.2).normalized(), point{0.3, 0.2, -0.1};
-  std::vector<Rigid3> cam_from_room, cam_from_object;
-  std::vector<double> turns;
-
-  Table(int photos, double step, double first, double shake) {
-    std::mt19937 random(11);
-    std::normal_distribution<double> noise(0, 1);
-    TurnAxis truth{.direction = axis, .point = point};
-    for (int i = 0; i < photos; ++i) {
-      turns.push_back(first + i * step);
-      const double rise = std::floor(i * step) * 0.2;
-      const Eigen::Vector3d eye = Eigen::Vector3d(2, -0.4 - rise, 1) + shake * Eigen::Vector3d(noise(random), noise(random), noise(random));
-      Rigid3 camera = LookAt(eye, point, -axis);
-      camera = Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(shake * noise(random), Eigen::Vector3d(noise(random), 1, noise(random)).normalized())), Eigen::Vector3d::Zero()} * camera;
-      cam_from_room.push_back(camera);
-      cam_from_object.push_back(camera * truth.RoomFromObject(turns.back()));
-    }
-  }
-  double DistanceOff(const TurnAxis& found) const { return axis.cross(found.point - point).norm(); }
-};
 
 TEST(Turntable, TheAxisIsFoundThoughTheCameraRisesAfterEveryTurn) {
   for (const double step : {1 / 47.0, 0.31, -1 / 47.0}) {  // the last: a table that turns the other way round is an axis that points the other way
@@ -61,32 +38,6 @@ TEST(Turntable, AHandThatShakesMovesTheAxisLessThanItself) {
   const TurnAxis found = FindTurnAxis(table.cam_from_object, table.turns);
   EXPECT_LT((found.direction - table.axis).norm(), 2 * kShake);
   EXPECT_LT(table.DistanceOff(found), 4 * kShake);
-}
-
-TEST(TurntableHardCase, TimesFarFromZeroAndPhasesThatRepeatDoNoHarm) {
-  // 1e9 turns: doubles hold 1e-7 of a turn there.
-  Table table(94, 1 / 47.0, 1e9, 0);
-  EXPECT_LT(table.DistanceOff(FindTurnAxis(table.cam_from_object, table.turns)), 1e-4);
-  // Photos of one moment say nothing of the axis, and are no 0/0.
-  Table twice(20, 1 / 47.0, 0, 0);
-  for (int i = 0; i < 20; ++i) twice.cam_from_object.push_back(twice.cam_from_object[19]), twice.turns.push_back(twice.turns[19]);
-  EXPECT_LT(twice.DistanceOff(FindTurnAxis(twice.cam_from_object, twice.turns)), kAxisExact);
-}
-
-TEST(TurntableHardCase, WhatDoesNotGoRoundIsRefused) {
-  const Table table(60, 1 / 47.0, 0, 0);
-  EXPECT_THROW(FindTurnAxis(table.cam_from_room, table.turns), DataError) << "the room's cameras";
-  std::vector<double> half = table.turns;
-  for (double& t : half) t *= 0.5;
-  EXPECT_THROW(FindTurnAxis(table.cam_from_object, half), DataError) << "another pace";
-  EXPECT_THROW(FindTurnAxis({table.cam_from_object.begin(), table.cam_from_object.begin() + 3}, {0, 1 / 47.0, 2 / 47.0}), DataError) << "two pairs";
-  EXPECT_THROW(FindTurnAxis({}, {}), DataError);
-  // A camera that looks about at the right pace, from places that lie on no circle.
-  std::vector<Rigid3> lost = table.cam_from_object;
-  std::mt19937 random(2);
-  std::normal_distribution<double> n(0, 1);
-  for (Rigid3& pose : lost) pose.translation += Eigen::Vector3d(n(random), n(random), n(random));
-  EXPECT_THROW(FindTurnAxis(lost, table.turns), DataError);
 }
 
 TEST(Turntable, InTheRoomTheCameraStandsAndThePointsTurn) {
