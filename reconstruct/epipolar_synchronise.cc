@@ -15,21 +15,24 @@ namespace lumi {
 namespace {
 
 constexpr int kPictureWidth = 240;       // finer than what the first guess takes: planes lie close together
-constexpr double kCodingChange = 8;      // grey values
-constexpr std::size_t kPlanes = 96;      // about two rows of a small picture each
+constexpr int kCodingChange = 8;         // grey values
+constexpr std::size_t kPlanes = 64;      // about three rows of a small picture each
 constexpr double kLeastEnergy = 4;       // grey values a plane: below, what moves is a few noisy pixels
 constexpr int kReach = 6;                // frames that a first guess may be off
 constexpr int kLeastFrames = 16;         // that two videos share
 constexpr double kNarrowest = 1e-4;      // rad: planes that both cameras see
 constexpr double kNearest = 1e-9;        // distance of two centres, of their distance from the origin: no plane is told
 constexpr double kSays = 0.1;            // correlation of motion that has to do with each other
+constexpr double kMostAlike = 0.999;      // of a correlation: beyond, its logarithm says how little noise there is
+constexpr double kRounding = 1e-9;
 constexpr int kMostRounds = 50;
 
-// The logarithm of the change in each plane, frame by frame.
+// The logarithm of what moves in each plane, frame by frame; [0]: change, [1]: foreground.
 using Profile = std::vector<std::array<float, kPlanes>>;
+using Profiles = std::array<Profile, 2>;
 
 struct PlanePair {
-  Profile a, b;
+  Profiles a, b;
 };
 
 std::vector<Eigen::Vector3f> RaysOf(const WatchedMotion& video) {
@@ -43,17 +46,20 @@ std::vector<Eigen::Vector3f> RaysOf(const WatchedMotion& video) {
   return rays;
 }
 
-Profile ProfileOf(const WatchedMotion& video, const std::vector<float>& angle, float low, float high) {
-  Profile profile(video.frames.size());
-  for (std::size_t i = 0; i < profile.size(); ++i) {
-    profile[i].fill(0);
-    for (const auto& [pixel, change] : video.frames[i]) {
-      const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes);
-      if (at >= 0 && at < static_cast<float>(kPlanes)) profile[i][static_cast<std::size_t>(at)] += change;
+Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle, float low, float high) {
+  Profiles profiles;
+  for (std::size_t kind = 0; kind < profiles.size(); ++kind) {
+    for (const WatchedMotion::Pixels& pixels : kind == 0 ? video.change : video.foreground) {
+      auto& planes = profiles[kind].emplace_back();
+      planes.fill(0);
+      for (const auto& [pixel, value] : pixels) {
+        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes);
+        if (at >= 0 && at < static_cast<float>(kPlanes)) planes[static_cast<std::size_t>(at)] += value;
+      }
+      for (float& energy : planes) energy = std::log(static_cast<float>(kLeastEnergy) + energy);
     }
-    for (float& energy : profile[i]) energy = std::log(static_cast<float>(kLeastEnergy) + energy);
   }
-  return profile;
+  return profiles;
 }
 
 // The planes through both centres that both cameras see, by their angle; none where there is no such thing.
@@ -77,7 +83,7 @@ std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eige
     high = std::min(high, most);
   }
   if (!(high - low > kNarrowest)) return std::nullopt;
-  return PlanePair{ProfileOf(a, angles[0], low, high), ProfileOf(b, angles[1], low, high)};
+  return PlanePair{ProfilesOf(a, angles[0], low, high), ProfilesOf(b, angles[1], low, high)};
 }
 
 // Over all planes and the frames that both show; each plane about its own mean, so that what always moves there says nothing.
@@ -95,39 +101,81 @@ double PlaneCorrelation(const Profile& a, const Profile& b, int lag) {
     aa += sum_aa - sum_a * sum_a / n;
     bb += sum_bb - sum_b * sum_b / n;
   }
-  constexpr double kRounding = 1e-9;
   return aa > kRounding * n && bb > kRounding * n ? ab / std::sqrt(aa * bb) : 0;
+}
+
+// Each camera alone, and what a maximum spanning tree of the pairs falls into where one of its edges is cut.
+std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pair<std::size_t, std::size_t>>& pairs, const std::vector<double>& strength) {
+  std::vector<std::size_t> order(pairs.size()), part(n);
+  for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t x, std::size_t y) { return strength[x] > strength[y]; });
+  for (std::size_t camera = 0; camera < n; ++camera) part[camera] = camera;
+  std::vector<std::pair<std::size_t, std::size_t>> tree;
+  for (const std::size_t p : order) {
+    const auto [a, b] = pairs[p];
+    if (part[a] == part[b]) continue;
+    tree.push_back(pairs[p]);
+    const std::size_t from = part[b], to = part[a];
+    std::replace(part.begin(), part.end(), from, to);
+  }
+  std::vector<std::vector<bool>> groups;
+  for (std::size_t camera = 0; camera < n; ++camera) {
+    groups.emplace_back(n, false);
+    groups.back()[camera] = true;
+  }
+  for (std::size_t cut = 0; cut < tree.size(); ++cut) {
+    std::vector<bool> group(n, false);
+    group[tree[cut].second] = true;
+    for (std::size_t grown = 0; grown < tree.size(); ++grown)  // as often as a path may be long
+      for (std::size_t e = 0; e < tree.size(); ++e)
+        if (e != cut && group[tree[e].first] != group[tree[e].second]) group[tree[e].first] = group[tree[e].second] = true;
+    groups.push_back(std::move(group));
+  }
+  return groups;
 }
 
 }  // namespace
 
-WatchedMotion WatchMotion(const std::filesystem::path& video, const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink) {
+WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink) {
   VideoReader reader(video);
-  WatchedMotion motion;
-  motion.cam_from_world = cam_from_world;
-  Progress progress(sink, "following what moves in " + video.filename().string(), reader.frame_count_hint());
-  cv::Mat before;
-  while (auto frame = reader.Next()) {
+  Progress progress(sink, "following what moves in " + video.filename().string(), std::min<long>(reader.frame_count_hint(), kWatchedFrames));
+  std::vector<cv::Mat> frames;
+  for (int i = 0; i < first && reader.Skip(); ++i) {
+  }
+  while (auto frame = static_cast<int>(frames.size()) < kWatchedFrames ? reader.Next() : std::nullopt) {
     const cv::Mat rgb(frame->rgb.height, frame->rgb.width, CV_8UC3, frame->rgb.data.data());
-    cv::Mat grey, small;
+    cv::Mat grey;
     cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
     const double scale = std::min(1.0, static_cast<double>(kPictureWidth) / grey.cols);
-    cv::resize(grey, small, cv::Size(), scale, scale, cv::INTER_AREA);
-    small.convertTo(small, CV_32F);
-    if (before.empty()) motion.camera = camera.Scaled(small.cols, small.rows);
-    auto& changed = motion.frames.emplace_back();
-    for (int i = 0; !before.empty() && i < small.rows * small.cols; ++i) {
-      const auto change = static_cast<float>(std::abs(small.ptr<float>()[i] - before.ptr<float>()[i]) - kCodingChange);
-      if (change > 0) changed.emplace_back(i, change);
-    }
-    before = small;
+    cv::resize(grey, frames.emplace_back(), cv::Size(), scale, scale, cv::INTER_AREA);
     progress.Step();
   }
-  if (motion.frames.empty()) throw InputError(video, "no frame can be read", "re-encode it: ffmpeg -i IN OUT.mp4");
+  if (frames.empty()) throw InputError(video, "no frame can be read", "re-encode it: ffmpeg -i IN OUT.mp4");
+  const int pixels = frames[0].rows * frames[0].cols;
+  std::vector<std::uint8_t> median(static_cast<std::size_t>(pixels));
+  ParallelFor(median.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint8_t> values(frames.size());
+    for (std::size_t p = begin; p < end; ++p) {
+      for (std::size_t i = 0; i < frames.size(); ++i) values[i] = frames[i].ptr()[p];
+      std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+      median[p] = values[values.size() / 2];
+    }
+  });
+  WatchedMotion motion{camera.Scaled(frames[0].cols, frames[0].rows), cam_from_world, {}, {}};
+  motion.change.resize(frames.size());
+  motion.foreground.resize(frames.size());
+  ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (int p = 0; p < pixels; ++p) {
+        const int value = frames[i].ptr()[p], change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0, beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
+        if (change > 0) motion.change[i].emplace_back(p, static_cast<float>(change));
+        if (beyond > 0) motion.foreground[i].emplace_back(p, static_cast<float>(beyond));
+      }
+  });
   return motion;
 }
 
-RefinedOffsets RefineOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets) {
+OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets) {
   const std::size_t n = videos.size();
   std::vector<std::vector<Eigen::Vector3f>> rays(n);
   ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
@@ -137,47 +185,55 @@ RefinedOffsets RefineOffsets(const std::vector<WatchedMotion>& videos, const std
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
   // Of each pair, at lags around the one given: both cameras may be off by the reach.
-  std::vector<std::vector<double>> correlation(pairs.size());
+  struct Agreement {
+    double likelihood = 0, correlation = 0;
+  };
+  std::vector<std::vector<Agreement>> agreement(pairs.size());
   ParallelFor(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const auto [a, b] = pairs[p];
       const auto planes = PlanesOf(videos[a], rays[a], videos[b], rays[b]);
-      for (int d = -2 * kReach; d <= 2 * kReach; ++d) correlation[p].push_back(planes ? PlaneCorrelation(planes->a, planes->b, offsets[b] - offsets[a] + d) : 0);
+      for (int d = -2 * kReach; d <= 2 * kReach; ++d) {
+        Agreement& at = agreement[p].emplace_back();
+        for (std::size_t kind = 0; planes && kind < planes->a.size(); ++kind) {
+          const double c = std::clamp(PlaneCorrelation(planes->a[kind], planes->b[kind], offsets[b] - offsets[a] + d), 0.0, kMostAlike);
+          at.likelihood -= std::log(1 - c * c);
+          at.correlation += c / static_cast<double>(planes->a.size());
+        }
+      }
     }
   });
   std::vector<int> moved(n, 0);
-  const auto agreement = [&](std::size_t camera, int by) {  // of one camera's pairs, if it were moved by so much
+  const auto total = [&](const std::vector<int>& by, double Agreement::*what) {
     double sum = 0;
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const auto [a, b] = pairs[p];
-      if (a != camera && b != camera) continue;
-      sum += correlation[p][static_cast<std::size_t>((b == camera ? by : moved[b]) - (a == camera ? by : moved[a]) + 2 * kReach)];
-    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) sum += agreement[p][static_cast<std::size_t>(by[pairs[p].second] - by[pairs[p].first] + 2 * kReach)].*what;
     return sum;
   };
-  // One camera after the other, to where it agrees best with the others, until none moves.
+  // One camera after the other, and groups that hang together by the pairs that agree best, to where they agree best with the others, until
+  // none moves: neighbours that agree among themselves would hold each other where they are.
+  std::vector<double> strength;
+  for (const std::vector<Agreement>& of : agreement)
+    strength.push_back(std::max_element(of.begin(), of.end(), [](const Agreement& x, const Agreement& y) { return x.likelihood < y.likelihood; })->likelihood);
+  const std::vector<std::vector<bool>> groups = GroupsOf(n, pairs, strength);
   bool changed = true;
   for (int round = 0; changed && round < kMostRounds; ++round) {
     changed = false;
-    for (std::size_t camera = 0; camera < n; ++camera) {
-      int best = moved[camera];
-      double best_sum = agreement(camera, best);
-      for (int by = -kReach; by <= kReach; ++by)
-        if (const double sum = agreement(camera, by); sum > best_sum + 1e-12) best = by, best_sum = sum;
-      changed = changed || best != moved[camera];
-      moved[camera] = best;
+    for (const std::vector<bool>& group : groups) {
+      std::vector<int> best = moved;
+      double best_sum = total(moved, &Agreement::likelihood);
+      for (int by = -2 * kReach; by <= 2 * kReach; ++by) {
+        std::vector<int> tried = moved;
+        for (std::size_t camera = 0; camera < n; ++camera) tried[camera] += group[camera] ? by : 0;
+        if (std::any_of(tried.begin(), tried.end(), [](int m) { return std::abs(m) > kReach; })) continue;
+        if (const double sum = total(tried, &Agreement::likelihood); sum > best_sum + kRounding) best = tried, best_sum = sum;
+      }
+      changed = changed || best != moved;
+      moved = best;
     }
   }
-  RefinedOffsets refined{offsets, 0};
-  for (std::size_t camera = 0; camera < n; ++camera) refined.correlation += agreement(camera, moved[camera]) / (2 * static_cast<double>(std::max<std::size_t>(1, pairs.size())));
-  if (refined.correlation < kSays) {
-    refined.correlation = 0;
-    return refined;
-  }
-  for (std::size_t camera = 0; camera < n; ++camera) refined.offsets[camera] += moved[camera];
-  const int least = *std::min_element(refined.offsets.begin(), refined.offsets.end());
-  for (int& offset : refined.offsets) offset -= least;
-  return refined;
+  OffsetCorrections corrections{moved, total(moved, &Agreement::correlation) / static_cast<double>(std::max<std::size_t>(1, pairs.size()))};
+  if (corrections.correlation < kSays) corrections = {std::vector<int>(n, 0), 0};
+  return corrections;
 }
 
 }  // namespace lumi

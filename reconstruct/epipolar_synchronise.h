@@ -16,21 +16,26 @@
 
 namespace lumi {
 
-// One video: what changes from frame to frame, in small pictures, and the camera that took them.
+// One video: what moves in its frames, in small pictures, and the camera that took them.
 struct WatchedMotion {
-  Camera camera;                                                        // of the small pictures
+  using Pixels = std::vector<std::pair<std::int32_t, float>>;  // row by row, and by how many grey values more than coding may change it
+  Camera camera;                                               // of the small pictures
   Rigid3 cam_from_world;
-  std::vector<std::vector<std::pair<std::int32_t, float>>> frames;      // pixel (row by row) and change, grey values beyond what coding changes; the first frame's is empty
+  std::vector<Pixels> change;                                  // a frame against the one before; the first frame's is empty
+  std::vector<Pixels> foreground;                              // a frame against the median of all
 };
 
+// At most so many frames from `first` on: as many as synchronising needs.
+constexpr int kWatchedFrames = 600;
 // `camera`: the video's own, at any size. Throws InputError where no frame can be read.
-WatchedMotion WatchMotion(const std::filesystem::path& video, const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink);
+WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink);
 
-struct RefinedOffsets {
-  std::vector<int> offsets;   // as Synchronisation's; the least is 0
-  double correlation = 0;     // mean over the pairs of cameras, -1 .. 1; 0: nothing to compare, and the offsets are those given
+struct OffsetCorrections {
+  std::vector<int> frames;    // to be added to the offsets
+  double correlation = 0;     // mean over the pairs of cameras, -1 .. 1; 0: nothing to compare, and nothing is corrected
 };
-// The offsets near those given (6 frames and less from them) at which the motion in the planes of all pairs of cameras correlates best.
-RefinedOffsets RefineOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets);
+// `offsets`: frame i of a video is the common clock's frame i + offset. Of the corrections of 6 frames and less, those at which what moves in the
+// planes of all pairs of cameras goes together best: the sum of -log(1 - correlation^2), which is the likelihood's logarithm but for a factor.
+OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets);
 
 }  // namespace lumi

@@ -110,27 +110,25 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
 }
 
 void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink) {
+  const int common = *std::max_element(capture.offsets.begin(), capture.offsets.end());  // all have started
   std::vector<WatchedMotion> motions;
   std::vector<std::size_t> placed;
-  std::vector<int> offsets;
   for (std::size_t v = 0; v < capture.videos.size(); ++v)
     for (const View& view : scene.views)
       if (view.name == PhotoName(capture.videos[v])) {
-        motions.push_back(WatchMotion(capture.videos[v], scene.CameraOf(view), view.cam_from_world, sink));
+        motions.push_back(WatchMotion(capture.videos[v], common - capture.offsets[v], scene.CameraOf(view), view.cam_from_world, sink));
         placed.push_back(v);
-        offsets.push_back(capture.offsets[v]);
       }
-  const RefinedOffsets refined = RefineOffsets(motions, offsets);
-  if (!(refined.correlation > 0)) return;
-  const int at = *std::min_element(offsets.begin(), offsets.end());  // the others may start before
-  for (std::size_t i = 0; i < placed.size(); ++i) capture.offsets[placed[i]] = refined.offsets[i] + at;
+  const OffsetCorrections corrections = CorrectOffsets(motions, std::vector<int>(motions.size(), 0));
+  if (!(corrections.correlation > 0)) return;
+  for (std::size_t i = 0; i < placed.size(); ++i) capture.offsets[placed[i]] += corrections.frames[i];
   const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
   std::string text;
   for (int& offset : capture.offsets) {
     offset -= least;
     text += (text.empty() ? "" : ", ") + std::to_string(offset);
   }
-  sink.Message(fmt::format("with the cameras known, the videos start at frames {} (correlation {:.2f} in the planes of two cameras)", text, refined.correlation));
+  sink.Message(fmt::format("with the cameras known, the videos start at frames {} (correlation {:.2f} in the planes of two cameras)", text, corrections.correlation));
 }
 
 void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const fs::path& folder, ReconstructSummary& summary, ProgressSink& sink) {

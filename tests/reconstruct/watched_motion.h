@@ -28,9 +28,10 @@ inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& pl
   }
   std::vector<WatchedMotion> videos;
   for (std::size_t c = 0; c < places.size(); ++c) {
-    WatchedMotion video{camera, LookAt(places[c], {0, 0, 0}, {0, 0, 1}), {}};
+    WatchedMotion video{camera, LookAt(places[c], {0, 0, 0}, {0, 0, 1}), {}, {}};
     for (int i = 0; i < kFramesLong; ++i) {
-      auto& changed = video.frames.emplace_back();
+      auto& changed = video.change.emplace_back();
+      auto& foreground = video.foreground.emplace_back();
       if (i == 0 || !moving) continue;
       for (int p = 0; p < kPoints; ++p) {
         const auto t = static_cast<std::size_t>(i + starts[c]);
@@ -41,8 +42,10 @@ inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& pl
         const int u = static_cast<int>(now->x()), v = static_cast<int>(now->y());
         for (int dy = -2; dy <= 2; ++dy)
           for (int dx = -2; dx <= 2; ++dx)
-            if (u + dx >= 0 && v + dy >= 0 && u + dx < kPixels && v + dy < kRows)
+            if (u + dx >= 0 && v + dy >= 0 && u + dx < kPixels && v + dy < kRows) {
+              foreground.emplace_back((v + dy) * kPixels + u + dx, static_cast<float>(10 * (1 + facing)));
               changed.emplace_back((v + dy) * kPixels + u + dx, static_cast<float>(5 * (*now - *then).norm() + 15 * (1 + facing)));
+            }
       }
     }
     videos.push_back(std::move(video));
