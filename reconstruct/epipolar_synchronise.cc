@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kPictureWidth = 240;       // finer than what the first guess takes: planes lie close together
 constexpr int kCodingChange = 8;         // grey values
-constexpr std::size_t kPlanes = 64;      // about three rows of a small picture each
-constexpr double kLeastEnergy = 4;       // grey values a plane: below, what moves is a few noisy pixels
+constexpr std::ptrdiff_t kPlanes = 64;      // about three rows of a small picture each
+constexpr double kLeastEnergy = 16;    // grey values a plane: below, what moves is a few noisy pixels
 constexpr int kReach = 6;                // frames that a first guess may be off
 constexpr int kLeastFrames = 16;         // that two videos share
 constexpr double kNarrowest = 1e-4;      // rad: planes that both cameras see
@@ -28,7 +28,7 @@ constexpr double kRounding = 1e-9;
 constexpr int kMostRounds = 50;
 
 // The logarithm of what moves in each plane, frame by frame; [0]: change, [1]: foreground.
-using Profile = std::vector<std::array<float, kPlanes>>;
+using Profile = std::vector<std::array<float, static_cast<std::size_t>(kPlanes)>>;
 using Profiles = std::array<Profile, 2>;
 
 struct PlanePair {
@@ -53,8 +53,11 @@ Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle,
       auto& planes = profiles[kind].emplace_back();
       planes.fill(0);
       for (const auto& [pixel, value] : pixels) {
-        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes);
-        if (at >= 0 && at < static_cast<float>(kPlanes)) planes[static_cast<std::size_t>(at)] += value;
+        // Shared between the two nearest, so that cameras that are a little off make little difference.
+        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes) - 0.5F, below = std::floor(at), share = at - below;
+        const auto plane = static_cast<std::ptrdiff_t>(below);
+        if (plane >= 0 && plane < kPlanes) planes[static_cast<std::size_t>(plane)] += (1 - share) * value;
+        if (plane >= -1 && plane + 1 < kPlanes) planes[static_cast<std::size_t>(plane + 1)] += share * value;
       }
       for (float& energy : planes) energy = std::log(static_cast<float>(kLeastEnergy) + energy);
     }
@@ -91,7 +94,7 @@ double PlaneCorrelation(const Profile& a, const Profile& b, int lag) {
   const int first = std::max(1, 1 + lag), last = std::min(static_cast<int>(a.size()), static_cast<int>(b.size()) + lag), n = last - first;
   if (n < kLeastFrames) return 0;
   double ab = 0, aa = 0, bb = 0;
-  for (std::size_t plane = 0; plane < kPlanes; ++plane) {
+  for (std::size_t plane = 0; plane < static_cast<std::size_t>(kPlanes); ++plane) {
     double sum_a = 0, sum_b = 0, sum_ab = 0, sum_aa = 0, sum_bb = 0;
     for (int i = first; i < last; ++i) {
       const double x = static_cast<double>(a[static_cast<std::size_t>(i)][plane]), y = static_cast<double>(b[static_cast<std::size_t>(i - lag)][plane]);

@@ -110,16 +110,20 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
 }
 
 void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink) {
-  const int common = *std::max_element(capture.offsets.begin(), capture.offsets.end());  // all have started
+  // Of long videos a part that all show; two of them may share more.
+  const int begin = std::max(0, *std::max_element(capture.offsets.begin(), capture.offsets.end()) - kWatchedFrames / 4);
   std::vector<WatchedMotion> motions;
   std::vector<std::size_t> placed;
+  std::vector<int> offsets;
   for (std::size_t v = 0; v < capture.videos.size(); ++v)
     for (const View& view : scene.views)
       if (view.name == PhotoName(capture.videos[v])) {
-        motions.push_back(WatchMotion(capture.videos[v], common - capture.offsets[v], scene.CameraOf(view), view.cam_from_world, sink));
+        const int first = std::max(0, begin - capture.offsets[v]);
+        motions.push_back(WatchMotion(capture.videos[v], first, scene.CameraOf(view), view.cam_from_world, sink));
         placed.push_back(v);
+        offsets.push_back(capture.offsets[v] + first);
       }
-  const OffsetCorrections corrections = CorrectOffsets(motions, std::vector<int>(motions.size(), 0));
+  const OffsetCorrections corrections = CorrectOffsets(motions, offsets);
   if (!(corrections.correlation > 0)) return;
   for (std::size_t i = 0; i < placed.size(); ++i) capture.offsets[placed[i]] += corrections.frames[i];
   const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
