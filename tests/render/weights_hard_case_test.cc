@@ -268,7 +268,7 @@ TEST(HardCase, TheEndOfAPeriodIsItsBeginningAtAnyTime) {
         ExpectConvex(r);
         for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(r, j), WeightOf(exact, j), 40 * (beside + rounding) / kWindow + 1e-5) << from << ' ' << side * beside;
       }
-    for (const double time_s : {std::nextafter(end, 0), std::nextafter(end, 1e18), end + kPeriod, end - 3 * kPeriod})
+    for (const double time_s : {std::nextafter(end, 0), std::nextafter(end, 1e18), end + kPeriod, end - 3 * kPeriod, 0.0})  // the last: a phase, which knows of no clock
       for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(at(time_s), j), WeightOf(exact, j), 40 * rounding / kWindow + 1e-5) << from;
   }
 }
