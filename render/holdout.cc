@@ -7,6 +7,7 @@
 
 #include "render/convert.h"
 #include "render/output_name.h"
+#include "render/radiance/measures/time.h"
 #include "render/vanishing_point.h"
 #include "render/view_time.h"
 #include "scene/files/image_io.h"
@@ -51,7 +52,7 @@ ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vect
 
 }  // namespace
 
-ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use) {
+ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings) {
   if (scene.frame != Frame::kMetric) return NearestByVanishingPoints(scene, view, use);
   const auto& wanted = scene.views[static_cast<std::size_t>(view.value)];
   const std::vector<double> depths = PointDepths(scene, view);
@@ -63,7 +64,12 @@ ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& us
     const View& v = scene.views[i];
     const double baseline = (v.CentreInWorld() - wanted.CentreInWorld()).norm();
     const Eigen::Vector3d a = v.cam_from_world.R().row(2), b = wanted.cam_from_world.R().row(2);
-    const double distance = std::atan2(baseline, depth) + AngleBetween(a, b);
+    double distance = std::atan2(baseline, depth) + AngleBetween(a, b);
+    if (settings.time && v.time_s && wanted.time_s) {
+      double dt = *v.time_s - *wanted.time_s;
+      if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
+      distance += settings.epsilon * 2 * settings.r_max_rad * static_cast<double>(TimeDissimilarity(static_cast<float>(dt), {.inverse_half_window = static_cast<float>(2 / settings.time_window_s), .core = static_cast<float>(settings.time_core), .least = static_cast<float>(settings.time_least)}));
+    }
     if (best.value < 0 || distance < least) {
       best = {static_cast<std::int32_t>(i)};
       least = distance;
@@ -158,7 +164,7 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
     const Image8 object = ObjectMask(scene, view, request.view.size_px);
     if (!object.empty()) result.psnr_object_db = PsnrWithin(rendered, photo, object);
 
-    const ViewId nearest = NearestPhoto(scene, id, use);
+    const ViewId nearest = NearestPhoto(scene, id, use, request.settings);
     result.nearest_name = scene.views[static_cast<std::size_t>(nearest.value)].name;
     request.use.assign(scene.views.size(), false);
     request.use[static_cast<std::size_t>(nearest.value)] = true;
