@@ -95,6 +95,12 @@ if [ -z "$only_speed$only_quality" ]; then
   done
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
+  for example in lamp helicopter; do
+    # From the video alone, and its period from a tripod's.
+    "$bin/lumi-pipeline" "$work/$example/video.mp4" -o "$work/$example-periodic" --periodic --fixed-video "$work/$example/fixed.mp4" --no-video --quiet
+    printf '\n## lumi-pipeline --periodic: %s\n\n' "$example"
+    "$bin/timeperiodic_bench" reconstructed "$example" "$work/$example" "$work/$example-periodic"
+  done
   # Walks whose ideal path is known: the steady camera's own video is the row after the input.
   for example in hallway plaza vertigo; do
     [ -f "$work/shaky-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$work/shaky-$example" --quiet

@@ -1,6 +1,7 @@
 // What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, their pictures at
 // unseen places and phases against the width of the time window, what times cost a still scene, and real photos held out.
 //
+//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's video
 //   timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with pendulum/, dino-rings/
 #include <fmt/format.h>
 
@@ -9,7 +10,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -143,11 +143,6 @@ class Unseen {
     if (frames.size() != views.size()) throw MachineError(fmt::format("{} frames of {} views", frames.size(), views.size()));
     double square = 0, count = 0;
     for (std::size_t i = 0; i < views.size(); ++i) Add(i, ReadImage8(frames[i]), square, count);
-    if (const char* keep = std::getenv("KEEP"))
-      for (std::size_t i = 0; i < views.size(); ++i) {
-        WriteImage(fs::path(keep) / fmt::format("{}_{}_is.png", example_, i), is_[i]);
-        WriteImage(fs::path(keep) / fmt::format("{}_{}_{}{}_{}.png", example_, i, scene.folder.filename().string(), fmt::join(options, "_"), time), ReadImage8(frames[i]));
-      }
     return 10 * std::log10(255 * 255 * count / square);
   }
 
@@ -321,7 +316,7 @@ void StillScene(const fs::path& capture) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "timeperiodic_bench WORK [DATA]\n"), 2;
+  if (argc < 2) return std::fprintf(stderr, "timeperiodic_bench WORK [DATA] | reconstructed EXAMPLE CAPTURE SCENE [PROXY]\n"), 2;
   const fs::path work = argv[1];
   try {
     if (argc > 4 && std::string(argv[1]) == "reconstructed") return Reconstructed(argv[2], argv[3], argv[4], argc > 5 ? argv[5] : ""), 0;
