@@ -39,7 +39,7 @@ ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vect
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     if (!use[i]) continue;
-    const auto moved = frame->Move(scene.views[i].P);
+    const auto moved = frame->MoveCamera(scene.views[i].P);
     if (!moved) continue;
     const double distance = std::atan2(moved->centre.norm(), 1.0) + AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1));
     if (distance < least) {

@@ -57,7 +57,7 @@ Matrix34d VanishingPointFrame::P() const {
   return P;
 }
 
-std::optional<VanishingPointFrame::Moved> VanishingPointFrame::Move(const Matrix34d& P) const {
+std::optional<VanishingPointFrame::Moved> VanishingPointFrame::MoveCamera(const Matrix34d& P) const {
   Moved m;
   m.P = P * world_from_frame_;
   m.P /= m.P.row(2).head<3>().norm();

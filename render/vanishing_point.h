@@ -39,8 +39,8 @@ class VanishingPointFrame {
     Matrix34d P;
     Eigen::Vector3d centre;  // exactly 0 within 1e-7 of the view's own: that is rounding, and no angle
   };
-  std::optional<Moved> Move(const Matrix34d& P) const;
-  Eigen::Vector4d Move(const Eigen::Vector4d& X_in_world) const { return frame_from_world_ * X_in_world; }
+  std::optional<Moved> MoveCamera(const Matrix34d& P) const;
+  Eigen::Vector4d MovePoint(const Eigen::Vector4d& X_in_world) const { return frame_from_world_ * X_in_world; }
   // What is seen at a pixel at an inverse depth, kappa > 0.
   Eigen::Vector3d At(const Eigen::Vector2d& x_px, double kappa) const;
 

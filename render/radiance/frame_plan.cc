@@ -79,7 +79,8 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
       ++s;
     }
   plan.normal.resize(setup.settings.resolution == Resolution::kJacobian || setup.settings.prefilter ? n : 0);
-  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, plan.normal);
+  std::vector<std::int32_t> face(n);
+  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, plan.normal, face);
 
   if (setup.settings.similarity == Similarity::kFull) {
     PlanOptimum(setup, visibility, t, plan);
@@ -102,7 +103,7 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
         }
       continue;
     }
-    const RayWeights r = Weigh(setup.sources, visibility, ray[s], static_cast<double>(t[s]), setup.settings, scratch, facing);
+    const RayWeights r = Weigh(setup.sources, visibility, ray[s], proxy.Refined(face[s], setup.desired.centre, ray[s], t[s]), setup.settings, scratch, facing);
     plan.alpha[s] = r.alpha;
     for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
       plan.camera[s * k + i] = r.camera[i];

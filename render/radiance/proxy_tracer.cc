@@ -3,14 +3,19 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 namespace lumi {
 
 struct ProxyTracer::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  std::vector<Eigen::Vector3d> vertices;  // normalised
+  std::vector<std::array<std::int32_t, 3>> faces;
   ~Impl() {
     if (scene) rtcReleaseScene(scene);
     if (device) rtcReleaseDevice(device);
@@ -30,8 +35,11 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
     const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), mesh.vertices.size()));
+    impl_->faces = mesh.faces;
+    impl_->vertices.reserve(mesh.vertices.size());
     for (const auto& v : mesh.vertices) {
-      const Eigen::Vector3f x = (normalized_from_world * v).cast<float>();
+      impl_->vertices.push_back(normalized_from_world * v);
+      const Eigen::Vector3f x = impl_->vertices.back().cast<float>();
       vertices = std::copy(x.data(), x.data() + 3, vertices);
     }
     auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -46,7 +54,7 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
 }
 
 void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
-                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out) const {
+                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out, std::span<std::int32_t> face_out) const {
   constexpr std::size_t kPacket = 16;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   RTCIntersectContext context;
@@ -77,12 +85,25 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
     rtcIntersect16(valid, impl_->scene, &context, &packet);
     for (std::size_t i = 0; i < n; ++i)
       t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
+    if (!face_out.empty())
+      for (std::size_t i = 0; i < n; ++i)
+        face_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<std::int32_t>(packet.hit.primID[i]);
     if (normal_out.empty()) continue;
     for (std::size_t i = 0; i < n; ++i)
       normal_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
                                  ? Eigen::Vector3f::Zero()
                                  : Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).stableNormalized();
   }
+}
+
+double ProxyTracer::Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, float t) const {
+  constexpr double kRounding = 1e-3;  // relative: more is no rounding
+  const auto& f = impl_->faces[static_cast<std::size_t>(face)];
+  const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return impl_->vertices[static_cast<std::size_t>(f[i])]; };
+  const Eigen::Vector3d n = (at(1) - at(0)).cross(at(2) - at(0));
+  const auto coarse = static_cast<double>(t);
+  const double exact = n.dot(at(0) - origin) / n.dot(direction);
+  return std::abs(exact - coarse) <= kRounding * coarse ? exact : coarse;
 }
 
 }  // namespace lumi

@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "capture.h"
+#include "projective_capture.h"
 #include "render/path/camera_path.h"
+#include "render/path/matrix_path.h"
 #include "render/tradeoff/budget.h"
 #include "render/tradeoff/sweep.h"
 #include "render/tradeoff/tradeoff.h"
@@ -293,35 +295,9 @@ TEST(Budget, SamplesThatDecideNothingAreNotTried) {
 
 // --- A proxy of each view's own
 
-// Points where rays of the photos meet the true surface, each with the photos that see it.
-std::vector<Point> SeenPoints(const test::Capture& capture) {
-  std::vector<Point> points;
-  for (std::size_t from = 0; from < capture.scene.views.size(); from += 3) {
-    const RenderView view = MakeRenderView(capture.scene, capture.scene.views[from]);
-    for (int y = 1; y < 48; y += 3)
-      for (int x = 1; x < 64; x += 3) {
-        const Eigen::Vector3d d = RayDirection(view.P, {x + 0.5, y + 0.5})->normalized();
-        const double t = test::HitDistance(capture.proxy, view.centre, d);
-        if (!std::isfinite(t)) continue;
-        Point p;
-        p.x_in_world = view.centre + t * d;
-        p.error_px = 0.1;
-        for (std::size_t v = 0; v < capture.scene.views.size(); ++v) {
-          const RenderView other = MakeRenderView(capture.scene, capture.scene.views[v]);
-          const Eigen::Vector3d to = p.x_in_world - other.centre;
-          const auto x_px = Project(other.P, p.x_in_world);
-          if (x_px && test::HitDistance(capture.proxy, other.centre, to.normalized()) > to.norm() - 1e-6)
-            p.track.push_back({ViewId{static_cast<std::int32_t>(v)}, *x_px});
-        }
-        points.push_back(p);
-      }
-  }
-  return points;
-}
-
 TEST_F(RenderCommand, PerViewTriangulatesThePointsInEachView) {
   capture_ = test::MakeCapture(12, 64);
-  capture_.scene.points = SeenPoints(capture_);
+  capture_.scene.points = test::SeenPoints(capture_);
   WriteCapture();
   RenderOptions o = Options("");
   o.output.clear();
@@ -352,11 +328,182 @@ TEST_F(RenderCommand, PerViewSaysWhatItCannotDo) {
   o.view = capture_.scene.views[0].name;
   o.proxy = "per-view";
   EXPECT_THROW(RunRender(o, SilentProgress()), DataError);
-  capture_.scene.points = SeenPoints(capture_);
+  capture_.scene.points = test::SeenPoints(capture_);
   WriteCapture();
   o.settings.visibility = true;
   o.decided = {"visibility"};
   EXPECT_THROW(RunRender(o, SilentProgress()), UsageError);
+}
+
+// --- Scenes without a metric
+
+// The capture of the other tests as matrices and points of a world that only a projective transformation relates to it, its photos a
+// video's frames.
+class RenderProjective : public RenderCommand {
+ protected:
+  void WriteProjective(int views, bool video = true) {
+    capture_ = test::MakeCapture(views, 64);
+    capture_.scene.points = test::SeenPoints(capture_);
+    metric_ = capture_.scene;
+    for (int i = 0; i < views; ++i)
+      if (video) capture_.scene.views[static_cast<std::size_t>(i)].frame_index = i;
+    capture_.scene = test::Projective(capture_.scene, test::RandomTransformation(3, 30));
+    WriteProjective();
+  }
+  void WriteProjective() {
+    capture_.scene.image_folder = scene() / "images";
+    for (std::size_t i = 0; i < capture_.photos.size(); ++i)
+      WriteImage(scene() / "images" / capture_.scene.views[i].name, capture_.photos[i].levels[0]);
+    WriteScene(capture_.scene, scene());
+  }
+  // The photos' own matrices, moved by so many pixels.
+  RenderOptions AlongMatrices(const std::string& out, const Eigen::Vector2d& shift_px) const {
+    MatrixPath path = MatrixPathOfPhotos(capture_.scene, 30);
+    for (MatrixKey& key : path.keys)
+      for (int i = 0; i < 2; ++i) key.P.row(i) += shift_px[i] * key.P.row(2);
+    RenderOptions o = Options(out);
+    o.path = folder_ / "matrices.json";
+    WriteMatrixPath(o.path, path);
+    return o;
+  }
+  Scene metric_;
+};
+
+TEST_F(RenderProjective, LeftOutPhotosAreAsGoodAsWithTheMetricWhereNominalAndPlaneAreTrue) {
+  WriteProjective(12, false);
+  RenderOptions o = Options("");
+  o.output.clear();
+  o.holdout = 4;
+  o.nominal_focal_px = 0.9 * 64;
+  const Json projective = Run(o);
+  EXPECT_EQ(projective["proxy"], "per-view");
+  EXPECT_EQ(projective["frame"], "projective");
+  o.backend = "gl";
+  const std::optional<Json> gl = HasGl(capture_) ? std::optional(Run(o)) : std::nullopt;
+  o.backend = "cpu";
+  o.nominal_focal_px = 0;
+  const double nominal_db = Run(o)["psnr_mean_db"];
+
+  capture_.scene = metric_;
+  WriteCapture();
+  o.proxy = "per-view";
+  const Json metric = Run(o);
+  EXPECT_NEAR(projective["psnr_mean_db"].get<double>(), metric["psnr_mean_db"].get<double>(), 0.02);
+  EXPECT_NEAR(projective["nearest_photo_psnr_mean_db"].get<double>(), metric["nearest_photo_psnr_mean_db"].get<double>(), 1);
+  EXPECT_NEAR(nominal_db, metric["psnr_mean_db"].get<double>(), 0.5) << "a nominal focal length off by a third is near enough";
+  if (!gl) GTEST_SKIP() << "no OpenGL 4.3 here";
+  EXPECT_NEAR((*gl)["psnr_mean_db"].get<double>(), metric["psnr_mean_db"].get<double>(), 0.1);
+}
+
+TEST_F(RenderProjective, APhotosOwnViewGivesThePhotoBack) {
+  WriteProjective(9);
+  RenderOptions o = Options("own");
+  o.view = capture_.scene.views[4].name;
+  const Json j = Run(o);
+  EXPECT_GT(j["views"][0]["psnr_db"], 55.0);
+  EXPECT_EQ(j["window_frames"], 5);
+  for (const char* show : {"false-color", "weights", "angle", "time", "resolution", "proxy", "difference"}) {
+    o.output = folder_ / show;
+    o.show = show;
+    EXPECT_EQ(Run(o)["frames"], 1) << show;
+  }
+}
+
+TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
+  WriteProjective(16);
+  RenderOptions o = AlongMatrices("out", {0.5, -0.25});
+  o.window_frames = 1;
+  o.video = true;
+  const Json j = Run(o);
+  EXPECT_EQ(j["frames"], 16);
+  EXPECT_EQ(j["width"], 64);
+  EXPECT_EQ(j["settings"]["time"], "on");
+  EXPECT_EQ(j["settings"]["time-core"], 0.0);
+  EXPECT_GT(j["coverage"], 0.98);
+  EXPECT_TRUE(fs::exists(o.output / "path.mp4"));
+  fs::rename(o.output / "frames/frame_000009.png", folder_ / "kept.png");
+  const Json again = Run(o);
+  EXPECT_EQ(again["frames_reused"], 15);
+  EXPECT_GT(Psnr(o.output / "frames/frame_000009.png", folder_ / "kept.png"), 90) << "what a frame is made of does not depend on those before it";
+  o.window_frames = 2;
+  EXPECT_EQ(Run(o)["frames_reused"], 0);
+  o.width_px = 32;
+  EXPECT_EQ(Run(o)["height"], 24);
+}
+
+TEST_F(RenderProjective, APathOfMatricesIsThereForMetricScenesToo) {
+  WriteProjective(12);
+  capture_.scene = metric_;
+  WriteCapture();
+  RenderOptions o = AlongMatrices("out", {0, 0});
+  for (const char* proxy : {"truth", "per-view"}) {
+    o.output = folder_ / proxy;
+    o.proxy = proxy;
+    EXPECT_EQ(Run(o)["frames"], 12);
+    EXPECT_GT(Compare(ReadImage8(o.output / "frames/frame_000005.png"), capture_.photos[5].levels[0]).psnr_db, 40) << proxy;
+  }
+}
+
+TEST_F(RenderProjective, WhatNoPhotoOfTheWindowSeesIsFilledFromFartherAwayAndThenSmoothly) {
+  WriteProjective(16);
+  RenderOptions o = AlongMatrices("out", {14, 0});
+  o.window_frames = 0;
+  const double black = Run(o)["coverage"];
+  EXPECT_LT(black, 0.9);
+  o.border = "fill";
+  for (const char* backend : {"cpu", "gl"}) {
+    if (std::string(backend) == "gl" && !HasGl(capture_)) continue;
+    o.backend = backend;
+    const Json j = Run(o);
+    EXPECT_NEAR(j["coverage_window"].get<double>(), black, 0.01) << backend;
+    EXPECT_GT(j["coverage_wider"], black + 0.02) << backend;
+    EXPECT_NEAR(j["coverage"].get<double>(), 1, 1e-6) << backend;
+  }
+  o.decided = {"fill-frames"};
+  o.border = "black";
+  EXPECT_THROW(Run(o), UsageError);
+}
+
+TEST_F(RenderProjective, WhatTheFrameDoesNotHaveIsRefusedWithAWayOut) {
+  WriteProjective(6);
+  RenderOptions o = Options("out");
+  o.view = capture_.scene.views[0].name;
+  const auto with = [&](auto&& change) {
+    RenderOptions changed = o;
+    change(changed);
+    return changed;
+  };
+  EXPECT_THROW(Run(with([](RenderOptions& r) { r.proxy = "truth"; })), UsageError);
+  EXPECT_THROW(Run(with([](RenderOptions& r) { r.show = "cameras"; })), UsageError);
+  EXPECT_THROW(Run(with([](RenderOptions& r) {
+                 r.settings.resolution = Resolution::kDistance;
+                 r.decided = {"resolution"};
+               })),
+               UsageError);
+  EXPECT_EQ(Run(with([](RenderOptions& r) { r.effects = "resolution"; }))["settings"]["resolution"], "jacobian");
+  RenderOptions poses = StandingStill("out");
+  try {
+    Run(poses);
+    FAIL() << "a path of poses";
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.hint(), testing::HasSubstr("lumi-stabilize"));
+  }
+  RenderOptions strange = AlongMatrices("out", {0, 0});
+  MatrixPath path = ReadMatrixPath(strange.path);
+  path.keys[1].view = "nobody.png";
+  WriteMatrixPath(strange.path, path);
+  EXPECT_THROW(Run(strange), DataError);
+  path.keys[1].P.row(2).setZero();
+  WriteMatrixPath(strange.path, path);
+  EXPECT_THROW(Run(strange), InputError);
+  capture_.scene.plane_at_infinity.reset();
+  WriteProjective();
+  try {
+    Run(o);
+    FAIL() << "no plane at infinity";
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.hint(), testing::HasSubstr("lumi-reconstruct"));
+  }
 }
 
 }  // namespace
