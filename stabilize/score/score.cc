@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kBatch = 16;         // frames of each video in memory
 constexpr double kSnap_s = 1.1e-3;         // containers round times to milliseconds
+constexpr int kShortestShot = 5;           // frames
 constexpr int kMostBridged = 15;           // frames without features, over which the path is found again
 constexpr double kStillPx = 0.1;           // of a path: what measuring a video of a tripod adds up to
 constexpr double kLeastMeasured = 0.5;     // of the frames, for a figure
@@ -153,8 +154,9 @@ class Meter {
       last_seen_ = grey;
       return;
     }
-    // A shot of one frame is none: noise, or a flash.
-    if (followed.cut && path_.open_gap() == 0 && (score_.cuts.empty() || score_.cuts.back() < frame - 1)) {
+    // A shot of a few frames is none: noise, or a flash.
+    if (followed.cut && frame >= last_break_ + kShortestShot) {
+      last_break_ = frame;
       score_.cuts.push_back(frame);
       path_.Add(time_s, CameraPath::Step::kCut, {});
       last_seen_ = grey;
@@ -162,16 +164,20 @@ class Meter {
     }
     const auto fit = FitStep(followed.steps, InlierThresholdPx(size_px()));
     path_.Add(time_s, fit ? CameraPath::Step::kMeasured : CameraPath::Step::kFailed, fit ? MovementOf(fit->to_from, size_px()) : Movement{});
-    if (!fit && path_.open_gap() <= kMostBridged && !followed.corners.empty() && !last_seen_.empty()) {
-      const auto across = MatchPictures(PictureFeatures(last_seen_), PictureFeatures(grey));
-      if (!across) return;
-      path_.Bridge(path_.open_gap(), MovementOf(across->to_from, size_px()));
+    if (fit) {
       last_seen_ = grey;
+      return;
     }
-    if (fit) last_seen_ = grey;
+    last_break_ = frame;
+    if (path_.open_gap() > kMostBridged || followed.corners.empty()) return;
+    const auto across = MatchPictures(PictureFeatures(last_seen_), PictureFeatures(grey));
+    if (!across) return;
+    path_.Bridge(path_.open_gap(), MovementOf(across->to_from, size_px()));
+    last_seen_ = grey;
   }
 
   Image8 last_seen_;  // the last frame on the path
+  int last_break_ = -kShortestShot;  // the last frame that does not follow the one before, by a cut or by failing
   VideoReader reader_;
   CornerFollower corners_;
   JitterMeter jitter_;

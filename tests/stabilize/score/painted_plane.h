@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -56,8 +58,8 @@ struct PaintedPlane {
           seed += 100;
         }
         const double v = 0.55 * ValueNoise(p.x(), p.y(), 15, seed) + 0.45 * ValueNoise(p.x(), p.y(), 6, seed + 1);
-        for (int k = 0; k < 3; ++k)
-          image.At(x, y, k) = static_cast<std::uint8_t>(std::lround(std::clamp(128 + 200 * contrast * (v - 0.5) * (1 - 0.1 * k) + noise * normal(random), 0.0, 255.0)));
+        const double value = 128 + 200 * contrast * (v - 0.5) + (noise > 0 ? noise * normal(random) : 0);
+        for (int k = 0; k < 3; ++k) image.At(x, y, k) = static_cast<std::uint8_t>(std::clamp(value * (1 - 0.1 * k), 0.0, 255.0));
       }
     return image;
   }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -182,6 +183,26 @@ TEST_F(ScoreHardCase, AVariableFrameRateIsPutInTime) {
   for (std::size_t i = 0; i + 8 < x.size(); ++i) worst_px = std::max(worst_px, std::abs(x[i + 1] - x[i] - 0.9));
   EXPECT_LT(worst_px, 0.15);
   EXPECT_LT(*result.videos[0].jitter.jitter_px, 0.15);
+}
+
+TEST_F(ScoreHardCase, AsAProgramPrintsATableWritesAPlotAndRefusesInOneLine) {
+  plane_.frames = 16;
+  const fs::path input = plane_.Write(folder_ / "input.mp4"), plot = folder_ / "plot.svg";
+  const auto run = [&](std::vector<std::string> arguments, SubprocessResult* result) {
+    arguments.insert(arguments.begin(), {LUMI_BIN_DIR "/lumi-stabilize", "score"});
+    SubprocessOptions options;
+    options.separate_stdout = true;
+    *result = RunSubprocess(arguments, options);
+    return result->exit_code;
+  };
+  SubprocessResult r;
+  EXPECT_EQ(run({input.string(), "--plot", plot.string()}, &r), 0);
+  EXPECT_THAT(r.out, HasSubstr("stability"));
+  EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 2);
+  EXPECT_TRUE(fs::exists(plot));
+  EXPECT_EQ(run({}, &r), 2);
+  EXPECT_EQ(run({(folder_ / "absent.mp4").string(), "--quiet"}, &r), 3);
+  EXPECT_EQ(r.tail.size(), 1u);
 }
 
 TEST_F(ScoreHardCase, IsTheSameOnAnyNumberOfThreads) {
