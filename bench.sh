@@ -76,10 +76,10 @@ if [ -z "$only_speed$only_quality" ]; then
   printf '\n## Several videos at once: stage, which begins at 9, 0, 14, 3, 21, 7, 12, 5\n\n```\n'
   rm -rf "$work/stage-scene"
   "$bin/lumi-reconstruct" "$work/stage/videos" -o "$work/stage-scene" 2>&1 | grep 'start at frames'
-  printf '```\n\n## Time-periodic scenes\n\n'
-  "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
-  printf '\n## Scenes that carry times\n\n'
+  printf '```\n\n## Scenes that carry times\n\n'
   "$bin/time_scenes_bench" "$work" ${data:+"$data"}
+  printf '\n## Time-periodic scenes\n\n'
+  "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")
