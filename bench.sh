@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench steady_path_bench stabilize_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -93,6 +93,13 @@ if [ -z "$only_speed$only_quality" ]; then
   for example in lamp helicopter; do
     [ -d "$work/$example/truth" ] || "$bin/lumi-simulate" --example "$example" --width 240 -o "$work/$example"
   done
+  # Two of its three seconds.
+  [ -d "$work/stage/truth" ] || "$bin/lumi-simulate" --example stage --width 240 --fixed-frames 60 -o "$work/stage"
+  printf '\n## Several videos at once: stage, which begins at 9, 0, 14, 3, 21, 7, 12, 5\n\n```\n'
+  rm -rf "$work/stage-scene"
+  "$bin/lumi-reconstruct" "$work/stage/videos" -o "$work/stage-scene" 2>&1 | grep 'start at frames'
+  printf '```\n\n## Scenes that carry times\n\n'
+  "$bin/time_scenes_bench" "$work" ${data:+"$data"}
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
   for example in lamp helicopter; do

@@ -14,16 +14,16 @@
 namespace lumi {
 namespace {
 
-constexpr int kPictureWidth = 240;       // finer than what the first guess takes: planes lie close together
-constexpr int kCodingChange = 8;         // grey values
-constexpr std::ptrdiff_t kPlanes = 64;      // about three rows of a small picture each
-constexpr double kLeastEnergy = 16;    // grey values a plane: below, what moves is a few noisy pixels
-constexpr int kReach = 6;                // frames that a first guess may be off
-constexpr int kLeastFrames = 16;         // that two videos share
-constexpr double kNarrowest = 1e-4;      // rad: planes that both cameras see
-constexpr double kNearest = 1e-9;        // distance of two centres, of their distance from the origin: no plane is told
-constexpr double kSays = 0.1;            // correlation of motion that has to do with each other
-constexpr double kMostAlike = 0.999;      // of a correlation: beyond, its logarithm says how little noise there is
+constexpr int kPictureWidth = 240;      // finer than what the first guess takes: planes lie close together
+constexpr int kCodingChange = 8;        // grey values
+constexpr std::ptrdiff_t kPlanes = 64;  // about three rows of a small picture each
+constexpr double kLeastEnergy = 16;     // grey values a plane: below, what moves is a few noisy pixels
+constexpr int kReach = 6;               // frames that a first guess may be off
+constexpr int kLeastFrames = 16;        // that two videos share
+constexpr double kNarrowest = 1e-4;     // rad: planes that both cameras see
+constexpr double kNearest = 1e-9;       // distance of two centres, of their distance from the origin: no plane is told
+constexpr double kSays = 0.1;           // correlation of motion that has to do with each other
+constexpr double kMostAlike = 0.999;    // of a correlation: beyond, its logarithm says how little noise there is
 constexpr double kRounding = 1e-9;
 constexpr int kMostRounds = 50;
 
@@ -54,7 +54,8 @@ Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle,
       planes.fill(0);
       for (const auto& [pixel, value] : pixels) {
         // Shared between the two nearest, so that cameras that are a little off make little difference.
-        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes) - 0.5F, below = std::floor(at), share = at - below;
+        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes) - 0.5F,
+                    below = std::floor(at), share = at - below;
         const auto plane = static_cast<std::ptrdiff_t>(below);
         if (plane >= 0 && plane < kPlanes) planes[static_cast<std::size_t>(plane)] += (1 - share) * value;
         if (plane >= -1 && plane + 1 < kPlanes) planes[static_cast<std::size_t>(plane + 1)] += share * value;
@@ -66,13 +67,16 @@ Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle,
 }
 
 // The planes through both centres that both cameras see, by their angle; none where there is no such thing.
-std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eigen::Vector3f>& rays_a, const WatchedMotion& b, const std::vector<Eigen::Vector3f>& rays_b) {
-  const Eigen::Vector3d centre_a = a.cam_from_world.OriginInSource(), centre_b = b.cam_from_world.OriginInSource(), base = centre_b - centre_a;
+std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eigen::Vector3f>& rays_a, const WatchedMotion& b,
+                                  const std::vector<Eigen::Vector3f>& rays_b) {
+  const Eigen::Vector3d centre_a = a.cam_from_world.OriginInSource(), centre_b = b.cam_from_world.OriginInSource(),
+                        base = centre_b - centre_a;
   if (!(base.norm() > kNearest * (centre_a.norm() + centre_b.norm()))) return std::nullopt;
   const Eigen::Vector3d axis = base.normalized(), forward = a.cam_from_world.R().row(2) + b.cam_from_world.R().row(2);
   const Eigen::Vector3d across = forward - forward.dot(axis) * axis;
   // Cameras that look along the line between them: any plane may be the first.
-  const Eigen::Vector3f e1 = (across.norm() > kNarrowest ? across.normalized() : axis.unitOrthogonal()).cast<float>(), e2 = axis.cast<float>().cross(e1);
+  const Eigen::Vector3f e1 = (across.norm() > kNarrowest ? across.normalized() : axis.unitOrthogonal()).cast<float>(),
+                        e2 = axis.cast<float>().cross(e1);
   float low = -4, high = 4;
   std::vector<float> angles[2];
   for (int k = 0; k < 2; ++k) {
@@ -97,7 +101,8 @@ double PlaneCorrelation(const Profile& a, const Profile& b, int lag) {
   for (std::size_t plane = 0; plane < static_cast<std::size_t>(kPlanes); ++plane) {
     double sum_a = 0, sum_b = 0, sum_ab = 0, sum_aa = 0, sum_bb = 0;
     for (int i = first; i < last; ++i) {
-      const double x = static_cast<double>(a[static_cast<std::size_t>(i)][plane]), y = static_cast<double>(b[static_cast<std::size_t>(i - lag)][plane]);
+      const double x = static_cast<double>(a[static_cast<std::size_t>(i)][plane]),
+                   y = static_cast<double>(b[static_cast<std::size_t>(i - lag)][plane]);
       sum_a += x, sum_b += y, sum_ab += x * y, sum_aa += x * x, sum_bb += y * y;
     }
     ab += sum_ab - sum_a * sum_b / n;
@@ -108,7 +113,8 @@ double PlaneCorrelation(const Profile& a, const Profile& b, int lag) {
 }
 
 // Each camera alone, and what a maximum spanning tree of the pairs falls into where one of its edges is cut.
-std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pair<std::size_t, std::size_t>>& pairs, const std::vector<double>& strength) {
+std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pair<std::size_t, std::size_t>>& pairs,
+                                        const std::vector<double>& strength) {
   std::vector<std::size_t> order(pairs.size()), part(n);
   for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t x, std::size_t y) { return strength[x] > strength[y]; });
@@ -139,9 +145,11 @@ std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pa
 
 }  // namespace
 
-WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink) {
+WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world,
+                          ProgressSink& sink) {
   VideoReader reader(video);
-  Progress progress(sink, "following what moves in " + video.filename().string(), std::min<long>(reader.frame_count_hint(), kWatchedFrames));
+  Progress progress(sink, "following what moves in " + video.filename().string(),
+                    std::min<long>(reader.frame_count_hint(), kWatchedFrames));
   std::vector<cv::Mat> frames;
   for (int i = 0; i < first && reader.Skip(); ++i) {
   }
@@ -170,7 +178,8 @@ WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const C
   ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (int p = 0; p < pixels; ++p) {
-        const int value = frames[i].ptr()[p], change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0, beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
+        const int value = frames[i].ptr()[p], change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0,
+                  beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
         if (change > 0) motion.change[i].emplace_back(p, static_cast<float>(change));
         if (beyond > 0) motion.foreground[i].emplace_back(p, static_cast<float>(beyond));
       }
@@ -209,14 +218,17 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
   std::vector<int> moved(n, 0);
   const auto total = [&](const std::vector<int>& by, double Agreement::*what) {
     double sum = 0;
-    for (std::size_t p = 0; p < pairs.size(); ++p) sum += agreement[p][static_cast<std::size_t>(by[pairs[p].second] - by[pairs[p].first] + 2 * kReach)].*what;
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+      sum += agreement[p][static_cast<std::size_t>(by[pairs[p].second] - by[pairs[p].first] + 2 * kReach)].*what;
     return sum;
   };
   // One camera after the other, and groups that hang together by the pairs that agree best, to where they agree best with the others, until
   // none moves: neighbours that agree among themselves would hold each other where they are.
   std::vector<double> strength;
   for (const std::vector<Agreement>& of : agreement)
-    strength.push_back(std::max_element(of.begin(), of.end(), [](const Agreement& x, const Agreement& y) { return x.likelihood < y.likelihood; })->likelihood);
+    strength.push_back(std::max_element(of.begin(), of.end(), [](const Agreement& x, const Agreement& y) {
+                         return x.likelihood < y.likelihood;
+                       })->likelihood);
   const std::vector<std::vector<bool>> groups = GroupsOf(n, pairs, strength);
   bool changed = true;
   for (int round = 0; changed && round < kMostRounds; ++round) {

@@ -14,12 +14,13 @@
 namespace lumi {
 namespace {
 
-constexpr double kLeastStep = 1e-4, kMostStep = 0.45;  // turns between two photos that tell the axis: from rounding to where the sense is open
+constexpr double kLeastStep = 1e-4,
+                 kMostStep = 0.45;  // turns between two photos that tell the axis: from rounding to where the sense is open
 constexpr std::size_t kFewestSteps = 3;
-constexpr int kRounds = 30;                            // of reweighting
-constexpr double kPace = 0.05;                         // by which the cameras may go round faster or slower than the turns say
-constexpr double kStands = 0.5;                        // of its way in the object's frame: more in the room, and the axis explains nothing
-constexpr double kSameMoment = 1e-4;                   // turns: a point that moves by a pixel a frame of a 100th turn moves by 0.01 px
+constexpr int kRounds = 30;           // of reweighting
+constexpr double kPace = 0.05;        // by which the cameras may go round faster or slower than the turns say
+constexpr double kStands = 0.5;       // of its way in the object's frame: more in the room, and the axis explains nothing
+constexpr double kSameMoment = 1e-4;  // turns: a point that moves by a pixel a frame of a 100th turn moves by 0.01 px
 
 struct Step {
   std::size_t a, b;
@@ -64,7 +65,9 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
     steps.push_back({i - 1, i, by, RotationVector(q) / (2 * std::numbers::pi * by)});
   }
   if (steps.size() < kFewestSteps)
-    throw DataError(fmt::format("{} pairs of photos less than half a turn apart are too few to tell what the object turns about", steps.size()), "give the photos of a turn, in the order of their times");
+    throw DataError(
+        fmt::format("{} pairs of photos less than half a turn apart are too few to tell what the object turns about", steps.size()),
+        "give the photos of a turn, in the order of their times");
   // A short step tells little of the axis: what a camera is off is divided by it.
   const auto counts = [&](std::size_t i) { return steps[i].turns * steps[i].turns; };
   TurnAxis axis;
@@ -83,7 +86,9 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
                     "--turntable is for cameras in the frame of an object that turns once a period: check the phases, and --period-s");
   axis.direction /= pace;
   // C_a and C_b are one place in the room: (Q_a - Q_b) p = Q_a C_a - Q_b C_b, Q the rotation into the room about an axis through 0.
-  const auto Q = [&](std::size_t i) { return Eigen::AngleAxisd(2 * std::numbers::pi * (turns[i] - std::floor(turns[i])), axis.direction).toRotationMatrix(); };
+  const auto Q = [&](std::size_t i) {
+    return Eigen::AngleAxisd(2 * std::numbers::pi * (turns[i] - std::floor(turns[i])), axis.direction).toRotationMatrix();
+  };
   std::vector<Eigen::Vector3d> centre;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of what is free along the axis, the shortest: from here
   for (const Rigid3& pose : cam_from_object) {
@@ -102,7 +107,8 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
                             [&](const std::vector<double>& weight) {
                               Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
                               Eigen::Vector3d r = Eigen::Vector3d::Zero();
-                              for (std::size_t i = 0; i < A.size(); ++i) N += weight[i] * A[i].transpose() * A[i], r += weight[i] * A[i].transpose() * b[i];
+                              for (std::size_t i = 0; i < A.size(); ++i)
+                                N += weight[i] * A[i].transpose() * A[i], r += weight[i] * A[i].transpose() * b[i];
                               return Eigen::Vector3d(SolveLeastNorm(N, r));
                             },
                             [&](std::size_t i, const Eigen::Vector3d& p) { return (A[i] * p - b[i]).norm(); });
@@ -114,7 +120,8 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
   axis.object_step = Median(in_object);
   axis.room_step = Median(in_room);
   if (!(axis.room_step < kStands * axis.object_step))
-    throw DataError("no axis explains how the cameras go round: in the room they would move as far as about the object", "--turntable is for an object that turns about one axis, once a period");
+    throw DataError("no axis explains how the cameras go round: in the room they would move as far as about the object",
+                    "--turntable is for an object that turns about one axis, once a period");
   return axis;
 }
 

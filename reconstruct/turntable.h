@@ -19,13 +19,13 @@ struct TurnAxis {
   Rigid3 RoomFromObject(double turns) const;
 };
 
-// The axis about which, with the object turning by `turns` (one for each camera, in the order of time), the camera moves least in the room from
-// each photo to the next; photos less than half a turn apart tell, and a few between which the camera was moved do no harm. Throws DataError:
-// too few such pairs, or cameras that do not go round at the pace of the turns.
+// The axis about which, with the object turning by `turns` (one for each camera, in the order of time), the camera moves least in the room
+// from each photo to the next; photos less than half a turn apart tell, and a few between which the camera was moved do no harm. Throws
+// DataError: too few such pairs, or cameras that do not go round at the pace of the turns.
 TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vector<double>& turns);
 
-// Cameras and points of `scene` (metric, every view with a time) from the object's frame to the room's, which agree at phase 0. A point of the
-// object becomes one for each moment at which photos saw it, where it then was. Sets the period.
+// Cameras and points of `scene` (metric, every view with a time) from the object's frame to the room's, which agree at phase 0. A point of
+// the object becomes one for each moment at which photos saw it, where it then was. Sets the period.
 TurnAxis PutIntoRoom(Scene& scene, double period_s);
 
 }  // namespace lumi

@@ -54,7 +54,9 @@ std::optional<TimeColumns> ReadHeader(const std::vector<std::string>& cells, con
   }
   if (c.name < 0 && c.time_s < 0 && c.phase_deg < 0 && c.phase < 0) return std::nullopt;
   const int clocks = (c.time_s >= 0 ? 1 : 0) + (c.phase_deg >= 0 ? 1 : 0) + (c.phase >= 0 ? 1 : 0);
-  if (c.name < 0 || clocks != 1) throw InputError(csv, "line 1: a column image and one of time_s, phase_deg and phase are expected", "see lumi-reconstruct --help, --times");
+  if (c.name < 0 || clocks != 1)
+    throw InputError(csv, "line 1: a column image and one of time_s, phase_deg and phase are expected",
+                     "see lumi-reconstruct --help, --times");
   return c;
 }
 
@@ -81,7 +83,8 @@ ViewTimes ReadViewTimes(const std::filesystem::path& csv) {
       return *value;
     };
     ListedTime t;
-    if (columns.name >= static_cast<int>(cells.size()) || cells[static_cast<std::size_t>(columns.name)].empty()) throw InputError(csv, fmt::format("line {}: the photo's name is missing", number));
+    if (columns.name >= static_cast<int>(cells.size()) || cells[static_cast<std::size_t>(columns.name)].empty())
+      throw InputError(csv, fmt::format("line {}: the photo's name is missing", number));
     t.name = cells[static_cast<std::size_t>(columns.name)];
     if (columns.time_s >= 0) t.time = number_at(columns.time_s, "time");
     if (columns.phase_deg >= 0) t.time = number_at(columns.phase_deg, "phase") / 360;
@@ -89,7 +92,8 @@ ViewTimes ReadViewTimes(const std::filesystem::path& csv) {
     if (columns.turn >= 0 && times.in_turns) t.time += number_at(columns.turn, "number of the turn");
     if (columns.frame >= 0) {
       const double frame = number_at(columns.frame, "number of the frame");
-      if (frame != std::floor(frame) || std::abs(frame) > 1e9) throw InputError(csv, fmt::format("line {}: the number of the frame is not whole", number));
+      if (frame != std::floor(frame) || std::abs(frame) > 1e9)
+        throw InputError(csv, fmt::format("line {}: the number of the frame is not whole", number));
       t.frame_index = static_cast<int>(frame);
     }
     times.photos.push_back(t);
@@ -118,7 +122,8 @@ Capture WithTimes(const Capture& capture, const ReconstructOptions& options) {
     timed.photos.push_back(std::move(photo));
   }
   if (timed.photos.size() < 2)
-    throw DataError(fmt::format("{} of the {} listed times belong to photos here (the list has {}, the photos {})", timed.photos.size(), names.size(), names.front(), capture.photos.front().name),
+    throw DataError(fmt::format("{} of the {} listed times belong to photos here (the list has {}, the photos {})", timed.photos.size(),
+                                names.size(), names.front(), capture.photos.front().name),
                     "names are compared without folder and ending", options.times);
   return timed;
 }

@@ -36,7 +36,8 @@ using nlohmann::json;
 
 std::vector<Matrix34d> Cameras(const fs::path& file) {
   std::vector<Matrix34d> P;
-  for (const json& v : json::parse(lumi::ReadText(file))["views"]) {
+  const json views = json::parse(lumi::ReadText(file))["views"];
+  for (const json& v : views) {
     const auto& k = v["params"];
     Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
     K(0, 0) = k[0];
@@ -55,37 +56,59 @@ Vector2d ImageOf(const Matrix34d& P, const Vector4d& X) {
   return q.z() > 0 ? Vector2d(q.hnormalized()) : Vector2d::Constant(std::nan(""));
 }
 
-// T with X_scene ~ T X_true, by the linear equations of pairs, the worse half left out in each round.
-Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& scene, const std::vector<Vector4d>& truth, const std::vector<Matrix34d>& P, const std::vector<std::pair<int, Vector2d>>& seen) {
-  std::vector<char> use(scene.size(), 1);
+// T with X_scene ~ T X_true: x ~ P T G at the points' sights, linear in T, weighed by 1 / w and Huber's weights of the round before. The
+// world's numbers of the order of one, and images in picture widths.
+Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& truth, const std::vector<Matrix34d>& P_px, const std::vector<std::pair<int, Vector2d>>& seen, const Eigen::Vector2i& size_px) {
+  Vector3d centre = Vector3d::Zero();
+  for (const Vector4d& g : truth) centre += g.head<3>() / static_cast<double>(truth.size());
+  double spread = 0;
+  for (const Vector4d& g : truth) spread += (g.head<3>() - centre).norm() / static_cast<double>(truth.size());
+  Eigen::Matrix4d normal_from_truth = Eigen::Matrix4d::Identity();
+  normal_from_truth.topLeftCorner<3, 3>() /= spread;
+  normal_from_truth.topRightCorner<3, 1>() = -centre / spread;
+  Eigen::Matrix3d units = Eigen::Matrix3d::Identity();
+  units.topLeftCorner<2, 2>() /= size_px.x();
+  units.topRightCorner<2, 1>() = -0.5 * size_px.cast<double>() / size_px.x();
+  std::vector<Matrix34d> P;
+  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+  for (const Matrix34d& p : P_px) {
+    P.push_back(units * p);
+    P.back() /= P.back().norm();
+    gram += P.back().transpose() * P.back();
+  }
+  const auto eigen = lumi::EigenOfSymmetric(gram);
+  const Eigen::Matrix4d balance = eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();  // world from balanced
   Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
-  for (int round = 0; round < 12; ++round) {
+  std::vector<double> weight(truth.size(), 1);
+  for (int round = 0; round < 20; ++round) {
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(16, 16);
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      if (!use[i]) continue;
-      const Vector4d x = scene[i].normalized(), g = truth[i].normalized();
-      for (int a = 0; a < 4; ++a)
-        for (int b = a + 1; b < 4; ++b) {
-          Eigen::VectorXd row = Eigen::VectorXd::Zero(16);
-          row.segment<4>(4 * b) = x[a] * g;
-          row.segment<4>(4 * a) = -x[b] * g;
-          A += row * row.transpose();
-        }
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const Matrix34d p = P[static_cast<std::size_t>(seen[i].first)] * balance;
+      const Vector4d g = normal_from_truth * truth[i];
+      const Vector2d x = (seen[i].second - 0.5 * size_px.cast<double>()) / size_px.x();
+      for (int r = 0; r < 2; ++r) {
+        const Vector4d a = p.row(r) - x[r] * p.row(2);
+        Eigen::VectorXd row(16);
+        for (int k = 0; k < 4; ++k) row.segment<4>(4 * k) = weight[i] * a[k] * g;
+        A += row * row.transpose();
+      }
     }
     const Eigen::VectorXd t = lumi::EigenOfSymmetric(A).vectors.col(0);
     for (int i = 0; i < 16; ++i) T(i / 4, i % 4) = t[i];
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      const Vector3d q = P[static_cast<std::size_t>(seen[i].first)] * T * truth[i];
-      errors.push_back((q.hnormalized() - seen[i].second).norm());
+    std::vector<double> errors, w;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const Vector3d q = P[static_cast<std::size_t>(seen[i].first)] * balance * T * normal_from_truth * truth[i];
+      errors.push_back((q.hnormalized() - (seen[i].second - 0.5 * size_px.cast<double>()) / size_px.x()).norm());
+      w.push_back(std::abs(q.z()));
     }
-    const double limit = std::max(1.0, 2 * lumi::Median(errors));
-    for (std::size_t i = 0; i < scene.size(); ++i) use[i] = errors[i] < limit;
+    const double usual = 2 * lumi::Median(errors), depth = lumi::Median(w);
+    for (std::size_t i = 0; i < truth.size(); ++i) weight[i] = std::sqrt(std::min(1.0, usual / std::max(errors[i], 1e-12))) * depth / std::max(w[i], 1e-3 * depth);
   }
+  const Eigen::Matrix4d scene_from_truth = balance * T * normal_from_truth;
   // In front is in front.
   int front = 0;
-  for (std::size_t i = 0; i < scene.size(); ++i) front += P[static_cast<std::size_t>(seen[i].first)].row(2).dot(T * truth[i]) > 0 ? 1 : -1;
-  return front < 0 ? Eigen::Matrix4d(-T) : T;
+  for (std::size_t i = 0; i < truth.size(); ++i) front += P_px[static_cast<std::size_t>(seen[i].first)].row(2).dot(scene_from_truth * truth[i]) > 0 ? 1 : -1;
+  return front < 0 ? Eigen::Matrix4d(-scene_from_truth) : scene_from_truth;
 }
 
 // RMS of what a window of two seconds (Hann's, nothing of 1 Hz and above passes) leaves of a series.
@@ -133,7 +156,7 @@ int Run(const std::vector<std::string>& arguments) {
 
   // A point's place by the depth where its middle sight saw it.
   std::map<int, lumi::ImageF> depths;
-  std::vector<Vector4d> X, G;
+  std::vector<Vector4d> G;
   std::vector<std::pair<int, Vector2d>> seen;
   std::vector<Matrix34d> P(path.keys.size());
   for (const lumi::View& v : scene.views)
@@ -161,7 +184,6 @@ int Run(const std::vector<std::string>& arguments) {
     const Matrix34d& camera = shaken[static_cast<std::size_t>(it->second)];
     Eigen::Matrix3d M = camera.leftCols<3>();
     const Vector3d world = M.inverse() * (z * Vector3d(o.x_px.x(), o.x_px.y(), 1) - camera.col(3));
-    X.push_back(point.X_in_world);
     G.emplace_back(world.homogeneous());
     seen.emplace_back(it->second, o.x_px);
     std::vector<int> frames;
@@ -169,8 +191,8 @@ int Run(const std::vector<std::string>& arguments) {
       if (const auto f = frame_of.find(scene.views[static_cast<std::size_t>(s.view.value)].name); f != frame_of.end()) frames.push_back(f->second);
     frames_of_point.push_back(std::move(frames));
   }
-  if (X.size() < 20) throw lumi::DataError(fmt::format("{} points have a place in the simulation", X.size()));
-  const Eigen::Matrix4d T = SceneFromTruth(X, G, P, seen);
+  if (G.size() < 20) throw lumi::DataError(fmt::format("{} points have a place in the simulation", G.size()));
+  const Eigen::Matrix4d T = SceneFromTruth(G, P, seen, path.size_px);
   std::vector<double> errors;
   for (std::size_t i = 0; i < G.size(); ++i) errors.push_back((ImageOf(P[static_cast<std::size_t>(seen[i].first)], T * G[i]) - seen[i].second).norm());
 

@@ -1,4 +1,5 @@
-// From a folder of videos that fixed cameras took at once to a picture of any moment: small, and ray-traced, so that it is known when each began.
+// From a folder of videos that fixed cameras took at once to a picture of any moment: small, and ray-traced, so that it is known when each
+// began.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +36,8 @@ fs::path Videos(const TemporaryFolder& folder) {
   for (json& light : scene["lights"]) light.erase("size_deg");
   scene["videos"].erase(scene["videos"].begin() + kCameras, scene["videos"].end());
   scene["path"]["poses"].erase(scene["path"]["poses"].begin() + 2, scene["path"]["poses"].end());
-  for (int c = 0; c < kCameras; ++c) scene["videos"][static_cast<std::size_t>(c)].update({{"frames", kFrames}, {"start_frame", kStarts[c]}});
+  for (int c = 0; c < kCameras; ++c)
+    scene["videos"][static_cast<std::size_t>(c)].update({{"frames", kFrames}, {"start_frame", kStarts[c]}});
   WriteTextAtomically(folder / "scene.json", scene.dump());
   SimulateOptions options;
   options.scene_file = folder / "scene.json";
@@ -47,7 +49,8 @@ fs::path Videos(const TemporaryFolder& folder) {
 TEST(SynchronisedVideos, BecomeALumigraphOfEveryMoment) {
   const TemporaryFolder folder;
   const fs::path videos = Videos(folder), scene_folder = folder / "scene";
-  const ProgramResult made = RunProgram({"lumi-pipeline", videos, "-o", scene_folder, "--proxy", "plane", "--holdout", "0", "--no-video", "--json"});
+  const ProgramResult made =
+      RunProgram({"lumi-pipeline", videos, "-o", scene_folder, "--proxy", "plane", "--holdout", "0", "--no-video", "--json"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
 
   // When each video began, but for where the clock begins: exact, or for one of them a frame off, as COLMAP places the cameras of so small
@@ -77,13 +80,15 @@ TEST(SynchronisedVideos, BecomeALumigraphOfEveryMoment) {
   // A camera's place at a moment that --time-s names, whatever the frame whose place it is: what that camera saw then.
   const auto render = [&](const std::string& time_s) {
     fs::remove_all(folder / "out");
-    const ProgramResult r = RunProgram({"lumi-render", scene_folder, "-o", folder / "out", "--view", "camera_03/frame_000005.jpg", "--time-s", time_s, "--json"});
+    const ProgramResult r = RunProgram(
+        {"lumi-render", scene_folder, "-o", folder / "out", "--view", "camera_03/frame_000005.jpg", "--time-s", time_s, "--json"});
     EXPECT_EQ(r.exit_code, 0) << r.err;
     for (const auto& file : fs::recursive_directory_iterator(folder / "out"))
       if (file.path().extension() == ".png") return ReadImage8(file.path(), 3);
     return Image8();
   };
-  constexpr double kItself_db = 35, kOtherMoment_db = 5;  // of what H.264 and JPEG leave; the stage's two turning things fill a tenth of the picture
+  constexpr double kItself_db = 35,
+                   kOtherMoment_db = 5;  // of what H.264 and JPEG leave; the stage's two turning things fill a tenth of the picture
   for (const int frame : {20, 36}) {
     const Image8 picture = render(std::to_string(began["camera_03"] / kFps + frame / kFps));
     const auto seen = [&](int index) {

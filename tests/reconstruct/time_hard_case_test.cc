@@ -26,7 +26,8 @@ TEST(TurntableHardCase, WhatDoesNotGoRoundIsRefused) {
   std::vector<double> half = table.turns;
   for (double& t : half) t *= 0.5;
   EXPECT_THROW(FindTurnAxis(table.cam_from_object, half), DataError) << "another pace";
-  EXPECT_THROW(FindTurnAxis({table.cam_from_object.begin(), table.cam_from_object.begin() + 3}, {0, 1 / 47.0, 2 / 47.0}), DataError) << "two pairs";
+  EXPECT_THROW(FindTurnAxis({table.cam_from_object.begin(), table.cam_from_object.begin() + 3}, {0, 1 / 47.0, 2 / 47.0}), DataError)
+      << "two pairs";
   EXPECT_THROW(FindTurnAxis({}, {}), DataError);
   // A camera that looks about at the right pace, from places that lie on no circle.
   std::vector<Rigid3> lost = table.cam_from_object;

@@ -25,7 +25,11 @@ struct Table {
       const double rise = std::floor(i * step) * 0.2;
       const Eigen::Vector3d eye = Eigen::Vector3d(2, -0.4 - rise, 1) + shake * Eigen::Vector3d(noise(random), noise(random), noise(random));
       Rigid3 camera = LookAt(eye, point, -axis);
-      camera = Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(shake * noise(random), Eigen::Vector3d(noise(random), 1, noise(random)).normalized())), Eigen::Vector3d::Zero()} * camera;
+      camera =
+          Rigid3{
+              Eigen::Quaterniond(Eigen::AngleAxisd(shake * noise(random), Eigen::Vector3d(noise(random), 1, noise(random)).normalized())),
+              Eigen::Vector3d::Zero()} *
+          camera;
       cam_from_room.push_back(camera);
       cam_from_object.push_back(camera * truth.RoomFromObject(turns.back()));
     }

@@ -19,7 +19,8 @@ namespace {
 constexpr double kAxisExact = 1e-9;  // rounding of products of rotations
 
 TEST(Turntable, TheAxisIsFoundThoughTheCameraRisesAfterEveryTurn) {
-  for (const double step : {1 / 47.0, 0.31, -1 / 47.0}) {  // the last: a table that turns the other way round is an axis that points the other way
+  for (const double step :
+       {1 / 47.0, 0.31, -1 / 47.0}) {  // the last: a table that turns the other way round is an axis that points the other way
     const Table table(140, std::abs(step), 0, 0);
     std::vector<double> turns = table.turns;
     if (step < 0)
@@ -101,8 +102,9 @@ TEST(ViewTimes, AreReadByTheNamesOfTheirColumns) {
   EXPECT_FALSE(t.photos[0].frame_index);
   EXPECT_EQ(read("name,phase\na,0.25\n").photos[0].time, 0.25);
   EXPECT_EQ(read("time_s,file\n3,a\n\n").photos[0].time, 3);
-  for (const char* bad : {"", "\n\n", "image,phase\n", "image,when\na,3\n", "image,phase,time_s\na,3,3\n", "image,phase\na,x\n", "image,phase\na\n", "image,phase\na,nan\n", "image,phase\n,0.5\n",
-                          "image,phase,frame\na,0.5,1.5\n", "phase,frame\n0.5,1\n"})
+  for (const char* bad :
+       {"", "\n\n", "image,phase\n", "image,when\na,3\n", "image,phase,time_s\na,3,3\n", "image,phase\na,x\n", "image,phase\na\n",
+        "image,phase\na,nan\n", "image,phase\n,0.5\n", "image,phase,frame\na,0.5,1.5\n", "phase,frame\n0.5,1\n"})
     EXPECT_THROW(read(bad), InputError) << bad;
   EXPECT_THROW(ReadViewTimes(folder / "absent.csv"), InputError);
 }

@@ -12,7 +12,8 @@ namespace lumi {
 
 // `places`: of the cameras; each sees the points at frame + start. What it sees of their motion depends on where it stands: they turn, and
 // each camera sees most of them change when they face it, one after the other.
-inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& places, const std::vector<int>& starts, std::uint32_t seed, bool moving = true) {
+inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& places, const std::vector<int>& starts, std::uint32_t seed,
+                                          bool moving = true) {
   constexpr int kFramesLong = 60, kPixels = 240, kRows = 180;
   const Camera camera = Camera::Pinhole(kPixels, kRows, 280, 280, kPixels / 2.0, kRows / 2.0);
   std::mt19937 random(seed);

@@ -15,7 +15,9 @@ TEST(NoiseHardCase, ThePeriodIsKeptAndItsErrorSaidUntilThereIsNone) {
   for (const double noise : {2.0, 5.0, 9.0, 13.0}) {
     PaintedVideo video;
     video.noise = noise;
-    video.gain = [](int i) { return 0.7 + 0.001 * i + 0.05 * std::sin(i / 11.0); };  // brighter by two fifths, and up and down in 69 frames; nothing clips
+    video.gain = [](int i) {
+      return 0.7 + 0.001 * i + 0.05 * std::sin(i / 11.0);
+    };  // brighter by two fifths, and up and down in 69 frames; nothing clips
     const PeriodEstimate e = EstimatePeriod(FixedSignals(video.Stack(), {}), {}, {});
     EXPECT_NEAR(e.period_frames, video.period, 5e-4 * video.period) << noise;
     EXPECT_LT(std::abs(e.period_frames - video.period), 5 * e.sigma_frames + 1e-5 * video.period) << noise;
