@@ -82,7 +82,13 @@ class Unseen {
     for (std::size_t i = 0; i < views.size(); ++i) {
       json key = Key(views[i], scene.cameras[0]);
       key["time_s"] = 0;
-      WriteTextAtomically(work_ / "path.json", json{{"format", "lumigraph-path"}, {"version", 1}, {"fps", 30}, {"width", is_[i].width}, {"height", is_[i].height}, {"keys", {key}}}.dump());
+      WriteTextAtomically(work_ / "path.json", json{{"format", "lumigraph-path"},
+                                                    {"version", 1},
+                                                    {"fps", 30},
+                                                    {"width", is_[i].width},
+                                                    {"height", is_[i].height},
+                                                    {"keys", {key}}}
+                                                   .dump());
       fs::remove_all(work_ / "out");
       std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path", (work_ / "path.json").string()};
       arguments.insert(arguments.end(), options.begin(), options.end());
@@ -99,7 +105,11 @@ class Unseen {
   // The same where view i of n is at phase i / n: one path whose frames are the views.
   double PsnrOfTurn(const Scene& scene, const std::vector<UnseenView>& views, bool time, const std::vector<std::string>& options) const {
     const double step_s = *scene.period_s / static_cast<double>(views.size());
-    json path{{"format", "lumigraph-path"}, {"version", 1}, {"fps", static_cast<double>(views.size()) / (step_s * static_cast<double>(views.size() - 1))}, {"width", is_[0].width}, {"height", is_[0].height}};
+    json path{{"format", "lumigraph-path"},
+              {"version", 1},
+              {"fps", static_cast<double>(views.size()) / (step_s * static_cast<double>(views.size() - 1))},
+              {"width", is_[0].width},
+              {"height", is_[0].height}};
     for (std::size_t i = 0; i < views.size(); ++i) {
       json key = Key(views[i], scene.cameras[0]);
       key["time_s"] = step_s * static_cast<double>(i);
@@ -107,7 +117,8 @@ class Unseen {
     }
     WriteTextAtomically(work_ / "path.json", path.dump());
     fs::remove_all(work_ / "out");
-    std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path", (work_ / "path.json").string(), "--time", time ? "on" : "off"};
+    std::vector<std::string> arguments{scene.folder.string(),          "-o",     (work_ / "out").string(), "--path",
+                                       (work_ / "path.json").string(), "--time", time ? "on" : "off"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     Run("lumi-render", arguments);
     std::vector<fs::path> frames;
@@ -148,7 +159,8 @@ void Pictures(const std::string& example, const fs::path& capture) {
   for (const double frames : {0.5, 1.0, 2.0, 4.0, 8.0}) {
     const double window_s = frames * frame_s;
     if (window_s > *scene.period_s) break;
-    std::printf("| %s | %g | %.2f |\n", example.c_str(), frames, unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
+    std::printf("| %s | %g | %.2f |\n", example.c_str(), frames,
+                unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
     std::fflush(stdout);
   }
 }
@@ -181,8 +193,10 @@ void Reconstructed(const std::string& example, const fs::path& capture, const fs
     of_truth.push_back(truth.views.at(static_cast<std::size_t>(*v.frame_index)).cam_from_world);
   }
   const PoseErrors errors = ComparePoses(of_scene, of_truth);
-  std::printf("%s: period %.4f frames, %zu of %zu frames posed, centres %.2f %%, turned %.3f degrees (rms)\n\n| unseen views | without time | window of 1 frame | 2 frames |\n|---|---|---|---|\n", example.c_str(), *scene.period_s * 30, scene.views.size(),
-              truth.views.size(), errors.centre_rms_percent, errors.rotation_rms_deg);
+  std::printf(
+      "%s: period %.4f frames, %zu of %zu frames posed, centres %.2f %%, turned %.3f degrees (rms)\n\n| unseen views | without time | "
+      "window of 1 frame | 2 frames |\n|---|---|---|---|\n",
+      example.c_str(), *scene.period_s * 30, scene.views.size(), truth.views.size(), errors.centre_rms_percent, errors.rotation_rms_deg);
   const std::vector<UnseenView> in_truth = ViewsBetween(truth), in_scene = ViewsBetween(scene);
   const Unseen unseen(example, truth, in_truth);
   std::vector<double> times;
