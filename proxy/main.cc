@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
   moves->add_option("--over", moving.over, "The proxy of what stands still; mesh is made where it is not there")->capture_default_str();
   moves->add_option("--moments", moving.moments, "Compared at most, spread over the period, >= 1")->capture_default_str();
   moves->add_option("--grid", moving.grid, "Depths along the longer side of what moves: detail against time, >= 8")->capture_default_str();
-  moves->add_option("--smoothness", moving.smoothness, "Between neighbouring depths, in code values a plane, >= 0")->capture_default_str();
+  moves->add_option("--smoothness", moving.smoothness, "Between neighbouring depths, in squared code values a plane, >= 0")->capture_default_str();
   moves->callback([&] { run = [&] { return lumi::RunMoving(moving_target, moving, program.progress()); }; });
 
   int sides = 6;

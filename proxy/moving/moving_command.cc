@@ -24,7 +24,9 @@ MovingPhoto ReadMovingPhoto(const Scene& scene, const MomentView& moment, int lo
   Camera camera = scene.CameraOf(view);
   const int longer = std::max(camera.width_px, camera.height_px);
   if (longer > longer_px) {
-    const auto scaled = [&](int size) { return std::max(2, static_cast<int>(std::lround(static_cast<double>(size) * longer_px / longer))); };
+    const auto scaled = [&](int size) {
+      return std::max(2, static_cast<int>(std::lround(static_cast<double>(size) * longer_px / longer)));
+    };
     camera = camera.Scaled(scaled(camera.width_px), scaled(camera.height_px));
   }
   MovingPhoto photo;
@@ -74,10 +76,13 @@ std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, P
   const std::vector<std::string> there = ListProxies(opened.folder);
   const bool made = std::find(there.begin(), there.end(), request.over) == there.end();
   if (made && request.over != MovingRequest().over) LoadProxy(opened, request.over);  // says which there are
-  std::map<std::string, std::string> inputs{{"masks", Fingerprint(opened.folder / "masks")}, {"images", Fingerprint(opened.image_folder)},
-                                            {"times", TimesOf(opened)}};
+  std::map<std::string, std::string> inputs{
+      {"masks", Fingerprint(opened.folder / "masks")}, {"images", Fingerprint(opened.image_folder)}, {"times", TimesOf(opened)}};
   if (!made) inputs["over"] = Fingerprint(ProxyPath(opened.folder, request.over));
-  std::map<std::string, std::string> record{{"over", request.over}, {"moments", std::to_string(options.moments)}, {"grid", std::to_string(options.grid)}, {"smoothness", fmt::format("{}", options.smoothness)}};
+  std::map<std::string, std::string> record{{"over", request.over},
+                                            {"moments", std::to_string(options.moments)},
+                                            {"grid", std::to_string(options.grid)},
+                                            {"smoothness", fmt::format("{}", options.smoothness)}};
   return MakeProxy(target, "moving", std::move(record), std::move(inputs), progress, [&](const Scene& scene, Json& json) {
     const Mesh still = made ? BuildDelaunayProxy(scene, {}, progress) : LoadProxy(scene, request.over);
     const std::vector<MomentView> moments = PickMoments(scene, options);

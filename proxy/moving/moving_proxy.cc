@@ -19,17 +19,17 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kWidest = 1.05;        // radians: cameras farther round what moves than this share no surface that faces them
-constexpr double kFacing = 0.9;         // of the cameras that must be nearer
-constexpr double kQuantile = 0.02;      // of masked rays beyond the region's ends on each side: strays
-constexpr double kMargin = 0.05;        // of the region, added on each side
-constexpr double kBeyond = 0.5;         // the last plane's inverse depth, of that of the farthest still surface
-constexpr double kJoined = 1;           // planes: as near to the still surface is on it
+constexpr double kWidest = 1.05;    // radians: cameras farther round what moves than this share no surface that faces them
+constexpr double kFacing = 0.9;     // of the cameras that must be nearer
+constexpr double kQuantile = 0.02;  // of masked rays beyond the region's ends on each side: strays
+constexpr double kMargin = 0.05;    // of the region, added on each side
+constexpr double kBeyond = 0.5;     // the last plane's inverse depth, of that of the farthest still surface
+constexpr double kJoined = 1;       // planes: as near to the still surface is on it
 constexpr int kPriorPlanes = 8;
-constexpr std::size_t kSpeck = 9;       // samples that hang together: fewer leave the still surface by chance
-constexpr double kOverlap = 1e-4;       // of a face that is cut
-constexpr int kSweeps = 40;             // of belief propagation
-constexpr int kAggregate = 1;           // samples on each side that a sample's cost is averaged over
+constexpr std::size_t kSpeck = 9;  // samples that hang together: fewer leave the still surface by chance
+constexpr double kOverlap = 1e-4;  // of a face that is cut
+constexpr int kSweeps = 40;        // of belief propagation
+constexpr int kAggregate = 1;      // samples on each side that a sample's cost is averaged over
 constexpr std::size_t kRaysAView = 300, kViewsForRegion = 60;
 
 // Seen from the middle of the cameras. A sample is (u, v, 1) in this frame, its place at inverse depth w: (u, v, 1) / w.
@@ -47,7 +47,8 @@ struct Region {
   int columns = 0, rows = 0;
   std::size_t Count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
   Vector2d At(std::size_t sample) const {
-    const auto c = static_cast<double>(sample % static_cast<std::size_t>(columns)), r = static_cast<double>(sample / static_cast<std::size_t>(columns));
+    const auto c = static_cast<double>(sample % static_cast<std::size_t>(columns)),
+               r = static_cast<double>(sample / static_cast<std::size_t>(columns));
     return low + spacing * Vector2d(c, r);
   }
 };
@@ -68,7 +69,8 @@ Reference MiddleOf(const std::vector<MovingPhoto>& photos) {
     down += below->normalized() - middle->normalized();
   }
   const double epsilon = 1e-6 * static_cast<double>(photos.size());
-  if (forward.norm() < epsilon) throw DataError("the cameras look every way: no one surface faces them all", "make a hull, or give a mesh (lumi-proxy import)");
+  if (forward.norm() < epsilon)
+    throw DataError("the cameras look every way: no one surface faces them all", "make a hull, or give a mesh (lumi-proxy import)");
   forward.normalize();
   down -= forward * forward.dot(down);
   if (down.norm() < epsilon) down = forward.unitOrthogonal();
@@ -99,7 +101,9 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
         hits.push_back(p.render.centre + hit->distance * *ray);
       }
   }
-  if (masked == 0) throw DataError("nothing is masked: nothing moves", "lumi-timeperiodic calibrate finds what moves; or give masks in SCENE/masks, black where it moves");
+  if (masked == 0)
+    throw DataError("nothing is masked: nothing moves",
+                    "lumi-timeperiodic calibrate finds what moves; or give masks in SCENE/masks, black where it moves");
   if (hits.empty()) throw DataError("what moves lies before no surface", "make a proxy of what stands still first (lumi-proxy delaunay)");
   Vector3d middle;
   for (int a = 0; a < 3; ++a) {
@@ -108,10 +112,14 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
     middle[a] = Median(at);
   }
   const Vector3d from = (region.ref.centre - middle).normalized();
-  const auto facing = std::count_if(photos.begin(), photos.end(), [&](const MovingPhoto& p) { return (p.render.centre - middle).normalized().dot(from) > std::cos(kWidest); });
+  const auto facing = std::count_if(photos.begin(), photos.end(), [&](const MovingPhoto& p) {
+    return (p.render.centre - middle).normalized().dot(from) > std::cos(kWidest);
+  });
   const Vector3d seen = region.ref.InRef(middle);
-  if (static_cast<double>(facing) < kFacing * static_cast<double>(photos.size()) || !(seen.z() > 0) || seen.head<2>().norm() > std::tan(kWidest) * seen.z())
-    throw DataError("the cameras stand round what moves: no one surface faces them all", "make a hull (lumi-proxy hull), or give a mesh (lumi-proxy import)");
+  if (static_cast<double>(facing) < kFacing * static_cast<double>(photos.size()) || !(seen.z() > 0) ||
+      seen.head<2>().norm() > std::tan(kWidest) * seen.z())
+    throw DataError("the cameras stand round what moves: no one surface faces them all",
+                    "make a hull (lumi-proxy hull), or give a mesh (lumi-proxy import)");
   for (const Vector3d& x : hits) {
     const Vector3d r = region.ref.InRef(x);
     if (!(r.z() > 0) || r.head<2>().norm() > 2 * std::tan(kWidest) * r.z()) continue;
@@ -138,7 +146,8 @@ struct Depths {
 };
 
 // Planes a pixel of parallax apart, from before the nearest still surface to beyond the farthest.
-Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region, const std::vector<double>& still, const MovingOptions& options) {
+Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region, const std::vector<double>& still,
+                    const MovingOptions& options) {
   std::vector<double> known;
   for (const double w : still)
     if (w > 0) known.push_back(w);
@@ -149,7 +158,8 @@ Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region
   std::vector<double> parallax;
   for (const MovingPhoto& p : photos) {
     std::optional<Vector2d> ends[2];
-    for (int e = 0; e < 2; ++e) ends[e] = Project(p.render.P, region.ref.InWorld(Vector3d(middle.x(), middle.y(), 1) / (e == 0 ? 0.5 * (first + last) : last)));
+    for (int e = 0; e < 2; ++e)
+      ends[e] = Project(p.render.P, region.ref.InWorld(Vector3d(middle.x(), middle.y(), 1) / (e == 0 ? 0.5 * (first + last) : last)));
     if (ends[0] && ends[1]) parallax.push_back(2 * (*ends[0] - *ends[1]).norm());
   }
   const double px = parallax.empty() ? 0 : Quantile(parallax, 0.9);
@@ -168,7 +178,8 @@ bool Bilinear(const Image8& image, double x, double y, float rgb[3]) {
   const auto fx = static_cast<float>(x - i), fy = static_cast<float>(y - j);
   const std::uint8_t *a = image.Row(j) + 3 * i, *b = image.Row(j + 1) + 3 * i;
   for (int c = 0; c < 3; ++c) {
-    const float top = static_cast<float>(a[c]) + fx * static_cast<float>(a[c + 3] - a[c]), low = static_cast<float>(b[c]) + fx * static_cast<float>(b[c + 3] - b[c]);
+    const float top = static_cast<float>(a[c]) + fx * static_cast<float>(a[c + 3] - a[c]),
+                low = static_cast<float>(b[c]) + fx * static_cast<float>(b[c + 3] - b[c]);
     rgb[c] = top + fy * (low - top);
   }
   return true;
@@ -177,11 +188,12 @@ bool Bilinear(const Image8& image, double x, double y, float rgb[3]) {
 // How much photos of one moment differ where a sample is at a depth, and whether something moves there.
 struct Sweep {
   int depths = 0;
-  std::vector<float> cost;         // [sample][depth], code values; NaN: too few photos see it
+  std::vector<float> cost;          // [sample][depth], code values; NaN: too few photos see it
   std::vector<std::uint8_t> moves;  // [sample][depth]
 };
 
-Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, const Depths& depths, const MovingOptions& options, ProgressSink& sink) {
+Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, const Depths& depths, const MovingOptions& options,
+                  ProgressSink& sink) {
   Sweep sweep;
   sweep.depths = depths.count;
   const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths.count);
@@ -244,13 +256,15 @@ void Aggregate(const Region& region, Sweep& sweep) {
   std::vector<float> out(sweep.cost.size());
   ParallelFor(n, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      const int c = static_cast<int>(s % static_cast<std::size_t>(region.columns)), r = static_cast<int>(s / static_cast<std::size_t>(region.columns));
+      const int c = static_cast<int>(s % static_cast<std::size_t>(region.columns)),
+                r = static_cast<int>(s / static_cast<std::size_t>(region.columns));
       float worst = 0;
       for (std::size_t l = 0; l < d; ++l) {
         float sum = 0, count = 0;
         for (int y = std::max(0, r - kAggregate); y <= std::min(region.rows - 1, r + kAggregate); ++y)
           for (int x = std::max(0, c - kAggregate); x <= std::min(region.columns - 1, c + kAggregate); ++x) {
-            const float v = sweep.cost[(static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x)) * d + l];
+            const float v =
+                sweep.cost[(static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x)) * d + l];
             if (std::isnan(v)) continue;
             sum += v;
             count += 1;
@@ -275,7 +289,8 @@ void TruncatedLinear(float* m, std::size_t d, float slope, float most) {
 
 // The depth of each sample, as a label between planes: min-sum belief propagation over the four neighbours, by a chessboard's colours.
 std::vector<double> Smooth(const Region& region, const std::vector<float>& data, int depths, const MovingOptions& options) {
-  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths), columns = static_cast<std::size_t>(region.columns), rows = static_cast<std::size_t>(region.rows);
+  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths), columns = static_cast<std::size_t>(region.columns),
+                    rows = static_cast<std::size_t>(region.rows);
   // message[k][s]: to s from its neighbour k (left, right, above, below).
   std::vector<float> message[4];
   for (auto& m : message) m.assign(n * d, 0);
@@ -293,7 +308,8 @@ std::vector<double> Smooth(const Region& region, const std::vector<float>& data,
       for (std::size_t r = begin; r < end; ++r)
         for (std::size_t c = (r + static_cast<std::size_t>(sweep)) % 2; c < columns; c += 2) {
           const std::size_t s = r * columns + c;
-          for (std::size_t l = 0; l < d; ++l) belief[l] = data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] + message[3][s * d + l];
+          for (std::size_t l = 0; l < d; ++l)
+            belief[l] = data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] + message[3][s * d + l];
           for (int k = 0; k < 4; ++k) {
             const auto to = neighbour(s, k);
             if (!to) continue;
@@ -307,7 +323,8 @@ std::vector<double> Smooth(const Region& region, const std::vector<float>& data,
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<double> belief(d);
     for (std::size_t l = 0; l < d; ++l)
-      belief[l] = static_cast<double>(data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] + message[3][s * d + l]);
+      belief[l] = static_cast<double>(data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] +
+                                      message[3][s * d + l]);
     const auto best = static_cast<std::size_t>(std::min_element(belief.begin(), belief.end()) - belief.begin());
     label[s] = static_cast<double>(best);
     if (best == 0 || best + 1 == d) continue;
@@ -327,7 +344,8 @@ void RemoveSpecks(const Region& region, std::vector<std::uint8_t>& surface) {
     group.assign(1, start);
     seen[start] = 1;
     for (std::size_t k = 0; k < group.size(); ++k) {
-      const int c = static_cast<int>(group[k] % static_cast<std::size_t>(region.columns)), r = static_cast<int>(group[k] / static_cast<std::size_t>(region.columns));
+      const int c = static_cast<int>(group[k] % static_cast<std::size_t>(region.columns)),
+                r = static_cast<int>(group[k] / static_cast<std::size_t>(region.columns));
       for (int y = std::max(0, r - 1); y <= std::min(region.rows - 1, r + 1); ++y)
         for (int x = std::max(0, c - 1); x <= std::min(region.columns - 1, c + 1); ++x) {
           const std::size_t s = static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x);
@@ -340,7 +358,8 @@ void RemoveSpecks(const Region& region, std::vector<std::uint8_t>& surface) {
 }
 
 // A face of the still mesh, cut as finely as the grid where it may stand before the surface; the parts that do are dropped.
-void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, const Region& region, const std::vector<double>& w, const std::vector<std::uint8_t>& behind, Mesh& out) {
+void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, const Region& region, const std::vector<double>& w,
+                          const std::vector<std::uint8_t>& behind, Mesh& out) {
   const auto keep = [&] {
     // Neighbours are cut more or less finely: a little overlap, so that no ray slips between them.
     const double grown = level > 0 ? 1 + kOverlap : 1;
@@ -354,9 +373,10 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   for (std::size_t k = 0; k < 3; ++k) r[k] = region.ref.InRef(corners[k]);
   const Vector2d end = region.low + region.spacing * Vector2d(region.columns - 1, region.rows - 1);
   const auto all = [&](const auto& outside) { return outside(r[0]) && outside(r[1]) && outside(r[2]); };
-  if (all([&](const Vector3d& x) { return x.x() < region.low.x() * x.z(); }) || all([&](const Vector3d& x) { return x.x() > end.x() * x.z(); }) ||
-      all([&](const Vector3d& x) { return x.y() < region.low.y() * x.z(); }) || all([&](const Vector3d& x) { return x.y() > end.y() * x.z(); }) ||
-      all([](const Vector3d& x) { return !(x.z() > 0); }))
+  if (all([&](const Vector3d& x) { return x.x() < region.low.x() * x.z(); }) ||
+      all([&](const Vector3d& x) { return x.x() > end.x() * x.z(); }) ||
+      all([&](const Vector3d& x) { return x.y() < region.low.y() * x.z(); }) ||
+      all([&](const Vector3d& x) { return x.y() > end.y() * x.z(); }) || all([](const Vector3d& x) { return !(x.z() > 0); }))
     return keep();
   double size = std::numeric_limits<double>::infinity();  // in samples; infinite where it reaches behind the reference
   if (all([](const Vector3d& x) { return x.z() > 0; })) {
@@ -368,8 +388,10 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
       high = high.cwiseMax(at);
       near = std::max(near, 1 / x.z());
     }
-    const int c0 = static_cast<int>(std::clamp(std::floor(low.x()), 0.0, 1.0 * region.columns)), c1 = static_cast<int>(std::clamp(std::ceil(high.x()), -1.0, region.columns - 1.0));
-    const int r0 = static_cast<int>(std::clamp(std::floor(low.y()), 0.0, 1.0 * region.rows)), r1 = static_cast<int>(std::clamp(std::ceil(high.y()), -1.0, region.rows - 1.0));
+    const int c0 = static_cast<int>(std::clamp(std::floor(low.x()), 0.0, 1.0 * region.columns)),
+              c1 = static_cast<int>(std::clamp(std::ceil(high.x()), -1.0, region.columns - 1.0));
+    const int r0 = static_cast<int>(std::clamp(std::floor(low.y()), 0.0, 1.0 * region.rows)),
+              r1 = static_cast<int>(std::clamp(std::ceil(high.y()), -1.0, region.rows - 1.0));
     bool hides = false;
     for (int y = r0; y <= r1 && !hides; ++y)
       for (int c = c0; c <= c1 && !hides; ++c) {
@@ -383,7 +405,10 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   constexpr int kFinest = 10;
   if (level < kFinest && size > 0.7) {
     const std::array<Vector3d, 3> middle{0.5 * (corners[0] + corners[1]), 0.5 * (corners[1] + corners[2]), 0.5 * (corners[2] + corners[0])};
-    for (const std::array<Vector3d, 3>& part : {std::array<Vector3d, 3>{corners[0], middle[0], middle[2]}, {middle[0], corners[1], middle[1]}, {middle[2], middle[1], corners[2]}, middle})
+    for (const std::array<Vector3d, 3>& part : {std::array<Vector3d, 3>{corners[0], middle[0], middle[2]},
+                                                {middle[0], corners[1], middle[1]},
+                                                {middle[2], middle[1], corners[2]},
+                                                middle})
       KeepWhatHidesNothing(part, level + 1, region, w, behind, out);
     return;
   }
@@ -449,7 +474,8 @@ std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& opt
     while (static_cast<int>(far.size()) < options.views_a_moment) {
       std::size_t best = 0;
       for (std::size_t j = 0; j < there.size(); ++j) {
-        const Vector3d apart = scene.views[static_cast<std::size_t>(there[j])].CentreInWorld() - scene.views[static_cast<std::size_t>(far.back())].CentreInWorld();
+        const Vector3d apart = scene.views[static_cast<std::size_t>(there[j])].CentreInWorld() -
+                               scene.views[static_cast<std::size_t>(far.back())].CentreInWorld();
         nearest[j] = std::min(nearest[j], apart.norm());
         if (nearest[j] > nearest[best]) best = j;
       }
@@ -466,7 +492,8 @@ std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& opt
   return picked;
 }
 
-Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options, ProgressSink& progress, MovingSummary* summary) {
+Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options, ProgressSink& progress,
+                      MovingSummary* summary) {
   if (photos.size() < 2) throw DataError("no two photos show one moment from different places", "film more periods from elsewhere");
   const MeshQuery query(still);
   const Region region = FindRegion(photos, query, options);
@@ -497,19 +524,22 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
       const double away = std::abs(static_cast<double>(l) - label);
       const double prior = options.still_prior * std::min(1.0, away / kPriorPlanes);
       if (moves[s])
-        data[s * d + l] = sweep.cost[s * d + l] + static_cast<float>(prior + (mask[l] || away < 1 ? 0 : options.truncate * options.truncate));
+        data[s * d + l] =
+            sweep.cost[s * d + l] + static_cast<float>(prior + (mask[l] || away < 1 ? 0 : options.truncate * options.truncate));
       else
         data[s * d + l] = static_cast<float>(options.truncate * options.truncate * std::min(1.0, away / kPriorPlanes));
     }
   }
-  if (count == 0) throw DataError("what is masked is so in too few of the photos that see it", "lumi-timeperiodic calibrate finds what moves");
+  if (count == 0)
+    throw DataError("what is masked is so in too few of the photos that see it", "lumi-timeperiodic calibrate finds what moves");
   const std::vector<double> label = Smooth(region, data, depths.count, options);
 
   std::vector<double> w(n);
   std::vector<std::uint8_t> surface(n, 0), behind(n, 0);
   std::vector<double> found;
   double gain = 0;
-  for (std::size_t s = 0; s < n; ++s) surface[s] = moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
+  for (std::size_t s = 0; s < n; ++s)
+    surface[s] = moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
   RemoveSpecks(region, surface);
   for (std::size_t s = 0; s < n; ++s) {
     w[s] = on_still[s];
@@ -517,7 +547,9 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
     const double at = w[s] = depths.At(label[s]);
     behind[s] = at < on_still[s] ? 1 : 0;
     found.push_back(1 / at);
-    const auto cost = [&](double l) { return static_cast<double>(sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]); };
+    const auto cost = [&](double l) {
+      return static_cast<double>(sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]);
+    };
     if (on_still[s] > 0) gain += cost(depths.LabelOf(on_still[s])) - cost(label[s]);
   }
   if (found.empty()) throw DataError("photos of one moment agree best on the surface of what stands still", "");
@@ -545,7 +577,8 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
   };
   for (int r = 0; r + 1 < region.rows; ++r)
     for (int c = 0; c + 1 < region.columns; ++c) {
-      const std::size_t s = static_cast<std::size_t>(r) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c), below = s + static_cast<std::size_t>(region.columns);
+      const std::size_t s = static_cast<std::size_t>(r) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c),
+                        below = s + static_cast<std::size_t>(region.columns);
       if (!surface[s] && !surface[s + 1] && !surface[below] && !surface[below + 1]) continue;
       if (!(w[s] > 0) || !(w[s + 1] > 0) || !(w[below] > 0) || !(w[below + 1] > 0)) continue;
       const std::int32_t a = put(s), b = put(s + 1), e = put(below), f = put(below + 1);
@@ -554,7 +587,16 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
     }
   if (summary) {
     std::sort(found.begin(), found.end());
-    *summary = {photos.size(), photos.back().moment + 1, depths.count, region.columns, region.rows, count, found.size(), found.front(), found.back(), found[found.size() / 2],
+    *summary = {photos.size(),
+                photos.back().moment + 1,
+                depths.count,
+                region.columns,
+                region.rows,
+                count,
+                found.size(),
+                found.front(),
+                found.back(),
+                found[found.size() / 2],
                 gain / static_cast<double>(found.size())};
   }
   return mesh;

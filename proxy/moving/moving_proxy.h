@@ -19,17 +19,17 @@
 namespace lumi {
 
 struct MovingOptions {
-  int moments = 64;             // at most, spread over the period
-  int views_a_moment = 8;       // at most, those farthest apart
-  int photo_px = 256;           // longer side of the photos compared, at most
-  int grid = 96;                // samples along the longer side of the region, 8 or more
-  int max_depths = 96;          // planes, at most; about one a pixel of parallax
-  double nearest = 0.3;         // the first plane, of the distance of the nearest still surface
-  double masked_share = 0.5;    // of the photos that see a point: fewer show it masked, and it does not move
-  double truncate = 60;         // code values: photos that differ by more are as wrong as this
-  double still_prior = 4;       // code values, for a depth 8 planes or more from the still surface
-  double smoothness = 6;        // code values, between neighbours one plane apart, in proportion up to ...
-  double smoothness_planes = 6; // ... so many
+  int moments = 64;              // at most, spread over the period
+  int views_a_moment = 8;        // at most, those farthest apart
+  int photo_px = 256;            // longer side of the photos compared, at most
+  int grid = 96;                 // samples along the longer side of the region, 8 or more
+  int max_depths = 96;           // planes, at most; about one a pixel of parallax
+  double nearest = 0.3;          // the first plane, of the distance of the nearest still surface
+  double masked_share = 0.5;     // of the photos that see a point: fewer show it masked, and it does not move
+  double truncate = 60;          // code values, rms over the channels: photos that differ by more are as wrong as this
+  double still_prior = 4;        // squared code values, for a depth 8 planes or more from the still surface
+  double smoothness = 6;         // squared code values, between neighbours one plane apart, in proportion up to ...
+  double smoothness_planes = 6;  // ... so many
 };
 std::string Validate(const MovingOptions& options);  // empty, or what is wrong
 
@@ -52,10 +52,10 @@ struct MovingPhoto {
 struct MovingSummary {
   std::size_t photos = 0;
   int moments = 0, depths = 0, columns = 0, rows = 0;
-  std::size_t region = 0;    // samples that something moves at
-  std::size_t surface = 0;   // of them, samples that left the still surface
+  std::size_t region = 0;                              // samples that something moves at
+  std::size_t surface = 0;                             // of them, samples that left the still surface
   double nearest = 0, farthest = 0, median_depth = 0;  // of the surface, along the reference camera's axis; world units
-  double gain = 0;           // by how much less photos of one moment differ on the surface than on the still one, code values a channel
+  double gain = 0;  // by how much less photos of one moment differ on the surface than on the still one, squared code values
 };
 
 // `still` with the surface before it, joined to it round its border; faces of `still` that would hide it are gone. Throws DataError:

@@ -34,7 +34,8 @@ TEST(Moving, WhatMovesStandsWhereItIsAndTheRestWhereItWas) {
 TEST(Moving, IsTheSameForAnyNumberOfThreadsAndAgain) {
   MovingWorld world;
   world.views = 3;
-  const Mesh a = BuildMovingProxy(world.Photos(), world.Still(), {}, SilentProgress()), b = BuildMovingProxy(world.Photos(), world.Still(), {}, SilentProgress());
+  const Mesh a = BuildMovingProxy(world.Photos(), world.Still(), {}, SilentProgress()),
+             b = BuildMovingProxy(world.Photos(), world.Still(), {}, SilentProgress());
   EXPECT_EQ(a.vertices, b.vertices);
   EXPECT_EQ(a.faces, b.faces);
 }
