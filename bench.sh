@@ -80,6 +80,12 @@ if [ -z "$only_speed$only_quality" ]; then
   "$bin/time_scenes_bench" "$work" ${data:+"$data"}
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
+  for example in lamp helicopter; do
+    # From the video alone, and its period from a tripod's.
+    "$bin/lumi-pipeline" "$work/$example/video.mp4" -o "$work/$example-periodic" --periodic --fixed-video "$work/$example/fixed.mp4" --no-video --quiet
+    printf '\n## lumi-pipeline --periodic: %s\n\n' "$example"
+    "$bin/timeperiodic_bench" reconstructed "$example" "$work/$example" "$work/$example-periodic"
+  done
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")
