@@ -29,7 +29,7 @@ namespace {
 
 using namespace lumi;
 
-constexpr float kExaggerated = 4;  // differences in difference.png
+constexpr float kExaggerated = 8;  // differences in difference.png
 
 // The scene as one view's vanishing points have it.
 struct World {
@@ -93,11 +93,11 @@ class Bench {
     scene_ = OpenScene(folder, open, SilentProgress());
     RequireMetric(scene_, "the comparison");
     proxy_ = LoadProxy(scene_, proxy);
-    // Between two photos: a step to the side and a little nearer than the middle one.
+    // Behind the middle photo and to the side, where rays of many photos come together.
     const View& near = scene_.views[scene_.views.size() / 2];
     depth_ = Median(PointDepths(scene_, {static_cast<std::int32_t>(scene_.views.size() / 2)}));
     pose_ = near.cam_from_world;
-    pose_.translation -= depth_ * Eigen::Vector3d(0.05, 0.03, 0.1);
+    pose_.translation += depth_ * Eigen::Vector3d(0.1, 0.05, 0.5);
     camera_ = scene_.CameraOf(near).Scaled(width, std::max(1, static_cast<int>(std::lround(static_cast<double>(width) * scene_.CameraOf(near).height_px / scene_.CameraOf(near).width_px))));
     view_ = MakeRenderView(camera_, pose_);
     settings_.visibility = false;
