@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench steady_path_bench stabilize_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench steady_path_bench stabilize_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -186,6 +186,7 @@ if [ ! -d "$work/desk-262" ]; then
 fi
 table 'Sparse samples against a weight a pixel: desk, foreground, plane' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane
 table 'The same, true mesh' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth
+table 'Fig. 6-3: angles by vanishing points against true ones' "$bin/vanishing_point_bench" "$work/desk-262" --proxy plane -o "$work/figure-6-3"
 if [ ! -d "$work/fox" ] && [ -n "$data" ] && [ -d "$data/fox" ]; then "$bin/bench_figures" --work "$work" --data "$data" --only fox >/dev/null; fi
 if [ -d "$work/fox" ]; then
   for proxy in plane mesh; do table "The same: fox, $proxy" "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy"; done

@@ -39,7 +39,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int kDefaultPathWidth = 1024;
 constexpr int kConfigurationSide = 640;  // of each of the panels of --show cameras
 constexpr const char* kMarker = "render.json";  // what makes an output folder ours
-constexpr double kPathTimeLeast = 0.005;  // RadianceSettings::time_least along a path of matrices
 
 double Milliseconds(Clock::time_point since) { return std::chrono::duration<double, std::milli>(Clock::now() - since).count(); }
 
@@ -95,7 +94,7 @@ class Job {
     if (!o_.view.empty()) view_ = ViewCalled(o_.view);
     ChooseMatrices();
     if (scene_.frame != Frame::kMetric) RequireNothingMetric();
-    if (!matrices_.keys.empty() || !Metric()) UseWindow();
+    if (!matrices_.keys.empty() || !Metric()) reach_ = TakeWindow(scene_, o_.window_frames, !matrices_.keys.empty(), decided_, settings_);
     if (o_.proxy == kPerViewProxy || !Metric()) {
       PerViewOptions own;
       own.nominal_focal_px = o_.nominal_focal_px;
@@ -243,31 +242,6 @@ class Job {
       throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame), "use --resolution jacobian");
   }
 
-  // Photos around a picture's moment: where they are a video's, or the path says which photo a frame is of.
-  void UseWindow() {
-    constexpr int kUsualReach = 5;
-    const bool video = std::all_of(scene_.views.begin(), scene_.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
-    reach_ = o_.window_frames.value_or(video || !matrices_.keys.empty() ? kUsualReach : -1);
-    if (reach_ < 0) return;
-    GiveTimes(scene_);
-    const double frame_s = ClockOf(scene_).frame_s;
-    const auto open = [&](const char* name) { return decided_.count(name) == 0; };
-    if (open("time")) {
-      settings_.time = true;
-      decided_.insert("time");
-    }
-    if (open("time-window-s") && frame_s > 0) settings_.time_window_s = (2 * reach_ + 1) * frame_s;
-    decided_.insert("time-window-s");
-    if (open("time-core")) settings_.time_core = 0;
-    // Frames that nobody looked at may be the ones in which the photos end.
-    if (open("fov")) {
-      settings_.field_of_view = true;
-      decided_.insert("fov");
-    }
-    // A photo's own view gives the photo back; a frame of a path passes from one to another where it ends.
-    if (open("time-least") && !matrices_.keys.empty()) settings_.time_least = kPathTimeLeast;
-  }
-
   // Of what a picture of this view is made of. use: the photos that it may use.
   std::vector<bool> InWindow(const RenderView& view, std::vector<bool> use) const {
     if (per_view_ || reach_ < 0) return use;
@@ -339,23 +313,8 @@ class Job {
       optimum_ += statistics.optimum;
       return image;
     }
-    int of = o_.of.empty() ? -1 : ViewCalled(o_.of);
-    MeasureMap map;
-    if (per_view_) {
-      PictureWorld world = per_view_->For(request.view, reach_);
-      RenderRequest own = request;
-      own.view = world.view;
-      own.use = world.use;
-      for (std::size_t i = 0; i < own.use.size(); ++i) own.use[i] = own.use[i] && (request.use.empty() || request.use[static_cast<std::size_t>(world.photos[i])]);
-      if (of >= 0) {
-        const auto found = std::find(world.photos.begin(), world.photos.end(), of);
-        if (found == world.photos.end()) throw UsageError(fmt::format("--of {} is not among the photos around this picture's moment", o_.of), "use --window-frames all");
-        of = static_cast<int>(found - world.photos.begin());
-      }
-      map = RenderMeasureMap(world.sources, ProxyTracer(world.proxy, world.sources.normalized_from_world), {}, own, *measure, of);
-    } else {
-      map = RenderMeasureMap(scene_, mesh_, request, *measure, of);
-    }
+    const int of = o_.of.empty() ? -1 : ViewCalled(o_.of);
+    MeasureMap map = per_view_ ? RenderMeasureMap(per_view_->For(request.view, reach_), request, *measure, of) : RenderMeasureMap(scene_, mesh_, request, *measure, of);
     scale_ = {{"measure", o_.show}, {"low", map.low}, {"high", map.high}, {"unit", map.unit}};
     return std::move(map.image);
   }

@@ -60,6 +60,8 @@ class Renderer {
 std::unique_ptr<Renderer> MakeCpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
 // Offscreen through EGL (no window system needed). Throws MachineError where OpenGL 4.3 core cannot be had.
 std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
+// In the context that is current, now and at every call, its destruction included: a window's.
+std::unique_ptr<Renderer> MakeGlRendererHere(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos);
 // Throws UsageError for what OpenGL does not draw: the optimum at every pixel.
 void RequireDrawnByGl(const RadianceSettings& settings);
 

@@ -2,6 +2,8 @@
 #include <epoxy/gl.h>
 
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "render/gl/egl_context.h"
@@ -12,10 +14,23 @@
 namespace lumi {
 namespace {
 
+// Its own context, current for a while.
+class Context {
+ public:
+  explicit Context(const std::unique_ptr<EglContext>& own) {
+    if (own) current_.emplace(*own);
+  }
+
+ private:
+  std::optional<EglContext::Current> current_;
+};
+
 class GlRenderer final : public Renderer {
  public:
-  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) : photos_(photos) {
-    const EglContext::Current current(context_);
+  // own: a context of its own; else whatever is current, here and whenever it is called.
+  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos, bool own)
+      : photos_(photos), context_(own ? std::make_unique<EglContext>() : nullptr) {
+    const Context current(context_);
     std::vector<Eigen::Vector2i> sizes;
     // What is not there yet may come (PhotoReplaced).
     for (std::size_t i = 0; i < photos.size(); ++i)
@@ -31,13 +46,13 @@ class GlRenderer final : public Renderer {
   }
 
   ~GlRenderer() override {
-    const EglContext::Current current(context_);
+    const Context current(context_);
     lumigraph_.reset();
     target_.reset();
   }
 
   ImageF Render(const RenderRequest& request) override {
-    const EglContext::Current current(context_);
+    const Context current(context_);
     const Eigen::Vector2i size = request.view.size_px;
     const auto start = std::chrono::steady_clock::now();
     lumigraph_->Begin(request, *target_);
@@ -49,14 +64,14 @@ class GlRenderer final : public Renderer {
   }
 
   void ReplaceProxy(const Mesh& proxy) override {
-    const EglContext::Current current(context_);
+    const Context current(context_);
     lumigraph_->SetProxy(proxy, std::make_shared<const VisibilityMaps>());
   }
 
   void ReplaceCameras(const Sources& cameras) override { lumigraph_->SetCameras(cameras); }
 
   void PhotoReplaced(ViewId place, int color) override {
-    const EglContext::Current current(context_);
+    const Context current(context_);
     const auto i = static_cast<std::size_t>(place.value);
     if (colors_.empty())
       for (std::size_t j = 0; j < photos_.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
@@ -71,7 +86,7 @@ class GlRenderer final : public Renderer {
  private:
   const std::vector<Photo>& photos_;
   std::vector<Eigen::Vector3f> colors_;  // empty: each place's own
-  EglContext context_;
+  std::unique_ptr<EglContext> context_;  // before all that lives in it
   std::unique_ptr<GlLumigraph> lumigraph_;
   std::unique_ptr<GlTarget> target_;
   std::string device_;
@@ -86,7 +101,11 @@ void RequireDrawnByGl(const RadianceSettings& s) {
 }
 
 std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
-  return std::make_unique<GlRenderer>(scene, proxy, photos);
+  return std::make_unique<GlRenderer>(scene, proxy, photos, true);
+}
+
+std::unique_ptr<Renderer> MakeGlRendererHere(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
+  return std::make_unique<GlRenderer>(scene, proxy, photos, false);
 }
 
 }  // namespace lumi

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "render/radiance/frame_plan.h"
 #include "render/visibility_maps.h"
@@ -50,6 +51,19 @@ MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderR
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
   return RenderMeasureMap(sources, tracer, CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps(), request, measure, source);
+}
+
+MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Measure measure, int source) {
+  request.view = world.view;
+  const std::vector<bool> wanted = std::exchange(request.use, world.use);
+  for (std::size_t i = 0; i < world.photos.size(); ++i)
+    request.use[i] = request.use[i] && (wanted.empty() || wanted[static_cast<std::size_t>(world.photos[i])]);
+  if (source >= 0) {
+    const auto found = std::find(world.photos.begin(), world.photos.end(), source);
+    if (found == world.photos.end()) throw UsageError("this photo is not among those around the picture's moment", "use --window-frames all");
+    source = static_cast<int>(found - world.photos.begin());
+  }
+  return RenderMeasureMap(world.sources, ProxyTracer(world.proxy, world.sources.normalized_from_world), {}, request, measure, source);
 }
 
 MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request,

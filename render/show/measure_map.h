@@ -8,6 +8,7 @@
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
+#include "render/per_view.h"
 #include "render/renderer.h"
 
 namespace lumi {
@@ -25,6 +26,9 @@ struct MeasureMap {
 // Identity weights; measures that the settings leave off are shown all the same.
 MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& proxy, const VisibilityMaps& visibility, const RenderRequest& request,
                             Measure measure, int source);
+// Of a picture in its own world: request.view is not read, request.use and `source` are of the scene's views. Throws UsageError for a photo
+// that the picture is not made of.
+MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Measure measure, int source);
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source);
 
 }  // namespace lumi

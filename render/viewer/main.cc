@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   app.add_option("--refine", refine,
                  "At rest, optimal weights at every pixel (CPU, in the background): on or off; default: with a budget or the optimum")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's");
+  app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's; or the path of matrices (lumi-stabilize) that is played");
   app.add_option("--screenshot", o.screenshot, "When all is loaded, write this picture and end");
   app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
   app.add_flag("!--no-ui", o.show_ui, "No panel, also in screenshots");

@@ -8,6 +8,7 @@
 
 #include "render/view_time.h"
 #include "render/visibility_maps.h"
+#include "render/viewer/matrix_player.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 
@@ -62,14 +63,23 @@ void ApplyEffectList(const std::string& list, const EffectChoice& choice, const 
     if (decided.count(name) == 0) SwitchEffect(settings, name, wanted.count(name) > 0);
 }
 
+Opened::Opened() = default;
+Opened::Opened(Opened&&) noexcept = default;
+Opened::~Opened() = default;
+
 Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
   Opened o;
   OpenOptions open;
   open.rescale_cameras = options.rescale_cameras;
   o.scene = OpenScene(options.scene, open, progress);
   if (o.scene.views.empty()) throw DataError("the scene has no photos", "", options.scene);
-  RequireMetric(o.scene, "the viewer");
   if (!options.view.empty()) FindView(o.scene, options.view);
+  if (PlaysMatrices(options, o.scene)) {
+    o.matrices = std::make_unique<OpenedMatrices>();
+    o.matrices->scene = std::move(o.scene);
+    OpenMatrices(options, progress, *o.matrices);
+    return o;
+  }
   if (!options.path.empty()) o.path = ReadCameraPath(options.path, PathDetail::kKeyframes);
   std::string name = options.proxy.empty() ? o.scene.active_proxy : options.proxy;
   // A workspace that is not ours has no active proxy: any one shows more than none.

@@ -18,6 +18,8 @@
 
 namespace lumi {
 
+struct OpenedMatrices;
+
 // What the opening thread is at, for the window; also passed on to the terminal.
 class OpeningProgress final : public ProgressSink {
  public:
@@ -64,6 +66,10 @@ struct Opened {
   PreparedProxy proxy;
   EffectChoice effects;      // what the data call for, but for exposure: the photos are not read yet
   CameraPath path;
+  std::unique_ptr<OpenedMatrices> matrices;  // instead of all the others, where the scene is shown by MatrixPlayer
+  Opened();
+  Opened(Opened&&) noexcept;
+  ~Opened();
 };
 
 // The effects of `choice` in settings that otherwise stay; those in `decided` stay as well.

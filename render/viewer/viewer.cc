@@ -5,6 +5,7 @@
 #include <chrono>
 #include <future>
 
+#include "render/viewer/matrix_player.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -50,8 +51,13 @@ std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   try {
     Opened opened = future.get();
     const double opened_s = SecondsSince(start);
-    Viewer viewer(options, window, opened, progress, std::move(script));
-    j = viewer.Run();
+    if (opened.matrices) {
+      MatrixPlayer player(options, window, *opened.matrices, std::move(script));
+      j = player.Run();
+    } else {
+      Viewer viewer(options, window, opened, progress, std::move(script));
+      j = viewer.Run();
+    }
     j["seconds_to_open"] = opened_s;
   } catch (const Interrupted&) {
     if (InterruptRequested()) throw;

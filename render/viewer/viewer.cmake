@@ -22,6 +22,7 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/error_probe.cc
     ${CMAKE_CURRENT_LIST_DIR}/flat_surface.cc
     ${CMAKE_CURRENT_LIST_DIR}/frame_painter.cc
+    ${CMAKE_CURRENT_LIST_DIR}/matrix_player.cc
     ${CMAKE_CURRENT_LIST_DIR}/opening.cc
     ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel.cc

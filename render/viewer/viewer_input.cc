@@ -1,4 +1,6 @@
 // How mouse, keys and panel steer the viewer.
+#include <epoxy/gl.h>
+
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "capture.h"
+#include "tests/render/capture.h"
 #include "scene/geometry/dense_solvers.h"
 
 namespace lumi::test {

@@ -10,6 +10,7 @@
 
 #include "render/convert.h"
 #include "render/path/camera_path.h"
+#include "render/path/matrix_path.h"
 #include "render/renderer.h"
 #include "render/settings_json.h"
 #include "render/show/measure_map.h"
@@ -20,6 +21,7 @@
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/subprocess.h"
 #include "tests/render/gl_test_scene.h"
+#include "tests/render/projective_capture.h"
 
 namespace lumi {
 namespace {
@@ -132,6 +134,50 @@ TEST_F(ViewerWindow, ShowsThePictureThatTheCpuRenders) {
   const double psnr = CoveredPsnrDb(ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240, SettingsOf(r.json["settings"])));
   EXPECT_GE(psnr, kAgreementDb);
   std::printf("  %.1f dB, %s\n", psnr, r.json["device"].get<std::string>().c_str());
+}
+
+TEST_F(ViewerWindow, PlaysAPathOfMatricesAndStaysOnIt) {
+  // The same photos as frames of a scene without a metric.
+  test::Capture capture = test::MakeCapture(8, 64);
+  capture.scene.points = test::SeenPoints(capture);
+  fs::remove_all(folder_);
+  Scene scene = test::Projective(capture.scene, test::RandomTransformation(5, 20));
+  scene.image_folder = folder_ / "images";
+  for (std::size_t j = 0; j < capture.photos.size(); ++j) WriteImage(folder_ / "images" / scene.views[j].name, capture.photos[j].levels[0]);
+  WriteScene(scene, folder_);
+  WriteMatrixPath(folder_ / "path.json", MatrixPathOfPhotos(scene, 20));
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string size = "320";
+  const Result r = RunViewer({"--no-ui", "--width", size, "--height", "200", "--path", file("path.json"), "--script",
+                              "key-jump 3; screenshot " + file("third.png") + "; show false-color; screenshot " + file("false.png") + "; show proxy; screenshot " + file("proxy.png") +
+                                  "; show angle; screenshot " + file("angle.png") + "; show color; play; screenshot " + file("last.png") + "; jump view103.png; wait; screenshot " +
+                                  file("again.png")});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_EQ(r.json["keys"], 8);
+  EXPECT_GE(r.json["played"], 1);
+  EXPECT_EQ(r.json["frame"], "projective");
+  // In the middle of the window, as large as fits: 267 x 200 of 320 x 200.
+  const auto middle = [&](const char* name) {
+    const Image8 shot = ReadImage8(file(name));
+    EXPECT_EQ(shot.width, 320);
+    Image8 cut(267, 200, 3);
+    for (int y = 0; y < 200; ++y)
+      for (int x = 0; x < 267; ++x)
+        for (int c = 0; c < 3; ++c) cut.At(x, y, c) = shot.At(x + 26, y, c);
+    return Resize(cut, 64, 48);
+  };
+  // Enlarged and made small again.
+  EXPECT_GT(Compare(middle("third.png"), capture.photos[3].levels[0]).psnr_db, 22);
+  EXPECT_GT(Compare(middle("last.png"), capture.photos[7].levels[0]).psnr_db, 22);
+  EXPECT_LT(Compare(middle("last.png"), capture.photos[3].levels[0]).psnr_db, 20);
+  EXPECT_GT(Compare(middle("again.png"), middle("third.png")).psnr_db, 45);
+  EXPECT_LT(Compare(middle("false.png"), middle("third.png")).psnr_db, 20);
+  for (const char* statement : {"orbit 10 0", "key-add"}) {
+    const Result refused = RunViewer({"--no-ui", "--width", size, "--height", "200", "--script", statement});
+    EXPECT_EQ(refused.exit_code, 2) << statement;
+    EXPECT_THAT(refused.messages + refused.json.dump(), HasSubstr("path")) << statement;
+  }
 }
 
 TEST_F(ViewerWindow, FollowsAScript) {
