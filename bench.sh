@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench stabilize_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -71,6 +71,9 @@ if [ -z "$only_speed$only_quality" ]; then
   for example in lamp helicopter; do
     [ -d "$work/$example/truth" ] || "$bin/lumi-simulate" --example "$example" --width 240 -o "$work/$example"
   done
+  printf '\n## Stabilisation of simulated walks\n\n```\n'
+  "$bin/stabilize_bench"
+  printf '```\n'
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
   for backend in factorization colmap; do
