@@ -93,6 +93,9 @@ if [ -z "$only_speed$only_quality" ]; then
   for example in lamp helicopter; do
     [ -d "$work/$example/truth" ] || "$bin/lumi-simulate" --example "$example" --width 240 -o "$work/$example"
   done
+  printf '\n## Stabilisation of simulated walks\n\n```\n'
+  "$bin/stabilize_bench"
+  printf '```\n'
   # Two of its three seconds.
   [ -d "$work/stage/truth" ] || "$bin/lumi-simulate" --example stage --width 240 --fixed-frames 60 -o "$work/stage"
   printf '\n## Several videos at once: stage, which begins at 9, 0, 14, 3, 21, 7, 12, 5\n\n```\n'

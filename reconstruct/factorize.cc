@@ -195,7 +195,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     throw DataError("a metric scene needs known intrinsics", "calibrate the camera (lumi-calibrate) and give --camera camera.yaml, or --focal-px F");
 
   Capture used;
-  const Tracks tracks = FindTracks(capture, options, given, work_folder, &used, &summary.cut_frame, sink);
+  Tracks tracks = FindTracks(capture, options, given, work_folder, &used, &summary.cut_frame, sink);
   summary.images_total = used.total();
 
   FactorizationOptions factorization;
@@ -242,6 +242,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
   }
   if (relate) {
     result = turned ? std::move(*turned) : ReconstructByHomographies(tracks, {}, sink);
+    if (AddDirectionsWhereBlank(result, tracks) > 0) sink.Message("frames without features: they are taken to be a plain picture that does not move by itself");
     summary.structure = "homographies";
   } else if (homographies) {
     summary.homography_frames = PlaceByHomography(result, tracks, {});

@@ -14,7 +14,9 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
+#include "scene/geometry/dense_solvers.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
@@ -23,6 +25,7 @@ using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr int kFewestShared = 8;       // tracks of two frames that a homography is taken from ...
 constexpr double kFewestAgree = 0.25;  // ... and the share of them that has to agree
+constexpr std::size_t kFewestOfKeys = 24;  // tracks that two keys in a row share
 constexpr double kOutlierPx = 4;       // after the adjustment; what moves, or stands out of the plane
 
 struct FrameSight {
@@ -122,8 +125,9 @@ std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tr
   return sights;
 }
 
-void Adjust(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
-            std::size_t fixed, std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, std::vector<char>& solved) {
+// The frames of `keys` and the tracks that two of them see, all at once.
+void AdjustKeys(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
+                const std::vector<std::size_t>& keys, std::size_t fixed, std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, const std::vector<char>& solved) {
   ceres::CauchyLoss loss(1.0);
   ceres::SphereManifold<9> frame_sphere;
   ceres::SphereManifold<3> point_sphere;
@@ -134,17 +138,20 @@ void Adjust(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tr
   ceres::Problem problem(problem_options);
   ceres::Solver::Options solver;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (RowMajor3d& g : G) {
-    g.normalize();
-    problem.AddParameterBlock(g.data(), 9, &frame_sphere);
-    ordering->AddElementToGroup(g.data(), 1);
+  std::vector<int> seen(d.size(), 0);
+  for (const std::size_t f : keys) {
+    G[f].normalize();
+    problem.AddParameterBlock(G[f].data(), 9, &frame_sphere);
+    ordering->AddElementToGroup(G[f].data(), 1);
+    for (const FrameSight& sight : frames[f]) ++seen[static_cast<std::size_t>(sight.track)];
   }
   problem.SetParameterBlockConstant(G[fixed].data());
   std::vector<char> used(d.size(), 0);
-  for (std::size_t f = 0; f < frames.size(); ++f)
-    for (const FrameSight& sight : Longest(frames[f], tracks, options.sights_per_frame)) {
+  for (const std::size_t f : keys) {
+    std::vector<FrameSight> shared = frames[f];
+    std::erase_if(shared, [&](const FrameSight& sight) { return seen[static_cast<std::size_t>(sight.track)] < 2 || !solved[static_cast<std::size_t>(sight.track)]; });
+    for (const FrameSight& sight : Longest(shared, tracks, options.sights_per_frame)) {
       const auto t = static_cast<std::size_t>(sight.track);
-      if (!solved[t]) continue;
       if (!used[t]) {
         problem.AddParameterBlock(d[t].data(), 3, &point_sphere);
         ordering->AddElementToGroup(d[t].data(), 0);
@@ -152,6 +159,7 @@ void Adjust(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tr
       }
       problem.AddResidualBlock(new TurnCost(sight.x, units[f].px), &loss, G[f].data(), d[t].data());
     }
+  }
   if (problem.NumResidualBlocks() == 0) return;
   solver.linear_solver_ordering = ordering;
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
@@ -171,7 +179,7 @@ void Adjust(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tr
   }
 }
 
-// Where most of a track's sights say that it is; solved where they do.
+// Where a track's sights say that it is, on average; solved where they do not contradict each other.
 void Intersect(const std::vector<std::vector<FrameSight>>& frames, const std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, std::vector<char>& solved) {
   std::fill(d.begin(), d.end(), Eigen::Vector3d::Zero());
   std::vector<int> seen(d.size(), 0);
@@ -188,6 +196,147 @@ void Intersect(const std::vector<std::vector<FrameSight>>& frames, const std::ve
   }
 }
 
+// One unknown u, a direction of N numbers, against sights under Cauchy's loss at a pixel (Levenberg and Marquardt). `residual(u, k, r, J)`:
+// pixels of sight k and their derivatives; false behind the camera. u as it was where nothing is gained.
+template <int N, typename Residual>
+void FitDirection(std::size_t count, const Residual& residual, Eigen::Matrix<double, N, 1>& u) {
+  using Vector = Eigen::Matrix<double, N, 1>;
+  using Matrix = Eigen::Matrix<double, N, N>;
+  constexpr int kMost = 12;
+  const auto cost_at = [&](const Vector& at, Matrix* normal, Vector* gradient) {
+    double cost = 0;
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 2, N> J;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!residual(at, k, r, normal ? &J : nullptr)) {
+        cost += std::log1p(1e6);
+        continue;
+      }
+      const double square = r.squaredNorm();
+      cost += std::log1p(square);
+      if (!normal) continue;
+      const double w = 1 / (1 + square);
+      *normal += w * J.transpose() * J;
+      *gradient += w * J.transpose() * r;
+    }
+    return cost;
+  };
+  u.normalize();
+  double lambda = 1e-4;
+  for (int i = 0; i < kMost; ++i) {
+    Matrix normal = Matrix::Zero();
+    Vector gradient = Vector::Zero();
+    const double cost = cost_at(u, &normal, &gradient);
+    const double size = normal.trace();
+    if (!(size > 0) || !std::isfinite(cost)) return;
+    bool better = false;
+    double next_cost = cost;
+    for (int attempt = 0; attempt < 4 && !better; ++attempt, lambda *= 10) {
+      Matrix damped = normal + size * u * u.transpose();  // its own scale is free
+      damped.diagonal() *= 1 + lambda;
+      damped.diagonal().array() += 1e-12 * size;
+      const Vector next = (u - Vector(SolveSymmetric(damped, gradient))).normalized();
+      if (!next.allFinite()) continue;
+      next_cost = cost_at(next, nullptr, nullptr);
+      if (next_cost < cost) {
+        u = next;
+        better = true;
+      }
+    }
+    if (!better || cost - next_cost < 1e-7 * cost) return;
+    lambda = std::max(1e-7, lambda * 1e-2);
+  }
+}
+
+bool TurnResidual(const RowMajor3d& G, const Eigen::Vector3d& d, const Eigen::Vector2d& x, double px, Eigen::Vector2d& r, Eigen::Vector2d& y, double& scale) {
+  const Eigen::Vector3d q = G * d;
+  if (!(q.z() > 1e-9)) return false;
+  y = q.head<2>() / q.z();
+  r = (y - x) * px;
+  scale = px / q.z();
+  return true;
+}
+
+// Each frame against the points as they are, each point against the frames as they are: both in parallel, both exact minima of their
+// own, so that in the end every frame and point is as all its sights want it and not only the keys'.
+void AdjustFrames(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
+                  const std::vector<char>& which, const std::vector<char>& solved, const std::vector<Eigen::Vector3d>& d, std::vector<RowMajor3d>& G) {
+  ParallelFor(frames.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      if (!which[f]) continue;
+      std::vector<FrameSight> sights = frames[f];
+      std::erase_if(sights, [&](const FrameSight& sight) { return !solved[static_cast<std::size_t>(sight.track)]; });
+      if (sights.size() < kFewestShared) continue;
+      sights = Longest(std::move(sights), tracks, options.sights_per_frame);
+      Eigen::Matrix<double, 9, 1> u = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(G[f].data());
+      FitDirection<9>(
+          sights.size(),
+          [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 9>* J) {
+            const Eigen::Vector3d& direction = d[static_cast<std::size_t>(sights[k].track)];
+            Eigen::Vector2d y;
+            double s = 0;
+            if (!TurnResidual(Eigen::Map<const RowMajor3d>(at.data()), direction, sights[k].x, units[f].px, r, y, s)) return false;
+            if (J) {
+              J->setZero();
+              for (int i = 0; i < 2; ++i) {
+                J->template block<1, 3>(i, 3 * i) = s * direction.transpose();
+                J->template block<1, 3>(i, 6) = -s * y[i] * direction.transpose();
+              }
+            }
+            return true;
+          },
+          u);
+      G[f] = Eigen::Map<const RowMajor3d>(u.data());
+    }
+  });
+}
+
+void AdjustPoints(const std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>>& sights, const std::vector<Units>& units, const std::vector<RowMajor3d>& G,
+                  const std::vector<char>& solved, std::vector<Eigen::Vector3d>& d) {
+  ParallelFor(d.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!solved[t]) continue;
+      FitDirection<3>(
+          sights[t].size(),
+          [&](const Eigen::Vector3d& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 3>* J) {
+            const auto& [f, x] = sights[t][k];
+            Eigen::Vector2d y;
+            double s = 0;
+            if (!TurnResidual(G[f], at, x, units[f].px, r, y, s)) return false;
+            if (J)
+              for (int i = 0; i < 2; ++i) J->row(i) = s * (G[f].row(i) - y[i] * G[f].row(2));
+            return true;
+          },
+          d[t]);
+    }
+  });
+}
+
+// Frames as far apart as most tracks are long, so that few of them tie the video together; the middle one, the first and the last.
+std::vector<std::size_t> ChooseKeys(const std::vector<std::vector<FrameSight>>& frames) {
+  const std::size_t n = frames.size(), middle = n / 2;
+  const auto shared = [&](std::size_t a, std::size_t b) {
+    std::size_t both = 0;
+    for (std::size_t i = 0, j = 0; i < frames[a].size() && j < frames[b].size();)
+      if (frames[a][i].track == frames[b][j].track) ++both, ++i, ++j;
+      else ++(frames[a][i].track < frames[b][j].track ? i : j);
+    return both;
+  };
+  for (const std::size_t apart : {12U, 8U, 5U, 3U, 2U, 1U}) {
+    std::vector<std::size_t> keys;
+    for (std::size_t f = middle % apart; f < n; f += apart) keys.push_back(f);
+    if (keys.front() != 0) keys.insert(keys.begin(), 0);
+    if (keys.back() != n - 1) keys.push_back(n - 1);
+    bool enough = true;
+    for (std::size_t k = 0; k + 1 < keys.size(); ++k) {
+      const std::size_t both = shared(keys[k], keys[k + 1]), fewer = std::min(frames[keys[k]].size(), frames[keys[k + 1]].size());
+      enough = enough && (both >= kFewestOfKeys && 5 * both >= 2 * fewer);
+    }
+    if (enough || apart == 1) return keys;
+  }
+  return {};
+}
+
 }  // namespace
 
 FactorizationResult ReconstructByHomographies(const Tracks& tracks, const HomographyOptions& options, ProgressSink& progress) {
@@ -200,17 +349,25 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
   FactorizationResult result;
   std::vector<RowMajor3d> G(n, RowMajor3d::Identity());
   Progress steps(progress, "homographies", static_cast<long>(n));
+  // Outwards from the middle: the link of frame f is from its neighbour on the middle's side.
+  std::vector<std::optional<Eigen::Matrix3d>> link(n);
+  ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      CheckInterrupted();
+      if (f != middle) link[f] = Between(frames[f > middle ? f - 1 : f + 1], frames[f], units[f].px, options);
+      steps.Step();
+    }
+  });
   const auto chain = [&](std::size_t from, std::size_t to) {
-    CheckInterrupted();
-    if (const auto H = Between(frames[from], frames[to], units[to].px, options)) {
-      G[to] = *H * G[from];
+    if (link[to]) {
+      G[to] = *link[to] * G[from];
+      G[to].normalize();
     } else {
       G[to] = G[from];
       MissingFrame& missing = result.missing.emplace_back();
       missing.frame = static_cast<int>(to);
       missing.reason = "shares too few features with its neighbour: taken not to have moved";
     }
-    steps.Step();
   };
   for (std::size_t f = middle; f + 1 < n; ++f) chain(f, f + 1);
   for (std::size_t f = middle; f > 0; --f) chain(f, f - 1);
@@ -218,7 +375,30 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
   std::vector<Eigen::Vector3d> d(tracks.tracks.size());
   std::vector<char> solved(tracks.tracks.size(), 0);
   Intersect(frames, G, d, solved);
-  Adjust(frames, tracks, units, options, middle, G, d, solved);
+  std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> sights_of(tracks.tracks.size());
+  for (std::size_t f = 0; f < n; ++f)
+    for (const FrameSight& s : frames[f]) sights_of[static_cast<std::size_t>(s.track)].emplace_back(f, s.x);
+  // Coarse to fine: the keys with all that ties them, the frames between them on what that found, then everything in turns.
+  const std::vector<std::size_t> keys = ChooseKeys(frames);
+  const std::vector<RowMajor3d> chained = G;
+  AdjustKeys(frames, tracks, units, options, keys, middle, G, d, solved);
+  std::vector<char> between(n, 1), all(n, 1);
+  all[middle] = 0;
+  for (std::size_t f = 0, k = 0; f < n; ++f) {
+    while (k + 1 < keys.size() && keys[k + 1] <= f) ++k;
+    const std::size_t key = k + 1 < keys.size() && keys[k + 1] - f < f - keys[k] ? keys[k + 1] : keys[k];
+    if (f == key) between[f] = 0;
+    else G[f] = chained[f] * chained[key].inverse() * G[key];
+    G[f].normalize();
+  }
+  AdjustPoints(sights_of, units, G, solved, d);
+  AdjustFrames(frames, tracks, units, options, between, solved, d, G);
+  for (int round = 0; round < options.rounds; ++round) {
+    CheckInterrupted();
+    AdjustPoints(sights_of, units, G, solved, d);
+    AdjustFrames(frames, tracks, units, options, all, solved, d, G);
+  }
+  AdjustPoints(sights_of, units, G, solved, d);
 
   // Whatever the sign of what was found: in front is where the sights are.
   for (std::size_t f = 0; f < n; ++f) {
@@ -267,6 +447,49 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
   result.rms_px = result.projective_rms_px = result.sights > 0 ? std::sqrt(sum / static_cast<double>(result.sights)) : 0;
   result.seconds.total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+int AddDirectionsWhereBlank(FactorizationResult& result, Tracks& tracks) {
+  constexpr std::size_t kFewest = 24;  // points that a frame sees
+  constexpr int kColumns = 6, kRows = 4, kEvery = 10;
+  const auto n = static_cast<int>(tracks.frames.size());
+  std::vector<std::size_t> seen(tracks.frames.size(), 0);
+  for (const FactorizationPoint& p : result.points)
+    for (const int o : p.observations) ++seen[static_cast<std::size_t>(tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)].frame)];
+  int added = 0;
+  for (int first = 0; first < n;) {
+    if (seen[static_cast<std::size_t>(first)] >= kFewest) {
+      ++first;
+      continue;
+    }
+    int last = first;  // blank frames in a row, tens at a time
+    while (last + 1 < n && last + 1 < first + kEvery && seen[static_cast<std::size_t>(last + 1)] < kFewest) ++last;
+    const int from = (first + last) / 2, low = first == last ? std::max(0, first - 1) : first, high = first == last ? std::min(n - 1, first + 1) : last;
+    const Tracks::Frame& frame = tracks.frames[static_cast<std::size_t>(from)];
+    const Eigen::Matrix3d inverse = result.P[static_cast<std::size_t>(from)].leftCols<3>().inverse();
+    for (int i = 0; i < kColumns * kRows; ++i) {
+      const Eigen::Vector2d x((i % kColumns + 0.5) / kColumns * frame.size_px.x(), (i / kColumns + 0.5) / kRows * frame.size_px.y());
+      Eigen::Vector3d d = inverse * x.homogeneous();
+      d.normalize();
+      Track track;
+      track.color = {128, 128, 128};
+      for (int f = low; f <= high; ++f) {
+        const Eigen::Vector3d q = result.P[static_cast<std::size_t>(f)].leftCols<3>() * d;
+        const Eigen::Vector2i& size = tracks.frames[static_cast<std::size_t>(f)].size_px;
+        if (q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= size.x() * q.z() && q.y() <= size.y() * q.z()) track.observations.push_back({f, q.hnormalized()});
+      }
+      if (track.observations.size() < 2) continue;
+      FactorizationPoint point;
+      point.track = static_cast<int>(tracks.tracks.size());
+      point.X = Eigen::Vector4d(d.x(), d.y(), d.z(), 1).normalized();
+      for (std::size_t o = 0; o < track.observations.size(); ++o) point.observations.push_back(static_cast<int>(o));
+      result.points.push_back(std::move(point));
+      tracks.tracks.push_back(std::move(track));
+      ++added;
+    }
+    first = last + 1;
+  }
+  return added;
 }
 
 int PlaceByHomography(FactorizationResult& result, const Tracks& tracks, const HomographyOptions& options) {

@@ -3,6 +3,7 @@
 
 #include "factorization_errors.h"
 #include "scene/program/parallel.h"
+#include "turning_scenes.h"
 
 namespace {
 
@@ -25,6 +26,16 @@ void Row(const std::string& name, const SimulatedTracks& s, const FactorizationO
               std::string(Name(r.upgrade)).c_str(), static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)),
                   r.projective_rms_px, r.rms_px, rotation,
               centre, 1e3 * t.windows, 1e3 * t.merging, 1e3 * t.projective, 1e3 * t.upgrade, 1e3 * t.metric, 1e3 * t.total);
+}
+
+// Homographies: px between where truth and result put a neighbour's and a far frame's pixels, rms.
+void TurningRow(const char* name, const TurningOptions& options, std::size_t far) {
+  const TurningVideo video = Turn(options);
+  long sights = 0;
+  for (const Track& t : video.sight.tracks.tracks) sights += static_cast<long>(t.observations.size());
+  const FactorizationResult r = ReconstructByHomographies(video.sight.tracks, {}, SilentProgress());
+  std::printf("%-28s %5zu %6ld  %5d  %6.3f %6.3f (%zu)  %5.3f %6.0f\n", name, video.sight.tracks.tracks.size(), sights, options.frames, TransferErrorPx(video, r, 1),
+              TransferErrorPx(video, r, far), far, r.rms_px, 1e3 * r.seconds.total);
 }
 
 }  // namespace
@@ -59,4 +70,23 @@ int main() {
   o = {};
   o.adjust = false;
   Row("plaza, no adjustment", plaza, o);
+
+  std::printf("\n%-28s %5s %6s  %5s  %6s %6s        %5s %6s\n", "Homographies", "track", "sights", "frame", "next", "far px", "rms", "ms");
+  TurningOptions turning;
+  turning.frames = 435;
+  turning.points = 4500;
+  turning.pan_deg = 120;
+  TurningRow("pan of 120 degrees", turning, 60);
+  TurningOptions changed = turning;
+  changed.movers = 0.4;
+  TurningRow("40 % of the tracks move", changed, 60);
+  changed = turning;
+  changed.track_frames = 15;
+  TurningRow("tracks of half a second", changed, 60);
+  changed = turning;
+  changed.pan_deg = 40, changed.zoom = 2, changed.points = 1500;
+  TurningRow("zoom by 2", changed, 200);
+  changed = turning;
+  changed.pan_deg = 0, changed.points = 1800;
+  TurningRow("hand held, on the spot", changed, 200);
 }
