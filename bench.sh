@@ -2,7 +2,7 @@
 # Prints every figure that README and docs quote, as Markdown; the same as JSON is in build/bench/figures.json.
 #
 #   ./bench.sh               on a desk that lumi-simulate photographs
-#   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo and boards-wide below DIR
+#   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo, boards-wide, shaky-sideways and shaky-rotation below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench vanishing_point_bench timeperiodic_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench vanishing_point_bench timeperiodic_bench time_scenes_bench steady_path_bench stabilize_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 [ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -41,6 +41,28 @@ effects_row() {
     printf ' %s |' "$("$bin/lumi-render" "$1" --holdout 8 --width "$2" $options --json --quiet | grep -o '"psnr_mean_db": *[0-9.]*' | grep -o '[0-9.]*$' | cut -c1-5)"
   done
   printf '\n'
+}
+# stabilised NAME VIDEO [MORE...]: VIDEO, MORE, vid.stab's results (its defaults, and smoother) and ours, in one table.
+stabilised() {
+  local name=$1 video=$2 folder=$work/stabilised/$1 smoothing filters
+  shift 2
+  mkdir -p "$folder"
+  local videos=("$@")
+  filters=$(ffmpeg -hide_banner -filters 2>/dev/null)
+  case $filters in
+    *vidstabtransform*)
+      [ -f "$folder/motion.trf" ] || ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabdetect=result=$folder/motion.trf" -f null -
+      for smoothing in 15 30; do
+        [ -f "$folder/vidstab-$smoothing.mp4" ] || ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabtransform=input=$folder/motion.trf:smoothing=$smoothing" \
+          -c:v libx264 -crf 18 -pix_fmt yuv420p -an "$folder/vidstab-$smoothing.mp4"
+        videos+=("$folder/vidstab-$smoothing.mp4")
+      done ;;
+    *) say "this ffmpeg has no vid.stab: its rows are left out" ;;
+  esac
+  [ -f "$folder/smooth.mp4" ] || "$bin/lumi-pipeline" "$video" --stabilize smooth -o "$folder/smooth.mp4" --no-score --quiet >/dev/null
+  printf '\n## Stabilised: %s\n\n```\n' "$name"
+  "$bin/lumi-stabilize" score "$video" "${videos[@]}" "$folder/smooth.mp4" 2>/dev/null
+  printf '```\n'
 }
 if [ -z "$only_speed" ]; then
   printf '\n## Effects on demand: auto, and an effect off or on\n\n'
@@ -71,8 +93,29 @@ if [ -z "$only_speed$only_quality" ]; then
   for example in lamp helicopter; do
     [ -d "$work/$example/truth" ] || "$bin/lumi-simulate" --example "$example" --width 240 -o "$work/$example"
   done
+  # Two of its three seconds.
+  [ -d "$work/stage/truth" ] || "$bin/lumi-simulate" --example stage --width 240 --fixed-frames 60 -o "$work/stage"
+  printf '\n## Several videos at once: stage, which begins at 9, 0, 14, 3, 21, 7, 12, 5\n\n```\n'
+  rm -rf "$work/stage-scene"
+  "$bin/lumi-reconstruct" "$work/stage/videos" -o "$work/stage-scene" 2>&1 | grep 'start at frames'
+  printf '```\n\n## Scenes that carry times\n\n'
+  "$bin/time_scenes_bench" "$work" ${data:+"$data"}
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
+  for example in lamp helicopter; do
+    # From the video alone, and its period from a tripod's.
+    "$bin/lumi-pipeline" "$work/$example/video.mp4" -o "$work/$example-periodic" --periodic --fixed-video "$work/$example/fixed.mp4" --no-video --quiet
+    printf '\n## lumi-pipeline --periodic: %s\n\n' "$example"
+    "$bin/timeperiodic_bench" reconstructed "$example" "$work/$example" "$work/$example-periodic"
+  done
+  # Walks whose ideal path is known: the steady camera's own video is the row after the input.
+  for example in hallway plaza vertigo; do
+    [ -f "$work/shaky-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$work/shaky-$example" --quiet
+    [ -f "$work/steady-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --steady -o "$work/steady-$example" --quiet
+    stabilised "$example" "$work/shaky-$example/video.mp4" "$work/steady-$example/video.mp4"
+  done
+  [ -z "$data" ] || [ ! -d "$data/shaky-sideways" ] || stabilised shaky-sideways "$data/shaky-sideways/shaky-5.avi"
+  [ -z "$data" ] || [ ! -d "$data/shaky-rotation" ] || stabilised shaky-rotation "$data/shaky-rotation/view.mp4"
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app();
   app.add_option("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")->required();
   app.add_option("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
-  app.add_option("--proxy", options.proxy, "How the proxy is made")->check(CLI::IsMember({"auto", "plane", "planes", "box", "delaunay", "hull"}))->capture_default_str();
+  app.add_option("--proxy", options.proxy, "How the proxy is made")->check(CLI::IsMember({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"}))->capture_default_str();
   app.add_option("--silhouette-rule", options.silhouette_rule, "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.add_option("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
   app.add_option("--silhouette-background", options.silhouette_background, "A photo of the background without the object, or a folder with one for each photo");

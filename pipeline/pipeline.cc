@@ -164,15 +164,23 @@ class Run {
       std::vector<std::string> arguments{"calibrate", options_.input.string(), "-o", summary_.scene.string()};
       if (!options_.fixed_video.empty()) arguments.insert(arguments.end(), {"--fixed-video", options_.fixed_video.string()});
       if (!options_.period_frames.empty()) arguments.insert(arguments.end(), {"--period-frames", options_.period_frames});
+      // Every frame gets a camera anyhow; what is no option of lumi-timeperiodic is refused there.
+      for (const std::string& a : options_.reconstruct_arguments)
+        if (a != "--all-frames") arguments.push_back(a);
+      AddCamera(arguments);
       Start("timeperiodic", "lumi-timeperiodic", std::move(arguments));
       return;
     }
     std::vector<std::string> arguments{options_.input.string(), "-o", summary_.scene.string()};
     arguments.insert(arguments.end(), options_.reconstruct_arguments.begin(), options_.reconstruct_arguments.end());
     if (options_.rescale_cameras) arguments.emplace_back("--rescale-cameras");
-    if (!options_.calibration.empty())
-      arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
+    AddCamera(arguments);
     Start("reconstruct", "lumi-reconstruct", std::move(arguments));
+  }
+
+  // Intrinsics that were calibrated are held.
+  void AddCamera(std::vector<std::string>& arguments) const {
+    if (!options_.calibration.empty()) arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
   }
 
   // lumi-calibrate and lumi-render write wherever they are told to, so what they made here is recorded here: options

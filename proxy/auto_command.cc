@@ -80,6 +80,7 @@ const std::vector<Recipe>& Recipes() {
       {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }},
       {"box", "box", UnfitForBox, [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }},
       {"mesh", "delaunay", always, [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }},
+      {"moving", "moving", UnfitForMoving, [](const ProxyTarget& t, ProgressSink& p) { return RunMoving(t, {}, p); }},
       {"hull", "hull",
        [](const Scene& scene) {
          std::error_code error;

@@ -39,6 +39,17 @@ struct PlanesRequest {
 };
 std::string RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress);
 
+// A surface for what moves before a proxy of what stands still (proxy/moving/moving_proxy.h).
+struct MovingRequest {
+  std::string over = "mesh";  // the proxy of what stands still; made where it is "mesh" and not there
+  int moments = 64;
+  int grid = 96;
+  double smoothness = 6;
+};
+std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress);
+// Why the scene does not call for one, or empty.
+std::string UnfitForMoving(const Scene& scene);
+
 // A mesh that somebody else made, brought into the scene's frame and mended (docs/proxy.md).
 struct ImportRequest {
   std::filesystem::path file;        // PLY or OBJ

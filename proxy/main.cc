@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   automatic->add_option("--holdout", choice.holdout, "Every N-th photo is left out, N >= 2; chosen on N/2, N/2+N ...")->capture_default_str();
   double budget_ms = 0;
   CLI::Option* budget = automatic->add_option("--budget-ms", budget_ms, "The best within so many milliseconds a frame of that width, > 0; default: the best");
-  automatic->add_option("--candidates", choice.candidates, "Of plane, planes, box, mesh, hull and the proxies that the scene has; default: the first five")->delimiter(',');
+  automatic->add_option("--candidates", choice.candidates, "Of plane, planes, box, mesh, moving, hull, hull-500 and the proxies that the scene has; default: all that can be made")->delimiter(',');
   automatic->callback([&] {
     if (*budget) choice.budget_ms = budget_ms;
     run = [&] { return lumi::RunAuto(choice, program.progress()); };
@@ -51,6 +51,16 @@ int main(int argc, char** argv) {
   several->add_option("--seed", planes.seed, "Of the random samples")->capture_default_str();
   several->add_option("--from", planes.from, "JSON of quads and planes to take instead (docs/proxy.md)");
   several->callback([&] { run = [&] { return lumi::RunPlanes(planes_target, planes, program.progress()); }; });
+
+  lumi::MovingRequest moving;
+  CLI::App* moves = app.add_subcommand("moving", "A surface for what is masked because it moves, where photos of one moment agree, before a proxy of what stands still");
+  lumi::ProxyTarget moving_target{.scene = {}, .name = "moving", .output = {}};
+  add_target(moves, moving_target, true);
+  moves->add_option("--over", moving.over, "The proxy of what stands still; mesh is made where it is not there")->capture_default_str();
+  moves->add_option("--moments", moving.moments, "Compared at most, spread over the period, >= 1")->capture_default_str();
+  moves->add_option("--grid", moving.grid, "Depths along the longer side of what moves: detail against time, >= 8")->capture_default_str();
+  moves->add_option("--smoothness", moving.smoothness, "Between neighbouring depths, in squared code values a plane, >= 0")->capture_default_str();
+  moves->callback([&] { run = [&] { return lumi::RunMoving(moving_target, moving, program.progress()); }; });
 
   int sides = 6;
   CLI::App* tube = app.add_subcommand("box", "A rectangular tube around the cameras' path and the points, as of a hallway");

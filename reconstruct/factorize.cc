@@ -25,6 +25,8 @@ constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal len
 constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
 constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
 constexpr int kPartners = 20;
+constexpr double kMostExplained = 0.8;     // of the sights by homographies, to ...
+constexpr double kLeastParallax = 0.0025;  // ... this share of the width, rms: no structure
 constexpr double kLeastPlaced = 0.9;       // of a shot's frames that are to have structure, else homographies serve them all
 constexpr int kVideoTrackLength = 3;       // factorised frames that a track must be seen in
 // A patch is followed as if it were flat and far. A wall passed close by bends within it, which is a bias: on a drive 320 pixels
@@ -212,6 +214,16 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
   FactorizationResult result;
   const bool homographies = options.projective && factorization.windows.ordered && options.homographies != Homographies::kNever;
   bool relate = homographies && options.homographies == Homographies::kAlways;
+  std::optional<FactorizationResult> turned;
+  if (homographies && !relate) {
+    // Structure that moves features by no more than tracks err is not worth having: it would bend what it cannot place.
+    turned = ReconstructByHomographies(tracks, {}, sink);
+    const double seen = static_cast<double>(turned->sights) / std::max(1.0, static_cast<double>(turned->sights + turned->culled));
+    if (seen > kMostExplained && turned->rms_px < kLeastParallax * tracks.frames.front().size_px.maxCoeff()) {
+      sink.Message(fmt::format("homographies explain {:.0f} % of the sights to {:.2f} px: the frames are related by them", 100 * seen, turned->rms_px));
+      relate = true;
+    }
+  }
   if (!relate) try {
       result = ReconstructFromTracks(tracks, known.camera, factorization, sink);
     } catch (const FactorizationRefused& refused) {
@@ -229,7 +241,7 @@ Scene Factorize(const Capture& capture, const ReconstructOptions& options, const
     }
   }
   if (relate) {
-    result = ReconstructByHomographies(tracks, {}, sink);
+    result = turned ? std::move(*turned) : ReconstructByHomographies(tracks, {}, sink);
     summary.structure = "homographies";
   } else if (homographies) {
     summary.homography_frames = PlaceByHomography(result, tracks, {});

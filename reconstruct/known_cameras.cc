@@ -34,29 +34,6 @@ std::string LettersAndDigits(const std::string& name) {
   return key;
 }
 
-// Position in `posed` of each photo's camera, -1 where there is none.
-std::vector<int> MatchNames(const std::vector<PosedCamera>& posed, const std::vector<Photo>& photos) {
-  std::map<std::string, int> by_path, by_key;
-  constexpr int kAmbiguous = -2;
-  for (std::size_t i = 0; i < posed.size(); ++i) {
-    by_path[WithoutEnding(posed[i].name)] = static_cast<int>(i);
-    const auto [it, fresh] = by_key.emplace(LettersAndDigits(posed[i].name), static_cast<int>(i));
-    if (!fresh) it->second = kAmbiguous;
-  }
-  std::vector<int> match;
-  for (const Photo& photo : photos) {
-    // A converted photo is called NAME.ending.png.
-    const std::string name = photo.needs_conversion ? WithoutEnding(photo.name) : photo.name;
-    int found = -1;
-    if (const auto it = by_path.find(WithoutEnding(name)); it != by_path.end())
-      found = it->second;
-    else if (const auto key = by_key.find(LettersAndDigits(name)); key != by_key.end() && key->second != kAmbiguous)
-      found = key->second;
-    match.push_back(found);
-  }
-  return match;
-}
-
 void ShiftPrincipalPoint(Camera& camera, double by_px) {
   const std::size_t cx = camera.model == CameraModel::kSimplePinhole || camera.model == CameraModel::kSimpleRadial || camera.model == CameraModel::kRadial ? 1 : 2;
   camera.params[cx] += by_px;
@@ -143,6 +120,28 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
   return straight;
 }
 
+std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<Photo>& photos) {
+  std::map<std::string, int> by_path, by_key;
+  constexpr int kAmbiguous = -2;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    by_path[WithoutEnding(names[i])] = static_cast<int>(i);
+    const auto [it, fresh] = by_key.emplace(LettersAndDigits(names[i]), static_cast<int>(i));
+    if (!fresh) it->second = kAmbiguous;
+  }
+  std::vector<int> match;
+  for (const Photo& photo : photos) {
+    // A converted photo is called NAME.ending.png.
+    const std::string name = photo.needs_conversion ? WithoutEnding(photo.name) : photo.name;
+    int found = -1;
+    if (const auto it = by_path.find(WithoutEnding(name)); it != by_path.end())
+      found = it->second;
+    else if (const auto key = by_key.find(LettersAndDigits(name)); key != by_key.end() && key->second != kAmbiguous)
+      found = key->second;
+    match.push_back(found);
+  }
+  return match;
+}
+
 std::optional<Camera> IntrinsicsFromOptions(const ReconstructOptions& options, int width_px, int height_px) {
   if (!options.camera_yaml.empty()) {
     const Camera camera = ReadCameraYaml(options.camera_yaml);
@@ -164,7 +163,9 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
   const bool named = !posed.front().name.empty();
   std::vector<int> match;
   if (named) {
-    match = MatchNames(posed, capture.photos);
+    std::vector<std::string> names;
+    for (const PosedCamera& camera : posed) names.push_back(camera.name);
+    match = MatchNames(names, capture.photos);
   } else {
     if (static_cast<int>(posed.size()) != capture.total())
       throw DataError(fmt::format("{} cameras without names for {} photos", posed.size(), capture.total()),

@@ -97,6 +97,10 @@ int main(int argc, char** argv) {
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Known cameras of another size than the photos: scale them instead of refusing");
   app.add_option("--offsets-frames", o.offsets_frames, "Several videos of one scene: when each starts, in frames, in the order of their names; default: found")->delimiter(',');
   app.add_option("--frame-step", o.frame_step, "Several videos of one scene: every so many frames become views, >= 1")->capture_default_str();
+  app.add_option("--times", o.times, "CSV of the photos' times, its first line naming the columns: image; time_s, or phase_deg or phase (and period: whole turns before); frame. "
+                                     "Photos that it does not name are left out");
+  app.add_option("--period-s", o.period_s, "The scene repeats itself after so many seconds; default: 1 where --times has phases, else it does not");
+  app.add_flag("--turntable", o.turntable, "--poses are in the frame of an object that turns once a period: the scene gets the room's, in which the object turns");
   app.add_option("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid")
       ->transform(CLI::CheckedTransformer(std::map<std::string, lumi::Rig>{{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}}));
   app.add_option("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");

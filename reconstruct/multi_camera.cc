@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/epipolar_synchronise.h"
 #include "reconstruct/keyframes.h"
 #include "reconstruct/synchronise.h"
 #include "reconstruct/video_frames.h"
@@ -106,6 +107,32 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
     progress.Step();
   }
   return capture;
+}
+
+void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink) {
+  // Of long videos a part that all show; two of them may share more.
+  const int begin = std::max(0, *std::max_element(capture.offsets.begin(), capture.offsets.end()) - kWatchedFrames / 4);
+  std::vector<WatchedMotion> motions;
+  std::vector<std::size_t> placed;
+  std::vector<int> offsets;
+  for (std::size_t v = 0; v < capture.videos.size(); ++v)
+    for (const View& view : scene.views)
+      if (view.name == PhotoName(capture.videos[v])) {
+        const int first = std::max(0, begin - capture.offsets[v]);
+        motions.push_back(WatchMotion(capture.videos[v], first, scene.CameraOf(view), view.cam_from_world, sink));
+        placed.push_back(v);
+        offsets.push_back(capture.offsets[v] + first);
+      }
+  const OffsetCorrections corrections = CorrectOffsets(motions, offsets);
+  if (!(corrections.correlation > 0)) return;
+  for (std::size_t i = 0; i < placed.size(); ++i) capture.offsets[placed[i]] += corrections.frames[i];
+  const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
+  std::string text;
+  for (int& offset : capture.offsets) {
+    offset -= least;
+    text += (text.empty() ? "" : ", ") + std::to_string(offset);
+  }
+  sink.Message(fmt::format("with the cameras known, the videos start at frames {} (correlation {:.2f} in the planes of two cameras)", text, corrections.correlation));
 }
 
 void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const fs::path& folder, ReconstructSummary& summary, ProgressSink& sink) {

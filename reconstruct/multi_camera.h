@@ -27,6 +27,10 @@ struct MultiCapture {
 // moves, different frame rates, no common moment.
 MultiCapture OpenMultiCapture(const ReconstructOptions& options, const std::filesystem::path& work_folder, ProgressSink& sink);
 
+// The offsets once more, from how what moves moves in the planes of each two cameras (epipolar_synchronise.h), now that `scene` has them (one view a
+// camera, of the moment). Says what it changed. Videos without a camera keep their offsets. Not for offsets that were given.
+void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink);
+
 // Views of `scene` (one a camera, of the moment) become views of every --frame-step'th frame, called VIDEO/frame_000123.jpg, written
 // to `folder`; the moment's own frame keeps the observations.
 void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const std::filesystem::path& folder,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/provenance.h"
@@ -48,6 +49,8 @@ std::string Validate(const ReconstructOptions& o) {
     if (!o.reference.empty() && o.projective) return "--reference is compared with metric cameras, which --projective stops before";
   }
   if (!(o.fps >= 0)) return "--fps is positive";
+  if (o.period_s && !(*o.period_s > 0 && std::isfinite(*o.period_s))) return "--period-s is above 0";
+  if (o.turntable && (o.poses.empty() || o.times.empty())) return "--turntable goes with --poses and --times: cameras in the turning object's frame, and when they saw it";
   if (!o.grid_size.empty() && !o.grid_positions.empty()) return "give one of --grid-size and --grid-positions";
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane)) return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
   if (o.grid_plane && !(*o.grid_plane >= 0)) return "--grid-plane is a distance";
@@ -85,6 +88,9 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["focal_px"] = o.focal_px ? fmt::format("{}", *o.focal_px) : o.search_focal ? "search" : "";
   for (std::size_t i = 0; i < o.intrinsics.size(); ++i) text["intrinsics"] += fmt::format("{}{}", i ? "," : "", o.intrinsics[i]);
   text["rescale_cameras"] = std::to_string(o.rescale_cameras ? 1 : 0);
+  text["times"] = o.times.empty() ? "" : Fingerprint(o.times);
+  text["period_s"] = o.period_s ? fmt::format("{}", *o.period_s) : "";
+  text["turntable"] = std::to_string(o.turntable ? 1 : 0);
   for (const int offset : o.offsets_frames) text["offsets_frames"] += fmt::format("{} ", offset);
   text["frame_step"] = std::to_string(o.frame_step);
   text["rig"] = std::to_string(static_cast<int>(o.rig));

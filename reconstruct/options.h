@@ -61,6 +61,11 @@ struct ReconstructOptions {
   std::vector<int> offsets_frames;  // when each starts, in frames of a common clock, in the order of their names; empty: found
   int frame_step = 1;               // every so many frames become views
 
+  // Time, where the user knows it.
+  std::filesystem::path times;      // CSV: view_times.h; empty: a video's own, or none
+  std::optional<double> period_s;   // of a scene that repeats itself
+  bool turntable = false;           // `poses` are in the frame of an object that turns once a period: turntable.h
+
   // Cameras that are already known.
   std::filesystem::path poses;
   PosesFormat poses_format = PosesFormat::kUnset;

@@ -23,7 +23,9 @@
 #include "reconstruct/photos.h"
 #include "reconstruct/near_pairs.h"
 #include "reconstruct/ring.h"
+#include "reconstruct/turntable.h"
 #include "reconstruct/video_frames.h"
+#include "reconstruct/view_times.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
@@ -166,7 +168,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
-  for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions})
+  for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
     if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
   const bool is_video = fs::is_regular_file(options.input, ec);
   if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
@@ -177,6 +179,8 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (several_videos && options.backend == Backend::kFactorization) throw UsageError("several videos at once go with --backend colmap");
   if (!several_videos && (!options.offsets_frames.empty() || options.frame_step != 1))
     throw UsageError("--offsets-frames and --frame-step are for a folder of videos that fixed cameras took at once");
+  if (!options.times.empty() && (is_video || several_videos)) throw UsageError("--times is for photos: a video's frames have their own");
+  if (options.turntable && !PeriodOfScene(options)) throw UsageError("--turntable needs the period: --period-s, or phases in the file of --times");
   RequireUsableOutput(options);
 
   // Looked at before anything is written.
@@ -186,6 +190,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     CheckGivenCamera(options, {{readable.width(), readable.height()}});
   } else if (!several_videos) {
     photos = FindPhotos(options.input, sink);
+    if (!options.times.empty()) photos = WithTimes(photos, options);
     if (photos.photos.size() < 2)
       throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
                                             : "only one photo can be used; a scene needs two or more",
@@ -230,7 +235,14 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
                                                                      : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
   if (several_videos) {
     if (given.resampled) throw UsageError("several videos at once take a camera.yaml without skew and k3 only", "undistort the videos before");
+    if (options.offsets_frames.empty()) RefineWithCameras(cameras, scene, sink);
     ExpandFrames(scene, cameras, options, work_folder / "frames", summary, sink);
+  }
+  scene.period_s = PeriodOfScene(options);
+  if (options.turntable) {
+    const TurnAxis axis = PutIntoRoom(scene, *scene.period_s);
+    sink.Message(fmt::format("the object turns about ({:.3f}, {:.3f}, {:.3f}); from photo to photo the camera moves by {:.2g} in the room, by {:.2g} about the object", axis.direction.x(),
+                             axis.direction.y(), axis.direction.z(), axis.room_step, axis.object_step));
   }
   const int photos_total = summary.images_total;
   if (scene.frame == Frame::kMetric)

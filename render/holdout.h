@@ -43,8 +43,9 @@ struct HoldoutSummary {
 };
 
 // The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
-// plus the angle between the optical axes; without a metric in the world of the view's own vanishing points.
-ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use);
+// plus the angle between the optical axes (without a metric in the world of the view's own vanishing points), plus, where the settings count
+// time, what its own time is off, as rays are weighed.
+ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings);
 
 // The photo's own view at this size, with its time and exposure.
 RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2i& size_px);

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kMostErrorPx = 4;  // of a point that is believed
 constexpr int kBorderSamples = 8;   // along the longer side
+constexpr std::size_t kFewestForDepth = 4;  // points of a frame that its border's depth is taken from
 
 Eigen::Matrix3d PxFromUnits(const FilmedScene& film) {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
@@ -25,18 +26,39 @@ Eigen::Matrix3d PxFromUnits(const FilmedScene& film) {
   return K;
 }
 
-// The stacked matrices' orthonormalising transformation.
-Eigen::Matrix4d Balancing(const std::vector<Matrix34d>& P) {
+// The transformation after which the matrices, each of norm 1 and stacked, have orthogonal columns of one length (found by iterating,
+// since the norms change with it), turned so that the first camera is [L | 0], L lower triangular: the same numbers, to rounding,
+// whatever projective frame the matrices came in. Its inverse is kept beside it: inverting it would cost the digits that a bad frame
+// leaves.
+void Balance(const std::vector<Matrix34d>& P, Eigen::Matrix4d& balanced, Eigen::Matrix4d& inverse) {
+  constexpr int kMostRounds = 200;
   Eigen::MatrixXd stacked(3 * static_cast<Eigen::Index>(P.size()), 4);
-  for (std::size_t t = 0; t < P.size(); ++t) stacked.middleRows<3>(3 * static_cast<Eigen::Index>(t)) = P[t] / P[t].norm();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
-  const Eigen::Matrix4d R = qr.matrixQR().topRows<4>().triangularView<Eigen::Upper>();
-  // Cameras at one centre leave a direction of the world without any matrix: it keeps its own scale.
-  const double largest = R.diagonal().cwiseAbs().maxCoeff();
-  Eigen::Matrix4d regular = R;
-  for (int i = 0; i < 4; ++i)
-    if (std::abs(regular(i, i)) < 1e-9 * largest) regular(i, i) = largest;
-  return regular.inverse();
+  balanced.setIdentity();
+  inverse.setIdentity();
+  for (int round = 0; round < kMostRounds; ++round) {
+    for (std::size_t t = 0; t < P.size(); ++t) {
+      const Matrix34d p = P[t] * balanced;
+      stacked.middleRows<3>(3 * static_cast<Eigen::Index>(t)) = p / p.norm();
+    }
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
+    const Eigen::Matrix4d R = qr.matrixQR().topRows<4>().triangularView<Eigen::Upper>();
+    // Cameras at one centre leave a direction of the world without any matrix: it keeps its own scale.
+    const double largest = R.diagonal().cwiseAbs().maxCoeff();
+    Eigen::Matrix4d regular = R;
+    for (int i = 0; i < 4; ++i)
+      if (std::abs(regular(i, i)) < 1e-9 * largest) regular(i, i) = largest;
+    regular /= largest;
+    balanced = regular.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(balanced);
+    inverse = (regular * inverse).eval();
+    for (int i = 0; i < 4; ++i) regular(i, i) = std::abs(regular(i, i));
+    if (regular.isApprox(Eigen::Matrix4d::Identity(), 1e-14)) break;
+  }
+  Eigen::Matrix4d Q = Eigen::HouseholderQR<Eigen::MatrixXd>((P.front() * balanced).transpose().eval()).householderQ();
+  const Eigen::Matrix3d L = (P.front() * balanced * Q).leftCols<3>();
+  for (int i = 0; i < 3; ++i)
+    if (L(i, i) < 0) Q.col(i) = -Q.col(i);
+  balanced = (balanced * Q).eval();
+  inverse = (Q.transpose() * inverse).eval();
 }
 
 void SampleBorder(const FilmedScene& film, const std::vector<Eigen::Vector4d>& X, FilmedFrame& frame) {
@@ -60,7 +82,7 @@ void SampleBorder(const FilmedScene& film, const std::vector<Eigen::Vector4d>& X
 
 }  // namespace
 
-Matrix34d FilmedScene::InPixels(const Matrix34d& P) const { return PxFromUnits(*this) * P * world_from_balanced.inverse(); }
+Matrix34d FilmedScene::InPixels(const Matrix34d& P) const { return PxFromUnits(*this) * P * balanced_from_world; }
 
 Matrix34d FilmedScene::InUnits(const Matrix34d& P_px) const {
   const Matrix34d P = PxFromUnits(*this).inverse() * P_px * world_from_balanced;
@@ -90,7 +112,7 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
     frame_of[v] = static_cast<std::int32_t>(film.frames.size());
     FilmedFrame& frame = film.frames.emplace_back();
     frame.name = view.name;
-    P.push_back(PxFromUnits(film).inverse() * MakeRenderView(scene, view).P);
+    P.push_back(PxFromUnits(film).inverse() * (scene.frame == Frame::kMetric ? MakeRenderView(scene, view).P : view.P));  // a centre may lie on the plane w = 0
   }
   const bool timed = !fps && std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
   std::vector<double> steps;
@@ -99,22 +121,24 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
     film.frames[i].time_s = timed ? *view.time_s : (numbered ? *view.frame_index : static_cast<double>(i)) / fps.value_or(30);
     if (i > 0) steps.push_back(film.frames[i].time_s - film.frames[i - 1].time_s);
   }
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (!(steps[i] > 0))
+      throw DataError(fmt::format("{} was not taken after {}: times ascend from frame to frame", film.frames[i + 1].name, film.frames[i].name), "--fps F counts frames instead");
   const double step = Median(steps);
   film.fps = step > 0 ? 1 / step : fps.value_or(30);
 
-  const Eigen::Matrix4d H = Balancing(P);
-  film.world_from_balanced = H;
+  Balance(P, film.world_from_balanced, film.balanced_from_world);
+  const Eigen::Matrix4d& H = film.world_from_balanced;
   for (std::size_t t = 0; t < P.size(); ++t) {
     film.frames[t].P = P[t] * H;
     film.frames[t].P /= film.frames[t].P.norm();
   }
-  const Eigen::Matrix4d balanced_from_world = H.inverse();
   film.plane_at_infinity = (H.transpose() * *infinity).normalized();
   int front = 0;
   for (const Point& point : scene.points) {
     if (point.error_px > kMostErrorPx || point.track.size() < 2) continue;
     const Eigen::Vector4d world = scene.frame == Frame::kMetric ? Eigen::Vector4d(point.x_in_world.homogeneous()) : point.X_in_world;
-    const Eigen::Vector4d X = (balanced_from_world * world).normalized();
+    const Eigen::Vector4d X = (film.balanced_from_world * world).normalized();
     if (!X.allFinite()) continue;
     front += film.plane_at_infinity.dot(X) > 0 ? 1 : -1;
     const auto index = static_cast<std::int32_t>(film.X.size());
@@ -132,8 +156,14 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
 
   ParallelFor(film.frames.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
+      // A frame that sees hardly a point (a blank wall, blur) is at the depth of the nearest one that does.
+      std::size_t from = t;
+      for (std::size_t d = 1; d < film.frames.size() && film.frames[from].sights.size() < kFewestForDepth; ++d) {
+        if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth) from = t - d;
+        else if (t + d < film.frames.size() && film.frames[t + d].sights.size() >= kFewestForDepth) from = t + d;
+      }
       std::vector<Eigen::Vector4d> seen;
-      for (const SightOfPoint& s : film.frames[t].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
+      for (const SightOfPoint& s : film.frames[from].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
       SampleBorder(film, seen, film.frames[t]);
     }
   });

@@ -23,18 +23,19 @@ struct FilmedFrame {
   Matrix34d P = Matrix34d::Zero();                // units from the balanced world, norm 1, w > 0 in front
   std::vector<SightOfPoint> sights;               // that agree with P and X
   std::vector<Eigen::Vector4d> border;            // points seen along the picture's very border, in order around it: the depth of
-                                                  // the points inside, extended. Empty where nothing says what depth
+                                                  // the points inside, extended (where they are fewer than four: the
+                                                  // nearest frame's that has them). Empty where no frame has points
 };
 
 // A unit is half the picture's longer side, its origin the picture's middle. The world is balanced: the matrices, each of norm 1 and
-// stacked, have orthonormal columns, whatever projective frame the scene came in.
+// stacked, have orthogonal columns of one length, and the first is [L | 0]: the same numbers whatever projective frame the scene came in.
 struct FilmedScene {
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
   double fps = 30;
   std::vector<FilmedFrame> frames;                // in the order of time
   std::vector<Eigen::Vector4d> X;                 // norm 1, w > 0 in front of who sees them
   Plane plane_at_infinity = Plane::UnitW();       // approximate: cheirality's. Norm 1, positive at the points
-  Eigen::Matrix4d world_from_balanced = Eigen::Matrix4d::Identity();
+  Eigen::Matrix4d world_from_balanced = Eigen::Matrix4d::Identity(), balanced_from_world = Eigen::Matrix4d::Identity();
   bool one_centre = false;                        // all matrices share their centre: homographies, no structure; X are directions from it
 
   double px_per_unit() const { return 0.5 * size_px.maxCoeff(); }

@@ -5,12 +5,23 @@
 namespace lumi {
 
 double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
-  // A Hann window two seconds long passes half at 0.5 Hz and nothing from 1 Hz on; what it leaves is the shake.
+  // What a parabola, fitted under a Hann window of two seconds, leaves over: half at 0.8 Hz, all from 1.3 Hz on. (A mean would take the
+  // curve of a steady turn for a shake.)
   const int reach = std::max(1, static_cast<int>(std::lround(film.fps)));
   const auto n = static_cast<int>(P.size());
   std::vector<std::vector<int>> seen(film.X.size());
   for (int t = 0; t < n; ++t)
     for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights) seen[static_cast<std::size_t>(s.point)].push_back(t);
+  std::vector<double> window(static_cast<std::size_t>(reach));
+  double moment[3] = {0, 0, 0};
+  for (int d = -reach + 1; d < reach; ++d) {
+    const double w = 0.5 + 0.5 * std::cos(3.14159265358979 * d / reach), dd = static_cast<double>(d) * d;
+    window[static_cast<std::size_t>(std::abs(d))] = w;
+    moment[0] += w, moment[1] += w * dd, moment[2] += w * dd * dd;
+  }
+  const double det = moment[0] * moment[2] - moment[1] * moment[1];
+  for (int d = 0; d < reach; ++d)
+    if (det > 0) window[static_cast<std::size_t>(d)] *= (moment[2] - moment[1] * d * d) / det * moment[0];
   double sum = 0;
   long count = 0;
   for (std::size_t j = 0; j < seen.size(); ++j) {
@@ -22,10 +33,12 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
     };
     for (const int t : seen[j]) {
       if (t < reach || t + reach >= n || t % 4 != 0) continue;
+      const double window_s = film.frames[static_cast<std::size_t>(t + reach)].time_s - film.frames[static_cast<std::size_t>(t - reach)].time_s;
+      if (window_s * film.fps > 2 * reach + 0.5) continue;  // frames are missing
       Eigen::Vector2d mean = Eigen::Vector2d::Zero();
       double weights = 0;
       for (int d = -reach + 1; d < reach; ++d) {
-        const double w = 0.5 + 0.5 * std::cos(3.14159265358979 * d / reach);
+        const double w = window[static_cast<std::size_t>(std::abs(d))];
         mean += w * at(t + d);
         weights += w;
       }

@@ -7,8 +7,8 @@
 
 namespace lumi {
 
-// Pixels, RMS: the part above 1 Hz of where the points' images move under P. Along each point, over the frames that see it: what a
-// moving average of one second leaves over. 0 where no point is seen for a second.
+// Pixels, RMS: the part above 1 Hz of where the points' images move under P. Along each point, at the frames that see it: what a
+// parabola under a window of two seconds leaves over. 0 where no point is seen for a second.
 double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P);
 
 }  // namespace lumi

@@ -4,6 +4,8 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -24,6 +26,9 @@ using Matrix42d = Eigen::Matrix<double, 4, 2>;
 constexpr double kNominalFocal = 2.4;  // units: 1.2 times the longer side. Only a start
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kObjectWeight = 30;   // of an object's point that is to stay, against a sight
+constexpr double kLeastRatio = 3;      // of an F test: the 1 % level at usual numbers of samples. Lines gave 0.2 and less, 20 degrees 2.5 and more
+constexpr double kLeastNoise = 1e-5;   // units: where nothing shakes, rounding and the tracker still do
+constexpr int kMostSights = 8000, kFewestSights = 12;  // of all frames, of a frame: a shake moves a frame's sights together
 
 // P0, then what the model adds.
 constexpr int kP0 = 0, kE = 12, kPi = 15, kTau = 19;          // linear, vertigo
@@ -122,7 +127,12 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
   A.topRightCorner<3, 1>() = K.inverse() * P_mid.col(3);
   Eigen::Matrix4d W = A * T;
   std::vector<double> depths;
-  for (const SightOfPoint& s : film.frames[middle].sights) {
+  std::size_t sighted = middle;  // the frame nearest to the middle that has points
+  for (std::size_t d = 0; d < film.frames.size() && film.frames[sighted].sights.empty(); ++d) {
+    if (d <= middle && !film.frames[middle - d].sights.empty()) sighted = middle - d;
+    else if (middle + d < film.frames.size()) sighted = middle + d;
+  }
+  for (const SightOfPoint& s : film.frames[sighted].sights) {
     const Eigen::Vector4d X = W * film.X[static_cast<std::size_t>(s.point)];
     depths.push_back(X.z() / X.w());
   }
@@ -183,7 +193,11 @@ std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start
   const double size = P0.norm();
   Eigen::Map<RowMajor34d>(p.data() + kP0) = P0 / size;
   Eigen::Map<Eigen::Vector3d>(p.data() + kE) = -M * v / size;
-  Eigen::Map<Eigen::Vector4d>(p.data() + kPi) = Eigen::Vector4d::UnitW();
+  // At one centre there are homographies only: those of a plane that the camera moves along, at first parallel to the picture.
+  if (film.one_centre)
+    Eigen::Map<Eigen::Vector4d>(p.data() + kPi) << M.row(2).transpose().normalized(), 0;
+  else
+    Eigen::Map<Eigen::Vector4d>(p.data() + kPi) = Eigen::Vector4d::UnitW();
   if (model == MotionModel::kVertigo) {
     const double towards = std::abs(M.row(2) * v), across = (M.topRows<2>() * v).norm();
     if (film.one_centre || !(towards > 0.05 * across) || !(start.extent > 1e-3))
@@ -196,53 +210,174 @@ std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start
   return p;
 }
 
-std::vector<double> StartCircular(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s) {
-  constexpr double kLeastTurn = 1e-3;
+// Starts of a circular fit. The start frame is not metric, so that a circle need not be one in it, and an arc of a few degrees lies
+// within the shake: no single fit to the centres is to be trusted. For each of a few angles the matrices' own least-squares
+// A + cos(omega s) C + sin(omega s) S is linear, and B follows from it: S = P0 B, C = -P0 B^2, P0 = A + C.
+std::vector<std::vector<double>> StartsCircular(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s) {
   if (film.one_centre || !(start.extent > 1e-3)) throw DataError("circular: the camera does not go around anything: it stays where it is", "use --model linear or smooth");
-  const auto n = static_cast<double>(start.centre.size());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& c : start.centre) mean += c / n;
-  Eigen::MatrixXd moment = Eigen::MatrixXd::Zero(3, 3);
-  for (const auto& c : start.centre) moment += (c - mean) * (c - mean).transpose();
-  const Eigen::Matrix3d axes = EigenOfSymmetric(moment).vectors;  // ascending
-  const Eigen::Vector3d u1 = axes.col(2), u2 = axes.col(1);
-  // Circle in the plane of the two: |x|^2 = 2 a x + 2 b y + c (Kasa), with what a straight line would have as its limit.
-  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const auto& c : start.centre) {
-    const Eigen::Vector3d row(2 * u1.dot(c - mean), 2 * u2.dot(c - mean), 1);
-    N += row * row.transpose();
-    right += row * 0.25 * (row.x() * row.x() + row.y() * row.y());
+  std::vector<std::vector<double>> starts;
+  for (const double turn_deg : {10.0, 25.0, 60.0, 110.0, 180.0, 250.0, 320.0}) {
+    const double omega = 0.5 * turn_deg * kTurn / 360;
+    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+    Eigen::Matrix<double, 3, 12> right = Eigen::Matrix<double, 3, 12>::Zero();
+    for (std::size_t t = 0; t < s.size(); ++t) {
+      const Eigen::Vector3d row(1, std::cos(omega * s[t]), std::sin(omega * s[t]));
+      const RowMajor34d P = start.P[t];
+      N += row * row.transpose();
+      right += row * Eigen::Map<const Eigen::Matrix<double, 1, 12>>(P.data());
+    }
+    const Eigen::MatrixXd solved = SolveSymmetric(N, right);
+    const auto matrix = [&](int i) { return Eigen::Matrix<double, 4, 3>(Eigen::Matrix<double, 12, 1>(solved.row(i)).reshaped(4, 3)).transpose().eval(); };
+    const Matrix34d C = matrix(1), S = matrix(2), P0 = matrix(0) + C;
+    const Eigen::Matrix3d PP = P0 * P0.transpose();
+    const double det = PP.determinant();
+    if (!(std::abs(det) > 1e-12 * std::pow(PP.trace(), 3))) continue;
+    const Eigen::Matrix<double, 4, 3> back = P0.transpose() * PP.inverse();
+    const Eigen::Vector4d centre = CentreOfProjection(P0);
+    const Eigen::Vector3d moved = S * centre;
+    if (!(moved.squaredNorm() > 1e-16)) continue;
+    const Eigen::Matrix4d B = back * S - centre * (moved.transpose() * (C + S * back * S)) / moved.squaredNorm();
+    const SingularValueDecomposition svd = DecomposeSingular(B);
+    const Matrix42d U = svd.U.leftCols<2>(), V = svd.V.leftCols<2>();
+    Eigen::Matrix2d turning = U.transpose() * B * U;
+    turning.diagonal().array() -= 0.5 * turning.trace();
+    const double rate_squared = turning.determinant();
+    if (!(rate_squared > 1e-6) || !(std::abs((V.transpose() * U).determinant()) > 1e-9)) continue;  // no rotation
+    const double rate = std::sqrt(rate_squared);
+    std::vector<double> p(static_cast<std::size_t>(ParameterCount(MotionModel::kCircular)), 0.0);
+    Eigen::Map<RowMajor34d>(p.data() + kP0) = P0 / P0.norm();
+    Eigen::Map<Matrix42d>(p.data() + kU) << U.col(0), U * turning.col(0) / rate;
+    Eigen::Map<Matrix42d>(p.data() + kV) = V;
+    p[kOmega] = std::clamp(omega * rate, 0.01, 0.98 * kTurn / 2);
+    starts.push_back(std::move(p));
   }
-  if (!(std::abs(N.determinant()) > 0)) throw DataError("circular: the camera moves along a line", "use --model linear or smooth");
-  const Eigen::Vector3d circle = N.inverse() * right;
-  const Eigen::Vector3d centre = mean + circle.x() * u1 + circle.y() * u2;
-  double angle = 0, ssa = 0, sss = 0;
-  for (std::size_t i = 0; i < start.centre.size(); ++i) {
-    const Eigen::Vector3d r = start.centre[i] - centre;
-    double a = std::atan2(u2.dot(r), u1.dot(r));
-    if (i > 0) a += kTurn * std::round((angle - a) / kTurn);
-    angle = a;
-    ssa += s[i] * a;
-    sss += s[i] * s[i];
+  if (starts.empty()) throw DataError("circular: the camera moves along a line, as far as its shake can tell", "use --model linear or smooth");
+  return starts;
+}
+
+using Sights = std::vector<std::vector<WeighedSight>>;
+
+double ErrorOf(MotionModel model, const double* p, double s, const WeighedSight& sight) {
+  const Eigen::Vector3d q = MatrixAt(model, p, s) * sight.X;
+  return q.z() > 1e-9 ? (q.head<2>() / q.z() - sight.x).norm() : 1e3;
+}
+
+// Of each frame at most so many sights, evenly over its list: tracks begin anywhere in the picture. Where the frame's matrix puts the
+// point, not where the track was: what moves by itself is in tracks, and never in a camera's matrix.
+Sights Some(const FilmedScene& film, const StartFrame& start, int wanted_a_frame, std::size_t every = 1) {
+  Sights sights(film.frames.size());
+  for (std::size_t t = 0; t < sights.size(); t += every) {
+    const auto& all = film.frames[t].sights;
+    const std::size_t wanted = std::min(all.size(), static_cast<std::size_t>(std::max(1, wanted_a_frame)));
+    for (std::size_t k = 0; k < wanted; ++k) {
+      const SightOfPoint& sight = all[k * all.size() / wanted];
+      Eigen::Vector4d X = start.start_from_balanced * film.X[static_cast<std::size_t>(sight.point)];
+      if (film.one_centre) X.w() = 0;  // directions: a homography is all that relates the frames
+      const Eigen::Vector3d q = film.frames[t].P * film.X[static_cast<std::size_t>(sight.point)];
+      if (q.z() > 1e-9) sights[t].push_back({X.normalized(), q.head<2>() / q.z()});
+    }
   }
-  const double omega = ssa / sss;
-  if (!(std::abs(omega) > kLeastTurn)) throw DataError("circular: the camera moves along a line", "use --model linear or smooth");
-  std::vector<double> p(static_cast<std::size_t>(ParameterCount(MotionModel::kCircular)), 0.0);
-  // P(s) = P0 T(-omega s): the scene turns against the camera.
-  Eigen::Map<Matrix42d> U(p.data() + kU), V(p.data() + kV);
-  U << u1, u2, 0, 0;
-  V << u1, u2, -u1.dot(centre), -u2.dot(centre);
-  p[kOmega] = -omega;
-  // P0: the mean of what each frame says of it.
-  const Eigen::Matrix4d B = Generator(p.data());
-  Matrix34d P0 = Matrix34d::Zero();
-  for (std::size_t i = 0; i < start.P.size(); ++i) {
-    const double back = omega * s[i];
-    P0 += start.P[i] * (Eigen::Matrix4d::Identity() + std::sin(back) * B + (1 - std::cos(back)) * B * B);
+  return sights;
+}
+
+// One round of the fit: weights by Huber at three times the median, then least squares. False where nothing usable came of it (p as it
+// was). `object`: vertigo's.
+bool FitRound(MotionModel model, const std::vector<double>& s, Sights& sights, const std::vector<Eigen::Vector4d>& object, int max_iterations,
+              std::vector<double>& p, int& iterations, double& cost) {
+  CheckInterrupted();
+  std::vector<double> errors;
+  for (std::size_t t = 0; t < s.size(); ++t) {
+    const Matrix34d P = MatrixAt(model, p.data(), s[t]);
+    std::erase_if(sights[t], [&](const WeighedSight& sight) { return !(P.row(2).dot(sight.X) > 1e-6); });
+    for (const WeighedSight& sight : sights[t]) errors.push_back(ErrorOf(model, p.data(), s[t], sight));
   }
-  Eigen::Map<RowMajor34d>(p.data() + kP0) = P0 / P0.norm();
-  return p;
+  if (errors.empty()) throw DataError("no frame has a point that the model can be fitted to", "use --model smooth");
+  const double usual = 3 * std::max(Median(errors), 1e-6);
+  ceres::Problem problem;
+  problem.AddParameterBlock(p.data(), static_cast<int>(p.size()));
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < s.size(); ++t) {
+    if (sights[t].empty()) continue;
+    for (WeighedSight& sight : sights[t]) sight.root_weight = std::sqrt(std::min(1.0, usual / std::max(ErrorOf(model, p.data(), s[t], sight), 1e-12)));
+    auto* residuals = new ceres::DynamicNumericDiffCostFunction<FrameResiduals, ceres::CENTRAL>(new FrameResiduals{model, s[t], &sights[t]});
+    residuals->AddParameterBlock(static_cast<int>(p.size()));
+    residuals->SetNumResiduals(static_cast<int>(2 * sights[t].size()));
+    problem.AddResidualBlock(residuals, nullptr, p.data());
+    count += sights[t].size();
+  }
+  if (model == MotionModel::kVertigo)
+    for (const double at : {-1.0, -0.5, 0.5, 1.0}) {
+      // As much as all sights together, shared among its points: the object's place is what the model is for.
+      const double weight = kObjectWeight * std::sqrt(static_cast<double>(count) / static_cast<double>(4 * object.size())) * 0.1;
+      auto* residuals = new ceres::DynamicNumericDiffCostFunction<ObjectResiduals, ceres::CENTRAL>(new ObjectResiduals{at, weight, &object});
+      residuals->AddParameterBlock(static_cast<int>(p.size()));
+      residuals->SetNumResiduals(static_cast<int>(2 * object.size()));
+      problem.AddResidualBlock(residuals, nullptr, p.data());
+    }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.max_num_iterations = max_iterations;
+  solver.function_tolerance = 1e-10;
+  solver.gradient_tolerance = 1e-16;
+  solver.parameter_tolerance = 1e-12;
+  solver.num_threads = 1;  // sums in one order: the same bytes each time
+  solver.logging_type = ceres::SILENT;
+  const std::vector<double> before = p;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  iterations += static_cast<int>(summary.iterations.size());
+  cost = summary.final_cost;
+  if (summary.IsSolutionUsable() && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) return true;
+  p = before;
+  return false;
+}
+
+// The start that a coarse fit brings nearest to the sights.
+std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s, const std::vector<std::vector<double>>& starts, int& iterations) {
+  constexpr std::size_t kFrames = 60;
+  constexpr int kSights = 12, kIterations = 25;
+  const Sights all = Some(film, start, kSights, std::max<std::size_t>(1, s.size() / kFrames));
+  std::vector<double> best;
+  double least = 1e300;
+  for (std::vector<double> p : starts) {
+    Sights sights = all;
+    std::size_t count = 0, kept = 0;
+    double cost = 0;
+    for (std::size_t t = 0; t < s.size(); ++t)
+      for (const WeighedSight& sight : sights[t]) {
+        ++count;
+        kept += MatrixAt(MotionModel::kCircular, p.data(), s[t]).row(2).dot(sight.X) > 1e-6 ? 1 : 0;
+      }
+    if (kept * 5 < count * 4) continue;  // what was seen lies behind
+    if (!FitRound(MotionModel::kCircular, s, sights, {}, kIterations, p, iterations, cost)) continue;
+    std::vector<double> errors;
+    for (std::size_t t = 0; t < s.size(); ++t)
+      for (const WeighedSight& sight : all[t]) errors.push_back(ErrorOf(MotionModel::kCircular, p.data(), s[t], sight));
+    double sum = 0;
+    for (const double e : errors) sum += std::min(e, 0.5);
+    if (sum < least) {
+      least = sum;
+      best = p;
+    }
+  }
+  if (best.empty()) throw DataError("circular: the camera does not go around anything", "use --model linear or smooth");
+  return best;
+}
+
+// Frames over which the shake is one and the same, as a slow motion sees it: the sum of the autocorrelation of each frame's mean
+// residual (Bartlett's, over a quarter of the video). What swings back and forth cancels, and may leave less than a frame.
+double FramesOfOneShake(const std::vector<Eigen::Vector2d>& off) {
+  const auto n = static_cast<int>(off.size());
+  const int most = std::max(1, n / 4);
+  double power = 0, frames = 1;
+  for (const auto& x : off) power += x.squaredNorm();
+  if (!(power > 0)) return 1;
+  for (int lag = 1; lag < most; ++lag) {
+    double sum = 0;
+    for (int t = 0; t + lag < n; ++t) sum += off[static_cast<std::size_t>(t)].dot(off[static_cast<std::size_t>(t + lag)]);
+    frames += 2 * (1 - static_cast<double>(lag) / most) * sum / power;
+  }
+  return std::max(1.0, frames);
 }
 
 }  // namespace
@@ -268,75 +403,48 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
   for (const std::int32_t i : options.object) object.push_back((start.start_from_balanced * film.X[static_cast<std::size_t>(i)]).normalized());
   if (model == MotionModel::kVertigo && object.empty()) throw DataError("vertigo: no point lies on the object that is to stay", "a larger --object box, or another --object-frame");
 
-  std::vector<double> p = model == MotionModel::kCircular ? StartCircular(film, start, s) : StartLinear(film, start, s, model, object);
-
-  // Sights evenly over each frame's list: tracks begin anywhere in the picture.
-  std::vector<std::vector<WeighedSight>> sights(n);
-  for (std::size_t t = 0; t < n; ++t) {
-    const auto& all = film.frames[t].sights;
-    const std::size_t wanted = std::min(all.size(), static_cast<std::size_t>(std::max(1, options.sights_per_frame)));
-    const Matrix34d P = MatrixAt(model, p.data(), s[t]);
-    for (std::size_t k = 0; k < wanted; ++k) {
-      const SightOfPoint& sight = all[k * all.size() / wanted];
-      const Eigen::Vector4d X = (start.start_from_balanced * film.X[static_cast<std::size_t>(sight.point)]).normalized();
-      if (P.row(2).dot(X) > 1e-6) sights[t].push_back({X, sight.x});
-    }
-  }
   ModelFit fit;
-  const auto error = [&](std::size_t t, const WeighedSight& sight) {
-    const Eigen::Vector3d q = MatrixAt(model, p.data(), s[t]) * sight.X;
-    return q.z() > 1e-9 ? (q.head<2>() / q.z() - sight.x).norm() : 1e3;
-  };
+  std::vector<double> p = model == MotionModel::kCircular ? BestStart(film, start, s, StartsCircular(film, start, s), fit.iterations) : StartLinear(film, start, s, model, object);
+  Sights sights = Some(film, start, std::min(options.sights_per_frame, std::max(kFewestSights, kMostSights / static_cast<int>(n))));
   for (int round = 0; round < options.rounds; ++round) {
-    CheckInterrupted();
-    std::vector<double> errors;
-    for (std::size_t t = 0; t < n; ++t)
-      for (const WeighedSight& sight : sights[t]) errors.push_back(error(t, sight));
-    if (errors.empty()) throw DataError("no frame has a point that the model can be fitted to", "use --model smooth");
-    const double usual = 3 * std::max(Median(errors), 1e-6);
-    ceres::Problem problem;
-    problem.AddParameterBlock(p.data(), static_cast<int>(p.size()));
-    std::size_t count = 0;
+    double cost = 0;
+    if (!FitRound(model, s, sights, object, options.max_iterations, p, fit.iterations, cost)) break;
+  }
+  if (model == MotionModel::kCircular) {
+    // An arc is told from a line only by what it departs from one, and the shake has to be less than that: an F test with as many
+    // independent samples as the shake has.
+    std::vector<double> line = StartLinear(film, start, s, MotionModel::kLinear, object);
+    Sights of_line = sights;
+    double cost = 0;
+    for (int round = 0; round < options.rounds; ++round)
+      if (!FitRound(MotionModel::kLinear, s, of_line, {}, options.max_iterations, line, fit.iterations, cost)) break;
+    std::vector<Eigen::Vector2d> off(n, Eigen::Vector2d::Zero());
+    double left = 0, left_of_line = 0;
+    std::size_t sightings = 0;
     for (std::size_t t = 0; t < n; ++t) {
-      if (sights[t].empty()) continue;
-      for (WeighedSight& sight : sights[t]) sight.root_weight = std::sqrt(std::min(1.0, usual / std::max(error(t, sight), 1e-12)));
-      auto* cost = new ceres::DynamicNumericDiffCostFunction<FrameResiduals, ceres::CENTRAL>(new FrameResiduals{model, s[t], &sights[t]});
-      cost->AddParameterBlock(static_cast<int>(p.size()));
-      cost->SetNumResiduals(static_cast<int>(2 * sights[t].size()));
-      problem.AddResidualBlock(cost, nullptr, p.data());
-      count += sights[t].size();
-    }
-    if (model == MotionModel::kVertigo)
-      for (const double at : {-1.0, -0.5, 0.5, 1.0}) {
-        // As much as all sights together, shared among its points: the object's place is what the model is for.
-        const double weight = kObjectWeight * std::sqrt(static_cast<double>(count) / static_cast<double>(4 * object.size())) * 0.1;
-        auto* cost = new ceres::DynamicNumericDiffCostFunction<ObjectResiduals, ceres::CENTRAL>(new ObjectResiduals{at, weight, &object});
-        cost->AddParameterBlock(static_cast<int>(p.size()));
-        cost->SetNumResiduals(static_cast<int>(2 * object.size()));
-        problem.AddResidualBlock(cost, nullptr, p.data());
+      const Matrix34d P = MatrixAt(model, p.data(), s[t]);
+      for (const WeighedSight& sight : sights[t]) {
+        off[t] += (Eigen::Vector3d(P * sight.X).hnormalized() - sight.x) / static_cast<double>(sights[t].size());
+        const double e = ErrorOf(model, p.data(), s[t], sight), e_of_line = ErrorOf(MotionModel::kLinear, line.data(), s[t], sight);
+        left += std::min(e * e, 1.0);
+        left_of_line += std::min(e_of_line * e_of_line, 1.0);
+        ++sightings;
       }
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::DENSE_QR;
-    solver.max_num_iterations = options.max_iterations;
-    solver.function_tolerance = 1e-10;
-    solver.gradient_tolerance = 1e-16;
-    solver.parameter_tolerance = 1e-12;
-    solver.num_threads = 1;
-    solver.logging_type = ceres::SILENT;
-    const std::vector<double> before = p;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &problem, &summary);
-    fit.iterations += static_cast<int>(summary.iterations.size());
-    if (!summary.IsSolutionUsable() || !std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) {
-      p = before;
-      break;
     }
+    const double samples = std::max(1.0, static_cast<double>(n) / FramesOfOneShake(off));
+    const double noise = left + kLeastNoise * kLeastNoise * static_cast<double>(sightings);
+    constexpr double kMoreFree = 5;  // parameters of a circle's family than of a line's
+    if (!((left_of_line - left) / kMoreFree > kLeastRatio * noise / (2 * samples)))
+      throw DataError(fmt::format("circular: the arc departs from a straight line by less than the shake can tell ({:.2f} px against {:.1f} px rms)",
+                                  std::sqrt(std::max(0.0, left_of_line - left) / static_cast<double>(sightings)) * film.px_per_unit(),
+                                  std::sqrt(left / static_cast<double>(sightings)) * film.px_per_unit()),
+                      "use --model linear or smooth");
   }
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t t = 0; t < n; ++t) {
     for (const WeighedSight& sight : sights[t]) {
-      const double e = error(t, sight);
+      const double e = ErrorOf(model, p.data(), s[t], sight);
       sum += e * e;
       ++count;
     }

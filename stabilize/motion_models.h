@@ -32,12 +32,14 @@ struct ModelFit {
   std::vector<Matrix34d> P;             // one a frame, norm 1, w > 0 in front
   std::optional<Eigen::Vector3d> focus_of_expansion;  // homogeneous, units; linear and vertigo
   double turn_rad = 0;                  // circular: from the first frame to the last
-  double rms = 0;                       // of the sights against the fit, units: the shake, and what the model leaves out
+  double rms = 0;                       // of the points' images in the film against those in the fit, units: the shake, and what the model leaves out
   int iterations = 0;
 };
 
-// Fitted to all sights of all frames at once (Ceres), started from the scene's own matrices. Throws DataError, named, where the motion is
-// none of the model: vertigo without movement towards anything, circular without a centre, fewer than three frames.
+// Fitted to the images of the points in all frames that see them at once, as the scene's own matrices put them (Ceres). Throws DataError, named, where the motion is
+// none of the model: vertigo without movement towards anything; circular without a movement, or along a line, or around an arc that
+// departs from a line by less than the shake can tell (an F test); fewer than three frames; no point. Cameras at one centre
+// (FilmedScene::one_centre): linear is the family of a plane's homographies, G + s e n^T; vertigo and circular are refused.
 ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOptions& options);
 
 }  // namespace lumi

@@ -54,17 +54,17 @@ class TargetCost final : public ceres::SizedCostFunction<2, 12> {
 
 class BendCost final : public ceres::SizedCostFunction<2, 12, 12, 12> {
  public:
-  BendCost(const Eigen::Vector4d& X, const Eigen::Vector2d& bend, double weight) : X_(X), bend_(bend), root_(std::sqrt(weight)) {}
+  BendCost(const Eigen::Vector4d& X, const std::array<double, 3>& factor, const Eigen::Vector2d& bend, double weight)
+      : X_(X), factor_(factor), bend_(bend), root_(std::sqrt(weight)) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    constexpr double kFactor[3] = {1, -2, 1};
     Eigen::Vector2d sum = -bend_;
     for (int i = 0; i < 3; ++i) {
       Eigen::Vector2d y;
       Jacobian J;
       const bool wanted = jacobians && jacobians[i];
       if (!Image(parameters[i], X_, y, wanted ? &J : nullptr)) return false;
-      sum += kFactor[i] * y;
-      if (wanted) Eigen::Map<Jacobian>(jacobians[i], 2, 12) = root_ * kFactor[i] * J;
+      sum += factor_[static_cast<std::size_t>(i)] * y;
+      if (wanted) Eigen::Map<Jacobian>(jacobians[i], 2, 12) = root_ * factor_[static_cast<std::size_t>(i)] * J;
     }
     Eigen::Map<Eigen::Vector2d>(residuals, 2) = root_ * sum;
     return true;
@@ -72,12 +72,13 @@ class BendCost final : public ceres::SizedCostFunction<2, 12, 12, 12> {
 
  private:
   Eigen::Vector4d X_;
+  std::array<double, 3> factor_;
   Eigen::Vector2d bend_;
   double root_;
 };
 
 // Steps a free frame: nothing else holds the directions of P' that no point tells.
-constexpr double kMostTrust = 1e8;
+constexpr double kMostTrust = 1e10;
 
 }  // namespace
 
@@ -87,8 +88,20 @@ double SmoothnessOf(double cutoff_hz, double fps) {
   return 1 / (second * second);
 }
 
+std::array<double, 3> SecondDifference(const std::vector<double>& times, std::size_t t) {
+  const double before = times[t] - times[t - 1], after = times[t + 1] - times[t], both = before + after;
+  const double root = std::sqrt(0.5 * both);
+  return {root * 2 / (before * both), -root * 2 / (before * after), root * 2 / (after * both)};
+}
+
 PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, const PathProblemOptions& options, std::vector<Matrix34d>& P) {
   if (wanted.size() != P.size()) throw std::invalid_argument("SolvePathProblem: as many targets as matrices");
+  std::vector<double> times = options.times;
+  if (times.empty())
+    for (std::size_t t = 0; t < P.size(); ++t) times.push_back(static_cast<double>(t));
+  if (times.size() != P.size()) throw std::invalid_argument("SolvePathProblem: as many times as matrices");
+  for (std::size_t t = 1; t < times.size(); ++t)
+    if (!(times[t] > times[t - 1])) throw std::invalid_argument("SolvePathProblem: times ascend");
   CheckInterrupted();
   PathProblemSummary result;
   std::vector<RowMajor34d> unknown(P.begin(), P.end());
@@ -117,7 +130,7 @@ PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, cons
       if (!(options.smoothness > 0) || t == 0 || t + 1 == P.size() || !in_front(t - 1, point.X) || !in_front(t + 1, point.X)) continue;
       if (wanted[t - 1].held && frame.held && wanted[t + 1].held) continue;
       const Eigen::Vector2d bend = frame.bend.empty() ? Eigen::Vector2d(0, 0) : frame.bend[j];
-      problem.AddResidualBlock(new BendCost(point.X, bend, share * options.smoothness), nullptr, unknown[t - 1].data(), unknown[t].data(), unknown[t + 1].data());
+      problem.AddResidualBlock(new BendCost(point.X, SecondDifference(times, t), bend, share * options.smoothness), nullptr, unknown[t - 1].data(), unknown[t].data(), unknown[t + 1].data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

@@ -23,6 +23,7 @@ constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
 constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing
 constexpr double kHeldWeight = 1e3;       // of what was shown already
+constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
 
 std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d& X) {
   const Eigen::Vector3d q = P * X;
@@ -51,12 +52,52 @@ std::vector<WantedPoint> PointsOf(const FilmedScene& film, const FilmedFrame& fr
     if (!any) break;
   }
   for (const Eigen::Vector4d& X : frame.border) points.push_back({X, Eigen::Vector2d::Zero(), kBorderShare});
+  // At one centre a point is a direction: whatever moved along it, the camera would leave the centre for no reason.
+  if (film.one_centre) {
+    const Eigen::Vector4d centre = CentreOfProjection(frame.P);
+    for (WantedPoint& point : points) point.X -= centre * centre.dot(point.X);
+  }
   return points;
 }
 
-// Where the frame's pixels went, near x: the affine map of the nearest anchors.
+// What the camera of the film does from one frame to the next, W - I with A_(t+1) = A_t W, A = [P; pi], without its shake: the mean
+// over a Hann window of the seconds given. A camera that turns or walks steadily has a constant W in an affine frame, and W is of
+// the world, so that means of it are too. Zero where nothing is known.
+std::vector<Eigen::Matrix4d> SteadyMotion(const FilmedScene& film, const std::vector<double>& times, double window_s) {
+  const auto n = static_cast<int>(film.frames.size());
+  const Eigen::Vector4d last = film.one_centre ? CentreOfProjection(film.frames.front().P) : film.plane_at_infinity;
+  std::vector<Eigen::Matrix4d> A(film.frames.size());
+  std::vector<double> det(film.frames.size());
+  for (std::size_t t = 0; t < film.frames.size(); ++t) {
+    A[t] << film.frames[t].P, last.transpose();
+    det[t] = A[t].determinant();
+    A[t].topRows<3>() /= std::cbrt(std::max(std::abs(det[t]), 1e-300));
+  }
+  std::vector<Eigen::Matrix4d> step(film.frames.size(), Eigen::Matrix4d::Zero()), mean = step;
+  std::vector<char> known(film.frames.size(), 0);
+  for (std::size_t t = 0; t + 1 < film.frames.size(); ++t) {
+    if (!(std::abs(det[t]) > 1e-12) || (det[t] < 0) != (det[t + 1] < 0)) continue;  // a centre crosses the plane
+    step[t] = (A[t].inverse() * A[t + 1] - Eigen::Matrix4d::Identity()) / (times[t + 1] - times[t]);
+    known[t] = step[t].allFinite() && step[t].norm() < 1;
+  }
+  const int reach = std::max(1, static_cast<int>(std::lround(0.5 * window_s * film.fps)));
+  for (int t = 0; t < n; ++t) {
+    double weights = 0;
+    for (int k = std::max(0, t - reach); k < std::min(n - 1, t + reach); ++k) {
+      if (!known[static_cast<std::size_t>(k)]) continue;
+      const double w = 0.5 + 0.5 * std::cos(std::numbers::pi * (k + 0.5 - t) / (reach + 0.5));
+      mean[static_cast<std::size_t>(t)] += w * step[static_cast<std::size_t>(k)];
+      weights += w;
+    }
+    if (weights > 0) mean[static_cast<std::size_t>(t)] /= weights;
+  }
+  return mean;
+}
+
+// Where the frame's pixels went, near x: the affine map of the nearest anchors, and where one of them is the same feature, that one's.
 std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const Eigen::Vector2d& x_px) {
   constexpr std::size_t kNearest = 8;
+  constexpr double kSameFeaturePx = 0.7;
   if (anchors.size() < 4) return std::nullopt;
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t i = 0; i < anchors.size(); ++i) near.emplace_back((anchors[i].from_px - x_px).squaredNorm(), i);
@@ -69,7 +110,7 @@ std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const E
   double weights = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const Anchor& a = anchors[near[k].second];
-    const double w = 1 / (1 + 8 * near[k].first / reach);
+    const double w = 1 / (1 + near[k].first / (kSameFeaturePx * kSameFeaturePx));
     const Eigen::Vector2d d = (a.from_px - x_px) / std::sqrt(reach);
     const Eigen::Vector3d row(1, d.x(), d.y());
     N += w * row * row.transpose();
@@ -77,7 +118,7 @@ std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const E
     plain += w * (a.to_px - a.from_px);
     weights += w;
   }
-  N.diagonal().tail<2>().array() += 1e-3 * weights;  // anchors on a line say nothing across it
+  N.diagonal().tail<2>().array() += 1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line say nothing across it
   const Eigen::Matrix<double, 3, 2> fit = N.inverse() * right;
   return Eigen::Vector2d(x_px + fit.row(0).transpose());
 }
@@ -91,7 +132,7 @@ double HeldShare(int frame, int overlap) {
 std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeOptions& options) {
   std::vector<std::int32_t> inside;
   if (options.object_frame < 0 || options.object_frame >= static_cast<int>(film.frames.size()))
-    throw UsageError(fmt::format("--object-frame is 0 to {}", film.frames.size() - 1));
+    throw UsageError(fmt::format("--object-frame is 0 to {}", film.frames.size() - 1), "the frame that --object speaks of, in the order of time");
   const FilmedFrame& frame = film.frames[static_cast<std::size_t>(options.object_frame)];
   const auto px = [&](const SightOfPoint& s) { return Eigen::Vector2d(s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>()); };
   if (!options.object_points_px.empty()) {
@@ -186,10 +227,12 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   for (std::size_t t = 0; t < n; ++t) points[t] = PointsOf(film, film.frames[t], options.points);
   const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
 
-  std::vector<Matrix34d> P = smooth ? original : model.P;
-  std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
   PathProblemOptions problem;
   problem.smoothness = smoothness;
+  for (const FilmedFrame& frame : film.frames) problem.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
+  std::vector<Matrix34d> P = smooth ? original : model.P;
+  const std::vector<Eigen::Matrix4d> steady = smooth ? SteadyMotion(film, problem.times, 1 / options.cutoff_hz) : std::vector<Eigen::Matrix4d>();
+  std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
   Progress steps(progress, "path", options.iterations + 1);
   std::vector<double> log_follow(n, 0.0);
   for (int round = 0;; ++round) {
@@ -214,9 +257,18 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
             }
           point.y = sum / weight;
           Eigen::Vector2d bend(0, 0);
-          if (!smooth && t > 0 && t + 1 < n) {
+          if (smooth && t > 0 && t + 1 < n) {
+            // A steady turn bends the images of all points, in the same way everywhere in the picture: that is no shake.
+            const Eigen::Matrix4d& W = steady[t];
+            const double to = problem.times[t + 1] - problem.times[t], from = problem.times[t - 1] - problem.times[t];
+            const Eigen::Vector4d first = W * point.X, second = 0.5 * W * first;
+            const auto a = ImageOf(P[t], point.X + from * first + from * from * second), b = ImageOf(P[t], point.X), c = ImageOf(P[t], point.X + to * first + to * to * second);
+            const auto [before, at, after] = SecondDifference(problem.times, t);
+            if (a && b && c) bend = before * *a + at * *b + after * *c;
+          } else if (t > 0 && t + 1 < n) {
             const auto a = ImageOf(model.P[t - 1], point.X), c = ImageOf(model.P[t + 1], point.X);
-            if (a && c) bend = *a - 2 * *meant + *c;
+            const auto [before, at, after] = SecondDifference(problem.times, t);
+            if (a && c) bend = before * *a + at * *meant + after * *c;
           }
           frame.points.push_back(point);
           frame.bend.push_back(bend);
@@ -224,6 +276,10 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
       }
       const PathProblemSummary solved = SolvePathProblem(wanted, problem, P);
       report.iterations += solved.iterations;
+      if (film.one_centre) {  // no point told of this direction: what the solver's damping moved along it was nothing
+        const Eigen::Vector4d centre = CentreOfProjection(original.front());
+        for (Matrix34d& p : P) p -= (p * centre) * centre.transpose();
+      }
     }
     steps.Step();
     scales = ViewScales(film, P, {options.half_window, 0.2});
@@ -267,7 +323,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     key.view = film.frames[t].name;
     key.P = film.InPixels(options.crop ? CroppedTo(P[t], report.view_scale) : P[t]);
     if (t + static_cast<std::size_t>(options.anchors) >= n)
-      for (const WantedPoint& point : points[t]) {
+      for (const WantedPoint& point : PointsOf(film, film.frames[t], kMostAnchors)) {
         const auto from = ImageOf(original[t], point.X), to = ImageOf(P[t], point.X);
         if (from && to) key.anchors.push_back({*from * film.px_per_unit() + middle_px, *to * film.px_per_unit() + middle_px});
       }

@@ -92,6 +92,10 @@ std::string HtmlSection(const std::string& title, const std::string& body) {
   return body.empty() ? std::string() : fmt::format("<section><h2>{}</h2>\n{}</section>\n", title, body);
 }
 
+std::string HtmlInlineSvg(const std::string& svg, const std::string& alternative_text) {
+  return "<img style=\"width:100%\" alt=\"" + EscapeHtml(alternative_text) + "\" src=\"data:image/svg+xml;base64," + Base64(svg) + "\">";
+}
+
 std::string HtmlInlineJpeg(const std::string& bytes, const std::string& alternative_text) {
   return fmt::format("<img loading=\"lazy\" alt=\"{}\" src=\"data:image/jpeg;base64,{}\">", EscapeHtml(alternative_text), Base64(bytes));
 }

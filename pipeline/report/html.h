@@ -24,6 +24,9 @@ std::string HtmlSection(const std::string& title, const std::string& body);
 // A JPEG file as an <img> that carries its bytes.
 std::string HtmlInlineJpeg(const std::string& bytes, const std::string& alternative_text);
 
+// An SVG file likewise, apart from the page: its style is its own.
+std::string HtmlInlineSvg(const std::string& svg, const std::string& alternative_text);
+
 std::string HtmlPage(const std::string& title, const std::string& body);
 
 }  // namespace lumi

@@ -25,6 +25,7 @@ using nlohmann::ordered_json;
 constexpr int kThumbnailWidthPx = 320;
 constexpr std::size_t kMaxSheetRows = 16;   // spread evenly over what there is
 constexpr std::size_t kMaxMissingRows = 200;
+constexpr std::size_t kMaxGaps = 12;
 
 json Parse(const StageResult& stage) { return json::parse(stage.json, nullptr, false); }
 
@@ -34,9 +35,10 @@ json StageJson(const ReportInput& input, const std::string& name) {
   return json::object();
 }
 
-// The stage that gave the cameras: reconstruct, or import.
+// The stage that gave the cameras: reconstruct (timeperiodic starts it itself), or import.
 json CamerasJson(const ReportInput& input) {
-  const json reconstruct = StageJson(input, "reconstruct");
+  const json reconstruct = StageJson(input, "reconstruct"), timed = StageJson(input, "timeperiodic");
+  if (timed.contains("reconstruct")) return timed["reconstruct"];
   return reconstruct.empty() ? StageJson(input, "import") : reconstruct;
 }
 
@@ -171,6 +173,37 @@ std::string OptionsHtml(const json& provenance) {
   return html;
 }
 
+// How a scene that moves is covered in space and time, as lumi-timeperiodic says it; its plots are in the page.
+std::string SamplingHtml(const ReportInput& input) {
+  const json timed = StageJson(input, "timeperiodic");
+  if (!timed.contains("sampling")) return {};
+  const json& sampling = timed["sampling"];
+  std::vector<std::vector<std::string>> rows{
+      {"period", fmt::format("{:.6g} &#177; {:.2g} frames, {:.4g} s (from the {})", Number(timed, "period_frames"), Number(timed, "period_sigma_frames"), Number(timed, "period_s"),
+                             EscapeHtml(Text(timed, "period_from")))},
+      {"photos in a window of one frame", fmt::format("{:.3g} on average, {:.0f} to {:.0f}", Number(sampling, "samples_per_window"), Number(sampling, "window_least"), Number(sampling, "window_most"))},
+      {"uniformity of the space-time plane", fmt::format("{:.2f} (1: as good as chance; {:.0f} % of its cells have a photo)", Number(sampling, "uniformity"), 100 * Number(sampling, "covered"))}};
+  if (timed.contains("masks") && timed["masks"].contains("moving_share"))
+    rows.push_back({"of the picture moves", fmt::format("{:.1f} %", 100 * Number(timed["masks"], "moving_share"))});
+  std::string html = HtmlTable({{"space and time"}, {""}}, rows);
+  for (const char* plot : {"sampling.svg", "period.svg"}) {
+    std::error_code error;
+    const fs::path file = input.scene_folder / "timeperiodic" / plot;
+    if (!fs::is_regular_file(file, error)) continue;
+    html += "<div class=\"frame\">" + HtmlInlineSvg(ReadText(file), plot) + "</div>\n";
+  }
+  std::string list;
+  if (timed.contains("warnings"))
+    for (const json& w : timed["warnings"])
+      if (w.is_string()) list += "<li>" + EscapeHtml(w.get<std::string>()) + "</li>";
+  std::size_t gaps = 0;
+  if (sampling.contains("gaps"))
+    for (const json& gap : sampling["gaps"])
+      if (++gaps <= kMaxGaps) list += "<li>gap: " + EscapeHtml(Text(gap, "what_to_film")) + "</li>";
+  if (gaps > kMaxGaps) list += fmt::format("<li>and {} more gaps: report.json has them</li>", gaps - kMaxGaps);
+  return list.empty() ? html : html + "<ul>" + list + "</ul>\n";
+}
+
 std::string CardsHtml(const ReportInput& input, const json& cameras, const json& holdout) {
   std::string cards = "<div class=\"cards\">";
   const auto backend = Text(cameras, "backend");
@@ -245,6 +278,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += HtmlSection("What to do next", NextHtml(input, cameras));
   body += HtmlSection("Cameras seen from above", map);
   body += HtmlSection("The two backends", BackendsHtml(cameras));
+  body += HtmlSection("Space and time", SamplingHtml(input));
   body += HtmlSection("Photos without a camera", MissingHtml(cameras));
   body += HtmlSection("Contact sheet", ContactSheetHtml(thumbnails));
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));

@@ -566,12 +566,13 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     std::vector<double> parallax;
     for (const SolvedWindow& w : solved) parallax.push_back(w.diagnostics.parallax_px);
     std::nth_element(parallax.begin(), parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2), parallax.end());
-    const bool all_frames = windows.size() < 2;
+    // Frames that nothing links stay apart however long the windows are.
+    const bool all_frames = windows.size() < 2 || window_options.length >= static_cast<int>(points.FrameCount());
     if (any && (all_frames || parallax[parallax.size() / 2] >= kLeastParallaxPx)) break;
     if (!any && all_frames) Refuse(points, homographies, camera);
     if (any && !options.windows.ordered) break;
     window_options.length = std::min(3 * window_options.length, static_cast<int>(points.FrameCount()));
-    window_options.overlap *= 2;
+    window_options.overlap = std::min(2 * window_options.overlap, window_options.length - 1);
     window_options.min_shared = std::min(window_options.min_shared, 16);
     homographies.clear();
   }

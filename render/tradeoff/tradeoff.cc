@@ -282,7 +282,7 @@ class Tradeoff {
       RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
       s.k = 1;
       RenderRequest r = Request(t, s, false);
-      const ViewId nearest = NearestPhoto(bench_.scene(), t.id, t.use);
+      const ViewId nearest = NearestPhoto(bench_.scene(), t.id, t.use, s);
       r.use.assign(t.use.size(), false);
       r.use[static_cast<std::size_t>(nearest.value)] = true;
       errors.push_back(ErrorAgainstPhoto(bench_.Cpu(bench_.proxies().front()).Render(r), t.photo));

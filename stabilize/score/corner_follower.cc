@@ -10,7 +10,7 @@
 namespace lumi::score {
 namespace {
 
-constexpr std::size_t kCorners = 500;          // aimed at in a frame
+constexpr std::size_t kCorners = 300;          // aimed at in a frame
 constexpr double kRefillBelow = 0.8;           // of kCorners
 constexpr double kSpacing = 0.6;               // of sqrt(pixels / kCorners)
 constexpr double kQuality = 0.001;             // of the strongest corner's strength
@@ -40,7 +40,7 @@ struct CornerFollower::Impl {
     std::vector<unsigned char> there, here;
     std::vector<float> error;
     const cv::Size window(kWindowPx, kWindowPx);
-    const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
+    const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
     cv::calcOpticalFlowPyrLK(previous, pyramid, from, to, there, error, window, kLevels, criteria);
     cv::calcOpticalFlowPyrLK(pyramid, previous, to, back, here, error, window, kLevels, criteria);
     std::vector<FollowedCorner> still;
@@ -84,6 +84,7 @@ FollowedFrame CornerFollower::Add(const Image8& image) {
     cv::buildOpticalFlowPyramid(grey, pyramid, cv::Size(kWindowPx, kWindowPx), kLevels);
     if (!impl_->previous.empty()) impl_->Follow(pyramid, grey.size(), result);
     impl_->Refill(grey);
+    if (impl_->alive.size() < kCornersForCut) result.cut = false;  // there is nothing to see here: no shot
   }
   impl_->previous = std::move(pyramid);
   result.corners = impl_->alive;

@@ -22,8 +22,12 @@ struct FittedHomography {
 // fifth of the pairs, or where the result mirrors or collapses the picture.
 std::optional<FittedHomography> FitHomography(const std::vector<PointPair>& pairs, double threshold_px);
 
-// So far from the homography a point may be, in a picture of this size: parallax of a few thousandths of the diagonal
-// does not make it jump from one plane of the scene to another.
+// The same of a frame and the next, where little turns and nothing tilts: RANSAC of a similarity, which cannot bend until it
+// fits the background and half of what moves before it; then a homography through what agrees.
+std::optional<FittedHomography> FitStep(const std::vector<PointPair>& pairs, double threshold_px);
+
+// So far from the homography a point may be, in a picture of this size: a little parallax is not to make it jump from one
+// plane of the scene to another, and what moves by itself is not to be part of it.
 double InlierThresholdPx(const Eigen::Vector2i& size_px);
 
 // Of a frame's homography from the input to the output. Both sizes may differ.

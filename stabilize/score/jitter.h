@@ -2,7 +2,7 @@
 //
 // A feature's place at frame c minus the parabola through its places within 0.7 s of c, fitted by least squares with weights
 // 1 - (t / 0.73 s)^2 (at 30 frames a second), at c itself. Of a movement A cos(2 pi f t) that leaves A G(f), G(f) = 1 - sum_k w_k cos(2 pi f t_k):
-// half of it at 1 Hz (0.46 at 30 frames a second), all of it (0.94 to 1.08) above 1.4 Hz, 0.01 at 0.3 Hz, nothing of a
+// half of it at 1 Hz (0.46 at 30 frames a second, 0.44 at 60), all of it (0.94 to 1.08) above 1.4 Hz, 0.05 at 0.5 Hz, 0.01 at 0.3 Hz, nothing of a
 // constant speed or acceleration. Only features seen in all of the 1.4 s count, so that no track's end adds to it; a cut
 // ends all tracks.
 //

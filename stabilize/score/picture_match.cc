@@ -16,7 +16,7 @@ constexpr int kFastThreshold = 10;  // of ORB's corners: shaky frames are blurre
 constexpr int kPatchPx = 31;        // of ORB; smaller pictures have no features
 constexpr double kRatio = 0.8;      // of the best to the second best match
 constexpr int kEnough = 20;         // inliers; with fewer, corners are also followed from where a mere scaling puts them
-constexpr int kRefining = 600;      // corners whose residual movement refines
+constexpr int kRefining = 300;      // corners whose residual movement refines
 constexpr double kResidualPx = 0.5;  // there and back
 
 cv::Mat View(const Image8& grey) { return {grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data())}; }

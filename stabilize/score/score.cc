@@ -18,7 +18,9 @@ namespace lumi::score {
 namespace {
 
 constexpr std::size_t kBatch = 16;         // frames of each video in memory
-constexpr double kSnap = 0.15;             // of a frame: containers round times to milliseconds
+constexpr double kSnap_s = 1.1e-3;         // containers round times to milliseconds
+constexpr int kShortestShot = 5;           // frames
+constexpr int kMostBridged = 15;           // frames without features, over which the path is found again
 constexpr double kStillPx = 0.1;           // of a path: what measuring a video of a tripod adds up to
 constexpr double kLeastMeasured = 0.5;     // of the frames, for a figure
 constexpr double kLeastCommon = 0.5;       // of the input's frames
@@ -109,8 +111,13 @@ class Meter {
       score_.stability_x = StabilityOf(score_.path.x_px, kStillPx);
       score_.stability_y = StabilityOf(score_.path.y_px, kStillPx);
       score_.stability_rotation = StabilityOf(score_.path.rotation_rad, kStillPx / half_diagonal_px);
-      if (score_.stability_x) score_.stability = std::min({*score_.stability_x, *score_.stability_y, *score_.stability_rotation});
-      else warn("too short for a stability score: 12 frames and more");
+      if (score_.stability_x) {
+        score_.stability = std::min({*score_.stability_x, *score_.stability_y, *score_.stability_rotation});
+        score_.stability_detrended = std::min({*StabilityOf(WithoutLine(score_.path.x_px), kStillPx), *StabilityOf(WithoutLine(score_.path.y_px), kStillPx),
+                                               *StabilityOf(WithoutLine(score_.path.rotation_rad), kStillPx / half_diagonal_px)});
+      } else {
+        warn("too short for a stability score: 12 frames and more");
+      }
     }
     if (score_.failed_steps > 0) warn(fmt::format("{} of {} frames have no movement from the one before: blank, blurred or without features", score_.failed_steps, steps));
     score_.jitter = jitter_.Result();
@@ -132,7 +139,7 @@ class Meter {
     // Whole frames of the stated rate, unless it is none.
     const double interval_s = 1 / score_.fps, step = frame.index > 0 ? (frame.time_s - stated_s_) / interval_s : 0;
     const double whole = std::max(1.0, std::round(step));
-    if (frame.index > 0) time_s_ += interval_s * (std::abs(step - whole) < kSnap ? whole : step);
+    if (frame.index > 0) time_s_ += interval_s * (std::abs(step - whole) * interval_s < kSnap_s ? whole : step);
     stated_s_ = frame.time_s;
     pictures.push_back(GreyOf(rgb));
     batch_times_s_.push_back(time_s_);
@@ -144,17 +151,33 @@ class Meter {
     jitter_.Add(time_s, followed.corners);
     if (frame == 0) {
       path_.Begin(time_s);
+      last_seen_ = grey;
       return;
     }
-    if (followed.cut) {
+    // A shot of a few frames is none: noise, or a flash.
+    if (followed.cut && frame >= last_break_ + kShortestShot) {
+      last_break_ = frame;
       score_.cuts.push_back(frame);
       path_.Add(time_s, CameraPath::Step::kCut, {});
+      last_seen_ = grey;
       return;
     }
-    const auto fit = FitHomography(followed.steps, InlierThresholdPx(size_px()));
+    const auto fit = FitStep(followed.steps, InlierThresholdPx(size_px()));
     path_.Add(time_s, fit ? CameraPath::Step::kMeasured : CameraPath::Step::kFailed, fit ? MovementOf(fit->to_from, size_px()) : Movement{});
+    if (fit) {
+      last_seen_ = grey;
+      return;
+    }
+    last_break_ = frame;
+    if (path_.open_gap() > kMostBridged || followed.corners.empty()) return;
+    const auto across = MatchPictures(PictureFeatures(last_seen_), PictureFeatures(grey));
+    if (!across) return;
+    path_.Bridge(path_.open_gap(), MovementOf(across->to_from, size_px()));
+    last_seen_ = grey;
   }
 
+  Image8 last_seen_;  // the last frame on the path
+  int last_break_ = -kShortestShot;  // the last frame that does not follow the one before, by a cut or by failing
   VideoReader reader_;
   CornerFollower corners_;
   JitterMeter jitter_;

@@ -32,6 +32,8 @@ struct VideoScore {
   int distortion_frame = -1;
   // Of its own path: the least of the three.
   std::optional<double> stability, stability_x, stability_y, stability_rotation;
+  // The same of the paths without their straight line: a steady walk or pan is stable, where the score above knows 0.9 at most.
+  std::optional<double> stability_detrended;
   JitterResult jitter;
   CameraPath::Path path;
   std::vector<int> cuts;         // frames that begin a new shot

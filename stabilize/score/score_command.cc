@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -29,6 +31,7 @@ Json VideoJson(const VideoScore& v) {
   j["stability_x"] = Maybe(v.stability_x);
   j["stability_y"] = Maybe(v.stability_y);
   j["stability_rotation"] = Maybe(v.stability_rotation);
+  j["stability_detrended"] = Maybe(v.stability_detrended);
   j["jitter_all_px"] = Maybe(v.jitter.all_px);
   j["jitter_step_px"] = Maybe(v.jitter.step_px);
   j["jitter_frames"] = v.jitter.frames;
@@ -64,8 +67,8 @@ std::string RunScore(const ScoreCommandOptions& options, ProgressSink& progress)
 
 std::string DescribeScore(const std::string& text) {
   const auto j = Json::parse(text);
-  constexpr const char* kKeys[] = {"cropping_ratio", "distortion", "stability", "jitter_px", "kept_area", "stability_x", "stability_y", "stability_rotation"};
-  constexpr const char* kTitles[] = {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y", "stab. rot."};
+  constexpr const char* kKeys[] = {"cropping_ratio", "distortion", "stability", "jitter_px", "kept_area", "stability_x", "stability_y", "stability_rotation", "stability_detrended"};
+  constexpr const char* kTitles[] = {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y", "stab. rot.", "detrended"};
   std::size_t width = 5;
   for (const Json& v : j["videos"]) width = std::max(width, std::filesystem::path(v["file"].get<std::string>()).filename().string().size());
   std::string table = fmt::format("{:<{}}", "video", width);

@@ -43,6 +43,20 @@ std::optional<double> StabilityOf(const std::vector<double>& path, double still_
   return slow / std::accumulate(energies.begin() + kSlow, energies.end(), slow);
 }
 
+std::vector<double> WithoutLine(std::vector<double> path) {
+  const double n = static_cast<double>(path.size()), middle = 0.5 * (n - 1);
+  double mean = 0, slope = 0, square = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double t = static_cast<double>(i) - middle;
+    mean += path[i] / n;
+    slope += t * path[i];
+    square += t * t;
+  }
+  if (square > 0) slope /= square;
+  for (std::size_t i = 0; i < path.size(); ++i) path[i] -= mean + slope * (static_cast<double>(i) - middle);
+  return path;
+}
+
 void CameraPath::Begin(double time_s) { times_s_ = {time_s}; }
 
 void CameraPath::Add(double time_s, Step step, const Movement& movement) {
@@ -52,6 +66,19 @@ void CameraPath::Add(double time_s, Step step, const Movement& movement) {
   failed_ += step == Step::kFailed;
 }
 
+int CameraPath::open_gap() const {
+  int steps = 0;
+  while (steps < static_cast<int>(steps_.size()) && steps_[steps_.size() - 1 - static_cast<std::size_t>(steps)] == Step::kFailed) ++steps;
+  return steps;
+}
+
+void CameraPath::Bridge(int steps, const Movement& movement) {
+  for (std::size_t i = steps_.size() - static_cast<std::size_t>(steps); i < steps_.size(); ++i) {
+    steps_[i] = Step::kBridged;
+    movements_[i] = {movement.shift_px / steps, movement.rotation_rad / steps};
+  }
+}
+
 CameraPath::Path CameraPath::Result() const {
   Path path;
   const std::size_t n = times_s_.size();
@@ -59,7 +86,7 @@ CameraPath::Path CameraPath::Result() const {
   const auto movement = [&](std::size_t i) -> Eigen::Vector3d { return {movements_[i].shift_px.x(), movements_[i].shift_px.y(), movements_[i].rotation_rad}; };
   for (std::size_t i = 0; i + 1 < n; ++i) {
     Eigen::Vector3d step = Eigen::Vector3d::Zero();
-    if (steps_[i] == Step::kMeasured) {
+    if (steps_[i] == Step::kMeasured || steps_[i] == Step::kBridged) {
       step = movement(i);
     } else if (steps_[i] == Step::kFailed) {
       // The nearest measured steps of the same shot.

@@ -19,20 +19,26 @@ std::vector<double> PathEnergies(const std::vector<double>& path);
 // (root mean square about its mean): nothing moves that could be slow or fast.
 std::optional<double> StabilityOf(const std::vector<double>& path, double still_rms);
 
+// The path without the straight line that fits it best: what is left of a constant speed is nothing.
+std::vector<double> WithoutLine(std::vector<double> path);
+
 // The path of a camera as its picture's movement adds up: of its middle and its rotation. What cannot be measured takes
-// the mean of the steps on either side; across a cut the path goes on from where it was.
+// the mean of the steps on either side, or its share of a movement across the gap; over a cut the path goes on from where it was.
 class CameraPath {
  public:
-  enum class Step { kMeasured, kFailed, kCut };
+  enum class Step { kMeasured, kFailed, kBridged, kCut };
   void Begin(double time_s);
   void Add(double time_s, Step step, const Movement& movement);
+  // Of the last so many steps, which are kFailed until now, together.
+  void Bridge(int steps, const Movement& movement);
   struct Path {
     std::vector<double> x_px, y_px, rotation_rad;  // a value a frame, the first is 0
     double interval_s = 0;  // between two of them: times that are not uniform are made so, by straight lines
     bool uneven = false;    // they were not
   };
   Path Result() const;
-  int failed() const { return failed_; }
+  int failed() const { return failed_; }  // the bridged ones too
+  int open_gap() const;                    // kFailed steps at the end
   int frames() const { return static_cast<int>(times_s_.size()); }
 
  private:

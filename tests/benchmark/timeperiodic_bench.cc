@@ -1,9 +1,11 @@
 // What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures at
 // unseen places and phases against the width of the time window.
 //
+//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's video
 //   timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with pendulum/
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -41,75 +43,187 @@ void Row(const std::string& name, const fs::path& video, bool moving, double tru
   std::fflush(stdout);
 }
 
-// A path of one key beside a photo's camera: a view that was not photographed.
-json Key(const Scene& scene, const View& view, double aside) {
-  const Eigen::Vector3d at = view.CentreInWorld() + aside * view.cam_from_world.R().row(0).transpose();
-  const Camera& camera = scene.CameraOf(view);
+struct UnseenView {
+  Rigid3 cam_from_world;
+  double phase = 0;
+};
+
+json Key(const UnseenView& view, const Camera& camera) {
+  const Eigen::Vector3d at = view.cam_from_world.OriginInSource();
   const Eigen::Quaterniond& q = view.cam_from_world.rotation;
   return {{"position", {at.x(), at.y(), at.z()}},
           {"cam_from_world_xyzw", {q.x(), q.y(), q.z(), q.w()}},
           {"vertical_fov_deg", 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()) * 180 / 3.141592653589793}};
 }
 
-void Pictures(const std::string& example, const fs::path& capture) {
-  const Scene scene = OpenScene(capture, {}, SilentProgress());
-  const double period_s = *scene.period_s;
-  const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s;
-  const int width = scene.cameras[0].width_px, height = scene.cameras[0].height_px;
-  const TemporaryFolder work;
-  const std::vector<double> phases{0.03, 0.21, 0.47, 0.72, 0.93};
-  json truth_path{{"width", width}, {"height", height}};
-  std::vector<json> keys;
-  for (std::size_t i = 0; i < phases.size(); ++i)
-    keys.push_back(Key(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], 0.013));
-  for (std::size_t i = 0; i < phases.size(); ++i) {
-    json key = keys[i];
-    key["phase"] = phases[i];
-    truth_path["keys"].push_back(key);
+// What the simulation shows from places and at phases where no photo is.
+class Unseen {
+ public:
+  Unseen(std::string example, const Scene& capture, const std::vector<UnseenView>& views) : example_(std::move(example)) {
+    json path{{"width", capture.cameras[0].width_px}, {"height", capture.cameras[0].height_px}};
+    for (const UnseenView& view : views) {
+      json key = Key(view, capture.cameras[0]);
+      key["phase"] = view.phase;
+      path["keys"].push_back(key);
+    }
+    WriteTextAtomically(work_ / "truth.json", path.dump());
+    Run("lumi-simulate", {"--example", example_, "--at", (work_ / "truth.json").string(), "-o", (work_ / "truth").string(), "--width",
+                          std::to_string(capture.cameras[0].width_px)});
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const std::string name = fmt::format("{}_{:04d}.png", example_, i);
+      is_.push_back(ReadImage8(work_ / "truth" / "images" / name));
+      moving_.push_back(ReadImage8(work_ / "truth" / "truth" / "moving" / name));
+    }
   }
-  WriteTextAtomically(work / "truth.json", truth_path.dump());
-  Run("lumi-simulate",
-      {"--example", example, "--at", (work / "truth.json").string(), "-o", (work / "truth").string(), "--width", std::to_string(width)});
-  const auto psnr = [&](const std::vector<std::string>& options) {
+
+  // Of lumi-render with these options on a scene, from `views` in the scene's own world, over the pixels where something moves at any time.
+  double Psnr(const Scene& scene, const std::vector<UnseenView>& views, bool time, const std::vector<std::string>& options) const {
     double square = 0, count = 0;
-    for (std::size_t i = 0; i < phases.size(); ++i) {
-      json key = keys[i];
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      json key = Key(views[i], scene.cameras[0]);
       key["time_s"] = 0;
-      WriteTextAtomically(
-          work / "path.json",
-          json{{"format", "lumigraph-path"}, {"version", 1}, {"fps", 30}, {"width", width}, {"height", height}, {"keys", {key}}}.dump());
-      fs::remove_all(work / "out");
-      std::vector<std::string> arguments{capture.string(), "-o", (work / "out").string(), "--path", (work / "path.json").string()};
+      WriteTextAtomically(work_ / "path.json", json{{"format", "lumigraph-path"},
+                                                    {"version", 1},
+                                                    {"fps", 30},
+                                                    {"width", is_[i].width},
+                                                    {"height", is_[i].height},
+                                                    {"keys", {key}}}
+                                                   .dump());
+      fs::remove_all(work_ / "out");
+      std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path", (work_ / "path.json").string()};
       arguments.insert(arguments.end(), options.begin(), options.end());
-      if (options.empty())
+      if (!time)
         arguments.insert(arguments.end(), {"--time", "off"});
       else
-        arguments.insert(arguments.end(), {"--phase", fmt::format("{}", phases[i])});
+        arguments.insert(arguments.end(), {"--phase", fmt::format("{}", views[i].phase)});
       Run("lumi-render", arguments);
-      const std::string name = fmt::format("{}_{:04d}.png", example, i);
-      const Image8 is = ReadImage8(work / "truth" / "images" / name), moving = ReadImage8(work / "truth" / "truth" / "moving" / name);
-      const Image8 out = ReadImage8(fs::directory_iterator(work / "out" / "frames")->path());
-      for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-          for (int c = 0; c < 3 && moving.At(x, y, 0) > 0; ++c, ++count) square += std::pow(is.At(x, y, c) - out.At(x, y, c), 2);
+      Add(i, ReadImage8(fs::directory_iterator(work_ / "out" / "frames")->path()), square, count);
     }
     return 10 * std::log10(255 * 255 * count / square);
-  };
-  std::printf("| %s, without time | | %.2f |\n", example.c_str(), psnr({}));
+  }
+
+  // The same where view i of n is at phase i / n: one path whose frames are the views.
+  double PsnrOfTurn(const Scene& scene, const std::vector<UnseenView>& views, bool time, const std::vector<std::string>& options) const {
+    const double step_s = *scene.period_s / static_cast<double>(views.size());
+    json path{{"format", "lumigraph-path"},
+              {"version", 1},
+              {"fps", static_cast<double>(views.size()) / (step_s * static_cast<double>(views.size() - 1))},
+              {"width", is_[0].width},
+              {"height", is_[0].height}};
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      json key = Key(views[i], scene.cameras[0]);
+      key["time_s"] = step_s * static_cast<double>(i);
+      path["keys"].push_back(key);
+    }
+    WriteTextAtomically(work_ / "path.json", path.dump());
+    fs::remove_all(work_ / "out");
+    std::vector<std::string> arguments{scene.folder.string(),          "-o",     (work_ / "out").string(), "--path",
+                                       (work_ / "path.json").string(), "--time", time ? "on" : "off"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    Run("lumi-render", arguments);
+    std::vector<fs::path> frames;
+    for (const auto& entry : fs::directory_iterator(work_ / "out" / "frames"))
+      if (entry.path().extension() == ".png") frames.push_back(entry.path());
+    std::sort(frames.begin(), frames.end());
+    if (frames.size() != views.size()) throw MachineError(fmt::format("{} frames of {} views", frames.size(), views.size()));
+    double square = 0, count = 0;
+    for (std::size_t i = 0; i < views.size(); ++i) Add(i, ReadImage8(frames[i]), square, count);
+    return 10 * std::log10(255 * 255 * count / square);
+  }
+
+ private:
+  void Add(std::size_t i, const Image8& out, double& square, double& count) const {
+    for (int y = 0; y < out.height; ++y)
+      for (int x = 0; x < out.width; ++x)
+        for (int c = 0; c < 3 && moving_[i].At(x, y, 0) > 0; ++c, ++count) square += std::pow(is_[i].At(x, y, c) - out.At(x, y, c), 2);
+  }
+
+  std::string example_;
+  std::vector<Image8> is_, moving_;
+  TemporaryFolder work_;
+};
+
+// Over the simulation's own cameras and billboard, against the window's width: five views a step beside a photo's camera.
+void Pictures(const std::string& example, const fs::path& capture) {
+  const Scene scene = OpenScene(capture, {}, SilentProgress());
+  const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s;
+  const std::vector<double> phases{0.03, 0.21, 0.47, 0.72, 0.93};
+  std::vector<UnseenView> views;
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    Rigid3 pose = scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())].cam_from_world;
+    pose.translation.x() -= 0.013;  // the camera goes to its right
+    views.push_back({pose, phases[i]});
+  }
+  const Unseen unseen(example, scene, views);
+  std::printf("| %s, without time | | %.2f |\n", example.c_str(), unseen.Psnr(scene, views, false, {}));
   for (const double frames : {0.5, 1.0, 2.0, 4.0, 8.0}) {
     const double window_s = frames * frame_s;
-    if (window_s > period_s) break;
-    std::printf("| %s | %g | %.2f |\n", example.c_str(), frames, psnr({"--time-window-s", fmt::format("{}", window_s)}));
+    if (window_s > *scene.period_s) break;
+    std::printf("| %s | %g | %.2f |\n", example.c_str(), frames,
+                unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
     std::fflush(stdout);
   }
+}
+
+// Views midway between two frames' cameras, looking as the first of them does: the same ones in the simulation's world and in a
+// reconstruction's, whatever its errors are as a whole.
+std::vector<UnseenView> ViewsBetween(const Scene& scene) {
+  constexpr std::size_t kViews = 10;
+  std::vector<const Rigid3*> of_frame(scene.views.size(), nullptr);
+  for (const View& v : scene.views) of_frame.at(static_cast<std::size_t>(*v.frame_index)) = &v.cam_from_world;
+  std::vector<UnseenView> views;
+  const std::size_t n = of_frame.size();
+  for (std::size_t i = 0; i < kViews; ++i) {
+    const std::size_t first = (2 * i + 1) * n / (2 * kViews), second = (first + n / 2 + 37 * i) % n;
+    if (!of_frame[first] || !of_frame[second]) throw DataError("a frame has no camera");
+    Rigid3 pose = *of_frame[first];
+    pose.translation = -(pose.rotation * (0.5 * (pose.OriginInSource() + of_frame[second]->OriginInSource())));
+    views.push_back({pose, static_cast<double>(i) / kViews});
+  }
+  return views;
+}
+
+// What lumi-pipeline --periodic made of the video alone, over each of its proxies.
+void Reconstructed(const std::string& example, const fs::path& capture, const fs::path& made, const std::string& only) {
+  const Scene truth = OpenScene(capture, {}, SilentProgress());
+  const Scene scene = OpenScene(made, {}, SilentProgress());
+  std::vector<Rigid3> of_scene, of_truth;
+  for (const View& v : scene.views) {
+    of_scene.push_back(v.cam_from_world);
+    of_truth.push_back(truth.views.at(static_cast<std::size_t>(*v.frame_index)).cam_from_world);
+  }
+  const PoseErrors errors = ComparePoses(of_scene, of_truth);
+  std::printf(
+      "%s: period %.4f frames, %zu of %zu frames posed, centres %.2f %%, turned %.3f degrees (rms)\n\n| unseen views | without time | "
+      "window of 1 frame | 2 frames |\n|---|---|---|---|\n",
+      example.c_str(), *scene.period_s * 30, scene.views.size(), truth.views.size(), errors.centre_rms_percent, errors.rotation_rms_deg);
+  const std::vector<UnseenView> in_truth = ViewsBetween(truth), in_scene = ViewsBetween(scene);
+  const Unseen unseen(example, truth, in_truth);
+  std::vector<double> times;
+  for (const View& v : scene.views) times.push_back(*v.time_s);
+  std::sort(times.begin(), times.end());
+  const double frame_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  const auto row = [&](const std::string& what, const Scene& s, const std::vector<UnseenView>& views, const std::string& proxy) {
+    std::printf("| %s, %s, %s%s | %.2f |", example.c_str(), what.c_str(), proxy.c_str(), proxy == s.active_proxy ? " (chosen)" : "",
+                unseen.PsnrOfTurn(s, views, false, {"--proxy", proxy}));
+    for (const double frames : {1.0, 2.0}) {
+      std::printf(" %.2f |", unseen.PsnrOfTurn(s, views, true, {"--proxy", proxy, "--time-window-s", fmt::format("{}", frames * frame_s)}));
+      std::fflush(stdout);
+    }
+    std::printf("\n");
+  };
+  if (only.empty()) row("true cameras", truth, in_truth, "billboard");
+  for (const std::string& proxy : ListProxies(made))
+    if (only.empty() || proxy == only) row("reconstructed", scene, in_scene, proxy);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "timeperiodic_bench WORK [DATA]\n"), 2;
+  if (argc < 2) return std::fprintf(stderr, "timeperiodic_bench WORK [DATA] | reconstructed EXAMPLE CAPTURE SCENE [PROXY]\n"), 2;
   const fs::path work = argv[1];
   try {
+    if (argc > 4 && std::string(argv[1]) == "reconstructed") return Reconstructed(argv[2], argv[3], argv[4], argc > 5 ? argv[5] : ""), 0;
     std::printf("| video | frames | true period | found | error %% | seconds |\n|---|---|---|---|---|---|\n");
     for (const auto& [name, truth] : {std::pair{"lamp", 150.37}, std::pair{"helicopter", 15.37}}) {
       Row(fmt::format("{}, tripod", name), work / name / "fixed.mp4", false, truth);

@@ -108,6 +108,28 @@ TEST(Report, WithoutEvaluationShowsThePhotos) {
   EXPECT_THAT(html, Not(HasSubstr("PSNR")));
 }
 
+TEST(Report, OfAPeriodicSceneShowsItsSampling) {
+  Fixture f;
+  nlohmann::json timed = nlohmann::json::parse(R"({"period_frames":150.37,"period_sigma_frames":0.01,"period_s":5.01,"period_from":"moving video",
+      "masks":{"found":true,"moving_share":0.25},"warnings":["the camera keeps <step>"],"images_registered":5,
+      "sampling":{"samples_per_window":13.3,"window_least":9,"window_most":14,"uniformity":0.83,"covered":0.7,"gaps":[]}})");
+  timed["reconstruct"] = nlohmann::json::parse(f.input.stages[0].json);
+  for (int i = 0; i < 15; ++i) timed["sampling"]["gaps"].push_back({{"what_to_film", "film phase " + std::to_string(i)}});
+  f.input.stages[0] = {"timeperiodic", 0.1, false, timed.dump()};
+  WriteTextAtomically(f.scene / "timeperiodic/sampling.svg", "<svg xmlns='http://www.w3.org/2000/svg'><style>.soft{}</style></svg>");
+  const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
+  EXPECT_THAT(html, HasSubstr("150.37"));
+  EXPECT_THAT(html, HasSubstr("13.3 on average, 9 to 14"));
+  EXPECT_THAT(html, HasSubstr("the camera keeps &lt;step&gt;"));
+  EXPECT_THAT(html, HasSubstr("film phase 11"));
+  EXPECT_THAT(html, HasSubstr("and 3 more gaps"));
+  EXPECT_THAT(html, HasSubstr("5 of 6"));  // the cameras' card
+  // The plot's style stays its own, and nothing is fetched.
+  EXPECT_EQ(Count(html, "data:image/svg+xml;base64,"), 1U);
+  EXPECT_THAT(html, Not(HasSubstr(".soft{}")));
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+}
+
 TEST(CamerasFromAbove, WedgesPointToWhatTheCamerasSee) {
   const TemporaryFolder folder;
   Scene scene = MakeSmallScene(folder / "images", 5);

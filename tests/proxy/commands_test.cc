@@ -59,6 +59,28 @@ Scene WritePlateScene(const fs::path& folder, int width_px = 160) {
 
 json Parse(const std::string& text) { return json::parse(text); }
 
+TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
+  const TemporaryFolder folder;
+  Scene scene = WritePlateScene(folder / "scene");
+  const ProxyTarget target{folder / "scene", "moving", {}, false};
+  EXPECT_THROW(RunMoving(target, {}, SilentProgress()), DataError);  // no masks
+  for (const View& view : scene.views) WriteImage(folder / "scene" / "masks" / (view.name + ".png"), Image8(160, 120, 1));
+  EXPECT_THROW(RunMoving(target, {}, SilentProgress()), DataError);  // no times
+  // Filmed once a period: all photos show one moment.
+  scene.period_s = 0.7;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) scene.views[i].time_s = 0.7 * static_cast<double>(i);
+  WriteManifest(scene, folder / "scene");
+  EXPECT_THROW(RunMoving(target, {.over = "wall"}, SilentProgress()), UsageError);
+  RunPlane({folder / "scene", "plane", {}, false}, SilentProgress());
+  const json over_plane = Parse(RunMoving({folder / "scene", "before-plane", {}, false}, {.over = "plane"}, SilentProgress()));
+  EXPECT_GT(over_plane["faces"], 100);
+  EXPECT_EQ(over_plane["moments"], 1);
+  const json moving = Parse(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
+  EXPECT_EQ(moving["over"], "mesh");
+  EXPECT_THAT(ListProxies(folder / "scene"), testing::UnorderedElementsAre("plane", "before-plane", "moving"));
+  EXPECT_EQ(Parse(RunMoving(target, {}, SilentProgress()))["reused"], true);
+}
+
 TEST(ProxyCommands, FirstProxyBecomesActiveAndASecondRunReusesIt) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
@@ -318,11 +340,12 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = Parse(first.out);
-  ASSERT_EQ(chosen["candidates"].size(), 6u);
+  ASSERT_EQ(chosen["candidates"].size(), 7u);
   for (const char* name : {"plane", "planes", "mesh"})
     for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"}) EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
   EXPECT_TRUE(Row(chosen, "box")->contains("refused"));
   EXPECT_THAT((*Row(chosen, "hull"))["refused"].get<std::string>(), HasSubstr("silhouettes"));
+  EXPECT_THAT((*Row(chosen, "moving"))["refused"].get<std::string>(), HasSubstr("nothing is masked"));
   EXPECT_GT((*Row(chosen, "mesh"))["psnr_mean_db"].get<double>(), (*Row(chosen, "plane"))["psnr_mean_db"].get<double>() + 1);
   double best = 0;
   for (const json& c : chosen["candidates"])

@@ -34,6 +34,11 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3}; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3, 4}, o.focal_px = 5; }));
   EXPECT_TRUE(wrong([](auto& o) { o.search_focal = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.period_s = 0; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.period_s = std::nan(""); }));
+  EXPECT_TRUE(wrong([](auto& o) { o.turntable = true, o.times = "t.csv"; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.turntable = true, o.poses = "p"; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.turntable = true, o.poses = "p", o.times = "t.csv"; }));
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.grid_positions = "p.csv"; }));
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_plane = -1; }));
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kRing, o.grid_plane = 0; }));

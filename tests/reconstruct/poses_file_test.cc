@@ -128,7 +128,7 @@ TEST_F(PosesFile, MalformedFilesAreRefusedWithTheirLine) {
   EXPECT_THROW(ReadPosesFile(folder_, PosesFormat::kUnset), InputError);  // a folder without a model
 }
 
-Capture PhotosNamed(const std::vector<std::string>& names) {
+Capture PosedPhotos(const std::vector<std::string>& names) {
   Capture capture;
   for (const auto& name : names) {
     Photo photo;
@@ -146,7 +146,7 @@ TEST_F(PosesFile, NamesAreMatchedWithoutEndingAndPunctuation) {
   options.poses_format = PosesFormat::kCamFromWorld;
   options.focal_px = 500;
   std::vector<MissingPhoto> missing;
-  const auto views = ReadKnownCameras(PhotosNamed({"viff000.jpg", "viff001.jpg", "viff007.jpg"}), options, &missing, SilentProgress());
+  const auto views = ReadKnownCameras(PosedPhotos({"viff000.jpg", "viff001.jpg", "viff007.jpg"}), options, &missing, SilentProgress());
   ASSERT_EQ(views.size(), 2u);
   EXPECT_EQ(views[0].name, "viff000.jpg");
   EXPECT_EQ(views[0].cam_from_world.translation.x(), 0);
@@ -162,8 +162,8 @@ TEST_F(PosesFile, AListWithoutNamesNeedsALineForEachPhoto) {
   options.poses_format = PosesFormat::kWorldFromCam;
   options.intrinsics = {500, 500, 320, 240};
   std::vector<MissingPhoto> missing;
-  EXPECT_EQ(ReadKnownCameras(PhotosNamed({"a.jpg", "b.jpg"}), options, &missing, SilentProgress()).size(), 2u);
-  EXPECT_THROW(ReadKnownCameras(PhotosNamed({"a.jpg", "b.jpg", "c.jpg"}), options, &missing, SilentProgress()), DataError);
+  EXPECT_EQ(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg"}), options, &missing, SilentProgress()).size(), 2u);
+  EXPECT_THROW(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg", "c.jpg"}), options, &missing, SilentProgress()), DataError);
 }
 
 TEST_F(PosesFile, APixelOriginAtTheCentreMovesThePrincipalPoint) {
@@ -172,7 +172,7 @@ TEST_F(PosesFile, APixelOriginAtTheCentreMovesThePrincipalPoint) {
   options.poses_format = PosesFormat::kProjection;
   options.pixel_origin = PixelOrigin::kCentre;
   std::vector<MissingPhoto> missing;
-  const auto views = ReadKnownCameras(PhotosNamed({"a.jpg", "b.jpg"}), options, &missing, SilentProgress());
+  const auto views = ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg"}), options, &missing, SilentProgress());
   EXPECT_NEAR(views[0].camera.PrincipalPointPx().x(), 320.5, 1e-9);
   EXPECT_NEAR(views[0].camera.PrincipalPointPx().y(), 240.5, 1e-9);
 }
@@ -187,7 +187,7 @@ TEST_F(PosesFile, SkewBecomesAShearOfThePhotoAndACameraWithoutIt) {
   options.poses = Write("a.jpg " + Numbers(-2 * P) + "\nb.jpg " + Numbers(P) + "\n");
   options.poses_format = PosesFormat::kProjection;
   std::vector<MissingPhoto> missing;
-  const Capture capture = PhotosNamed({"a.jpg", "b.jpg"});
+  const Capture capture = PosedPhotos({"a.jpg", "b.jpg"});
   const auto views = ReadKnownCameras(capture, options, &missing, SilentProgress());
   ASSERT_EQ(views.size(), 2u);
   EXPECT_TRUE(HasSkew(views, capture));
@@ -223,7 +223,7 @@ TEST_F(PosesFile, PosesWithoutAFocalLengthAreAUsageError) {
   options.poses = Write(std::string(kTwelve) + "\n" + kTwelve + "\n");
   options.poses_format = PosesFormat::kWorldFromCam;
   std::vector<MissingPhoto> missing;
-  EXPECT_THROW(ReadKnownCameras(PhotosNamed({"a.jpg", "b.jpg"}), options, &missing, SilentProgress()), UsageError);
+  EXPECT_THROW(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg"}), options, &missing, SilentProgress()), UsageError);
 }
 
 TEST_F(PosesFile, ACameraOfAnotherSizeIsRefusedUnlessRescaled) {
@@ -233,7 +233,7 @@ TEST_F(PosesFile, ACameraOfAnotherSizeIsRefusedUnlessRescaled) {
   ReconstructOptions options;
   options.poses = folder_;
   std::vector<MissingPhoto> missing;
-  const Capture capture = PhotosNamed({"a.png", "b.png"});
+  const Capture capture = PosedPhotos({"a.png", "b.png"});
   EXPECT_THROW(ReadKnownCameras(capture, options, &missing, SilentProgress()), DataError);
   options.rescale_cameras = true;
   const auto views = ReadKnownCameras(capture, options, &missing, SilentProgress());

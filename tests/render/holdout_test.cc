@@ -104,6 +104,22 @@ TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
   EXPECT_GT(std::abs(*s.views[1].psnr_object_db - s.views[1].psnr_db), 1e-3) << "half the picture";
 }
 
+TEST(Holdout, WhereTimeCountsTheNearestPhotoIsNearInTimeToo) {
+  test::Capture capture = test::MakeCapture(17, 64);
+  Scene& scene = capture.scene;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) scene.views[i].time_s = 1e6 + 0.5 * static_cast<double>(i);
+  scene.views[9].time_s = *scene.views[8].time_s + 0.5;  // half a period away, and one to the left whole periods away
+  scene.views[6].time_s = *scene.views[8].time_s + 7;
+  std::vector<bool> use(scene.views.size(), true);
+  use[8] = use[7] = false;
+  RadianceSettings s;
+  EXPECT_EQ(NearestPhoto(scene, {8}, use, s).value, 9);
+  s.time = true;
+  s.time_window_s = 0.05;
+  s.period_s = 1;
+  EXPECT_EQ(NearestPhoto(scene, {8}, use, s).value, 6);
+}
+
 TEST(TakeClock, APeriodAsksForAWindowOfTwoFramesUnlessTheUserSpoke) {
   Scene scene;
   scene.views.resize(40);

@@ -240,6 +240,72 @@ TEST(HardCase, TimeWindowsAndPeriodsOfNoLength) {
     }
 }
 
+// Times at the end of a period, a hair before it and a hair after, from zero and from clocks that began long ago: the weights are those of one
+// and the same moment.
+TEST(HardCase, TheEndOfAPeriodIsItsBeginningAtAnyTime) {
+  constexpr double kPeriod = 0.5121, kWindow = 0.1;
+  constexpr int kCount = 40;
+  std::vector<Eigen::Vector3d> centres;
+  for (int j = 0; j < kCount; ++j) centres.emplace_back(std::sin(2.1 * j), 0.4 * std::cos(1.3 * j), -4);
+  Sources s = CamerasAt(centres);
+  for (const double from : {0.0, 1e3, 1e6, 1e9}) {
+    // Doubles hold a time to half an ulp of it, a period's multiple to as much again; the weight changes by at most the slope of the window.
+    const double turns = std::ceil(from / kPeriod), end = turns * kPeriod, rounding = 2 * std::nextafter(end, 1e18) - 2 * end;
+    for (int j = 0; j < kCount; ++j) s.views[static_cast<std::size_t>(j)].time_s = end + kPeriod * ((j % 8) - 3.5) / 40 + (j % 3) * 7 * kPeriod;
+    RadianceSettings settings;
+    settings.time = true;
+    settings.period_s = kPeriod;
+    settings.time_window_s = kWindow;
+    const auto at = [&](double time_s) {
+      settings.time_s = time_s;
+      return AtOrigin(s, {0.1, 0.1, -3}, settings);
+    };
+    const RayWeights exact = at(end);
+    ExpectConvex(exact);
+    for (double beside = 1e-2; beside > 1e-16; beside *= 1e-2)
+      for (const double side : {-1.0, 1.0}) {
+        const RayWeights r = at(end + side * beside);
+        ExpectConvex(r);
+        for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(r, j), WeightOf(exact, j), 40 * (beside + rounding) / kWindow + 1e-5) << from << ' ' << side * beside;
+      }
+    for (const double time_s : {std::nextafter(end, 0), std::nextafter(end, 1e18), end + kPeriod, end - 3 * kPeriod, 0.0})  // the last: a phase, which knows of no clock
+      for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(at(time_s), j), WeightOf(exact, j), 40 * rounding / kWindow + 1e-5) << from;
+  }
+}
+
+// All photos in one half of the period: in the other half the nearest in time lead, those before the gap in its first half, those after it in
+// its second, and nothing jumps between.
+TEST(HardCase, WhereNoPhotoWasTakenInHalfOfThePeriodTheNearestInTimeLead) {
+  constexpr double kPeriod = 2, kWindow = 0.1;
+  constexpr int kCount = 21;
+  std::vector<Eigen::Vector3d> centres;
+  for (int j = 0; j < kCount; ++j) centres.emplace_back(0.02 * std::sin(2.1 * j), 0.02 * std::cos(1.3 * j), -4);
+  Sources s = CamerasAt(centres);
+  for (int j = 0; j < kCount; ++j) s.views[static_cast<std::size_t>(j)].time_s = 1e6 + 0.5 * kPeriod * j / (kCount - 1);  // phases 0 to a half
+  RadianceSettings settings;
+  settings.time = true;
+  settings.period_s = kPeriod;
+  settings.time_window_s = kWindow;
+  settings.k = 2;
+  RayWeights before{};
+  for (double phase = 0.52; phase < 0.98; phase += 5e-4) {
+    settings.time_s = 1e6 + phase * kPeriod;
+    const RayWeights r = AtOrigin(s, {0.001, 0.001, -3}, settings);
+    ExpectConvex(r);
+    double off = 0;  // mean over the weights, to the nearest end
+    for (int j = 0; j < kCount; ++j) off += WeightOf(r, j) * std::min(std::abs(j - (kCount - 1.0)), std::abs(j - 0.0));
+    EXPECT_LT(off, 1.01) << phase;
+    if (phase < 0.74) {
+      EXPECT_GT(WeightOf(r, kCount - 1), 0.5) << phase;
+    }
+    if (phase > 0.76) {
+      EXPECT_GT(WeightOf(r, 0), 0.5) << phase;
+    }
+    for (int j = 0; phase > 0.5205 && j < kCount; ++j) EXPECT_NEAR(WeightOf(r, j), WeightOf(before, j), 0.05) << phase;
+    before = r;
+  }
+}
+
 // No photo's leaves reach the ray: R is 0 for all of them, and their sum.
 TEST(HardCase, FarFromAllCamerasTheNearestLead) {
   const Sources s = CamerasAt({{0, 0, -4}, {0.3, 0.1, -4}, {0.1, 0.4, -4}, {-0.5, 0, -4}, {-0.2, -0.4, -4}});

@@ -69,6 +69,12 @@ TEST(ShakyPaths, HoldKeepsTheSizeOfWhatItHoldsOnTheIdealPathOnly) {
   EXPECT_GT(most, 0.02);  // a hand's zoom is off by a few percent
   EXPECT_LT(most, 0.15);
   EXPECT_LT(ZoomAt(ideal, shaken.views - 1), 0.5);  // it does zoom out
+  PathDescription zoomed = ideal;
+  zoomed.zoom_error = shaken.zoom_error;
+  most = 0;
+  for (int i = 0; i < shaken.views; ++i) most = std::max(most, std::abs(ZoomAt(zoomed, i) / ZoomAt(ideal, i) - 1));
+  EXPECT_GT(most, 0.2 * shaken.zoom_error);
+  EXPECT_LE(most, shaken.zoom_error);
 }
 
 TEST(ShakyPaths, AZoomWithoutMotionIsEvenInItsLogarithm) {

@@ -1,0 +1,224 @@
+// Videos that are easily scored wrongly, and videos that cannot be scored.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/subprocess.h"
+#include "stabilize/score/score.h"
+#include "stabilize/score/score_command.h"
+#include "tests/stabilize/score/painted_plane.h"
+
+namespace lumi::score {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+Eigen::Matrix3d Shaken(int i) { return Shift(4 * std::sin(kTwoPi * i / 9) + 10 * std::sin(kTwoPi * i / 60), 3 * std::cos(kTwoPi * i / 7)); }
+
+class ScoreHardCase : public ::testing::Test {
+ protected:
+  ScoreHardCase() {
+    plane_.frames = 60;
+    plane_.frame_from_plane = Shaken;
+  }
+  ScoreResult Of(const fs::path& input, const std::vector<fs::path>& others = {}) { return Score({input, others}, SilentProgress()); }
+  static void ExpectRefused(const std::function<void()>& what, ExitCode code, const std::string& words) {
+    try {
+      what();
+      FAIL() << "was not refused";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), code);
+      EXPECT_THAT(e.what(), HasSubstr(words));
+      EXPECT_FALSE(e.file().empty());
+    }
+  }
+  TemporaryFolder folder_;
+  PaintedPlane plane_;
+};
+
+TEST_F(ScoreHardCase, OfATripodIsStable) {
+  plane_.frame_from_plane = [](int) { return Shift(0, 0); };
+  const ScoreResult result = Of(plane_.Write(folder_ / "still.mp4"));
+  EXPECT_EQ(*result.videos[0].stability, 1);
+  EXPECT_LT(*result.videos[0].jitter.jitter_px, 0.05);
+}
+
+TEST_F(ScoreHardCase, OfAPureZoomMovesNothingButFeatures) {
+  plane_.frame_from_plane = [&](int i) { return Eigen::Matrix3d(Shift(96, 72) * Eigen::Vector3d(1 + 0.01 * i, 1 + 0.01 * i, 1).asDiagonal() * Shift(-96, -72)); };
+  const ScoreResult result = Of(plane_.Write(folder_ / "zoom.mp4"));
+  for (const double x : result.videos[0].path.x_px) EXPECT_LT(std::abs(x), 0.5);
+  EXPECT_LT(*result.videos[0].jitter.jitter_px, 0.1);
+  EXPECT_EQ(result.videos[0].failed_steps, 0);
+}
+
+TEST_F(ScoreHardCase, OfNoiseAloneIsRefused) {
+  plane_.contrast = 0;
+  plane_.noise = 60;
+  const fs::path noise = plane_.Write(folder_ / "noise.mp4");
+  ExpectRefused([&] { Of(noise); }, ExitCode::kDataRefused, "nothing to follow");
+  plane_.noise = 0;
+  const fs::path blank = plane_.Write(folder_ / "blank.mp4");
+  ExpectRefused([&] { Of(blank); }, ExitCode::kDataRefused, "nothing to follow");
+}
+
+TEST_F(ScoreHardCase, ABlankOutputHasNoFiguresAndOthersStillDo) {
+  const fs::path input = plane_.Write(folder_ / "input.mp4");
+  plane_.contrast = 0;
+  plane_.noise = 0;
+  const ScoreResult result = Of(input, {plane_.Write(folder_ / "blank.mp4"), input});
+  EXPECT_FALSE(result.videos[1].cropping_ratio || result.videos[1].distortion || result.videos[1].stability || result.videos[1].jitter.jitter_px);
+  EXPECT_NEAR(*result.videos[2].cropping_ratio, 1, 1e-3);
+  EXPECT_THAT(ScoreJson(result), HasSubstr(R"("cropping_ratio":null,"distortion":null)"));
+  EXPECT_THAT(DescribeScore(ScoreJson(result)), HasSubstr("-"));
+  EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("not to be found")));
+  EXPECT_THAT(ScorePlot(result), HasSubstr("</svg>"));
+}
+
+TEST_F(ScoreHardCase, AFewBlankFramesAreBridgedAndReported) {
+  const fs::path whole = plane_.Write(folder_ / "whole.mp4");
+  PaintedPlane holes = plane_;
+  VideoWriter writer(folder_ / "holes.mp4", 30);
+  for (int i = 0; i < holes.frames; ++i) {
+    PaintedPlane frame = holes;
+    if (i == 20 || i == 21) frame.contrast = frame.noise = 0;
+    writer.Add(frame.Frame(i));
+  }
+  writer.Finish();
+  const ScoreResult result = Of(whole, {folder_ / "holes.mp4"});
+  EXPECT_EQ(result.videos[1].failed_matches, 2);
+  EXPECT_EQ(result.videos[1].failed_steps, 3);
+  EXPECT_THAT(result.videos[1].cuts, testing::IsEmpty());
+  EXPECT_NEAR(*result.videos[1].cropping_ratio, 1, 2e-3);
+  EXPECT_NEAR(*result.videos[1].stability_y, *result.videos[0].stability_y, 0.1);
+}
+
+TEST_F(ScoreHardCase, ACutIsNoMovement) {
+  plane_.frame_from_plane = [](int i) { return Shift(0.5 * i, 0); };
+  plane_.world = [](int i) { return i < 25 ? 1U : 7U; };
+  const ScoreResult result = Of(plane_.Write(folder_ / "cut.mp4"));
+  EXPECT_THAT(result.videos[0].cuts, testing::ElementsAre(25));
+  const auto& x = result.videos[0].path.x_px;
+  EXPECT_NEAR(x[24], 12, 0.3);
+  EXPECT_EQ(x[25], x[24]);
+  EXPECT_NEAR(x[59], 12 + 17, 0.6);
+}
+
+TEST_F(ScoreHardCase, SomethingLargeThatMovesIsNotTheCamera) {
+  plane_.frame_from_plane = [](int i) { return Shift(2 * std::sin(kTwoPi * i / 30), 0); };
+  plane_.elsewhere = [](int, double x, double) { return x < 0.4 * 192; };
+  const ScoreResult result = Of(plane_.Write(folder_ / "moving.mp4"));
+  double worst_px = 0;
+  for (int i = 0; i < 60; ++i) worst_px = std::max(worst_px, std::abs(result.videos[0].path.x_px[static_cast<std::size_t>(i)] - 2 * std::sin(kTwoPi * i / 30)));
+  EXPECT_LT(worst_px, 0.6);  // of 180 px that the thing goes
+}
+
+TEST_F(ScoreHardCase, OddSizesAndOtherSizesAreMeasuredAgainstTheirOwn) {
+  plane_.width = 193, plane_.height = 145;
+  const fs::path input = plane_.Write(folder_ / "odd.mp4");
+  PaintedPlane large = plane_;
+  large.width = 2 * 193, large.height = 2 * 145;
+  large.frame_from_plane = [](int i) { return Eigen::Matrix3d(Eigen::Vector3d(2, 2, 1).asDiagonal() * Shaken(i)); };
+  const ScoreResult result = Of(input, {large.Write(folder_ / "large.mp4")});
+  EXPECT_NEAR(*result.videos[1].cropping_ratio, 386 / 2 / 194.0, 2e-3);  // odd sizes are padded by a pixel
+  EXPECT_NEAR(*result.videos[1].jitter.jitter_px, 2 * *result.videos[0].jitter.jitter_px, 0.15);
+  EXPECT_NEAR(*result.videos[1].stability, *result.videos[0].stability, 0.02);
+}
+
+TEST_F(ScoreHardCase, AnotherNumberOfFramesIsComparedWhereBothAre) {
+  const fs::path input = plane_.Write(folder_ / "input.mp4");
+  PaintedPlane shorter = plane_;
+  shorter.frames = 41;
+  const ScoreResult result = Of(input, {shorter.Write(folder_ / "shorter.mp4")});
+  EXPECT_EQ(result.frames, 41);
+  EXPECT_EQ(result.videos[0].path.x_px.size(), 41u);
+  EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("41 frames, the input 60")));
+  shorter.frames = 20;
+  const fs::path piece = shorter.Write(folder_ / "piece.mp4");
+  ExpectRefused([&] { Of(input, {piece}); }, ExitCode::kDataRefused, "20 frames, the input 60");
+}
+
+TEST_F(ScoreHardCase, OfAFewFramesIsWhatCanBeSaid) {
+  plane_.frames = 2;
+  const fs::path two = plane_.Write(folder_ / "two.mp4");
+  const ScoreResult result = Of(two, {two});
+  EXPECT_NEAR(*result.videos[1].cropping_ratio, 1, 1e-3);
+  EXPECT_FALSE(result.videos[1].stability || result.videos[1].jitter.jitter_px);
+  EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("12 frames and more")));
+  plane_.frames = 1;
+  const fs::path one = plane_.Write(folder_ / "one.mp4");
+  ExpectRefused([&] { Of(one); }, ExitCode::kDataRefused, "one frame");
+  ExpectRefused([&] { Of(two, {one}); }, ExitCode::kDataRefused, "one frame");
+}
+
+TEST_F(ScoreHardCase, WhatIsNoVideoIsRefusedByName) {
+  std::ofstream(folder_ / "letter.mp4") << "dear";
+  ExpectRefused([&] { Of(folder_ / "letter.mp4"); }, ExitCode::kCorruptInput, "not a video");
+  ExpectRefused([&] { Of(folder_ / "absent.mp4"); }, ExitCode::kCorruptInput, "no such video");
+  // Sound alone.
+  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "sine=duration=1", (folder_ / "sound.mp4").string()});
+  ExpectRefused([&] { Of(folder_ / "sound.mp4"); }, ExitCode::kCorruptInput, "video");
+}
+
+TEST_F(ScoreHardCase, AVariableFrameRateIsPutInTime) {
+  // A steady movement with every other frame of a stretch left out: still steady.
+  plane_.frames = 110;
+  plane_.frame_from_plane = [](int i) { return Shift(0.9 * i, -0.4 * i); };
+  const fs::path even = plane_.Write(folder_ / "even.mp4"), uneven = folder_ / "uneven.mp4";
+  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-i", even.string(), "-vf", "select=not(between(n\\,40\\,70)*mod(n\\,2))", "-vsync", "vfr", "-crf", "12", uneven.string()});
+  const ScoreResult result = Of(uneven);
+  EXPECT_TRUE(result.videos[0].uneven_times);
+  EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("evenly")));
+  const auto& x = result.videos[0].path.x_px;
+  EXPECT_NEAR(static_cast<double>(x.size()), 110, 2);
+  double worst_px = 0;
+  // The last frames' times are a guess: FFmpeg does not say them.
+  for (std::size_t i = 0; i + 8 < x.size(); ++i) worst_px = std::max(worst_px, std::abs(x[i + 1] - x[i] - 0.9));
+  EXPECT_LT(worst_px, 0.15);
+  EXPECT_LT(*result.videos[0].jitter.jitter_px, 0.15);
+}
+
+TEST_F(ScoreHardCase, AsAProgramPrintsATableWritesAPlotAndRefusesInOneLine) {
+  plane_.frames = 16;
+  const fs::path input = plane_.Write(folder_ / "input.mp4"), plot = folder_ / "plot.svg";
+  const auto run = [&](std::vector<std::string> arguments, SubprocessResult* result) {
+    arguments.insert(arguments.begin(), {LUMI_BIN_DIR "/lumi-stabilize", "score"});
+    SubprocessOptions options;
+    options.separate_stdout = true;
+    *result = RunSubprocess(arguments, options);
+    return result->exit_code;
+  };
+  SubprocessResult r;
+  EXPECT_EQ(run({input.string(), "--plot", plot.string()}, &r), 0);
+  EXPECT_THAT(r.out, HasSubstr("stability"));
+  EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 2);
+  EXPECT_TRUE(fs::exists(plot));
+  EXPECT_EQ(run({}, &r), 2);
+  EXPECT_EQ(run({(folder_ / "absent.mp4").string(), "--quiet"}, &r), 3);
+  EXPECT_EQ(r.tail.size(), 1u);
+}
+
+TEST_F(ScoreHardCase, IsTheSameOnAnyNumberOfThreads) {
+  const fs::path input = plane_.Write(folder_ / "input.mp4");
+  const auto figures = [&](const char* threads) {
+    const std::string program = LUMI_BIN_DIR "/lumi-stabilize";
+    SubprocessOptions options;
+    options.separate_stdout = true;
+    const auto run = RunSubprocess({program, "score", input.string(), input.string(), "--json", "--quiet", "--threads", threads}, options);
+    EXPECT_EQ(run.exit_code, 0);
+    return run.out.substr(0, run.out.find("\"seconds\""));
+  };
+  const std::string one = figures("1");
+  EXPECT_THAT(one, HasSubstr(R"("schema": "lumi-stabilize")"));
+  EXPECT_EQ(one, figures("4"));
+}
+
+}  // namespace
+}  // namespace lumi::score

@@ -1,0 +1,426 @@
+// Where a video has no structure, too little of it, or something else in it: each ends in the right path or a named refusal.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scene/geometry/angle.h"
+#include "scene/program/error.h"
+#include "stabilize/jitter.h"
+#include "stabilize/stabilize.h"
+#include "tests/stabilize/walks.h"
+
+namespace lumi {
+namespace {
+
+using namespace test;
+
+constexpr double kJitterPx = 0.5;   // what is promised above 1 Hz
+constexpr double kFamilyPx = 0.1;   // of paths that are smooth by their form
+constexpr double kTripodPx = 1.0;
+
+StabilizeOptions With(MotionModel model) {
+  StabilizeOptions options;
+  options.model = model;
+  options.crop = false;
+  options.min_scale = 0.2;  // the path itself, not its compromise with the picture's size
+  return options;
+}
+StabilizeOptions WithObject(const Walk& walk) {
+  StabilizeOptions options = With(MotionModel::kVertigo);
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+  for (const std::int32_t j : walk.object) {
+    const Eigen::Vector2d x = Eigen::Vector3d(walk.shaky.front() * walk.X[static_cast<std::size_t>(j)]).hnormalized();
+    low = low.cwiseMin(x), high = high.cwiseMax(x);
+  }
+  options.object_px = {low.x() - 2, low.y() - 2, high.x() - low.x() + 4, high.y() - low.y() + 4};
+  return options;
+}
+
+std::vector<Matrix34d> Stabilized(const Walk& walk, const StabilizeOptions& options, const Telling& telling = {}, StabilizeReport* out = nullptr) {
+  StabilizeReport report;
+  const auto P = InWalk(Stabilize(ReadWalk(walk, telling), options, report, SilentProgress()), telling);
+  if (out) *out = report;
+  for (const Matrix34d& p : P) EXPECT_TRUE(p.allFinite());
+  return P;
+}
+
+// Message and exit code of a refusal; empty where there was none.
+std::string Refused(const std::function<void()>& what, ExitCode code = ExitCode::kDataRefused) {
+  try {
+    what();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), code) << e.what();
+    EXPECT_FALSE(e.hint().empty()) << e.what();
+    return e.what();
+  }
+  return {};
+}
+
+// Homographies as lumi-reconstruct writes them: [G | 0] and points (d, 1) on the unit sphere.
+Walk Turning(int frames, const std::function<Eigen::Matrix3d(double u)>& meant, const Hand& hand) {
+  std::vector<Eigen::Vector4d> X;
+  for (const Eigen::Vector4d& x : PointsIn({-2.5, -1.2, 1}, {2.5, 1.2, 1.2}, 900, 21)) X.push_back(Eigen::Vector3d(x.head<3>().normalized()).homogeneous());
+  Hand turning = hand;
+  turning.move = 0;
+  Walk walk = Film(frames, [&](double) { return Pose{}; }, X, turning);  // the hand alone, at the world's origin
+  const Eigen::Matrix3d lens = walk.ideal[0].leftCols<3>(), inverse = lens.inverse();
+  for (int t = 0; t < frames; ++t) {
+    const auto at = static_cast<std::size_t>(t);
+    const Eigen::Matrix3d H = meant(frames > 1 ? t / (frames - 1.0) : 0), shake = walk.shaky[at].leftCols<3>() * inverse;
+    walk.ideal[at].leftCols<3>() = H * lens;
+    walk.shaky[at].leftCols<3>() = shake * walk.ideal[at].leftCols<3>();
+    for (std::size_t j = 0; j < X.size(); ++j) {
+      const Eigen::Vector3d q = walk.shaky[at] * X[j];
+      walk.seen[at][j] = q.z() > 0.1 && q.x() >= 0 && q.y() >= 0 && q.x() <= kWidthPx * q.z() && q.y() <= kHeightPx * q.z();
+    }
+  }
+  return walk;
+}
+Eigen::Matrix3d Pan(double angle_rad) {
+  Eigen::Matrix3d K;
+  K << kFocalPx, 0, 320, 0, kFocalPx, 180, 0, 0, 1;
+  return K * Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitY()).toRotationMatrix() * K.inverse();
+}
+Eigen::Matrix3d Zoom(double factor) {
+  Eigen::Matrix3d H;
+  H << factor, 0, 320 * (1 - factor), 0, factor, 180 * (1 - factor), 0, 0, 1;
+  return H;
+}
+
+TEST(HardCase, PureRotationIsSmoothedByHomographiesAndSaysSo) {
+  const Walk walk = Turning(120, [](double u) { return Pan(0.7 * (u - 0.5)); }, {});
+  StabilizeReport report;
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth), {}, &report)), kJitterPx);
+  EXPECT_TRUE(report.homographies);
+  EXPECT_GT(report.shake_before_px, 5);
+  EXPECT_LT(report.shake_after_px, kJitterPx);
+  // Every path of one centre keeps it: what comes out are homographies too.
+  const auto P = Stabilized(walk, With(MotionModel::kLinear));
+  for (const Matrix34d& p : P) EXPECT_LT(p.col(3).norm(), 1e-9 * p.norm());
+  EXPECT_EQ(Refused([&] { Stabilized(walk, With(MotionModel::kCircular)); }).find("circular: "), 0U);
+  StabilizeOptions vertigo = With(MotionModel::kVertigo);
+  vertigo.object_px = {200, 100, 200, 200};
+  EXPECT_EQ(Refused([&] { Stabilized(walk, vertigo); }).find("vertigo: "), 0U);
+}
+
+TEST(HardCase, ATripodsVideoStaysWhatItIs) {
+  const Walk walk = Turning(60, [](double) { return Eigen::Matrix3d::Identity(); }, kStill);
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
+    StabilizeOptions options = With(model);
+    options.crop = true;  // there is nothing to crop
+    StabilizeReport report;
+    EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, options, {}, &report), walk.shaky), kTripodPx);
+    EXPECT_GE(report.view_scale, 0.998);
+  }
+  // The tracker's noise and a touch of the tripod, in a scene with structure too.
+  const Walk nearly = Sideways(60, kStill);
+  Walk still = nearly;
+  for (std::size_t t = 0; t < 60; ++t) {
+    still.shaky[t] = still.ideal[t] = nearly.ideal[0];
+    still.seen[t] = nearly.seen[0];
+  }
+  Telling telling;
+  telling.noise_px = 0.2;
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) EXPECT_LT(LargestDistancePx(still, Stabilized(still, With(model), telling), still.shaky), kTripodPx);
+  EXPECT_EQ(Refused([&] { Stabilized(still, With(MotionModel::kCircular)); }).find("circular: "), 0U);
+}
+
+TEST(HardCase, APlaneFilmedAlongALineIsExactByItsHomographies) {
+  // G + s e n^T: the wall at z = 1 + 0.1 x, the camera along it and towards it.
+  for (const Hand& hand : {kStill, Hand{}}) {
+    const Walk walk = Turning(
+        90,
+        [](double u) {
+          Eigen::Matrix3d K;
+          K << kFocalPx, 0, 320, 0, kFocalPx, 180, 0, 0, 1;
+          return Eigen::Matrix3d(K * (Eigen::Matrix3d::Identity() + u * Eigen::Vector3d(0.5, 0.05, -0.2) * Eigen::RowVector3d(-0.1, 0, 1)) * K.inverse());
+        },
+        hand);
+    const auto P = Stabilized(walk, With(MotionModel::kLinear));
+    if (hand.turn_rad == 0) {
+      EXPECT_LT(LargestDistancePx(walk, P, walk.ideal), 1e-3);
+    }
+    EXPECT_LT(JitterPx(walk, P), kFamilyPx);
+    EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth))), kJitterPx);
+  }
+}
+
+TEST(HardCase, AZoomWithoutMotionIsSmoothedWithoutItsShake) {
+  const Walk walk = Turning(120, [](double u) { return Zoom(1 + u); }, {0.008, 0, 0.01, 0, 4});
+  StabilizeReport report;
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth), {}, &report)), kJitterPx);
+  EXPECT_TRUE(report.homographies);
+}
+
+TEST(HardCase, TheFocusOfExpansionMayLieAnywhereAndGoThroughTheBorder) {
+  // Along (sin a, 0, cos a), looking ahead: the focus is at the picture's middle, inside, on its border, just beyond, far, at infinity.
+  const double border_deg = std::atan(320 / kFocalPx) * kDegPerRad;
+  for (const double angle_deg : {0.0, 15.0, border_deg, border_deg + 1e-9, 50.0, 85.0, 89.999, 90.0, 90.001, 120.0}) {
+    const Eigen::Vector3d along(std::sin(angle_deg * kRadPerDeg), 0, std::cos(angle_deg * kRadPerDeg));
+    const Walk walk = Film(
+        40, [&](double u) { return Pose{{Eigen::Quaterniond::Identity(), -2 * u * along}}; }, PointsIn({-9, -4, 5}, {9, 4, 20}, 500, 31), kStill);
+    StabilizeReport report;
+    EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kLinear), {}, &report), walk.ideal), 1e-3) << angle_deg;
+    ASSERT_TRUE(report.focus_of_expansion_px);
+    const Eigen::Vector3d e = *report.focus_of_expansion_px, truth(kFocalPx * along.x() + 320 * along.z(), 180 * along.z(), along.z());
+    EXPECT_LT(e.normalized().cross(truth.normalized()).norm(), 1e-5) << angle_deg;
+  }
+  // And within one video: a walk that turns from its line of sight, the focus passing through the border.
+  const Walk turning = Film(
+      120,
+      [](double u) {
+        const double a = 1.2 * u;
+        return Pose{LookAt({0, 0, 4 * u}, Eigen::Vector3d(std::sin(a), 0, 4 * u + std::cos(a)), -Eigen::Vector3d::UnitY())};
+      },
+      PointsIn({-12, -4, -2}, {25, 4, 25}, 2000, 32), {});
+  EXPECT_LT(JitterPx(turning, Stabilized(turning, With(MotionModel::kSmooth))), kJitterPx);
+}
+
+TEST(HardCase, FortyPercentOfTheTracksFollowAnotherMotion) {
+  for (const MotionModel model : {MotionModel::kLinear, MotionModel::kSmooth}) {
+    const Walk walk = Sideways(90);
+    Scene scene = Told(walk);
+    for (std::size_t j = 0; j < scene.points.size(); j += 1)
+      if (j % 5 < 2)
+        for (Observation& o : scene.points[j].track) o.x_px += Eigen::Vector2d(3.0 * o.view.value, 40 * std::sin(0.1 * o.view.value));
+    StabilizeReport report;
+    const auto P = InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {});
+    EXPECT_LT(JitterPx(walk, P), model == MotionModel::kLinear ? kFamilyPx : kJitterPx);
+  }
+}
+
+TEST(HardCase, AFewFramesAreEnoughOrRefused) {
+  const Walk ten = Sideways(10);
+  for (const MotionModel model : {MotionModel::kLinear, MotionModel::kSmooth}) {
+    const auto P = Stabilized(ten, With(model));
+    EXPECT_EQ(P.size(), 10U);
+    EXPECT_LT(LargestDistancePx(ten, P, ten.ideal), 60);  // a third of a second says little of what was meant
+  }
+  EXPECT_LT(LargestDistancePx(Sideways(10, kStill), Stabilized(Sideways(10, kStill), With(MotionModel::kSmooth)), Sideways(10, kStill).ideal), 1e-2);
+  const Walk three = Sideways(3, kStill), two = Sideways(2, kStill);
+  EXPECT_LT(LargestDistancePx(three, Stabilized(three, With(MotionModel::kLinear)), three.ideal), 1e-2);
+  EXPECT_LT(LargestDistancePx(three, Stabilized(three, With(MotionModel::kSmooth)), three.ideal), 1e-2);
+  EXPECT_LT(LargestDistancePx(two, Stabilized(two, With(MotionModel::kSmooth)), two.ideal), 1e-6);
+  EXPECT_NE(Refused([&] { Stabilized(two, With(MotionModel::kLinear)); }).find("three frames"), std::string::npos);
+  EXPECT_NE(Refused([&] { Stabilized(Sideways(1), With(MotionModel::kSmooth)); }).find("1 view"), std::string::npos);
+  EXPECT_EQ(Refused([&] { Stabilized(three, With(MotionModel::kCircular)); }).find("circular: "), 0U);
+}
+
+TEST(HardCase, WithoutAPointSmoothChangesNothingAndModelsAreRefused) {
+  Walk walk = Sideways(30);
+  Scene scene = Told(walk);
+  scene.points.clear();
+  StabilizeReport report;
+  const FilmedScene film = ReadFilmedScene(scene, std::nullopt);
+  const auto P = InWalk(Stabilize(film, With(MotionModel::kSmooth), report, SilentProgress()), {});
+  EXPECT_LT(LargestDistancePx(walk, P, walk.shaky), 1e-6);
+  EXPECT_EQ(report.view_scale, 1);
+  EXPECT_NE(Refused([&] { Stabilize(film, With(MotionModel::kLinear), report, SilentProgress()); }).find("no frame has a point"), std::string::npos);
+  EXPECT_FALSE(Refused([&] { Stabilize(film, With(MotionModel::kCircular), report, SilentProgress()); }).empty());
+}
+
+TEST(HardCase, FramesWithoutPointsInsideAVideoAreCarriedByTheirNeighbours) {
+  const Walk walk = Wander(120);
+  Scene scene = Told(walk);
+  for (Point& point : scene.points) std::erase_if(point.track, [](const Observation& o) { return o.view.value >= 50 && o.view.value < 65; });
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
+    StabilizeReport report;
+    const auto P = InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {});
+    EXPECT_LT(JitterPx(walk, P), kJitterPx);
+  }
+}
+
+TEST(HardCase, AnyProjectiveFrameOfConditionAMillionGivesTheSamePixels) {
+  // In such a frame P and X, kept in doubles, tell the film itself to a few 1e-7 px only: the path can be no surer than they are.
+  constexpr double kSamePx = 1e-6, kTimesTheFilms = 100;
+  const Walk walk = Sideways(60);
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
+    StabilizeOptions options = With(model);
+    options.min_scale = 0.9;
+    const auto plain = Stabilized(walk, options);
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      Telling telling;
+      telling.world_from_walk = ProjectiveFrame(walk, 1e6, seed);
+      const auto P = Stabilized(walk, options, telling);
+      const Scene told = Told(walk, telling);
+      double film_px = 0;
+      for (const Point& point : told.points)
+        for (const Observation& o : point.track)
+          film_px = std::max(film_px, (Eigen::Vector3d(told.views[static_cast<std::size_t>(o.view.value)].P * point.X_in_world).hnormalized() - o.x_px).norm());
+      const double apart = LargestDistancePx(walk, P, plain);
+      EXPECT_LT(apart, std::max(kSamePx, kTimesTheFilms * film_px)) << Name(model) << " " << seed << ": the film's own " << film_px;
+      EXPECT_LT(apart, 1e-4);
+    }
+  }
+}
+
+TEST(HardCase, PointsMayCrossThePlaneAtInfinity) {
+  // A cheirality plane that passes through the far points: a third of them lies on its other side.
+  const Walk walk = Sideways(90);
+  Telling telling;
+  telling.plane_tilt = {0, 0, -1 / 12.0};
+  const FilmedScene film = ReadWalk(walk, telling);
+  int beyond = 0;
+  for (const Eigen::Vector4d& X : film.X) beyond += film.plane_at_infinity.dot(X) < 0 ? 1 : 0;
+  EXPECT_GT(beyond, 100);
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth), telling)), kJitterPx);
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kLinear), telling)), kFamilyPx);
+}
+
+TEST(HardCase, TheFixedObjectMayLeaveTheFrame) {
+  Walk walk = Vertigo(120, 0.5);
+  for (std::size_t t = 40; t < 120; ++t)
+    for (const std::int32_t j : walk.object) walk.seen[t][static_cast<std::size_t>(j)] = 0;
+  const auto P = Stabilized(walk, WithObject(walk));
+  const auto sizes = ObjectSizes(walk, P);
+  EXPECT_LT(*std::max_element(sizes.begin(), sizes.end()) / *std::min_element(sizes.begin(), sizes.end()) - 1, 0.01);
+  EXPECT_LT(JitterPx(walk, P), kFamilyPx);
+  // Nothing to be seen of it in the frame that the box speaks of.
+  StabilizeOptions later = WithObject(walk);
+  later.object_frame = 80;
+  later.object_px = {0, 0, 3, 3};
+  EXPECT_EQ(Refused([&] { Stabilized(walk, later); }).find("vertigo: "), 0U);
+  later.object_frame = 200;
+  EXPECT_FALSE(Refused([&] { Stabilized(walk, later); }, ExitCode::kUsage).empty());
+  // And what does not come nearer has no vertigo.
+  StabilizeOptions aside = With(MotionModel::kVertigo);
+  aside.object_px = {200, 100, 240, 160};
+  EXPECT_EQ(Refused([&] { Stabilized(Sideways(60, kStill), aside); }).find("vertigo: "), 0U);
+}
+
+TEST(HardCase, ARollingShuttersRowsDoNotShakeThePath) {
+  const Walk walk = Forward(90);
+  Scene scene = Told(walk);
+  for (Point& point : scene.points)
+    for (Observation& o : point.track) {
+      const auto t = static_cast<std::size_t>(o.view.value);
+      if (t + 1 >= walk.shaky.size()) continue;
+      // Two thirds of a frame pass from the first row to the last: between this matrix and the next.
+      const double row = 0.67 * (o.x_px.y() / kHeightPx - 0.5);
+      const Eigen::Vector2d next = Eigen::Vector3d(walk.shaky[t + 1] * point.X_in_world).hnormalized();
+      o.x_px += row * (next - o.x_px);
+    }
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
+    StabilizeReport report;
+    EXPECT_LT(JitterPx(walk, InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {})), kJitterPx);
+  }
+}
+
+TEST(HardCase, FramesMissingInTheMiddleDoNotBendThePath) {
+  // 15 frames are gone: a constant velocity stays one. Times tell, and frame numbers where there are none.
+  const Walk whole = Sideways(105, kStill);
+  Walk walk = whole;
+  const auto cut = [](auto& list) { list.erase(list.begin() + 45, list.begin() + 60); };
+  cut(walk.ideal), cut(walk.shaky), cut(walk.seen);
+  for (const bool timed : {true, false}) {
+    Scene scene = Told(walk);
+    for (std::size_t t = 45; t < scene.views.size(); ++t) scene.views[t].frame_index = static_cast<int>(t) + 15, scene.views[t].time_s = (t + 15.0) / kFps;
+    if (!timed)
+      for (View& view : scene.views) view.time_s.reset();
+    for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
+      StabilizeReport report;
+      const auto P = InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {});
+      EXPECT_LT(LargestDistancePx(walk, P, walk.ideal), 0.1) << Name(model);
+    }
+  }
+  Scene twice = Told(walk);
+  twice.views[5].time_s = twice.views[4].time_s;
+  EXPECT_NE(Refused([&] { ReadFilmedScene(twice, std::nullopt); }).find("times ascend"), std::string::npos);
+}
+
+TEST(HardCase, SmoothKeepsWhatWasMeantAndTakesTheShakeByItsTransferFunction) {
+  // A sine of the hand in yaw: the amplitude that is left, of the picture's middle, against 1 / (1 + (f / f_c)^4).
+  for (const double hz : {0.05, 0.3, 2.0}) {
+    const int frames = 600;
+    Hand hand = kStill;
+    hand.turn_rad = 0.015;
+    hand.only_hz = hz;
+    const Walk walk = Turning(frames, [](double) { return Eigen::Matrix3d::Identity(); }, hand);
+    const auto P = Stabilized(walk, With(MotionModel::kSmooth));
+    double in = 0, out = 0;
+    for (std::size_t t = 100; t < 500; ++t) {
+      const Eigen::Vector4d ahead(0, 0, 1, 1);
+      in = std::max(in, std::abs(Eigen::Vector3d(walk.shaky[t] * ahead).hnormalized().x() - 320));
+      out = std::max(out, std::abs(Eigen::Vector3d(P[t] * ahead).hnormalized().x() - 320));
+    }
+    const double expected = 1 / (1 + std::pow(hz / 0.3, 4));
+    EXPECT_NEAR(out / in, expected, hz > 1 ? 5e-3 : 0.03) << hz;  // a homography's perspective is not linear: 0.03 px of 8
+  }
+}
+
+TEST(HardCase, ASmoothPathIsOneCamerasPath) {
+  // Rigid by its form: where all points are put is what one matrix does, whose epipolar geometry to the film is exact. What a low-pass
+  // of each trajectory would be instead differs by parallax of the shake.
+  const Walk walk = Wander(150);
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth))), kJitterPx);
+  EXPECT_LT(JitterPx(walk, Stabilized(walk, [] { StabilizeOptions o = With(MotionModel::kSmooth); o.min_scale = 0.8; return o; }())), kJitterPx);
+}
+
+// The window of frames [first, first + count) as lumi-reconstruct would see it alone, in a frame of its own.
+Walk WindowOf(const Walk& walk, std::size_t first, std::size_t count) {
+  Walk window = walk;
+  const auto some = [&](auto& list) { list = {list.begin() + static_cast<std::ptrdiff_t>(first), list.begin() + static_cast<std::ptrdiff_t>(first + count)}; };
+  some(window.ideal), some(window.shaky), some(window.seen);
+  return window;
+}
+Scene ToldFrom(const Walk& window, const Telling& telling, std::size_t first) {
+  Scene scene = Told(window, telling);
+  for (std::size_t t = 0; t < scene.views.size(); ++t) {
+    char name[32];
+    std::snprintf(name, sizeof name, "frame_%06zu.png", t + first);
+    scene.views[t].name = name;
+    scene.views[t].frame_index = static_cast<int>(t + first);
+    scene.views[t].time_s = static_cast<double>(t + first) / kFps;
+  }
+  return scene;
+}
+
+TEST(HardCase, WindowsInFramesOfTheirOwnJoinWithoutAStep) {
+  constexpr std::size_t kWindow = 150, kOverlap = 60, kSecond = kWindow - kOverlap, kTotal = kSecond + kWindow;
+  const Walk walk = Wander(kTotal);
+  const auto single = Stabilized(walk, With(MotionModel::kSmooth));
+  const Walk early = WindowOf(walk, 0, kWindow), late = WindowOf(walk, kSecond, kWindow);
+  Telling first, second;
+  first.world_from_walk = ProjectiveFrame(early, 50, 7);
+  second.world_from_walk = ProjectiveFrame(late, 50, 8);
+  StabilizeOptions options = With(MotionModel::kSmooth);
+  options.anchors = kOverlap;
+  StabilizeReport report;
+  const MatrixPath before = Stabilize(ReadFilmedScene(ToldFrom(early, first, 0), std::nullopt), options, report, SilentProgress());
+  options.before = before;
+  const MatrixPath after = Stabilize(ReadFilmedScene(ToldFrom(late, second, kSecond), std::nullopt), options, report, SilentProgress());
+  EXPECT_EQ(report.joined_frames, static_cast<int>(kOverlap));
+  // The first window's matrices up to the middle of the overlap, the second's from there.
+  std::vector<Matrix34d> joined = InWalk(before, first);
+  const auto tail = InWalk(after, second);
+  joined.resize(kSecond + kOverlap / 2);
+  joined.insert(joined.end(), tail.begin() + kOverlap / 2, tail.end());
+  ASSERT_EQ(joined.size(), kTotal);
+  EXPECT_LT(JitterPx(walk, joined), kJitterPx);
+  // Across the seam a point goes on as it did: against its neighbours the step is a fraction of a pixel.
+  double step = 0, apart = 0;
+  const std::size_t seam = kSecond + kOverlap / 2;
+  for (std::size_t j = 0; j < walk.X.size(); ++j) {
+    if (!walk.seen[seam][j] || !walk.seen[seam - 2][j] || !walk.seen[seam + 1][j]) continue;
+    const auto x = [&](const std::vector<Matrix34d>& P, std::size_t t) { return Eigen::Vector2d(Eigen::Vector3d(P[t] * walk.X[j]).hnormalized()); };
+    step = std::max(step, (x(joined, seam - 2) - 3 * x(joined, seam - 1) + 3 * x(joined, seam) - x(joined, seam + 1)).norm());
+    apart = std::max(apart, (x(joined, seam) - x(single, seam)).norm());
+  }
+  EXPECT_LT(step, 0.3);
+  EXPECT_LT(apart, 3);  // of where a single window puts it, which knew what comes
+  RecordProperty("step_px", std::to_string(step));
+  RecordProperty("apart_px", std::to_string(apart));
+  // Without what came before: named.
+  options.before->keys.erase(options.before->keys.begin() + kSecond, options.before->keys.end());
+  EXPECT_NE(Refused([&] { Stabilize(ReadFilmedScene(ToldFrom(late, second, kSecond), std::nullopt), options, report, SilentProgress()); }).find("anchors"), std::string::npos);
+}
+
+// A steady turn bends the images of points more at the picture's border than in its middle, and a walk those of near points: that is
+// what was meant, and no low-pass may flatten it.
+TEST(HardCase, ASteadyTurnAndASteadyWalkPassUnchanged) {
+  for (const Walk& walk : {Turning(120, [](double u) { return Pan(0.7 * (u - 0.5)); }, kStill), Forward(120, kStill), Sideways(120, kStill), Around(120, 60, kStill)})
+    EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kSmooth)), walk.ideal), 0.1);
+}
+
+}  // namespace
+}  // namespace lumi
