@@ -432,6 +432,7 @@ TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
   EXPECT_EQ(j["width"], 64);
   EXPECT_EQ(j["settings"]["time"], "on");
   EXPECT_EQ(j["settings"]["time-core"], 0.0);
+  for (const Json& e : j["effects"]) EXPECT_THAT(e["evidence"].get<std::string>(), testing::Not(testing::HasSubstr("option"))) << "nobody gave one";
   EXPECT_GT(j["coverage"], 0.98);
   EXPECT_TRUE(fs::exists(o.output / "path.mp4"));
   fs::rename(o.output / "frames/frame_000009.png", folder_ / "kept.png");
