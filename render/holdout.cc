@@ -21,8 +21,17 @@ namespace lumi {
 
 namespace {
 
+// What a photo's own time adds to its distance.
+double TimeTerm(const View& wanted, const View& v, const RadianceSettings& settings) {
+  if (!settings.time || !v.time_s || !wanted.time_s) return 0;
+  double dt = *v.time_s - *wanted.time_s;
+  if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
+  const TimeShape shape = {.inverse_half_window = static_cast<float>(2 / settings.time_window_s), .core = static_cast<float>(settings.time_core), .least = static_cast<float>(settings.time_least)};
+  return settings.epsilon * 2 * settings.r_max_rad * static_cast<double>(TimeDissimilarity(static_cast<float>(dt), shape));
+}
+
 // Where there are no distances: those of the world of the view's own vanishing points, in which what it sees is at depth 1.
-ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use) {
+ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings) {
   ViewId best;  // in the order of names, where nothing else is known
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(use.size()); ++i)
     if (use[static_cast<std::size_t>(i)] && (best.value < 0 || std::abs(i - view.value) < std::abs(best.value - view.value))) best = {i};
@@ -41,7 +50,8 @@ ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vect
     if (!use[i]) continue;
     const auto moved = frame->MoveCamera(scene.views[i].P);
     if (!moved) continue;
-    const double distance = std::atan2(moved->centre.norm(), 1.0) + AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1));
+    const double distance = std::atan2(moved->centre.norm(), 1.0) + AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1)) +
+                            TimeTerm(wanted, scene.views[i], settings);
     if (distance < least) {
       best = {static_cast<std::int32_t>(i)};
       least = distance;
@@ -53,7 +63,7 @@ ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vect
 }  // namespace
 
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings) {
-  if (scene.frame != Frame::kMetric) return NearestByVanishingPoints(scene, view, use);
+  if (scene.frame != Frame::kMetric) return NearestByVanishingPoints(scene, view, use, settings);
   const auto& wanted = scene.views[static_cast<std::size_t>(view.value)];
   const std::vector<double> depths = PointDepths(scene, view);
   const double depth = depths.empty() ? 1.0 / scene.normalized_from_world.scale : depths[depths.size() / 2];
@@ -64,12 +74,7 @@ ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& us
     const View& v = scene.views[i];
     const double baseline = (v.CentreInWorld() - wanted.CentreInWorld()).norm();
     const Eigen::Vector3d a = v.cam_from_world.R().row(2), b = wanted.cam_from_world.R().row(2);
-    double distance = std::atan2(baseline, depth) + AngleBetween(a, b);
-    if (settings.time && v.time_s && wanted.time_s) {
-      double dt = *v.time_s - *wanted.time_s;
-      if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
-      distance += settings.epsilon * 2 * settings.r_max_rad * static_cast<double>(TimeDissimilarity(static_cast<float>(dt), {.inverse_half_window = static_cast<float>(2 / settings.time_window_s), .core = static_cast<float>(settings.time_core), .least = static_cast<float>(settings.time_least)}));
-    }
+    const double distance = std::atan2(baseline, depth) + AngleBetween(a, b) + TimeTerm(wanted, v, settings);
     if (best.value < 0 || distance < least) {
       best = {static_cast<std::int32_t>(i)};
       least = distance;

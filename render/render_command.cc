@@ -122,6 +122,11 @@ class Job {
       };
       choice_ = ChooseEffects(scene_, desired, world, settings_, decided_, gain_spread);
       if (!Metric() && choice_.settings.resolution == Resolution::kDistance) choice_.settings.resolution = Resolution::kJacobian;
+      // What nobody asked for was not asked for by an option.
+      const std::string asked = "asked for by an option";
+      for (Effect& e : choice_.effects)
+        if (o_.effects == "auto" && o_.decided.count(e.name) == 0 && decided_.count(e.name) > 0 && e.evidence.starts_with(asked))
+          e.evidence.replace(0, asked.size(), reach_ >= 0 && e.name != "visibility" ? "so for pictures of a window in time" : "so for a proxy of each view");
       BorderOptions border;
       border.fill = o_.border == "fill";
       border.reach = o_.fill_frames;

@@ -409,6 +409,19 @@ TEST_F(RenderProjective, APhotosOwnViewGivesThePhotoBack) {
   }
 }
 
+TEST_F(RenderProjective, BothBackendsWeighAlike) {
+  WriteProjective(9);
+  if (!HasGl(capture_)) GTEST_SKIP() << "no OpenGL 4.3 here";
+  RenderOptions o = AlongMatrices("cpu", {3.3, -2.2});
+  o.show = "false-color";
+  Run(o);
+  o.output = folder_ / "gl";
+  o.backend = "gl";
+  Run(o);
+  for (const char* frame : {"frames/frame_000000.png", "frames/frame_000004.png", "frames/frame_000008.png"})
+    EXPECT_GT(Psnr(folder_ / "cpu" / frame, folder_ / "gl" / frame), 45) << frame << ": 8 bits, and floats on both sides";
+}
+
 TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
   WriteProjective(16);
   RenderOptions o = AlongMatrices("out", {0.5, -0.25});
@@ -419,6 +432,7 @@ TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
   EXPECT_EQ(j["width"], 64);
   EXPECT_EQ(j["settings"]["time"], "on");
   EXPECT_EQ(j["settings"]["time-core"], 0.0);
+  for (const Json& e : j["effects"]) EXPECT_THAT(e["evidence"].get<std::string>(), testing::Not(testing::HasSubstr("option"))) << "nobody gave one";
   EXPECT_GT(j["coverage"], 0.98);
   EXPECT_TRUE(fs::exists(o.output / "path.mp4"));
   fs::rename(o.output / "frames/frame_000009.png", folder_ / "kept.png");
