@@ -233,8 +233,10 @@ int Run(const std::vector<std::string>& arguments) {
       object.push_back(i);
       z.push_back(camera.row(2).dot(G[i]));
     }
-    const double near = lumi::Median(z);
-    std::erase_if(object, [&](std::size_t i) { return std::abs(camera.row(2).dot(G[i]) - near) > 0.15 * near; });
+    // What shows beside the object within the box lies behind it.
+    if (z.empty()) throw lumi::DataError("no point lies in the object's box");
+    const double near = *std::min_element(z.begin(), z.end());
+    std::erase_if(object, [&](std::size_t i) { return camera.row(2).dot(G[i]) > 1.15 * near; });
     const auto size = [&](const Matrix34d& M, const Eigen::Matrix4d& world) {
       Vector2d mean = Vector2d::Zero();
       for (const std::size_t i : object) mean += ImageOf(M, world * G[i]) / static_cast<double>(object.size());
