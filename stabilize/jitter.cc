@@ -1,5 +1,6 @@
 #include "stabilize/jitter.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lumi {
@@ -7,11 +8,12 @@ namespace lumi {
 double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
   // What a parabola, fitted under a Hann window of two seconds, leaves over: half at 0.8 Hz, all from 1.3 Hz on. (A mean would take the
   // curve of a steady turn for a shake.)
-  const int reach = std::max(1, static_cast<int>(std::lround(film.fps)));
   const auto n = static_cast<int>(P.size());
+  const int reach = std::clamp((n - 1) / 2, 1, std::max(1, static_cast<int>(std::lround(film.fps))));  // all of a short video
   std::vector<std::vector<int>> seen(film.X.size());
   for (int t = 0; t < n; ++t)
     for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights) seen[static_cast<std::size_t>(s.point)].push_back(t);
+  const int stride = n > 4 * reach ? 4 : 1;
   std::vector<double> window(static_cast<std::size_t>(reach));
   double moment[3] = {0, 0, 0};
   for (int d = -reach + 1; d < reach; ++d) {
@@ -25,14 +27,14 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
   double sum = 0;
   long count = 0;
   for (std::size_t j = 0; j < seen.size(); ++j) {
-    if (static_cast<int>(seen[j].size()) <= reach) continue;
+    if (static_cast<int>(seen[j].size()) <= reach / 2) continue;
     // Images beyond the frames that see a point are as good: the matrices know no ends of tracks.
     const auto at = [&](int t) -> Eigen::Vector2d {
       const Eigen::Vector3d q = P[static_cast<std::size_t>(t)] * film.X[j];
       return q.z() > 1e-9 ? Eigen::Vector2d(q.head<2>() / q.z()) : Eigen::Vector2d::Constant(std::nan(""));
     };
     for (const int t : seen[j]) {
-      if (t < reach || t + reach >= n || t % 4 != 0) continue;
+      if (t < reach || t + reach >= n || t % stride != 0) continue;
       const double window_s = film.frames[static_cast<std::size_t>(t + reach)].time_s - film.frames[static_cast<std::size_t>(t - reach)].time_s;
       if (window_s * film.fps > 2 * reach + 0.5) continue;  // frames are missing
       Eigen::Vector2d mean = Eigen::Vector2d::Zero();

@@ -21,7 +21,8 @@ namespace {
 constexpr double kBorderShare = 0.5;      // of a border point, whose depth is extended, against one of the structure
 constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
-constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing
+constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing ...
+constexpr double kMostMissing = 0.04;     // ... at most so much in a round (five times the weight, half as much again for the cutoff), unless a tenth is missing
 constexpr double kHeldWeight = 1e3;       // of what was shown already
 constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
 
@@ -296,7 +297,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
         const auto at = static_cast<std::ptrdiff_t>(t) + d;
         if (at < 0 || at >= static_cast<std::ptrdiff_t>(n)) continue;
         const double u = d / (kSpread_s * film.fps);
-        more[static_cast<std::size_t>(at)] = std::max(more[static_cast<std::size_t>(at)], std::min(missing, 0.1) * std::exp(-0.5 * u * u));
+        more[static_cast<std::size_t>(at)] = std::max(more[static_cast<std::size_t>(at)], (missing > 0.1 ? 0.1 : std::min(missing, kMostMissing)) * std::exp(-0.5 * u * u));
       }
     }
     if (!any) break;
