@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
   app.add_option("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4")->capture_default_str()->group("Stabilisation");
   app.add_flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised")->group("Stabilisation");
   app.add_flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of")->group("Stabilisation");
+  app.add_flag("--tradeoff", steady.tradeoff, "Also the frames a picture may use, k, rounds of the path and size against stability and seconds, on the first window: table, OUT-work/tradeoff.json and .svg")->group("Stabilisation");
   app.add_flag("--no-score{false}", steady.score, "No comparison of input and output")->group("Stabilisation");
   const auto pass_steady = [&](const std::string& name, std::vector<std::string>& to, const std::string& help) {
     app.add_option_function<std::string>(name, [&to, name](const std::string& value) { to.insert(to.end(), {name, value}); }, help)->group("Stabilisation");

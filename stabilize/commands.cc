@@ -26,7 +26,7 @@ std::string RunStabilize(const StabilizeCommandOptions& command, ProgressSink& p
   const FilmedScene film = ReadFilmedScene(scene, options.fps);
   StabilizeReport report;
   const MatrixPath path = Stabilize(film, options, report, progress);
-  WriteTextAtomically(command.output, MatrixPathJson(path));
+  WriteMatrixPath(command.output, path);
   if (!command.plot.empty()) {
     std::vector<Matrix34d> P;
     for (const MatrixKey& key : path.keys) P.push_back(film.InUnits(path.cropped ? CroppedInPixels(key.P, film.size_px, 1 / path.view_scale) : key.P));

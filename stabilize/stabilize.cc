@@ -314,7 +314,8 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
 
   MatrixPath path;
   path.fps = film.fps;
-  path.size_px = film.size_px;
+  path.width_px = film.size_px.x();
+  path.height_px = film.size_px.y();
   path.model = Name(options.model);
   path.view_scale = report.view_scale;
   path.cropped = options.crop;

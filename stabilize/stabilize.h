@@ -8,7 +8,7 @@
 
 #include "scene/program/progress.h"
 #include "stabilize/filmed_scene.h"
-#include "stabilize/matrix_path.h"
+#include "scene/files/matrix_path.h"
 #include "stabilize/motion_models.h"
 
 namespace lumi {

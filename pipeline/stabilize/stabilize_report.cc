@@ -31,6 +31,7 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
                       fmt::format("{:.3f}", v.value("stability", 0.0)), fmt::format("{:.2f}", v.value("jitter_px", 0.0))});
     body += HtmlSection("Score", HtmlTable({{"video", false}, {"cropping ratio", true}, {"distortion", true}, {"stability", true}, {"jitter, px", true}}, rows));
   }
+  if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && !s.tradeoff_json.empty()) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(s.tradeoff_table) + "</pre>" + ReadText(folder / "tradeoff.svg"));
   std::string tracks;
   for (std::size_t i = 0; i < s.windows.size() && i < 6; ++i) {
     const fs::path svg = folder / fmt::format("window-{:03d}", i) / "tracks.svg";

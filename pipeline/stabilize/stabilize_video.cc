@@ -11,6 +11,7 @@
 #include "pipeline/stabilize/film_output.h"
 #include "pipeline/stabilize/film_windows.h"
 #include "pipeline/stabilize/stabilize_report.h"
+#include "pipeline/stabilize/stabilize_tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -62,6 +63,11 @@ class StabilizeRun {
     RenderWindows();
     WriteVideos();
     if (o_.score) Score();
+    if (o_.tradeoff && !windows_.front().alone) {
+      const StabilizeTradeoff measured = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_);
+      summary_.tradeoff_json = ReadText(measured.json);
+      summary_.tradeoff_table = TableOf(measured);
+    }
     summary_.fps = facts_.fps;
     summary_.frames = frames_;
     summary_.border = o_.border;
@@ -362,6 +368,7 @@ std::string ToJson(const StabilizeVideoSummary& s) {
     j["windows"].push_back({{"first", w.first}, {"last", w.last}, {"reconstructed", {w.begin, w.end}}, {"structure", w.structure}, {"view_scale", w.view_scale},
                             {"shake_before_px", w.shake_before_px}, {"shake_after_px", w.shake_after_px}, {"followed_frames", w.followed_frames}, {"cut", w.cut}, {"seconds", w.seconds}});
   j["score"] = s.score_json.empty() ? json(nullptr) : json::parse(s.score_json, nullptr, false);
+  if (!s.tradeoff_json.empty()) j["tradeoff"] = json::parse(s.tradeoff_json, nullptr, false);
   j["seconds"] = s.seconds;
   return j.dump();
 }
@@ -377,6 +384,7 @@ std::string ForPeople(const StabilizeVideoSummary& s) {
     for (const json& v : score["videos"])
       text += fmt::format("  {:<24} cropping {:.3f}  distortion {:.3f}  stability {:.3f}  jitter {:.2f} px\n", fs::path(v.value("file", "")).filename().string(), v.value("cropping_ratio", 0.0),
                           v.value("distortion", 0.0), v.value("stability", 0.0), v.value("jitter_px", 0.0));
+  if (!s.tradeoff_table.empty()) text += "\n" + s.tradeoff_table + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";
   if (!s.false_color.empty()) text += "colours: " + s.false_color.string() + "\n";

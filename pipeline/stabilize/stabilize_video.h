@@ -26,6 +26,7 @@ struct StabilizeVideoOptions {
   bool split_screen = false;             // OUT-split.mp4: the left half as filmed, the right half stabilised (thesis Fig. 6-7)
   bool false_color = false;              // OUT-false-color.mp4
   bool score = true;                     // input and output compared (lumi-stabilize score)
+  bool tradeoff = false;                 // the dials against stability and seconds, on the first window
   int threads = 0;
   unsigned long long seed = 0;
 };
@@ -50,6 +51,7 @@ struct StabilizeVideoSummary {
   bool sound = false;
   std::vector<StabilizedWindow> windows;
   std::string score_json;                // lumi-stabilize score's; empty: not asked for
+  std::string tradeoff_json, tradeoff_table;  // empty: not asked for
   double seconds = 0;
 };
 

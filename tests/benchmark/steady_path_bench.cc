@@ -23,7 +23,7 @@
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/progress.h"
-#include "stabilize/matrix_path.h"
+#include "scene/files/matrix_path.h"
 
 namespace {
 
@@ -192,7 +192,7 @@ int Run(const std::vector<std::string>& arguments) {
     frames_of_point.push_back(std::move(frames));
   }
   if (G.size() < 20) throw lumi::DataError(fmt::format("{} points have a place in the simulation", G.size()));
-  const Eigen::Matrix4d T = SceneFromTruth(G, P, seen, path.size_px);
+  const Eigen::Matrix4d T = SceneFromTruth(G, P, seen, path.size_px());
   std::vector<double> errors;
   for (std::size_t i = 0; i < G.size(); ++i) errors.push_back((ImageOf(P[static_cast<std::size_t>(seen[i].first)], T * G[i]) - seen[i].second).norm());
 
@@ -200,14 +200,14 @@ int Run(const std::vector<std::string>& arguments) {
   const int reach = std::max(1, static_cast<int>(std::lround(path.fps)));
   double jitter = 0, before = 0, offset = 0;
   long counted = 0, counted_before = 0, offsets = 0;
-  const double width = path.size_px.x();
+  const double width = path.size_px().x();
   for (std::size_t i = 0; i < G.size(); ++i) {
     if (errors[i] > 1.5) continue;
     const int first = std::max(0, frames_of_point[i].front() - reach), last = std::min(static_cast<int>(path.keys.size()) - 1, frames_of_point[i].back() + reach);
     std::vector<Vector2d> d, shake;
     for (int t = first; t <= last; ++t) {
       const Vector2d wanted = ImageOf(ideal[static_cast<std::size_t>(t)], G[i]), is = ImageOf(path.keys[static_cast<std::size_t>(t)].P, T * G[i]);
-      const bool inside = (wanted - 0.5 * path.size_px.cast<double>()).norm() < width;
+      const bool inside = (wanted - 0.5 * path.size_px().cast<double>()).norm() < width;
       d.push_back(inside ? Vector2d(is - wanted) : Vector2d::Constant(std::nan("")));
       shake.push_back(inside ? Vector2d(ImageOf(shaken[static_cast<std::size_t>(t)], G[i]) - wanted) : Vector2d::Constant(std::nan("")));
       if (inside && (is - wanted).allFinite()) {
@@ -224,24 +224,24 @@ int Run(const std::vector<std::string>& arguments) {
 
   // The object's size: RMS distance of its points from their middle, in each frame over the first's.
   if (box.size() == 4) {
-    std::vector<std::size_t> object;
-    const Matrix34d& camera = shaken.front();
-    std::vector<double> z;
-    for (std::size_t i = 0; i < G.size(); ++i) {
-      const Vector2d x = ImageOf(camera, G[i]);
-      if (x.x() < box[0] || x.y() < box[1] || x.x() > box[0] + box[2] || x.y() > box[1] + box[3]) continue;
-      object.push_back(i);
-      z.push_back(camera.row(2).dot(G[i]));
-    }
-    // What shows beside the object within the box lies behind it.
-    if (z.empty()) throw lumi::DataError("no point lies in the object's box");
-    const double near = *std::min_element(z.begin(), z.end());
-    std::erase_if(object, [&](std::size_t i) { return camera.row(2).dot(G[i]) > 1.15 * near; });
+    // All of it that the first frame shows: what truth/silhouettes has within the box, at truth/depth.
+    std::vector<fs::path> silhouettes;
+    for (const auto& e : fs::directory_iterator(capture / "truth" / "silhouettes")) silhouettes.push_back(e.path());
+    std::sort(silhouettes.begin(), silhouettes.end());
+    const lumi::ImageF depth = lumi::ReadImageF(depth_files.front());
+    const lumi::Image8 mask = lumi::ReadImage8(silhouettes.front());
+    const Eigen::Matrix3d inverse = shaken.front().leftCols<3>().inverse();
+    std::vector<Vector4d> object;
+    for (int y = static_cast<int>(box[1]); y < std::min<int>(depth.height, static_cast<int>(box[1] + box[3])); y += 3)
+      for (int x = static_cast<int>(box[0]); x < std::min<int>(depth.width, static_cast<int>(box[0] + box[2])); x += 3)
+        if (mask.At(x, y, 0) > 127 && depth.At(x, y, 0) > 0)
+          object.emplace_back((inverse * (depth.At(x, y, 0) * Vector3d(x + 0.5, y + 0.5, 1) - shaken.front().col(3))).homogeneous());
+    if (object.size() < 20) throw lumi::DataError("no part of a silhouette lies in the object's box");
     const auto size = [&](const Matrix34d& M, const Eigen::Matrix4d& world) {
       Vector2d mean = Vector2d::Zero();
-      for (const std::size_t i : object) mean += ImageOf(M, world * G[i]) / static_cast<double>(object.size());
+      for (const Vector4d& g : object) mean += ImageOf(M, world * g) / static_cast<double>(object.size());
       double sum = 0;
-      for (const std::size_t i : object) sum += (ImageOf(M, world * G[i]) - mean).squaredNorm();
+      for (const Vector4d& g : object) sum += (ImageOf(M, world * g) - mean).squaredNorm();
       return std::sqrt(sum);
     };
     double largest = 0, filmed = 0, meant = 0;

@@ -7,7 +7,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
-#include "stabilize/matrix_path.h"
+#include "scene/files/matrix_path.h"
 #include "tests/stabilize/walks.h"
 #include "tests/support/child_program.h"
 

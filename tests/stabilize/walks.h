@@ -9,7 +9,7 @@
 #include "scene/geometry/rigid3.h"
 #include "scene/model/scene.h"
 #include "stabilize/filmed_scene.h"
-#include "stabilize/matrix_path.h"
+#include "scene/files/matrix_path.h"
 
 namespace lumi::test {
 
