@@ -44,7 +44,7 @@ effects_row() {
 }
 # stabilised NAME VIDEO [MORE...]: VIDEO, MORE, vid.stab's results (its defaults, and smoother) and ours, in one table.
 stabilised() {
-  local name=$1 video=$2 folder=$work/stabilised/$1 smoothing filters
+  local name=$1 video=$2 folder=$work/stabilised/$1 smoothing scale filters
   shift 2
   mkdir -p "$folder"
   local videos=("$@")
@@ -59,9 +59,13 @@ stabilised() {
       done ;;
     *) say "this ffmpeg has no vid.stab: its rows are left out" ;;
   esac
-  [ -f "$folder/smooth.mp4" ] || "$bin/lumi-pipeline" "$video" --stabilize smooth -o "$folder/smooth.mp4" --no-score --quiet >/dev/null
+  # Ours by default, and cropped no more than vid.stab's default.
+  for scale in 0.8 ${least_scale:-}; do
+    [ -f "$folder/smooth-$scale.mp4" ] || "$bin/lumi-pipeline" "$video" --stabilize smooth --min-scale "$scale" -o "$folder/smooth-$scale.mp4" --no-score --quiet >/dev/null
+    videos+=("$folder/smooth-$scale.mp4")
+  done
   printf '\n## Stabilised: %s\n\n```\n' "$name"
-  "$bin/lumi-stabilize" score "$video" "${videos[@]}" "$folder/smooth.mp4" 2>/dev/null
+  "$bin/lumi-stabilize" score "$video" "${videos[@]}" 2>/dev/null
   printf '```\n'
 }
 if [ -z "$only_speed" ]; then
@@ -116,9 +120,19 @@ if [ -z "$only_speed$only_quality" ]; then
     [ -f "$work/shaky-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$work/shaky-$example" --quiet
     [ -f "$work/steady-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --steady -o "$work/steady-$example" --quiet
     stabilised "$example" "$work/shaky-$example/video.mp4" "$work/steady-$example/video.mp4"
+    # Against the ideal path: the motion model that the walk was meant to be.
+    case $example in
+      vertigo) model=vertigo object=(--object 160,80,155,200) ;;
+      *) model=linear object=() ;;
+    esac
+    folder=$work/stabilised/$example
+    [ -f "$folder/$model.mp4" ] || "$bin/lumi-pipeline" "$work/shaky-$example/video.mp4" --stabilize "$model" "${object[@]}" --no-score -o "$folder/$model.mp4" --quiet >/dev/null
+    printf '\n%s, %s, against the ideal path:\n\n```\n' "$example" "$model"
+    "$bin/steady_path_bench" "$work/shaky-$example" "$folder/$model-work/window-000/scene" "$folder/$model-work/window-000/path.json" "$folder/$model.mp4" "$work/steady-$example/video.mp4" "${object[@]}"
+    printf '```\n'
   done
-  [ -z "$data" ] || [ ! -d "$data/shaky-sideways" ] || stabilised shaky-sideways "$data/shaky-sideways/shaky-5.avi"
-  [ -z "$data" ] || [ ! -d "$data/shaky-rotation" ] || stabilised shaky-rotation "$data/shaky-rotation/view.mp4"
+  [ -z "$data" ] || [ ! -d "$data/shaky-sideways" ] || least_scale=0.88 stabilised shaky-sideways "$data/shaky-sideways/shaky-5.avi"
+  [ -z "$data" ] || [ ! -d "$data/shaky-rotation" ] || least_scale=0.94 stabilised shaky-rotation "$data/shaky-rotation/view.mp4"
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")

@@ -25,8 +25,8 @@ constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal len
 constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
 constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
 constexpr int kPartners = 20;
-constexpr double kMostExplained = 0.8;     // of the sights by homographies, to ...
-constexpr double kLeastParallax = 0.0025;  // ... this share of the width, rms: no structure
+constexpr double kMostExplained = 0.95;    // of the sights by homographies, to ...
+constexpr double kLeastParallax = 0.001;   // ... this share of the width, rms: no structure
 constexpr double kLeastPlaced = 0.9;       // of a shot's frames that are to have structure, else homographies serve them all
 constexpr int kVideoTrackLength = 3;       // factorised frames that a track must be seen in
 // A patch is followed as if it were flat and far. A wall passed close by bends within it, which is a bias: on a drive 320 pixels
