@@ -54,6 +54,11 @@ int main(int argc, char** argv) {
   pass_option("--grid-size", "ROWSxCOLUMNS of --rig grid");
   pass_option("--grid-positions", "CSV of --rig grid");
   pass_option("--offsets-frames", "When each of several videos starts, in frames");
+  pass_option("--times", "CSV: when each photo was taken");
+  pass_option("--period-s", "Period of what the photos show, seconds");
+  app.add_flag_callback("--turntable", [&] { options.reconstruct_arguments.emplace_back("--turntable"); },
+                        "With --poses and --times: cameras about a turning object are put into the room (as lumi-reconstruct)")
+      ->group("Cameras");
   pass_option("--frame-step", "Every so many frames of several videos become views");
   app.add_flag("--periodic", options.periodic, "INPUT is a video of a scene that repeats itself: its period is found, every frame gets a place in space and time")->group("Time");
   app.add_option("--fixed-video", options.fixed_video, "With --periodic: the same scene from a tripod, to find the period in")->group("Time");
@@ -74,7 +79,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"crop", "fill"}))
       ->capture_default_str()
       ->group("Stabilisation");
-  app.add_option("--window-frames", steady.window_frames, "Frames that are reconstructed at once, 30 and more; 0: 240, or 600 for linear, vertigo and circular")->capture_default_str()->group("Stabilisation");
+  app.add_option("--window-frames", steady.window_frames, "Frames that are reconstructed at once, 30 and more; 0: all up to 600, else 240, or 600 for linear, vertigo and circular")->capture_default_str()->group("Stabilisation");
   app.add_option("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4")->capture_default_str()->group("Stabilisation");
   app.add_flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised")->group("Stabilisation");
   app.add_flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of")->group("Stabilisation");

@@ -231,6 +231,8 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   PathProblemOptions problem;
   problem.smoothness = smoothness;
   for (const FilmedFrame& frame : film.frames) problem.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
+  // The windows before and after show what they share with this one up to its middle: there they know frames that this one does not.
+  const auto own = [&](std::size_t t) { return !(shown[t] && HeldShare(static_cast<int>(t), overlap) > 0.5) && static_cast<int>(t) < static_cast<int>(n) - options.anchors / 2; };
   std::vector<Matrix34d> P = smooth ? original : model.P;
   const std::vector<Eigen::Matrix4d> steady = smooth ? SteadyMotion(film, problem.times, 1 / options.cutoff_hz) : std::vector<Eigen::Matrix4d>();
   std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
@@ -291,7 +293,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     const int reach = std::max(1, static_cast<int>(std::ceil(2 * kSpread_s * film.fps)));
     for (std::size_t t = 0; t < n; ++t) {
       const double missing = options.min_scale - scales[t];
-      if (missing <= kScaleSlack || (shown[t] && HeldShare(static_cast<int>(t), overlap) > 0.5)) continue;
+      if (missing <= kScaleSlack || !own(t)) continue;
       any = true;
       for (int d = -reach; d <= reach; ++d) {
         const auto at = static_cast<std::ptrdiff_t>(t) + d;
@@ -308,7 +310,9 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   }
   for (std::size_t t = 0; t < n; ++t) report.followed_frames += log_follow[t] > std::log(2.0) ? 1 : 0;
 
-  report.view_scale = *std::min_element(scales.begin(), scales.end());
+  report.view_scale = 1;
+  for (std::size_t t = 0; t < n; ++t)
+    if (own(t)) report.view_scale = std::min(report.view_scale, scales[t]);
   report.shake_before_px = ShakePx(film, original);
   report.shake_after_px = ShakePx(film, P);
 
@@ -323,6 +327,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     MatrixKey key;
     key.time_s = film.frames[t].time_s;
     key.view = film.frames[t].name;
+    key.view_scale = scales[t];
     key.P = film.InPixels(options.crop ? CroppedTo(P[t], report.view_scale) : P[t]);
     if (t + static_cast<std::size_t>(options.anchors) >= n)
       for (const WantedPoint& point : PointsOf(film, film.frames[t], kMostAnchors)) {

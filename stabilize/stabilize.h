@@ -31,7 +31,8 @@ struct StabilizeOptions {
   std::vector<Eigen::Vector2d> object_points_px;  // or tracks picked by their places there
   // A long video in windows: the path before this one, whose last frames are this one's first.
   std::optional<MatrixPath> before;
-  int anchors = 0;                     // of so many last frames: what the next window starts from
+  // Of so many last frames: what the next window starts from. It shows the second half of them itself: min_scale is not theirs.
+  int anchors = 0;
 };
 // Empty, or what is wrong.
 std::string Validate(const StabilizeOptions& options);

@@ -14,6 +14,7 @@
 #include "pipeline/stabilize/stabilize_tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/matrix_path.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -101,7 +102,8 @@ class StabilizeRun {
   }
 
   int WindowFrames() const {
-    const int usual = o_.model == "smooth" ? kSmoothWindow : kShotWindow;
+    // What fits into one window has no seam, and its whole path is free.
+    const int usual = o_.model == "smooth" && facts_.frames_hint > kShotWindow ? kSmoothWindow : kShotWindow;
     return o_.window_frames > 0 ? o_.window_frames : usual;
   }
   int Overlap() const { return std::max(2, std::min(static_cast<int>(kOverlap_s * facts_.fps + 0.5), WindowFrames() / 3)); }
@@ -131,7 +133,7 @@ class StabilizeRun {
         window.alone = true;
         window.structure = "none";
       } else {
-        Solve(window);
+        Solve(window, !film.at_end());
       }
       frames_ = window.end + 1;
       const bool more = window.cut || !film.at_end();
@@ -154,7 +156,7 @@ class StabilizeRun {
   }
 
   // Cameras and path of a window; ends it where a cut is.
-  void Solve(Window& window) {
+  void Solve(Window& window, bool more) {
     const int number = static_cast<int>(windows_.size()) + 1;
     const fs::path scene = window.folder / "scene", path = window.folder / "path.json", record = window.folder / "window.json";
     std::error_code ec;
@@ -180,7 +182,7 @@ class StabilizeRun {
       window.end = cameras["cut_frame"].get<int>() - 1;
     }
     if (window.end > window.begin) {
-      arguments = {scene.string(), "-o", path.string(), "--model", o_.model, "--border", "fill", "--anchors", std::to_string(Overlap()), "--plot", (window.folder / "tracks.svg").string()};
+      arguments = {scene.string(), "-o", path.string(), "--model", o_.model, "--border", "fill", "--anchors", std::to_string(more && !window.cut ? Overlap() : 0), "--plot", (window.folder / "tracks.svg").string()};
       if (window.joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
       arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
       window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
@@ -196,8 +198,13 @@ class StabilizeRun {
 
   void ChooseCrop() {
     if (o_.border == "fill") return;
-    for (const Window& window : windows_)
-      if (!window.alone) summary_.kept_scale = std::min(summary_.kept_scale, window.path_summary.value("view_scale", 1.0));
+    // Of the frames that each window renders: at its ends it knows fewer frames that could fill a picture.
+    for (std::size_t i = 0; i < windows_.size(); ++i) {
+      if (windows_[i].alone) continue;
+      const auto [first, last] = Rendered(i);
+      for (const MatrixKey& key : ReadMatrixPath(windows_[i].folder / "path.json").keys)
+        if (key.view >= FilmFrameName(first) && key.view <= FilmFrameName(last)) summary_.kept_scale = std::min(summary_.kept_scale, key.view_scale);
+    }
     if (summary_.kept_scale < 0.3)
       throw DataError(fmt::format("a steady picture that is full everywhere would keep {:.0f} % of the width", 100 * summary_.kept_scale),
                       "--border fill keeps the whole picture, --min-scale lets the path follow the camera more closely, --model smooth asks for less");

@@ -36,6 +36,7 @@ MatrixKey ReadKey(const nlohmann::json& k) {
   const auto P = k.at("P").get<std::array<double, 12>>();
   for (int i = 0; i < 12; ++i) key.P(i / 4, i % 4) = P[static_cast<std::size_t>(i)];
   key.view = k.value("view", "");
+  key.view_scale = k.value("view_scale", 1.0);
   if (k.contains("anchors_px"))
     for (const auto& a : k.at("anchors_px")) {
       const auto n = a.get<std::array<double, 4>>();
@@ -95,6 +96,7 @@ void WriteMatrixPath(const std::filesystem::path& file, const MatrixPath& path) 
     nlohmann::ordered_json k = {{"time_s", key.time_s}, {"P", nlohmann::ordered_json::array()}};
     for (int i = 0; i < 12; ++i) k["P"].push_back(key.P(i / 4, i % 4));
     if (!key.view.empty()) k["view"] = key.view;
+    if (!path.model.empty()) k["view_scale"] = key.view_scale;
     if (!key.anchors.empty()) {
       k["anchors_px"] = nlohmann::ordered_json::array();
       for (const Anchor& a : key.anchors) k["anchors_px"].push_back({a.from_px.x(), a.from_px.y(), a.to_px.x(), a.to_px.y()});

@@ -20,6 +20,7 @@ struct MatrixKey {
   double time_s = 0;                 // on the path's own clock
   Matrix34d P = Matrix34d::Zero();   // pixels of the path's size from the scene's world, w > 0 in front
   std::string view;                  // the photo that was taken at this moment: its time and exposure are the picture's; may be empty
+  double view_scale = 1;             // of a stabilised path: the largest centred part of the picture that its frames see, before any cropping
   std::vector<Anchor> anchors;       // empty: none were asked for
 };
 
@@ -29,7 +30,7 @@ struct MatrixPath {
   int width_px = 0, height_px = 0;
   // Of a stabilised path.
   std::string model;                 // empty: it is none
-  double view_scale = 1;             // the largest centred part of every picture that its frames see, before any cropping
+  double view_scale = 1;             // the least of the keys'
   bool cropped = false;              // to it: P has it in it
 
   Eigen::Vector2i size_px() const { return {width_px, height_px}; }
