@@ -82,7 +82,7 @@ TEST(StabilizeProgram, RefusesByNameAndExitCode) {
   refused({"--fps", "-3"}, 2, "--fps");
   refused({"--continue", folder / "absent.json"}, 3, "absent.json");
   WriteTextAtomically(folder / "other.json", "{}");
-  refused({"--continue", folder / "other.json"}, 3, "no path of matrices");
+  refused({"--continue", folder / "other.json"}, 3, "not a path of matrices");
   EXPECT_EQ(RunProgram({"lumi-stabilize", folder / "nothing", "-o", path}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-stabilize"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "scene"}).exit_code, 2);
