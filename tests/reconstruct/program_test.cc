@@ -19,6 +19,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"
 #include "scene/program/subprocess.h"
+#include "tests/support/child_program.h"
 
 namespace lumi {
 namespace {
@@ -291,13 +292,7 @@ TEST_F(ReconstructProgram, CtrlCEndsWith130AndEndsColmap) {
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "lumigraph.json"));
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "LOCK"));
   // No process is left that was given our folder.
-  for (const auto& entry : fs::directory_iterator("/proc")) {
-    std::ifstream command(entry.path() / "cmdline", std::ios::binary);
-    const std::string line((std::istreambuf_iterator<char>(command)), {});
-    if (line.find("colmap") == 0) {
-      EXPECT_EQ(line.find(folder_.string()), std::string::npos) << line;
-    }
-  }
+  EXPECT_TRUE(WaitForNoProcessNaming(folder_));
 }
 
 TEST_F(ReconstructProgram, AFolderThatIsBeingWrittenIsRefused) {

@@ -28,6 +28,16 @@ std::string Slurp(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// The command line of a process of /proc; empty where it ended meanwhile: its file can then still be open, but reading it fails
+// (ESRCH), which a stream's buffer throws and `read` keeps to itself.
+std::string CommandLine(const fs::path& process) {
+  std::ifstream in(process / "cmdline", std::ios::binary);
+  std::string line;
+  char block[4096];
+  while (in.read(block, sizeof block) || in.gcount() > 0) line.append(block, static_cast<std::size_t>(in.gcount()));
+  return line;
+}
+
 }  // namespace
 
 std::vector<std::string> ProgramResult::ErrorLines() const {
@@ -119,7 +129,7 @@ std::vector<pid_t> ProcessesNaming(const fs::path& path) {
     const std::string name = it->path().filename().string();
     if (name.empty() || !std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c); })) continue;
     const pid_t pid = std::stoi(name);
-    if (pid != ::getpid() && Slurp(it->path() / "cmdline").find(path.string()) != std::string::npos) found.push_back(pid);
+    if (pid != ::getpid() && CommandLine(it->path()).find(path.string()) != std::string::npos) found.push_back(pid);
   }
   return found;
 }
