@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/report/html.h"
+#include "pipeline/stabilize/score_rows.h"
 #include "scene/files/atomic_file.h"
 
 namespace lumi {
@@ -23,13 +24,10 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
   std::string body = cards + HtmlSection("Windows", HtmlTable({{"frames", false}, {"reconstructed from", false}, {"structure", false}, {"shake before, px", true}, {"after, px", true},
                                                                {"seen in every frame, % of width", true}, {"follow the camera", true}, {"ends with", false}, {"seconds", true}}, rows) +
                                                  "<p>Structure <em>homographies</em>: the camera only turned, or saw one plane, or stood still. Shake: above 1 Hz.</p>");
-  const json score = json::parse(s.score_json, nullptr, false);
-  if (score.is_object() && score.contains("videos")) {
+  if (const std::vector<ScoreRow> scored = ScoreRows(s.score_json); !scored.empty()) {
     rows.clear();
-    for (const json& v : score["videos"])
-      rows.push_back({EscapeHtml(fs::path(v.value("file", "")).filename().string()), fmt::format("{:.3f}", v.value("cropping_ratio", 0.0)), fmt::format("{:.3f}", v.value("distortion", 0.0)),
-                      fmt::format("{:.3f}", v.value("stability", 0.0)), fmt::format("{:.2f}", v.value("jitter_px", 0.0))});
-    body += HtmlSection("Score", HtmlTable({{"video", false}, {"cropping ratio", true}, {"distortion", true}, {"stability", true}, {"jitter, px", true}}, rows));
+    for (const ScoreRow& r : scored) rows.push_back({EscapeHtml(r.video), r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area});
+    body += HtmlSection("Score", HtmlTable({{"video", false}, {"cropping ratio", true}, {"distortion", true}, {"stability", true}, {"jitter, px", true}, {"kept area", true}}, rows));
   }
   if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && !s.tradeoff_json.empty()) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(s.tradeoff_table) + "</pre>" + ReadText(folder / "tradeoff.svg"));
   std::string tracks;

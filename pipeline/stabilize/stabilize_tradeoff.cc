@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/sibling_stage.h"
@@ -22,10 +24,13 @@ struct Dial {
   bool of_path = false;
 };
 
+// NaN where there is none: a film of a few frames has no stability. JSON writes it as null.
 double NumberIn(const nlohmann::json& j, const char* key) {
   const auto it = j.find(key);
-  return it != j.end() && it->is_number() ? it->get<double>() : 0;
+  return it != j.end() && it->is_number() ? it->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
+
+std::string Cell(double x, int digits) { return std::isnan(x) ? "-" : fmt::format("{:.{}f}", x, digits); }
 
 }  // namespace
 
@@ -91,7 +96,8 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                            {"cropping_ratio", p.kept_scale}, {"stability", p.stability}, {"distortion", p.distortion}, {"jitter_px", p.jitter_px}});
     if (plot.series.empty() || plot.series.back().name != p.dial)
       plot.series.push_back({p.dial, colors[plot.series.size() % std::size(colors)], Marker::kCircle, false, false, false, {}});
-    plot.series.back().points.push_back({p.ms_per_frame, p.jitter_px, p.value, fmt::format("{} {}: {:.1f} ms, stability {:.3f}, jitter {:.2f} px", p.dial, p.value, p.ms_per_frame, p.stability, p.jitter_px)});
+    if (std::isnan(p.jitter_px) || std::isnan(p.ms_per_frame)) continue;
+    plot.series.back().points.push_back({p.ms_per_frame, p.jitter_px, p.value, fmt::format("{} {}: {:.1f} ms, stability {}, jitter {:.2f} px", p.dial, p.value, p.ms_per_frame, Cell(p.stability, 3), p.jitter_px)});
   }
   result.json = folder / "tradeoff.json";
   result.plot = folder / "tradeoff.svg";
@@ -103,7 +109,8 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
 std::string TableOf(const StabilizeTradeoff& tradeoff) {
   std::string text = fmt::format("{:<24}{:>6} {:>9} {:>10} {:>9} {:>10} {:>11} {:>10}\n", "dial", "value", "path, s", "ms/frame", "cropping", "stability", "distortion", "jitter px");
   for (const StabilizeTradeoffPoint& p : tradeoff.points)
-    text += fmt::format("{:<24}{:>6} {:>9.2f} {:>10.1f} {:>9.3f} {:>10.3f} {:>11.3f} {:>10.2f}\n", p.dial, p.value, p.path_seconds, p.ms_per_frame, p.kept_scale, p.stability, p.distortion, p.jitter_px);
+    text += fmt::format("{:<24}{:>6} {:>9} {:>10} {:>9} {:>10} {:>11} {:>10}\n", p.dial, p.value, Cell(p.path_seconds, 2), Cell(p.ms_per_frame, 1), Cell(p.kept_scale, 3), Cell(p.stability, 3),
+                        Cell(p.distortion, 3), Cell(p.jitter_px, 2));
   return text;
 }
 

@@ -10,6 +10,7 @@
 #include "pipeline/sibling_stage.h"
 #include "pipeline/stabilize/film_output.h"
 #include "pipeline/stabilize/film_windows.h"
+#include "pipeline/stabilize/score_rows.h"
 #include "pipeline/stabilize/stabilize_report.h"
 #include "pipeline/stabilize/stabilize_tradeoff.h"
 #include "scene/files/atomic_file.h"
@@ -311,7 +312,12 @@ class StabilizeRun {
 
   void Score() {
     const int number = static_cast<int>(windows_.size());
-    summary_.score_json = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).json;
+    try {
+      summary_.score_json = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).json;
+    } catch (const Error& error) {  // a film of a white wall is made as well as it can be; nothing can be measured on it
+      if (error.code() != ExitCode::kDataRefused) throw;
+      progress_.Message(fmt::format("no figures for the result: {}", error.what()));
+    }
   }
 
   StabilizedWindow Reported(std::size_t i) const {
@@ -386,11 +392,8 @@ std::string ForPeople(const StabilizeVideoSummary& s) {
   for (const StabilizedWindow& w : s.windows)
     text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure, w.shake_before_px, w.shake_after_px,
                         w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "", w.cut ? ", a cut" : "");
-  const json score = json::parse(s.score_json, nullptr, false);
-  if (score.is_object() && score.contains("videos"))
-    for (const json& v : score["videos"])
-      text += fmt::format("  {:<24} cropping {:.3f}  distortion {:.3f}  stability {:.3f}  jitter {:.2f} px\n", fs::path(v.value("file", "")).filename().string(), v.value("cropping_ratio", 0.0),
-                          v.value("distortion", 0.0), v.value("stability", 0.0), v.value("jitter_px", 0.0));
+  for (const ScoreRow& r : ScoreRows(s.score_json))
+    text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video, r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
   if (!s.tradeoff_table.empty()) text += "\n" + s.tradeoff_table + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";
