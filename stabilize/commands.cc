@@ -52,6 +52,8 @@ std::string RunStabilize(const StabilizeCommandOptions& command, ProgressSink& p
   }
   if (report.model == MotionModel::kCircular) j["turn_deg"] = report.turn_deg;
   if (report.joined_frames > 0) j["joined_frames"] = report.joined_frames;
+  const auto frame = [&](int t) { return film.frames[static_cast<std::size_t>(t)].name; };
+  j["shown"] = {frame(report.first_shown), frame(report.last_shown)};
   j["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return j.dump(2);
 }

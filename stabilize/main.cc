@@ -38,8 +38,8 @@ int main(int argc, char** argv) {
       ->type_size(2)
       ->delimiter(',');
   app.add_option("--object-frame", s.object_frame, "vertigo: frame that --object speaks of, from 0")->capture_default_str();
-  app.add_option("--continue", o.before, "PATH.json of the window before this one: the frames that both have stay where they were shown");
-  app.add_option("--anchors", s.anchors, "Write what --continue needs of so many last frames, the second half of which the next window shows")->capture_default_str();
+  app.add_option("--continue", o.before, "PATH.json of the window before this one: among the frames that both have, its path leads over to this one");
+  app.add_option("--anchors", s.anchors, "Write what --continue needs of so many last frames: those that the next window has, too")->capture_default_str();
   app.add_option("--plot", o.plot, "SVG of the tracks before and after");
   lumi::score::ScoreCommandOptions score;
   lumi::score::AddScoreCommand(app, score);

@@ -23,7 +23,8 @@ constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
 constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing ...
 constexpr double kMostMissing = 0.04;     // ... at most so much in a round (five times the weight, half as much again for the cutoff), unless a tenth is missing
-constexpr double kHeldWeight = 1e3;       // of what was shown already
+constexpr double kGuessedShare = 0.1;     // of a border point there: each scene extends its own depths
+constexpr double kSeamCutoff_hz = 3;      // what leads from the path before to this one is slower: faster is how unsure the two are of it
 constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
 
 std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d& X) {
@@ -95,8 +96,13 @@ std::vector<Eigen::Matrix4d> SteadyMotion(const FilmedScene& film, const std::ve
   return mean;
 }
 
+struct Move {
+  Eigen::Vector2d to_px = Eigen::Vector2d::Zero();
+  double sureness = 1;  // 1: of this very feature; less where its neighbours, of other depths maybe, tell of it
+};
+
 // Where the frame's pixels went, near x: the affine map of the nearest anchors, and where one of them is the same feature, that one's.
-std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const Eigen::Vector2d& x_px) {
+std::optional<Move> Moved(const std::vector<Anchor>& anchors, const Eigen::Vector2d& x_px) {
   constexpr std::size_t kNearest = 8;
   constexpr double kSameFeaturePx = 0.7;
   if (anchors.size() < 4) return std::nullopt;
@@ -121,13 +127,54 @@ std::optional<Eigen::Vector2d> Moved(const std::vector<Anchor>& anchors, const E
   }
   N.diagonal().tail<2>().array() += 1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line say nothing across it
   const Eigen::Matrix<double, 3, 2> fit = N.inverse() * right;
-  return Eigen::Vector2d(x_px + fit.row(0).transpose());
+  return Move{x_px + fit.row(0).transpose(), 1 / (1 + near[0].first / (kSameFeaturePx * kSameFeaturePx))};
 }
 
-// 1 where the window before was sure of its path, falling to 0 at its end.
-double HeldShare(int frame, int overlap) {
-  const double u = static_cast<double>(frame) / std::max(1, overlap);
-  return u < 0.5 ? 1 : std::max(0.0, 1 - (2 * u - 1)) * std::max(0.0, 1 - (2 * u - 1));
+// This path's share in what is shown of what it has in common with the one before: 0, then rising with continuous acceleration to 1.
+double SeamShare(int frame, const Seam& seam) {
+  const double u = std::clamp((frame - seam.begin) / static_cast<double>(std::max(1, seam.end - seam.begin)), 0.0, 1.0);
+  return u * u * u * (10 - 15 * u + 6 * u * u);
+}
+
+// P, led over from the path before: a matrix each whose images go where that path put the frame's pixels, then from there to P's own.
+// What leads over is slow; P's own bends stay.
+std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vector<Matrix34d>& original, const std::vector<const MatrixKey*>& shown, const Seam& seam,
+                               const FilmedScene& film, const std::vector<double>& times) {
+  const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
+  const std::size_t n = std::min(P.size(), static_cast<std::size_t>(seam.end) + 2);  // two of its own, held: what leads over ends smoothly
+  std::vector<WantedFrame> wanted(n);
+  PathProblemOptions problem;
+  problem.smoothness = SmoothnessOf(kSeamCutoff_hz, film.fps);
+  problem.times.assign(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(n));
+  for (std::size_t t = 0; t < n; ++t) {
+    WantedFrame& frame = wanted[t];
+    const double share = SeamShare(static_cast<int>(t), seam);
+    frame.held = share >= 1;
+    frame.weight = share >= 1 || shown[t] ? 1 : 0;
+    for (WantedPoint point : PointsOf(film, film.frames[t], kMostAnchors)) {
+      const auto filmed = ImageOf(original[t], point.X), own = ImageOf(P[t], point.X);
+      if (!filmed || !own) continue;
+      point.y = *own;
+      if (share < 1 && shown[t]) {
+        const auto to = Moved(shown[t]->anchors, *filmed * film.px_per_unit() + middle_px);
+        if (!to) continue;
+        point.y = share * *own + (1 - share) * (to->to_px - middle_px) / film.px_per_unit();
+        point.share *= point.share < 1 ? kGuessedShare : to->sureness;
+      }
+      Eigen::Vector2d bend(0, 0);
+      if (t > 0 && t + 1 < n) {
+        const auto a = ImageOf(P[t - 1], point.X), c = ImageOf(P[t + 1], point.X);
+        const auto [before, at, after] = SecondDifference(problem.times, t);
+        if (a && c) bend = before * *a + at * *own + after * *c;
+      }
+      frame.points.push_back(point);
+      frame.bend.push_back(bend);
+    }
+  }
+  std::vector<Matrix34d> led(P.begin(), P.begin() + static_cast<std::ptrdiff_t>(n));
+  SolvePathProblem(wanted, problem, led);
+  led.insert(led.end(), P.begin() + static_cast<std::ptrdiff_t>(n), P.end());
+  return led;
 }
 
 std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeOptions& options) {
@@ -171,6 +218,11 @@ std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeO
 }
 
 }  // namespace
+
+Seam SeamOf(int overlap, int half_window) {
+  const int margin = std::min(half_window, overlap / 3);
+  return {margin, overlap - margin};
+}
 
 std::string Validate(const StabilizeOptions& o) {
   if (!(o.cutoff_hz > 0)) return "--cutoff-hz is positive";
@@ -231,34 +283,35 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   PathProblemOptions problem;
   problem.smoothness = smoothness;
   for (const FilmedFrame& frame : film.frames) problem.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
-  // The windows before and after show what they share with this one up to its middle: there they know frames that this one does not.
-  const auto own = [&](std::size_t t) { return !(shown[t] && HeldShare(static_cast<int>(t), overlap) > 0.5) && static_cast<int>(t) < static_cast<int>(n) - options.anchors / 2; };
-  std::vector<Matrix34d> P = smooth ? original : model.P;
+  // Frames that this path shows, or has a share in: it rises from the seam's beginning to its end, as the next window's does where this one ends.
+  const int anchors = std::min(options.anchors, static_cast<int>(n));
+  const Seam first_seam = SeamOf(overlap, options.half_window), last_seam = SeamOf(anchors, options.half_window);
+  report.first_shown = first_seam.begin;
+  report.last_shown = static_cast<int>(n) - 1 - (anchors - last_seam.begin);
+  const auto own = [&](std::size_t t) { return static_cast<int>(t) >= report.first_shown && static_cast<int>(t) < static_cast<int>(n) - (anchors - last_seam.end); };
+  const auto strip = [&](std::vector<Matrix34d>& matrices) {
+    if (!film.one_centre) return;  // no point told of this direction: what a solver's damping moved along it was nothing
+    const Eigen::Vector4d centre = CentreOfProjection(original.front());
+    for (Matrix34d& p : matrices) p -= (p * centre) * centre.transpose();
+  };
+  std::vector<Matrix34d> P = smooth ? original : model.P, led;
   const std::vector<Eigen::Matrix4d> steady = smooth ? SteadyMotion(film, problem.times, 1 / options.cutoff_hz) : std::vector<Eigen::Matrix4d>();
   std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
   Progress steps(progress, "path", options.iterations + 1);
   std::vector<double> log_follow(n, 0.0);
   for (int round = 0;; ++round) {
-    const bool exact = !smooth && overlap == 0 && std::all_of(follow.begin(), follow.end(), [](double f) { return f == 0; });
+    const bool exact = !smooth && std::all_of(follow.begin(), follow.end(), [](double f) { return f == 0; });
     if (!exact) {
       std::vector<WantedFrame> wanted(n);
       for (std::size_t t = 0; t < n; ++t) {
         WantedFrame& frame = wanted[t];
-        const double held = shown[t] ? kHeldWeight * smoothness * HeldShare(static_cast<int>(t), overlap) : 0;
         const double of_model = smooth ? 0 : 1;
-        frame.weight = of_model + follow[t] + held;
+        frame.weight = of_model + follow[t];
         for (WantedPoint point : points[t]) {
           const auto filmed = ImageOf(original[t], point.X);
           const auto meant = smooth ? filmed : ImageOf(model.P[t], point.X);
           if (!filmed || !meant) continue;
-          Eigen::Vector2d sum = of_model * *meant + follow[t] * *filmed;
-          double weight = of_model + follow[t];
-          if (held > 0)
-            if (const auto to = Moved(shown[t]->anchors, *filmed * film.px_per_unit() + middle_px)) {
-              sum += held * (*to - middle_px) / film.px_per_unit();
-              weight += held;
-            }
-          point.y = sum / weight;
+          point.y = (of_model * *meant + follow[t] * *filmed) / (of_model + follow[t]);
           Eigen::Vector2d bend(0, 0);
           if (smooth && t > 0 && t + 1 < n) {
             // A steady turn bends the images of all points, in the same way everywhere in the picture: that is no shake.
@@ -279,13 +332,15 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
       }
       const PathProblemSummary solved = SolvePathProblem(wanted, problem, P);
       report.iterations += solved.iterations;
-      if (film.one_centre) {  // no point told of this direction: what the solver's damping moved along it was nothing
-        const Eigen::Vector4d centre = CentreOfProjection(original.front());
-        for (Matrix34d& p : P) p -= (p * centre) * centre.transpose();
-      }
+      strip(P);
+    }
+    led = P;
+    if (overlap > 0) {
+      led = LedOver(P, original, shown, first_seam, film, problem.times);
+      strip(led);
     }
     steps.Step();
-    scales = ViewScales(film, P, {options.half_window, 0.2});
+    scales = ViewScales(film, led, {options.half_window, 0.2});
     if (round >= options.iterations) break;
     // Frames that miss something pull the path towards the camera, their neighbours with them.
     std::vector<double> more(n, 0.0);
@@ -312,7 +367,8 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
 
   report.view_scale = 1;
   for (std::size_t t = 0; t < n; ++t)
-    if (own(t)) report.view_scale = std::min(report.view_scale, scales[t]);
+    if (static_cast<int>(t) >= report.first_shown && static_cast<int>(t) <= report.last_shown) report.view_scale = std::min(report.view_scale, scales[t]);
+  P = std::move(led);
   report.shake_before_px = ShakePx(film, original);
   report.shake_after_px = ShakePx(film, P);
 
@@ -329,7 +385,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     key.view = film.frames[t].name;
     key.view_scale = scales[t];
     key.P = film.InPixels(options.crop ? CroppedTo(P[t], report.view_scale) : P[t]);
-    if (t + static_cast<std::size_t>(options.anchors) >= n)
+    if (t + static_cast<std::size_t>(anchors) >= n)
       for (const WantedPoint& point : PointsOf(film, film.frames[t], kMostAnchors)) {
         const auto from = ImageOf(original[t], point.X), to = ImageOf(P[t], point.X);
         if (from && to) key.anchors.push_back({*from * film.px_per_unit() + middle_px, *to * film.px_per_unit() + middle_px});

@@ -31,9 +31,18 @@ struct StabilizeOptions {
   std::vector<Eigen::Vector2d> object_points_px;  // or tracks picked by their places there
   // A long video in windows: the path before this one, whose last frames are this one's first.
   std::optional<MatrixPath> before;
-  // Of so many last frames: what the next window starts from. It shows the second half of them itself: min_scale is not theirs.
+  // Of so many last frames: what the next window is led over from. It shows those after the seam's beginning itself.
   int anchors = 0;
 };
+
+// Of the frames that two windows have in common, in the order of time: before `begin` the earlier path alone, from `end` on the later one alone.
+// The later window shows those from `begin` on: there it has the frames before that fill a picture. As wide as that allows: each path is the
+// less sure the nearer it is to its end, and the wider the seam, the slower what leads from one to the other.
+struct Seam {
+  int begin = 0, end = 0;
+};
+Seam SeamOf(int overlap, int half_window);
+
 // Empty, or what is wrong.
 std::string Validate(const StabilizeOptions& options);
 
@@ -47,7 +56,8 @@ struct StabilizeReport {
   double model_rms_px = 0;             // of the sights against the model
   std::optional<Eigen::Vector3d> focus_of_expansion_px;  // homogeneous
   double turn_deg = 0;                 // circular
-  int joined_frames = 0;               // taken over from the path before
+  int joined_frames = 0;               // that the path before has too
+  int first_shown = 0, last_shown = 0; // the frames between that belong to this path, inclusive: the windows before and after show the others
 };
 
 // `film` and the path's P as FilmedScene has them; the path's in pixels of the scene's world. Throws UsageError, DataError.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
@@ -44,7 +45,15 @@ std::string FilmFrameName(int index) { return fmt::format("frame_{:06d}.jpg", in
 
 struct FilmFrames::Impl {
   explicit Impl(const fs::path& video) : reader(video) {}
+  std::optional<VideoFrame> Next() {
+    std::optional<VideoFrame> frame = std::exchange(ahead, std::nullopt);
+    if (!frame && !end) frame = reader.Next();
+    end = !frame;
+    return frame;
+  }
+
   VideoReader reader;
+  std::optional<VideoFrame> ahead;
   int next = 0;
   bool end = false;
   double last_time_s = 0, shortest_s = 0, longest_s = 0;
@@ -54,7 +63,10 @@ struct FilmFrames::Impl {
 FilmFrames::FilmFrames(const fs::path& video) : impl_(std::make_unique<Impl>(video)) {}
 FilmFrames::~FilmFrames() = default;
 int FilmFrames::decoded() const { return impl_->next; }
-bool FilmFrames::at_end() const { return impl_->end; }
+bool FilmFrames::AtEnd() {
+  if (!impl_->ahead) impl_->ahead = impl_->Next();
+  return !impl_->ahead;
+}
 std::pair<double, double> FilmFrames::Steps() const { return {impl_->shortest_s, impl_->longest_s}; }
 
 int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink& sink) {
@@ -81,11 +93,8 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
         if (ec) fs::copy_file(before->second, file);
       }
     } else {
-      auto frame = impl_->end ? std::nullopt : impl_->reader.Next();
-      if (!frame) {
-        impl_->end = true;
-        break;
-      }
+      auto frame = impl_->Next();
+      if (!frame) break;
       if (impl_->next > 0) {
         const double step = frame->time_s - impl_->last_time_s;
         impl_->shortest_s = impl_->next == 1 ? step : std::min(impl_->shortest_s, step);
@@ -93,7 +102,7 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
       }
       impl_->last_time_s = frame->time_s;
       frame->index = impl_->next++;
-      batch.push_back(std::move(*frame));
+      if (std::error_code ec; !fs::exists(file, ec)) batch.push_back(std::move(*frame));
       if (batch.size() == kBatch) flush();
     }
     now[index] = file;

@@ -31,7 +31,7 @@ using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSmoothWindow = 240, kShotWindow = 600;  // frames reconstructed at once
-constexpr double kOverlap_s = 2;                       // of two windows: what a low-pass of a third of a hertz reaches
+constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3 Hz knows its way a second from its ends
 constexpr double kSteadyRate = 0.25;                   // steps in time may differ by this share of a frame: containers round to milliseconds
 
 fs::path Beside(const fs::path& output, const char* what) { return output.parent_path() / (output.stem().string() + what); }
@@ -41,6 +41,7 @@ struct Window {
   bool joined = false;         // goes on from the one before
   bool cut = false;            // a cut follows
   bool alone = false;          // one frame: nothing to stabilise
+  int first_shown = 0;         // by this window, not by the one before
   fs::path folder;
   json path_summary;
   std::string structure;
@@ -107,12 +108,18 @@ class StabilizeRun {
     const int usual = o_.model == "smooth" && facts_.frames_hint > kShotWindow ? kSmoothWindow : kShotWindow;
     return o_.window_frames > 0 ? o_.window_frames : usual;
   }
-  int Overlap() const { return std::max(2, std::min(static_cast<int>(kOverlap_s * facts_.fps + 0.5), WindowFrames() / 3)); }
+  int Overlap() const { return std::max(2, static_cast<int>(std::min(kOverlap_s * facts_.fps + 0.5, kMostOverlap * WindowFrames()))); }
 
   void MakeWindows() {
     FilmFrames film(o_.input);
-    const int length = WindowFrames(), overlap = Overlap();
-    expected_windows_ = facts_.frames_hint > 0 ? std::max(1, static_cast<int>((facts_.frames_hint - overlap + length - overlap - 1) / std::max(1, length - overlap))) : 1;
+    int length = WindowFrames();
+    const int overlap = Overlap();
+    if (facts_.frames_hint > length) {
+      // As many windows, of one length: a short last one would know little.
+      const int more = static_cast<int>(facts_.frames_hint) - overlap;
+      expected_windows_ = (more + length - overlap - 1) / (length - overlap);
+      length = (more + expected_windows_ - 1) / expected_windows_ + overlap;
+    }
     int begin = 0;
     bool joined = false;
     for (;;) {
@@ -125,7 +132,9 @@ class StabilizeRun {
       RequireSteadyRate(film);
       if (windows_.empty() && got < 2) throw DataError(got == 0 ? "the video has no frame that can be read" : "the video has one frame: there is nothing to stabilise", "a video of two frames or more", o_.input);
       window.end = begin + got - 1;
-      if (got < length) {  // it ends here: what an earlier, longer run left behind does not belong to it
+      window.first_shown = begin;
+      const bool more = !film.AtEnd();
+      if (!more) {  // what an earlier, longer run left behind does not belong to it
         std::error_code ec;
         for (const auto& entry : fs::directory_iterator(window.folder / "frames", ec))
           if (entry.path().filename().string() > FilmFrameName(window.end)) fs::remove(entry.path());
@@ -134,19 +143,15 @@ class StabilizeRun {
         window.alone = true;
         window.structure = "none";
       } else {
-        Solve(window, !film.at_end());
+        Solve(window, more);
       }
       frames_ = window.end + 1;
-      const bool more = window.cut || !film.at_end();
       joined = !window.cut;
       begin = window.cut ? window.end + 1 : window.end + 1 - overlap;
+      const bool last = !window.cut && !more;
       windows_.push_back(std::move(window));
-      if (!more) break;
-      // The film may have ended with this window to the frame.
-      if (joined && film.Write(begin, overlap + 1, work_ / "next", progress_) <= overlap) break;
+      if (last) break;
     }
-    std::error_code ec;
-    fs::remove_all(work_ / "next", ec);
     RequireSteadyRate(film);
   }
 
@@ -165,12 +170,13 @@ class StabilizeRun {
     if (window.joined) before = Fingerprint(windows_.back().folder / "path.json");
     const json key{{"begin", window.begin}, {"asked_end", window.end}, {"joined", window.joined}, {"before", before}};
     const json known = fs::exists(record, ec) ? json::parse(ReadText(record), nullptr, false) : json();
-    if (known.is_object() && known.value("key", json()) == key && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
+    if (known.is_object() && known.value("key", json()) == key && known.contains("first_shown") && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
       window.end = known["end"];
       window.cut = known["cut"];
       window.structure = known["structure"];
       window.path_summary = known["path"];
       window.seconds = known["seconds"];
+      window.first_shown = known["first_shown"];
       return;
     }
     const auto start = Clock::now();
@@ -183,10 +189,7 @@ class StabilizeRun {
       window.end = cameras["cut_frame"].get<int>() - 1;
     }
     if (window.end > window.begin) {
-      arguments = {scene.string(), "-o", path.string(), "--model", o_.model, "--border", "fill", "--anchors", std::to_string(more && !window.cut ? Overlap() : 0), "--plot", (window.folder / "tracks.svg").string()};
-      if (window.joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
-      arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
-      window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
+      FindPath(window, more && !window.cut, number);
     } else {
       window.alone = true;
       window.structure = "none";
@@ -194,8 +197,40 @@ class StabilizeRun {
     fs::remove_all(scene / "colmap", ec);
     window.seconds = SecondsSince(start);
     if (!window.alone)
-      WriteTextAtomically(record, json{{"key", key}, {"end", window.end}, {"cut", window.cut}, {"structure", window.structure}, {"path", window.path_summary}, {"seconds", window.seconds}}.dump(1) + "\n");
+      WriteTextAtomically(record, json{{"key", key}, {"end", window.end}, {"cut", window.cut}, {"structure", window.structure}, {"path", window.path_summary}, {"first_shown", window.first_shown}, {"seconds", window.seconds}}.dump(1) + "\n");
   }
+
+  // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short, nothing to be seen): that is
+  // no reason to lose the film.
+  void FindPath(Window& window, bool goes_on, int number) {
+    struct Way {
+      std::string model;
+      bool joined;
+    };
+    std::vector<Way> ways{{o_.model, window.joined}};
+    if (!windows_.empty() && o_.model != "smooth") ways.push_back({"smooth", window.joined});
+    if (window.joined) ways.push_back({"smooth", false});
+    for (std::size_t i = 0;; ++i) {
+      std::vector<std::string> arguments{(window.folder / "scene").string(), "-o", (window.folder / "path.json").string(), "--model", ways[i].model, "--border", "fill", "--anchors",
+                                         std::to_string(goes_on ? Overlap() : 0), "--plot", (window.folder / "tracks.svg").string()};
+      if (ways[i].joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
+      arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
+      try {
+        window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
+      } catch (const Error& e) {
+        if (e.code() != ExitCode::kDataRefused || i + 1 == ways.size()) throw;
+        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined ? "smooth instead" : "smooth instead, not joined to what came before"));
+        continue;
+      }
+      if (ways[i].joined)
+        window.first_shown = FrameOf(window.path_summary.at("shown").at(0));
+      else if (window.joined)
+        window.first_shown = std::min(window.end, window.begin + Overlap() / 2);
+      return;
+    }
+  }
+
+  static int FrameOf(const std::string& name) { return std::stoi(name.substr(6, 6)); }
 
   void ChooseCrop() {
     if (o_.border == "fill") return;
@@ -211,11 +246,10 @@ class StabilizeRun {
                       "--border fill keeps the whole picture, --min-scale lets the path follow the camera more closely, --model smooth asks for less");
   }
 
-  // A window renders up to the middle of what it shares with the next.
+  // A window renders up to where the next one shows what both have.
   std::pair<int, int> Rendered(std::size_t i) const {
-    const Window& window = windows_[i];
-    const int half = Overlap() / 2;
-    return {window.begin + (window.joined ? half : 0), window.end - (i + 1 < windows_.size() && windows_[i + 1].joined ? Overlap() - half : 0)};
+    const bool goes_on = i + 1 < windows_.size() && windows_[i + 1].joined;
+    return {windows_[i].first_shown, goes_on ? windows_[i + 1].first_shown - 1 : windows_[i].end};
   }
 
   void RenderWindows() {
@@ -280,8 +314,7 @@ class StabilizeRun {
       const json& keys = path["keys"];
       if (rendered.size() < keys.size()) throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(), (windows_[i].folder / folder).string()));
       for (std::size_t k = 0; k < keys.size(); ++k) {
-        const std::string name = keys[k]["view"];
-        files[static_cast<std::size_t>(std::stoi(name.substr(6, 6)))] = rendered[k];
+        files[static_cast<std::size_t>(FrameOf(keys[k]["view"]))] = rendered[k];
       }
     }
     return files;
@@ -334,6 +367,7 @@ class StabilizeRun {
       r.shake_before_px = w.path_summary.value("shake_before_px", 0.0);
       r.shake_after_px = w.path_summary.value("shake_after_px", 0.0);
       r.followed_frames = w.path_summary.value("followed_frames", 0);
+      r.model = w.path_summary.value("model", o_.model);
     }
     return r;
   }
@@ -378,7 +412,7 @@ std::string ToJson(const StabilizeVideoSummary& s) {
   j["kept_area"] = s.kept_scale * s.kept_scale;
   j["windows"] = json::array();
   for (const StabilizedWindow& w : s.windows)
-    j["windows"].push_back({{"first", w.first}, {"last", w.last}, {"reconstructed", {w.begin, w.end}}, {"structure", w.structure}, {"view_scale", w.view_scale},
+    j["windows"].push_back({{"first", w.first}, {"last", w.last}, {"reconstructed", {w.begin, w.end}}, {"structure", w.structure}, {"model", w.model}, {"view_scale", w.view_scale},
                             {"shake_before_px", w.shake_before_px}, {"shake_after_px", w.shake_after_px}, {"followed_frames", w.followed_frames}, {"cut", w.cut}, {"seconds", w.seconds}});
   j["score"] = s.score_json.empty() ? json(nullptr) : json::parse(s.score_json, nullptr, false);
   if (!s.tradeoff_json.empty()) j["tradeoff"] = json::parse(s.tradeoff_json, nullptr, false);

@@ -21,7 +21,7 @@ struct StabilizeVideoOptions {
   std::vector<std::string> render_arguments;       // to lumi-render, as they are
   std::vector<std::string> reconstruct_arguments;  // to lumi-reconstruct, as they are
   std::string border = "crop";           // crop: until every picture is full; fill: the whole picture, its holes filled
-  int window_frames = 0;                 // frames that are reconstructed at once; 0: all up to 600, else 240, or 600 for models of a whole shot's motion
+  int window_frames = 0;                 // most frames that are reconstructed at once, windows of one length; 0: all up to 600, else 240, or 600 for models of a whole shot's motion
   double render_scale = 1;               // of the video's size
   bool split_screen = false;             // OUT-split.mp4: the left half as filmed, the right half stabilised (thesis Fig. 6-7)
   bool false_color = false;              // OUT-false-color.mp4
@@ -37,6 +37,7 @@ struct StabilizedWindow {
   int first = 0, last = 0;               // frames that it renders, inclusive
   int begin = 0, end = 0;                // frames that it was reconstructed from, inclusive
   std::string structure;                 // points, homographies, none (a shot of one frame)
+  std::string model;                     // of its path: a later window that the one asked for cannot be had of is smooth
   double view_scale = 1, shake_before_px = 0, shake_after_px = 0, seconds = 0;
   int followed_frames = 0;
   bool cut = false;                      // a cut ends it

@@ -58,6 +58,7 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   const ProgramResult next = RunProgram({"lumi-stabilize", scene, "-o", folder / "next.json", "--continue", path, "--json"});
   ASSERT_EQ(next.exit_code, 0) << next.err;
   EXPECT_EQ(json::parse(next.out)["joined_frames"], 75);
+  EXPECT_EQ(json::parse(next.out)["shown"], (json{"frame_000005.png", "frame_000074.png"}));  // from where its own frames can fill a picture
 }
 
 TEST(StabilizeProgram, RefusesByNameAndExitCode) {

@@ -1,6 +1,7 @@
 // Accuracy and time of stabilisation on simulated walks: the figures of docs/stabilize.md.
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -31,19 +32,31 @@ void Row(const char* name, const Walk& walk, StabilizeOptions options, const Tel
   }
 }
 
+// Windows against one: shake within a second of the seams, and the sharpest bend there.
+void WindowsRow(const char* name, const Walk& walk, StabilizeOptions options, int length, int overlap, const Telling& telling = {}) {
+  try {
+    options.crop = false;
+    StabilizeReport report;
+    const std::vector<Matrix34d> alone = InWalk(Stabilize(ReadWalk(walk, telling), options, report, SilentProgress()), telling);
+    const InWindows windows = StabilizeInWindows(walk, options, length, overlap, telling);
+    double shake[2] = {0, 0}, bend[2] = {0, 0}, scale = 1;
+    for (const int seam : windows.seams)
+      for (int i = 0; i < 2; ++i) {
+        shake[i] = std::max(shake[i], JitterPx(walk, i == 0 ? alone : windows.P, seam - 20, seam + overlap));
+        bend[i] = std::max(bend[i], WorstBendPx(walk, i == 0 ? alone : windows.P, seam - 5, seam + overlap));
+      }
+    for (const StabilizeReport& r : windows.reports) scale = std::min(scale, r.view_scale);
+    std::printf("%-34s %4d %3d %8.4f %8.4f %8.4f %8.4f  %7.4f %7.4f  %5.3f %5.3f\n", name, length, overlap, JitterPx(walk, alone), JitterPx(walk, windows.P), shake[0], shake[1], bend[0], bend[1],
+                report.view_scale, scale);
+  } catch (const Error& e) {
+    std::printf("%-34s %s\n", name, e.what());
+  }
+}
+
 StabilizeOptions Of(MotionModel model, const Walk& walk = {}) {
   StabilizeOptions options;
   options.model = model;
-  if (model == MotionModel::kVertigo && !walk.object.empty()) {
-    const Matrix34d& P = walk.shaky.front();
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
-    for (const std::int32_t j : walk.object) {
-      const Eigen::Vector2d x = (P * walk.X[static_cast<std::size_t>(j)]).hnormalized();
-      low = low.cwiseMin(x), high = high.cwiseMax(x);
-    }
-    low.array() -= 2, high.array() += 2;
-    options.object_px = {low.x(), low.y(), (high - low).x(), (high - low).y()};
-  }
+  if (model == MotionModel::kVertigo && !walk.object.empty()) options.object_px = ObjectBox(walk);
   return options;
 }
 
@@ -51,6 +64,24 @@ StabilizeOptions Of(MotionModel model, const Walk& walk = {}) {
 
 int main() {
   SetThreadCount(2);
+  std::printf("Windows, joined, against one: length and overlap; shake above 1 Hz alone and joined, around the worst seam alone and joined; the sharpest bend\n"
+              "there, px a frame a frame, alone and joined; the share of the width that every picture keeps, alone and joined.\n");
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Telling guessed;
+    guessed.plane_tilt = {0.004, -0.003, 0.01};
+    const Hand hand{0.014, 0.012, 0, 0, seed};
+    for (const int overlap : {60, 90}) {
+      WindowsRow("wander, smooth", Wander(390, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
+      WindowsRow("forward, smooth", Forward(390, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
+      WindowsRow("around, smooth", Around(390, 60, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
+    }
+    WindowsRow("sideways, linear", Sideways(390, hand), Of(MotionModel::kLinear), 240, 90, guessed);
+    WindowsRow("forward, linear", Forward(390, hand), Of(MotionModel::kLinear), 240, 90, guessed);
+    const Walk vertigo = Vertigo(390, 0, {0.01, 0.01, 0.006, 0, seed});
+    WindowsRow("vertigo", vertigo, Of(MotionModel::kVertigo, vertigo), 240, 90, guessed);
+    WindowsRow("circular", Around(390, 60, hand), Of(MotionModel::kCircular), 240, 90, guessed);
+  }
+  if (std::getenv("W")) return 0;
   std::printf("Shake above 1 Hz against the path that was meant, px of 640x360, before and after; the share of the width that every picture keeps; px rms that\n"
               "the video departs from the model; degrees around; frames that follow the camera for --min-scale; milliseconds to read and to find the path.\n"
               "%-34s %4s %7s %9s  %5s %6s %7s %4s  %5s %6s\n", "", "fr", "shaky", "result px", "scale", "rms", "turn", "fol", "read", "ms");

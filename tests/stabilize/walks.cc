@@ -230,7 +230,7 @@ std::vector<Matrix34d> InWalk(const FilmedScene& film, const std::vector<Matrix3
   return in_walk;
 }
 
-double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P) {
+double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P, int first, int last) {
   const auto n = static_cast<int>(P.size());
   const int reach = std::min(static_cast<int>(kFps), (n - 1) / 2);  // a Hann window of two seconds: nothing above 1 Hz passes
   double sum = 0;
@@ -240,7 +240,7 @@ double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P) {
     if (!a || !b) return std::nullopt;
     return Eigen::Vector2d(*a - *b);
   };
-  for (int t = reach; t + reach < n; ++t)
+  for (int t = std::max(reach, first); t + reach < n && t <= last; ++t)
     for (std::size_t j = 0; j < walk.X.size(); ++j) {
       if (!walk.seen[static_cast<std::size_t>(t)][j]) continue;
       Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -258,6 +258,70 @@ double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P) {
       ++count;
     }
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : std::nan("");
+}
+
+double WorstBendPx(const Walk& walk, const std::vector<Matrix34d>& P, int first, int last) {
+  double worst = 0;
+  for (int t = std::max(1, first); t + 1 < static_cast<int>(P.size()) && t <= last; ++t) {
+    double sum = 0;
+    long count = 0;
+    for (std::size_t j = 0; j < walk.X.size(); ++j) {
+      Eigen::Vector2d bend(0, 0);
+      bool whole = true;
+      for (int d = -1; d <= 1; ++d) {
+        const auto at = static_cast<std::size_t>(t + d);
+        const auto a = Image(P[at], walk.X[j]), b = Image(walk.ideal[at], walk.X[j]);
+        whole = whole && a && b && walk.seen[at][j];
+        if (whole) bend += (d == 0 ? -2 : 1) * (*a - *b);
+      }
+      if (whole) sum += bend.squaredNorm(), ++count;
+    }
+    if (count > 0) worst = std::max(worst, std::sqrt(sum / static_cast<double>(count)));
+  }
+  return worst;
+}
+
+Walk WindowOf(const Walk& walk, int first, int count) {
+  Walk window = walk;
+  const auto some = [&](auto& list) { list = {list.begin() + first, list.begin() + first + count}; };
+  some(window.ideal), some(window.shaky), some(window.seen);
+  return window;
+}
+
+Scene ToldFrom(const Walk& window, const Telling& telling, int first) {
+  Scene scene = Told(window, telling);
+  for (std::size_t t = 0; t < scene.views.size(); ++t) {
+    const int frame = static_cast<int>(t) + first;
+    scene.views[t].name = fmt::format("frame_{:06}.png", frame);
+    scene.views[t].frame_index = frame;
+    scene.views[t].time_s = frame / kFps;
+  }
+  return scene;
+}
+
+InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& asked, int length, int overlap, const Telling& telling) {
+  InWindows result;
+  StabilizeOptions options = asked;
+  const auto total = static_cast<int>(walk.shaky.size());
+  for (int first = 0, number = 0;; first += length - overlap, ++number) {
+    const int count = std::min(length, total - first);
+    const bool last = first + count == total;
+    const Walk window = WindowOf(walk, first, count);
+    Telling told = telling;
+    told.seed += static_cast<unsigned>(number);
+    told.world_from_walk = ProjectiveFrame(window, 50, told.seed);
+    told.plane_tilt *= number % 2 == 0 ? 1 : -1;
+    options.anchors = last ? 0 : overlap;
+    if (!walk.object.empty()) options.object_px = ObjectBox(window);
+    StabilizeReport& report = result.reports.emplace_back();
+    const MatrixPath path = Stabilize(ReadFilmedScene(ToldFrom(window, told, first), std::nullopt), options, report, SilentProgress());
+    const std::vector<Matrix34d> P = InWalk(path, told);
+    if (number > 0) result.seams.push_back(first + report.first_shown);
+    result.P.insert(result.P.end(), P.begin() + report.first_shown, P.begin() + report.last_shown + 1);
+    if (last) break;
+    options.before = path;
+  }
+  return result;
 }
 
 double LargestDistancePx(const Walk& walk, const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b) {
@@ -283,6 +347,16 @@ std::vector<double> ObjectSizes(const Walk& walk, const std::vector<Matrix34d>& 
     sizes.push_back(std::sqrt(sum / static_cast<double>(images.size())));
   }
   return sizes;
+}
+
+std::vector<double> ObjectBox(const Walk& walk) {
+  constexpr double kMarginPx = 2;
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+  for (const std::int32_t j : walk.object) {
+    const Eigen::Vector2d x = Eigen::Vector3d(walk.shaky.front() * walk.X[static_cast<std::size_t>(j)]).hnormalized();
+    low = low.cwiseMin(x), high = high.cwiseMax(x);
+  }
+  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx, high.y() - low.y() + 2 * kMarginPx};
 }
 
 }  // namespace lumi::test

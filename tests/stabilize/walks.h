@@ -10,6 +10,7 @@
 #include "scene/model/scene.h"
 #include "stabilize/filmed_scene.h"
 #include "scene/files/matrix_path.h"
+#include "stabilize/stabilize.h"
 
 namespace lumi::test {
 
@@ -66,11 +67,27 @@ Eigen::Matrix4d ProjectiveFrame(const Walk& walk, double condition, unsigned see
 // Pixels. `path` from the world of the telling.
 std::vector<Matrix34d> InWalk(const MatrixPath& path, const Telling& telling);
 std::vector<Matrix34d> InWalk(const FilmedScene& film, const std::vector<Matrix34d>& P, const Telling& telling);
-// RMS over what was seen of the part above 1 Hz of (where P puts a point - where the ideal path does).
-double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P);
+// RMS over what was seen of the part above 1 Hz of (where P puts a point - where the ideal path does); of frames first ... last.
+double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P, int first = 0, int last = 1 << 30);
+// The same of the second difference in time of that, pixels a frame a frame, RMS of the worst frame.
+double WorstBendPx(const Walk& walk, const std::vector<Matrix34d>& P, int first = 0, int last = 1 << 30);
 // Largest distance of images between two paths, of points that were seen.
 double LargestDistancePx(const Walk& walk, const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b);
 // RMS distance of the object's points from their mean, pixels, a frame.
 std::vector<double> ObjectSizes(const Walk& walk, const std::vector<Matrix34d>& P);
+// Around its points in the first frame, as StabilizeOptions::object_px has it.
+std::vector<double> ObjectBox(const Walk& walk);
+
+
+// The walk as a long video's: windows in projective frames of their own, each with another guess at the plane at infinity, joined.
+struct InWindows {
+  std::vector<Matrix34d> P;                   // pixels from the walk's world
+  std::vector<int> seams;                     // first frames that a later window shows
+  std::vector<StabilizeReport> reports;
+};
+InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& options, int length, int overlap, const Telling& telling = {});
+// Frames first ... first + count - 1 alone, and their scene under the names, numbers and times that they have in the whole.
+Walk WindowOf(const Walk& walk, int first, int count);
+Scene ToldFrom(const Walk& window, const Telling& telling, int first);
 
 }  // namespace lumi::test
