@@ -52,6 +52,24 @@ class TargetCost final : public ceres::SizedCostFunction<2, 12> {
   double root_;
 };
 
+class ParallaxCost final : public ceres::SizedCostFunction<2, 12> {
+ public:
+  ParallaxCost(const Eigen::Vector4d& X, const Eigen::Vector4d& Z, double weight) : X_(X), Z_(Z), root_(std::sqrt(weight)) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    Eigen::Vector2d x, z;
+    Jacobian of_x, of_z;
+    const bool wanted = jacobians && jacobians[0];
+    if (!Image(parameters[0], X_, x, wanted ? &of_x : nullptr) || !Image(parameters[0], Z_, z, wanted ? &of_z : nullptr)) return false;
+    Eigen::Map<Eigen::Vector2d>(residuals, 2) = root_ * (x - z);
+    if (wanted) Eigen::Map<Jacobian>(jacobians[0], 2, 12) = root_ * (of_x - of_z);
+    return true;
+  }
+
+ private:
+  Eigen::Vector4d X_, Z_;
+  double root_;
+};
+
 class BendCost final : public ceres::SizedCostFunction<2, 12, 12, 12> {
  public:
   BendCost(const Eigen::Vector4d& X, const std::array<double, 3>& factor, const Eigen::Vector2d& bend, double weight)
@@ -127,6 +145,8 @@ PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, cons
       const double share = point.share / shares;
       if (!(share > 0) || !in_front(t, point.X)) continue;
       if (frame.weight > 0 && !frame.held) problem.AddResidualBlock(new TargetCost(point, share * frame.weight), nullptr, unknown[t].data());
+      if (frame.parallax > 0 && !frame.held && !point.Z.isZero() && in_front(t, point.Z))
+        problem.AddResidualBlock(new ParallaxCost(point.X, point.Z, share * frame.parallax), nullptr, unknown[t].data());
       if (!(options.smoothness > 0) || t == 0 || t + 1 == P.size() || !in_front(t - 1, point.X) || !in_front(t + 1, point.X)) continue;
       if (wanted[t - 1].held && frame.held && wanted[t + 1].held) continue;
       const Eigen::Vector2d bend = frame.bend.empty() ? Eigen::Vector2d(0, 0) : frame.bend[j];

@@ -62,6 +62,24 @@ std::vector<WantedPoint> PointsOf(const FilmedScene& film, const FilmedFrame& fr
   return points;
 }
 
+// Another depth on the ray of each point, far ones' near, near ones' far. A floor before a wall has one depth a direction, and a
+// camera that wanders off along its view, zooming back, shows the points that there are almost where they were: its pictures are
+// then made of photos from elsewhere. That the two are one behind the other is what tells a centre.
+void AddDepths(const FilmedScene& film, const FilmedFrame& frame, std::vector<WantedPoint>& points) {
+  const Eigen::Vector4d centre = CentreOfProjection(frame.P);
+  const double towards = film.plane_at_infinity.dot(centre);
+  if (film.one_centre || points.empty() || std::abs(towards) < 1e-9) return;
+  std::vector<double> kappa;
+  for (const WantedPoint& point : points) kappa.push_back(film.plane_at_infinity.dot(point.X) / frame.P.row(2).dot(point.X));
+  std::vector<double> sorted = kappa;
+  std::sort(sorted.begin(), sorted.end());
+  const double far = sorted[sorted.size() / 10], near = sorted[sorted.size() - 1 - sorted.size() / 10];
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double other = kappa[i] < 0.5 * (far + near) ? near : far;
+    points[i].Z = (points[i].X + (other - kappa[i]) * frame.P.row(2).dot(points[i].X) / towards * centre).normalized();
+  }
+}
+
 // What the camera of the film does from one frame to the next, W - I with A_(t+1) = A_t W, A = [P; pi], without its shake: the mean
 // over a Hann window of the seconds given. A camera that turns or walks steadily has a constant W in an affine frame, and W is of
 // the world, so that means of it are too. Zero where nothing is known.
@@ -277,7 +295,10 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   const double smoothness = SmoothnessOf(options.cutoff_hz, film.fps);
   const bool smooth = options.model == MotionModel::kSmooth;
   std::vector<std::vector<WantedPoint>> points(n);
-  for (std::size_t t = 0; t < n; ++t) points[t] = PointsOf(film, film.frames[t], options.points);
+  for (std::size_t t = 0; t < n; ++t) {
+    points[t] = PointsOf(film, film.frames[t], options.points);
+    AddDepths(film, film.frames[t], points[t]);
+  }
   const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
 
   PathProblemOptions problem;
@@ -307,6 +328,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
         WantedFrame& frame = wanted[t];
         const double of_model = smooth ? 0 : 1;
         frame.weight = of_model + follow[t];
+        frame.parallax = smooth ? follow[t] : 0;  // a model's path has its own centres
         for (WantedPoint point : points[t]) {
           const auto filmed = ImageOf(original[t], point.X);
           const auto meant = smooth ? filmed : ImageOf(model.P[t], point.X);

@@ -63,9 +63,11 @@ TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
   for (std::size_t t = 0; t < film.frames.size(); ++t) {
     WantedFrame& frame = wanted.emplace_back();
     frame.weight = 1 + 0.2 * static_cast<double>(t);
+    frame.parallax = 3;
+    const Eigen::Vector4d centre = CentreOfProjection(film.frames[t].P);
     for (std::size_t k = 0; k < film.frames[t].sights.size(); k += 5) {
       const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(film.frames[t].sights[k].point)];
-      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3)});
+      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3), k % 2 == 0 ? Eigen::Vector4d(X + 0.3 * X.norm() * centre) : Eigen::Vector4d::Zero()});
       frame.bend.emplace_back(1e-3 * std::sin(static_cast<double>(k)), 1e-3);
     }
     P.push_back(film.frames[t].P);
@@ -80,6 +82,7 @@ TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
         const WantedPoint& p = wanted[t].points[j];
         const auto image = [&](std::size_t s) { return Eigen::Vector2d(Eigen::Vector3d(at[s] * p.X).hnormalized()); };
         sum += 0.5 * p.share / shares * wanted[t].weight * (image(t) - p.y).squaredNorm();
+        if (!p.Z.isZero()) sum += 0.5 * p.share / shares * wanted[t].parallax * (image(t) - Eigen::Vector3d(at[t] * p.Z).hnormalized()).squaredNorm();
         if (t == 0 || t + 1 == at.size()) continue;
         const auto D2 = SecondDifference(options.times, t);
         sum += 0.5 * p.share / shares * options.smoothness * (D2[0] * image(t - 1) + D2[1] * image(t) + D2[2] * image(t + 1) - wanted[t].bend[j]).squaredNorm();

@@ -351,6 +351,22 @@ TEST(HardCase, ASmoothPathIsOneCamerasPath) {
   EXPECT_LT(JitterPx(walk, Stabilized(walk, [] { StabilizeOptions o = With(MotionModel::kSmooth); o.min_scale = 0.8; return o; }())), kJitterPx);
 }
 
+// A floor before a wall: one depth a direction, at which a camera that wanders ahead and zooms back shows all points nearly where they
+// were. Its pictures would be made of photos from elsewhere.
+TEST(HardCase, OverAFloorBeforeAWallTheCentreStaysNearTheFilms) {
+  std::vector<Eigen::Vector4d> X = PointsIn({-6, -4, 1}, {6, 1.4, 9}, 900, 31);
+  for (std::size_t i = 0; i < X.size(); ++i) (i % 2 == 0 ? X[i].y() = 1.4 : X[i].z() = 9);
+  const Hand hand{0.014, 0.012, 0, 0, 4};
+  const Walk walk = Film(90, [](double u) { return Pose{LookAt({0, 0, 2.5 * u}, {0, 0, 2.5 * u + 1}, -Eigen::Vector3d::UnitY())}; }, X, hand);
+  Telling telling;  // as the film of such a place is told: cheirality leaves the plane at infinity far from where it is
+  telling.plane_tilt = {0.002, -0.004, 0.05};
+  const auto P = Stabilized(walk, With(MotionModel::kSmooth), telling);
+  double apart = 0;
+  for (std::size_t t = 0; t < P.size(); ++t) apart = std::max(apart, (CentreOfProjection(P[t]).hnormalized() - CentreOfProjection(walk.ideal[t]).hnormalized()).norm());
+  EXPECT_LT(apart, 0.06);  // measured 0.024, of the way's 2.5 m, on which the hand moves by up to 0.04
+  EXPECT_LT(JitterPx(walk, P), kJitterPx);
+}
+
 // Windows in projective frames of their own, each with a wrong guess at the plane at infinity, against one window that knows all.
 TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
   constexpr int kWindow = 200, kOverlap = 80, kTotal = 2 * kWindow - kOverlap;
