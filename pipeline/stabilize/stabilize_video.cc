@@ -271,6 +271,7 @@ class StabilizeRun {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render", arguments, static_cast<int>(i) + 1);
     windows_[i].seconds += stage.seconds;
+    if (std::string(folder) == "steady") summary_.frames_reused += json::parse(stage.json).value("frames_reused", 0);
   }
 
   // The frames that the window renders, zoomed to the crop of all.
@@ -399,6 +400,7 @@ std::string ToJson(const StabilizeVideoSummary& s) {
   j["split_screen"] = s.split_screen.empty() ? json(nullptr) : json(s.split_screen.string());
   j["false_color"] = s.false_color.empty() ? json(nullptr) : json(s.false_color.string());
   j["frames"] = s.frames;
+  j["frames_reused"] = s.frames_reused;
   j["fps"] = s.fps;
   j["sound"] = s.sound;
   j["border"] = s.border;
