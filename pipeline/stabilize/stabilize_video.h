@@ -54,6 +54,7 @@ struct StabilizeVideoSummary {
   std::vector<StabilizedWindow> windows;
   std::string score_json;                // lumi-stabilize score's; empty: not asked for
   std::string tradeoff_json, tradeoff_table;  // empty: not asked for
+  double peak_memory_mb = 0;             // at most: this program's and the largest one's that it started
   double seconds = 0;
 };
 

@@ -129,6 +129,8 @@ TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHas
   ASSERT_EQ(whole.exit_code, 0) << whole.err;
   ASSERT_EQ(json::parse(whole.out)["windows"].size(), 2U);
   EXPECT_EQ(json::parse(whole.out)["frames_reused"], 0);
+  EXPECT_GT(json::parse(whole.out)["peak_memory_mb"].get<double>(), 50);
+  EXPECT_LT(json::parse(whole.out)["peak_memory_mb"].get<double>(), 4096);
 
   const std::map<std::string, std::string> environment = {{"LUMI_PROGRESS_PIPE", "1"}};
   const auto ended = [&](ChildProgram& run, int code) {
