@@ -14,9 +14,10 @@ struct WorldMap {
   double rms = 0;                                          // of that, units of the images; of what is within three times its median
 };
 
-// a, b: the matrices of the same frames in either world, of norm 1 and in units (FilmedScene), worlds balanced. points_b: of each frame, what the images
-// are compared of. Linear in the cameras, then Gauss-Newton on the images, robust (Huber). None where they do not tell: fewer than three
-// frames, or no point in front of both.
-std::optional<WorldMap> MapBetweenWorlds(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b, const std::vector<std::vector<Eigen::Vector4d>>& points_b);
+// a, b: the matrices of the same frames in either world, of norm 1, in units (FilmedScene), worlds balanced. points_b: a frame's points, whose
+// images are compared. Linear in the cameras, then Gauss-Newton on the images, robust (Huber). None where they do not tell: fewer than
+// three frames, or no point in front of both.
+std::optional<WorldMap> MapBetweenWorlds(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b,
+                                         const std::vector<std::vector<Eigen::Vector4d>>& points_b);
 
 }  // namespace lumi

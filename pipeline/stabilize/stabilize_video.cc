@@ -230,7 +230,7 @@ class StabilizeRun {
         window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
       } catch (const Error& e) {
         if (e.code() != ExitCode::kDataRefused || i + 1 == ways.size()) throw;
-        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined ? "smooth instead" : "smooth instead, not joined to what came before"));
+        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined || !window.joined ? "smooth instead" : "smooth instead, not joined to what came before"));
         continue;
       }
       if (ways[i].joined)

@@ -185,6 +185,19 @@ TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHas
     EXPECT_FALSE(entry.path().filename().string().starts_with(".") && entry.path().filename() != ".undistorted") << entry.path() << " was left half-written";
 }
 
+TEST_F(StabilizeVideo, ALaterShotThatIsTooShortForItsModelIsSmoothAndTheFilmIsNotLost) {
+  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(), "-filter_complex",
+          "[0:v]trim=end_frame=30[a];[1:v]trim=end_frame=2[b];[a][b]concat=n=2:v=1[v]", "-map", "[v]", "-r", "30", (*work_ / "end.mp4").string()});
+  const auto run = RunProgram({"lumi-pipeline", (*work_ / "end.mp4").string(), "--stabilize", "linear", "-o", (*work_ / "end-steady.mp4").string(), "--no-score", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json windows = json::parse(run.out)["windows"];
+  ASSERT_EQ(windows.size(), 2U);
+  EXPECT_EQ(windows[0]["model"], "linear");
+  EXPECT_EQ(windows[1]["model"], "smooth");
+  EXPECT_NE(run.err.find("warning: frames 30 to 31: "), std::string::npos) << run.err;
+  EXPECT_EQ(FramesOf(*work_ / "end-steady.mp4"), 32);
+}
+
 TEST_F(StabilizeVideo, WhatIsNoVideoIsRefusedInOneLine) {
   const auto refused = [&](const fs::path& film, int code, const std::string& word) {
     const auto run = RunProgram({"lumi-pipeline", film.string(), "--stabilize", "smooth", "-o", (*work_ / "no.mp4").string(), "--quiet"});
