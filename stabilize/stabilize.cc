@@ -14,6 +14,7 @@
 #include "stabilize/jitter.h"
 #include "stabilize/path_problem.h"
 #include "stabilize/view_area.h"
+#include "stabilize/world_map.h"
 
 namespace lumi {
 namespace {
@@ -25,6 +26,7 @@ constexpr double kGain = 40;              // log of the weight, a unit of scale 
 constexpr double kMostMissing = 0.04;     // ... at most so much in a round (five times the weight, half as much again for the cutoff), unless a tenth is missing
 constexpr double kGuessedShare = 0.1;     // of a border point there: each scene extends its own depths
 constexpr double kSeamCutoff_hz = 3;      // what leads from the path before to this one is slower: faster is how unsure the two are of it
+constexpr double kSameWorld = 0.02;       // units: two windows that disagree more about the frames that both have are no projective map of each other
 constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
 
 std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d& X) {
@@ -154,10 +156,44 @@ double SeamShare(int frame, const Seam& seam) {
   return u * u * u * (10 - 15 * u + 6 * u * u);
 }
 
+// Where the path before puts a pixel of frame t, seen at `filmed_px` and in this window's world at X: by that path's own matrices where both
+// windows have structure, since what the shake's parallax is depends on depth; else as its neighbours in the picture went.
+class PathBefore {
+ public:
+  PathBefore(const FilmedScene& film, const std::vector<const MatrixKey*>& shown, const std::vector<std::vector<WantedPoint>>& points) : film_(film), shown_(shown) {
+    if (film.one_centre) return;
+    std::vector<Matrix34d> a, b;
+    std::vector<std::vector<Eigen::Vector4d>> seen;
+    for (std::size_t t = 0; t < shown.size(); ++t) {
+      if (!shown[t] || shown[t]->filmed.isZero(0)) continue;
+      a.push_back(shown[t]->filmed);
+      b.push_back(film.frames[t].P);
+      std::vector<Eigen::Vector4d>& X = seen.emplace_back();
+      for (const WantedPoint& point : points[t]) X.push_back(point.X);
+    }
+    map_ = MapBetweenWorlds(a, b, seen);
+    if (map_ && map_->rms > kSameWorld) map_.reset();
+  }
+
+  std::optional<Move> Of(std::size_t t, const Eigen::Vector4d& X, const Eigen::Vector2d& filmed_px) const {
+    if (!map_ || shown_[t]->filmed.isZero(0)) return Moved(shown_[t]->anchors, filmed_px);
+    // What the two windows disagree in about the frame is not moved: it is the same pixel.
+    const Eigen::Vector4d X_before = map_->a_from_b * X;
+    const auto from = ImageOf(shown_[t]->filmed, X_before), to = ImageOf(shown_[t]->steady, X_before);
+    if (!from || !to || (*to - *from).norm() > 1) return std::nullopt;
+    return Move{filmed_px + (*to - *from) * film_.px_per_unit(), 1};
+  }
+
+ private:
+  const FilmedScene& film_;
+  const std::vector<const MatrixKey*>& shown_;
+  std::optional<WorldMap> map_;
+};
+
 // P, led over from the path before: a matrix each whose images go where that path put the frame's pixels, then from there to P's own.
 // What leads over is slow; P's own bends stay.
-std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vector<Matrix34d>& original, const std::vector<const MatrixKey*>& shown, const Seam& seam,
-                               const FilmedScene& film, const std::vector<double>& times) {
+std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vector<Matrix34d>& original, const std::vector<const MatrixKey*>& shown, const PathBefore& earlier, const Seam& seam,
+                               const FilmedScene& film, const std::vector<double>& times, const std::vector<std::vector<WantedPoint>>& points) {
   const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
   const std::size_t n = std::min(P.size(), static_cast<std::size_t>(seam.end) + 2);  // two of its own, held: what leads over ends smoothly
   std::vector<WantedFrame> wanted(n);
@@ -169,12 +205,12 @@ std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vecto
     const double share = SeamShare(static_cast<int>(t), seam);
     frame.held = share >= 1;
     frame.weight = share >= 1 || shown[t] ? 1 : 0;
-    for (WantedPoint point : PointsOf(film, film.frames[t], kMostAnchors)) {
+    for (WantedPoint point : points[t]) {
       const auto filmed = ImageOf(original[t], point.X), own = ImageOf(P[t], point.X);
       if (!filmed || !own) continue;
       point.y = *own;
       if (share < 1 && shown[t]) {
-        const auto to = Moved(shown[t]->anchors, *filmed * film.px_per_unit() + middle_px);
+        const auto to = earlier.Of(t, point.X, *filmed * film.px_per_unit() + middle_px);
         if (!to) continue;
         point.y = share * *own + (1 - share) * (to->to_px - middle_px) / film.px_per_unit();
         point.share *= point.share < 1 ? kGuessedShare : to->sureness;
@@ -193,6 +229,40 @@ std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vecto
   SolvePathProblem(wanted, problem, led);
   led.insert(led.end(), P.begin() + static_cast<std::ptrdiff_t>(n), P.end());
   return led;
+}
+
+// Of what a frame sees where `px` says, within the box: what shows beside the object in it lies behind; nearer than most is the object.
+template <typename Place>
+std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& frame, const std::vector<double>& box_px, const Place& px) {
+  const Eigen::Vector2d low(box_px[0], box_px[1]), high = low + Eigen::Vector2d(box_px[2], box_px[3]);
+  std::vector<std::int32_t> all, inside;
+  std::vector<double> depth;
+  for (const SightOfPoint& s : frame.sights) {
+    const std::optional<Eigen::Vector2d> x = px(s);
+    if (!x || (x->array() < low.array()).any() || (x->array() > high.array()).any()) continue;
+    all.push_back(s.point);
+    const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(s.point)];
+    depth.push_back(film.plane_at_infinity.dot(X) / frame.P.row(2).dot(X));
+  }
+  if (all.empty()) return inside;
+  std::vector<double> sorted = depth;
+  std::sort(sorted.begin(), sorted.end());
+  const double near = sorted[sorted.size() - 1 - sorted.size() / 10];
+  constexpr double kSameDepth = 0.25;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (depth[i] > (1 - kSameDepth) * near) inside.push_back(all[i]);
+  return inside;
+}
+
+// Around where the points are put at that frame; empty without any.
+std::vector<double> BoxOf(const FilmedScene& film, const std::vector<std::int32_t>& points, const Matrix34d& P) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+  for (const std::int32_t j : points)
+    if (const auto x = ImageOf(P, film.X[static_cast<std::size_t>(j)])) low = low.cwiseMin(*x), high = high.cwiseMax(*x);
+  if (!(low.array() <= high.array()).all()) return {};
+  low = low * film.px_per_unit() + 0.5 * film.size_px.cast<double>(), high = high * film.px_per_unit() + 0.5 * film.size_px.cast<double>();
+  constexpr double kMarginPx = 2;
+  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx, high.y() - low.y() + 2 * kMarginPx};
 }
 
 std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeOptions& options) {
@@ -214,25 +284,7 @@ std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeO
     return inside;
   }
   if (options.object_px.size() != 4) throw UsageError("--model vertigo wants the object that is to stay", "--object X,Y,WIDTH,HEIGHT in pixels of the first frame, or --object-point");
-  std::vector<double> depth;
-  const Eigen::Vector2d low(options.object_px[0], options.object_px[1]), high = low + Eigen::Vector2d(options.object_px[2], options.object_px[3]);
-  std::vector<std::int32_t> all;
-  for (const SightOfPoint& s : frame.sights) {
-    const Eigen::Vector2d x = px(s);
-    if ((x.array() < low.array()).any() || (x.array() > high.array()).any()) continue;
-    all.push_back(s.point);
-    const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(s.point)];
-    depth.push_back(film.plane_at_infinity.dot(X) / frame.P.row(2).dot(X));
-  }
-  // What shows beside the object within the box lies behind it: nearer than most is the object.
-  if (all.empty()) return inside;
-  std::vector<double> sorted = depth;
-  std::sort(sorted.begin(), sorted.end());
-  const double near = sorted[sorted.size() - 1 - sorted.size() / 10];
-  constexpr double kSameDepth = 0.25;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (depth[i] > (1 - kSameDepth) * near) inside.push_back(all[i]);
-  return inside;
+  return NearestIn(film, frame, options.object_px, [&](const SightOfPoint& s) { return std::optional(px(s)); });
 }
 
 }  // namespace
@@ -262,20 +314,6 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
 
   std::vector<Matrix34d> original;
   for (const FilmedFrame& frame : film.frames) original.push_back(frame.P);
-  ModelFit model;
-  if (options.model != MotionModel::kSmooth) {
-    ModelFitOptions fit;
-    if (options.model == MotionModel::kVertigo) fit.object = ObjectPoints(film, options);
-    model = FitModel(film, options.model, fit);
-    report.model_rms_px = model.rms * film.px_per_unit();
-    report.turn_deg = model.turn_rad * 180 / std::numbers::pi;
-    if (model.focus_of_expansion) {
-      Eigen::Vector3d e = *model.focus_of_expansion;
-      e.head<2>() = film.px_per_unit() * e.head<2>() + 0.5 * e.z() * film.size_px.cast<double>();
-      report.focus_of_expansion_px = e;
-    }
-  }
-
   // Where the path before this one put the frames that both have.
   std::vector<const MatrixKey*> shown(n, nullptr);
   int overlap = 0;
@@ -290,6 +328,30 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
       }
     if (overlap == 0) throw DataError("the path to go on from has anchors for none of the scene's frames", "make it with --anchors N, N the frames that both have");
     report.joined_frames = overlap;
+  }
+
+  ModelFit model;
+  ModelFitOptions fit;
+  if (options.model != MotionModel::kSmooth) {
+    if (options.model == MotionModel::kVertigo) {
+      // An object that the path before has kept is where it kept it.
+      const auto seam = static_cast<std::size_t>(SeamOf(overlap, options.half_window).begin);
+      if (overlap > 0 && shown[seam] && !options.before->object_px.empty())
+        fit.object = NearestIn(film, film.frames[seam], options.before->object_px, [&](const SightOfPoint& s) -> std::optional<Eigen::Vector2d> {
+          const auto to = Moved(shown[seam]->anchors, s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>());
+          return to ? std::optional(to->to_px) : std::nullopt;
+        });
+      else
+        fit.object = ObjectPoints(film, options);
+    }
+    model = FitModel(film, options.model, fit);
+    report.model_rms_px = model.rms * film.px_per_unit();
+    report.turn_deg = model.turn_rad * 180 / std::numbers::pi;
+    if (model.focus_of_expansion) {
+      Eigen::Vector3d e = *model.focus_of_expansion;
+      e.head<2>() = film.px_per_unit() * e.head<2>() + 0.5 * e.z() * film.size_px.cast<double>();
+      report.focus_of_expansion_px = e;
+    }
   }
 
   const double smoothness = SmoothnessOf(options.cutoff_hz, film.fps);
@@ -315,6 +377,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     const Eigen::Vector4d centre = CentreOfProjection(original.front());
     for (Matrix34d& p : matrices) p -= (p * centre) * centre.transpose();
   };
+  const PathBefore earlier(film, shown, points);
   std::vector<Matrix34d> P = smooth ? original : model.P, led;
   const std::vector<Eigen::Matrix4d> steady = smooth ? SteadyMotion(film, problem.times, 1 / options.cutoff_hz) : std::vector<Eigen::Matrix4d>();
   std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
@@ -358,7 +421,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
     }
     led = P;
     if (overlap > 0) {
-      led = LedOver(P, original, shown, first_seam, film, problem.times);
+      led = LedOver(P, original, shown, earlier, first_seam, film, problem.times, points);
       strip(led);
     }
     steps.Step();
@@ -401,6 +464,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   path.model = Name(options.model);
   path.view_scale = report.view_scale;
   path.cropped = options.crop;
+  if (options.model == MotionModel::kVertigo && anchors > 0) path.object_px = BoxOf(film, fit.object, P[n - static_cast<std::size_t>(anchors - last_seam.begin)]);
   for (std::size_t t = 0; t < n; ++t) {
     MatrixKey key;
     key.time_s = film.frames[t].time_s;
@@ -412,6 +476,7 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
         const auto from = ImageOf(original[t], point.X), to = ImageOf(P[t], point.X);
         if (from && to) key.anchors.push_back({*from * film.px_per_unit() + middle_px, *to * film.px_per_unit() + middle_px});
       }
+    if (!key.anchors.empty() && !film.one_centre) key.filmed = original[t], key.steady = P[t];
     path.keys.push_back(std::move(key));
   }
   return path;

@@ -25,7 +25,8 @@ struct StabilizeOptions {
   int points = 60;                     // of a frame's structure that its matrix is fitted to
   bool crop = true;                    // the path's pictures are zoomed until no border shows; false: that is left to the renderer's fill
   std::optional<double> fps;           // where the scene has no times
-  // vertigo: the object that is to stay, in pixels of view `object_frame` (in the order of time).
+  // vertigo: the object that is to stay, in pixels of view `object_frame` (in the order of time). A window that goes on from one that kept an object
+  // keeps that one.
   std::vector<double> object_px;       // x, y, width, height
   int object_frame = 0;
   std::vector<Eigen::Vector2d> object_points_px;  // or tracks picked by their places there

@@ -1,6 +1,7 @@
 #include "pipeline/stabilize/stabilize_video.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -33,6 +34,16 @@ using Clock = std::chrono::steady_clock;
 constexpr int kSmoothWindow = 240, kShotWindow = 600;  // frames reconstructed at once
 constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3 Hz knows its way a second from its ends
 constexpr double kSteadyRate = 0.25;                   // steps in time may differ by this share of a frame: containers round to milliseconds
+
+// They run one after the other: never more at once than this.
+double PeakMemoryMb() {
+  double sum = 0;
+  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    struct rusage usage = {};
+    if (::getrusage(who, &usage) == 0) sum += static_cast<double>(usage.ru_maxrss) / 1024;
+  }
+  return sum;
+}
 
 fs::path Beside(const fs::path& output, const char* what) { return output.parent_path() / (output.stem().string() + what); }
 
@@ -76,6 +87,7 @@ class StabilizeRun {
     summary_.border = o_.border;
     for (std::size_t i = 0; i < windows_.size(); ++i) summary_.windows.push_back(Reported(i));
     summary_.seconds = SecondsSince(start);
+    summary_.peak_memory_mb = PeakMemoryMb();
     summary_.report = WriteStabilizeReport(work_, o_, summary_);
     return summary_;
   }
@@ -219,7 +231,7 @@ class StabilizeRun {
         window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
       } catch (const Error& e) {
         if (e.code() != ExitCode::kDataRefused || i + 1 == ways.size()) throw;
-        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined ? "smooth instead" : "smooth instead, not joined to what came before"));
+        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined || !window.joined ? "smooth instead" : "smooth instead, not joined to what came before"));
         continue;
       }
       if (ways[i].joined)
@@ -272,6 +284,7 @@ class StabilizeRun {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render", arguments, static_cast<int>(i) + 1);
     windows_[i].seconds += stage.seconds;
+    if (std::string(folder) == "steady") summary_.frames_reused += json::parse(stage.json).value("frames_reused", 0);
   }
 
   // The frames that the window renders, zoomed to the crop of all.
@@ -405,6 +418,7 @@ std::string ToJson(const StabilizeVideoSummary& s) {
   j["split_screen"] = s.split_screen.empty() ? json(nullptr) : json(s.split_screen.string());
   j["false_color"] = s.false_color.empty() ? json(nullptr) : json(s.false_color.string());
   j["frames"] = s.frames;
+  j["frames_reused"] = s.frames_reused;
   j["fps"] = s.fps;
   j["sound"] = s.sound;
   j["border"] = s.border;
@@ -416,12 +430,13 @@ std::string ToJson(const StabilizeVideoSummary& s) {
                             {"shake_before_px", w.shake_before_px}, {"shake_after_px", w.shake_after_px}, {"followed_frames", w.followed_frames}, {"cut", w.cut}, {"seconds", w.seconds}});
   j["score"] = s.score_json.empty() ? json(nullptr) : json::parse(s.score_json, nullptr, false);
   if (!s.tradeoff_json.empty()) j["tradeoff"] = json::parse(s.tradeoff_json, nullptr, false);
+  j["peak_memory_mb"] = s.peak_memory_mb;
   j["seconds"] = s.seconds;
   return j.dump();
 }
 
 std::string ForPeople(const StabilizeVideoSummary& s) {
-  std::string text = fmt::format("{} frames in {} window{}, {:.1f} s; {}{}\n", s.frames, s.windows.size(), s.windows.size() == 1 ? "" : "s", s.seconds,
+  std::string text = fmt::format("{} frames in {} window{}, {:.1f} s, {:.1f} GB; {}{}\n", s.frames, s.windows.size(), s.windows.size() == 1 ? "" : "s", s.seconds, s.peak_memory_mb / 1024,
                                  s.border == "fill" ? "the whole picture, its borders filled" : fmt::format("cropped to {:.0f} % of the width", 100 * s.kept_scale), s.sound ? ", with its sound" : "");
   for (const StabilizedWindow& w : s.windows)
     text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure, w.shake_before_px, w.shake_after_px,

@@ -46,6 +46,7 @@ struct StabilizedWindow {
 struct StabilizeVideoSummary {
   std::filesystem::path video, split_screen, false_color, report;
   int frames = 0;
+  int frames_reused = 0;                 // that an earlier run had rendered
   double fps = 0;
   double kept_scale = 1;                 // share of the width that is left after the crop; 1 with fill
   std::string border;
@@ -53,6 +54,7 @@ struct StabilizeVideoSummary {
   std::vector<StabilizedWindow> windows;
   std::string score_json;                // lumi-stabilize score's; empty: not asked for
   std::string tradeoff_json, tradeoff_table;  // empty: not asked for
+  double peak_memory_mb = 0;             // at most: this program's and the largest one's that it started
   double seconds = 0;
 };
 

@@ -30,11 +30,24 @@ bool HasMatrices(const nlohmann::json& j) {
   return key.is_object() && key.contains("P");
 }
 
+Matrix34d ReadMatrix(const nlohmann::json& j) {
+  const auto numbers = j.get<std::array<double, 12>>();
+  Matrix34d P;
+  for (int i = 0; i < 12; ++i) P(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
+  return P;
+}
+
+nlohmann::ordered_json RowByRow(const Matrix34d& P) {
+  nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
+  for (int i = 0; i < 12; ++i) numbers.push_back(P(i / 4, i % 4));
+  return numbers;
+}
+
 MatrixKey ReadKey(const nlohmann::json& k) {
   MatrixKey key;
   key.time_s = k.at("time_s").get<double>();
-  const auto P = k.at("P").get<std::array<double, 12>>();
-  for (int i = 0; i < 12; ++i) key.P(i / 4, i % 4) = P[static_cast<std::size_t>(i)];
+  key.P = ReadMatrix(k.at("P"));
+  if (k.contains("filmed") && k.contains("steady")) key.filmed = ReadMatrix(k["filmed"]), key.steady = ReadMatrix(k["steady"]);
   key.view = k.value("view", "");
   key.view_scale = k.value("view_scale", 1.0);
   if (k.contains("anchors_px"))
@@ -62,6 +75,10 @@ MatrixPath ReadMatrixPath(const std::filesystem::path& file) {
     path.model = j.value("model", "");
     path.view_scale = j.value("view_scale", 1.0);
     path.cropped = j.value("cropped", false);
+    if (j.contains("object_px")) {
+      const auto box = j.at("object_px").get<std::array<double, 4>>();
+      path.object_px.assign(box.begin(), box.end());
+    }
     for (const auto& k : j["keys"]) path.keys.push_back(ReadKey(k));
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, std::string("not a path of matrices: ") + e.what());
@@ -90,17 +107,18 @@ void WriteMatrixPath(const std::filesystem::path& file, const MatrixPath& path) 
     j["model"] = path.model;
     j["view_scale"] = path.view_scale;
     j["cropped"] = path.cropped;
+    if (!path.object_px.empty()) j["object_px"] = path.object_px;
   }
   j["keys"] = nlohmann::ordered_json::array();
   for (const MatrixKey& key : path.keys) {
-    nlohmann::ordered_json k = {{"time_s", key.time_s}, {"P", nlohmann::ordered_json::array()}};
-    for (int i = 0; i < 12; ++i) k["P"].push_back(key.P(i / 4, i % 4));
+    nlohmann::ordered_json k = {{"time_s", key.time_s}, {"P", RowByRow(key.P)}};
     if (!key.view.empty()) k["view"] = key.view;
     if (!path.model.empty()) k["view_scale"] = key.view_scale;
     if (!key.anchors.empty()) {
       k["anchors_px"] = nlohmann::ordered_json::array();
       for (const Anchor& a : key.anchors) k["anchors_px"].push_back({a.from_px.x(), a.from_px.y(), a.to_px.x(), a.to_px.y()});
     }
+    if (!key.filmed.isZero(0)) k["filmed"] = RowByRow(key.filmed), k["steady"] = RowByRow(key.steady);
     j["keys"].push_back(k);
   }
   WriteTextAtomically(file, j.dump() + "\n");

@@ -22,6 +22,9 @@ struct MatrixKey {
   std::string view;                  // the photo that was taken at this moment: its time and exposure are the picture's; may be empty
   double view_scale = 1;             // of a stabilised path: the largest centred part of the picture that its frames see, before any cropping
   std::vector<Anchor> anchors;       // empty: none were asked for
+  // With anchors, of a scene with structure: the frame's matrix as filmed and P in units from the path's balanced world (stabilize/filmed_scene.h);
+  // zero: none.
+  Matrix34d filmed = Matrix34d::Zero(), steady = Matrix34d::Zero();
 };
 
 struct MatrixPath {
@@ -32,6 +35,7 @@ struct MatrixPath {
   std::string model;                 // empty: it is none
   double view_scale = 1;             // the least of the keys'
   bool cropped = false;              // to it: P has it in it
+  std::vector<double> object_px;     // x, y, width, height of what it keeps in place, before any cropping; empty: nothing, or no window follows
 
   Eigen::Vector2i size_px() const { return {width_px, height_px}; }
 };

@@ -1,9 +1,14 @@
 // lumi-pipeline VIDEO --stabilize as a user starts it: a shaky film of two shots with sound, and films that are none.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "scene/files/atomic_file.h"
@@ -98,6 +103,99 @@ TEST_F(StabilizeVideo, AFilmOfTwoShotsIsSteadiedShotByShotAndKeepsItsSound) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(fs::last_write_time(record), written);
   EXPECT_EQ(json::parse(again.out)["kept_scale"], summary["kept_scale"]);
+}
+
+// Of the files below `folder` whose parent folder has that name: which file it is and when it was written.
+using Stamps = std::map<std::string, std::pair<ino_t, fs::file_time_type>>;
+Stamps StampsOf(const fs::path& folder, const std::string& parent, const std::string& extension) {
+  Stamps stamps;
+  std::error_code gone;
+  for (fs::recursive_directory_iterator it(folder, gone), end; !gone && it != end; it.increment(gone)) {
+    struct stat status = {};
+    if (it->path().extension() == extension && !it->path().filename().string().starts_with(".") && it->path().parent_path().parent_path().filename() == parent && ::stat(it->path().c_str(), &status) == 0)
+      stamps[fs::relative(it->path(), folder).string()] = {status.st_ino, it->last_write_time()};
+  }
+  return stamps;
+}
+
+TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHasRendered) {
+  constexpr int kFrames = 36;
+  const fs::path out = *work_ / "killed.mp4", folder = *work_ / "killed-work", film = *work_ / "walk.mp4";
+  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-frames:v", std::to_string(kFrames), "-c", "copy", film.string()});
+  const auto command = [&](const fs::path& to) {
+    return std::vector<std::string>{"lumi-pipeline", film.string(), "--stabilize", "smooth", "-o", to.string(), "--window-frames", "30", "--no-score", "--json"};
+  };
+  const auto whole = RunProgram(command(*work_ / "whole.mp4"));
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  ASSERT_EQ(json::parse(whole.out)["windows"].size(), 2U);
+  EXPECT_EQ(json::parse(whole.out)["frames_reused"], 0);
+  EXPECT_GT(json::parse(whole.out)["peak_memory_mb"].get<double>(), 50);
+  EXPECT_LT(json::parse(whole.out)["peak_memory_mb"].get<double>(), 4096);
+
+  const std::map<std::string, std::string> environment = {{"LUMI_PROGRESS_PIPE", "1"}};
+  const auto ended = [&](ChildProgram& run, int code) {
+    const ProgramResult result = run.Wait();
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_TRUE(WaitForNoProcessNaming(folder));
+    EXPECT_FALSE(fs::exists(out));
+    if (code == 130) {
+      EXPECT_TRUE(!result.ErrorLines().empty() && result.ErrorLines().back().starts_with("lumi-pipeline: ")) << result.err;
+    }
+  };
+  const auto rendered = [&](const char* window) { return StampsOf(folder / window, "steady", ".png"); };
+  const auto wait_for_frames = [&](const char* window, std::size_t frames) {
+    for (int i = 0; i < 60000 && rendered(window).size() < frames; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    EXPECT_GE(rendered(window).size(), frames);
+  };
+  {
+    ChildProgram run(command(out), environment);
+    ASSERT_TRUE(run.WaitForErrorText("stage 2/2 cameras: ")) << run.Wait().err;
+    run.Signal(SIGKILL);
+    ended(run, 128 + SIGKILL);
+  }
+  const fs::path first_path = folder / "window-000" / "path.json";
+  const auto solved = fs::last_write_time(first_path);
+  const Stamps photos = StampsOf(folder, "window-000", ".jpg");
+  EXPECT_GT(photos.size(), 20U);
+  Stamps kept;
+  const auto none_is_lost = [&] {
+    EXPECT_EQ(fs::last_write_time(first_path), solved);
+    EXPECT_EQ(StampsOf(folder, "window-000", ".jpg"), photos);  // what the rendered frames are recognised by
+    const Stamps now = StampsOf(folder, "steady", ".png");
+    for (const auto& [name, stamp] : kept) EXPECT_TRUE(now.contains(name) && now.at(name) == stamp) << name;
+    kept = now;
+  };
+  for (const auto& [window, signal] : {std::pair{"window-000", SIGINT}, {"window-001", SIGKILL}}) {
+    SCOPED_TRACE(window);
+    ChildProgram run(command(out), environment);
+    wait_for_frames(window, 3);
+    run.Signal(signal);
+    ended(run, signal == SIGINT ? 130 : 128 + signal);
+    none_is_lost();
+  }
+  const auto last = RunProgram(command(out));
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_EQ(json::parse(last.out)["frames_reused"], kept.size());
+  none_is_lost();
+  EXPECT_EQ(kept.size(), static_cast<std::size_t>(kFrames));
+  // As if nothing had happened.
+  for (const auto& [name, stamp] : kept) EXPECT_EQ(ReadText(folder / name), ReadText(*work_ / "whole-work" / name)) << name;
+  EXPECT_EQ(ReadText(out), ReadText(*work_ / "whole.mp4"));
+  for (const auto& entry : fs::recursive_directory_iterator(work_->path()))
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".") && entry.path().filename() != ".undistorted") << entry.path() << " was left half-written";
+}
+
+TEST_F(StabilizeVideo, ALaterShotThatIsTooShortForItsModelIsSmoothAndTheFilmIsNotLost) {
+  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(), "-filter_complex",
+          "[0:v]trim=end_frame=30[a];[1:v]trim=end_frame=2[b];[a][b]concat=n=2:v=1[v]", "-map", "[v]", "-r", "30", (*work_ / "end.mp4").string()});
+  const auto run = RunProgram({"lumi-pipeline", (*work_ / "end.mp4").string(), "--stabilize", "linear", "-o", (*work_ / "end-steady.mp4").string(), "--no-score", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json windows = json::parse(run.out)["windows"];
+  ASSERT_EQ(windows.size(), 2U);
+  EXPECT_EQ(windows[0]["model"], "linear");
+  EXPECT_EQ(windows[1]["model"], "smooth");
+  EXPECT_NE(run.err.find("warning: frames 30 to 31: "), std::string::npos) << run.err;
+  EXPECT_EQ(FramesOf(*work_ / "end-steady.mp4"), 32);
 }
 
 TEST_F(StabilizeVideo, WhatIsNoVideoIsRefusedInOneLine) {

@@ -55,6 +55,14 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "again.json", "--model", "linear", "--border", "fill", "--threads", "1"}).exit_code, 0);
   EXPECT_EQ(ReadText(path), ReadText(folder / "again.json"));
   ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", path, "--anchors", "75"}).exit_code, 0);
+  MatrixPath anchored = ReadMatrixPath(path);
+  EXPECT_NEAR(anchored.keys[70].filmed.norm(), 1, 1e-9);
+  EXPECT_LT((anchored.keys[70].filmed - anchored.keys[70].steady).norm(), 0.5);
+  anchored.object_px = {1, 2, 3.5, 4};
+  WriteMatrixPath(folder / "copy.json", anchored);
+  const MatrixPath copy = ReadMatrixPath(folder / "copy.json");
+  EXPECT_EQ(copy.object_px, anchored.object_px);
+  EXPECT_EQ(copy.keys[70].steady, anchored.keys[70].steady);
   const ProgramResult next = RunProgram({"lumi-stabilize", scene, "-o", folder / "next.json", "--continue", path, "--json"});
   ASSERT_EQ(next.exit_code, 0) << next.err;
   EXPECT_EQ(json::parse(next.out)["joined_frames"], 75);

@@ -1,7 +1,6 @@
 // Accuracy and time of stabilisation on simulated walks: the figures of docs/stabilize.md.
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -66,22 +65,19 @@ int main() {
   SetThreadCount(2);
   std::printf("Windows, joined, against one: length and overlap; shake above 1 Hz alone and joined, around the worst seam alone and joined; the sharpest bend\n"
               "there, px a frame a frame, alone and joined; the share of the width that every picture keeps, alone and joined.\n");
-  for (const unsigned seed : {1U, 2U, 3U}) {
+  for (const unsigned seed : {1U, 3U}) {
     Telling guessed;
     guessed.plane_tilt = {0.004, -0.003, 0.01};
     const Hand hand{0.014, 0.012, 0, 0, seed};
-    for (const int overlap : {60, 90}) {
-      WindowsRow("wander, smooth", Wander(390, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
-      WindowsRow("forward, smooth", Forward(390, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
-      WindowsRow("around, smooth", Around(390, 60, hand), Of(MotionModel::kSmooth), 240, overlap, guessed);
-    }
+    WindowsRow("wander, smooth", Wander(390, hand), Of(MotionModel::kSmooth), 240, 90, guessed);
+    WindowsRow("forward, smooth", Forward(390, hand), Of(MotionModel::kSmooth), 240, 90, guessed);
+    WindowsRow("around, smooth", Around(390, 60, hand), Of(MotionModel::kSmooth), 240, 90, guessed);
     WindowsRow("sideways, linear", Sideways(390, hand), Of(MotionModel::kLinear), 240, 90, guessed);
     WindowsRow("forward, linear", Forward(390, hand), Of(MotionModel::kLinear), 240, 90, guessed);
     const Walk vertigo = Vertigo(390, 0, {0.01, 0.01, 0.006, 0, seed});
     WindowsRow("vertigo", vertigo, Of(MotionModel::kVertigo, vertigo), 240, 90, guessed);
     WindowsRow("circular", Around(390, 60, hand), Of(MotionModel::kCircular), 240, 90, guessed);
   }
-  if (std::getenv("W")) return 0;
   std::printf("Shake above 1 Hz against the path that was meant, px of 640x360, before and after; the share of the width that every picture keeps; px rms that\n"
               "the video departs from the model; degrees around; frames that follow the camera for --min-scale; milliseconds to read and to find the path.\n"
               "%-34s %4s %7s %9s  %5s %6s %7s %4s  %5s %6s\n", "", "fr", "shaky", "result px", "scale", "rms", "turn", "fol", "read", "ms");

@@ -372,7 +372,7 @@ TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
   constexpr int kWindow = 200, kOverlap = 80, kTotal = 2 * kWindow - kOverlap;
   constexpr double kTimesAlone = 1.3;     // shake at the seam, of what one window leaves there
   constexpr double kSlowPx = 0.1;         // where one window leaves none: two straight lines are led over in 2.3 s
-  constexpr double kStepPx = 0.2;         // of any point, third difference in time
+  constexpr double kStepPx = 0.05;         // of any point, third difference in time
   constexpr double kApartPx = 3, kLinesApartPx = 5;  // of where the one window puts it, which knew what comes; a straight line of fewer frames is another one
   struct Case {
     MotionModel model;
@@ -405,6 +405,9 @@ TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
       }
     EXPECT_LT(step, kStepPx);
     EXPECT_LT(apart, c.model == MotionModel::kSmooth ? kApartPx : kLinesApartPx);
+    if (c.model != MotionModel::kVertigo) continue;
+    const auto sizes = ObjectSizes(c.walk, joined.P);
+    EXPECT_LT(*std::max_element(sizes.begin(), sizes.end()) / *std::min_element(sizes.begin(), sizes.end()) - 1, 0.01);  // the later window finds it again
   }
 }
 

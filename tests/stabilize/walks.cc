@@ -312,7 +312,7 @@ InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& asked, in
     told.world_from_walk = ProjectiveFrame(window, 50, told.seed);
     told.plane_tilt *= number % 2 == 0 ? 1 : -1;
     options.anchors = last ? 0 : overlap;
-    if (!walk.object.empty()) options.object_px = ObjectBox(window);
+    if (number > 0) options.object_px.clear();  // it is known from the window before
     StabilizeReport& report = result.reports.emplace_back();
     const MatrixPath path = Stabilize(ReadFilmedScene(ToldFrom(window, told, first), std::nullopt), options, report, SilentProgress());
     const std::vector<Matrix34d> P = InWalk(path, told);
