@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <mutex>
 #include <opencv2/calib3d.hpp>
 #include <set>
 
@@ -13,6 +15,7 @@
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/tracks/match_descriptors.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -20,6 +23,10 @@ namespace {
 
 // Keyframes on each side that a frame is matched with.
 constexpr std::size_t kNeighbours = 2;
+// COLMAP's own bounds on a match: the distance to the nearest descriptor over that to the second, and the cosine of the angle between
+// two, which is at most 0.7.
+constexpr double kMatchRatio = 0.8;
+constexpr float kLeastSimilarity = 0.7648f;
 // A frame is placed by at least so many points that agree within the error (COLMAP's own bound is 30 of 12 px).
 constexpr int kMinInliers = 20;
 constexpr double kMaxErrorPx = 4;
@@ -171,6 +178,11 @@ std::vector<std::string> NearKeyframes(const std::vector<std::string>& keyframes
   return {at - static_cast<std::ptrdiff_t>(before), at + static_cast<std::ptrdiff_t>(after)};
 }
 
+Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
+  const Descriptors d = db.Descriptors(image).cast<float>();
+  return d.rowwise().normalized();
+}
+
 }  // namespace
 
 void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, const ReconstructOptions& options,
@@ -192,14 +204,10 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
     WriteTextAtomically(key_file, key);
   }
   const FeatureLimits limits = LimitsFor(options, all_frames.photos.size());
-  const fs::path list = work_folder / "all_frames.txt", pairs = work_folder / "all_frames_pairs.txt";
-  std::string names, pair_lines;
-  for (const auto& frame : frames) {
-    names += frame + "\n";
-    for (const auto& keyframe : NearKeyframes(keyframes, frame)) pair_lines += frame + " " + keyframe + "\n";
-  }
+  const fs::path list = work_folder / "all_frames.txt";
+  std::string names;
+  for (const auto& frame : frames) names += frame + "\n";
   WriteTextAtomically(list, names);
-  WriteTextAtomically(pairs, pair_lines);
   const std::string gpu = colmap.has_cuda() ? "1" : "0";
   const std::string threads = options.threads > 0 ? std::to_string(options.threads) : "-1";
   if (!frames.empty()) {
@@ -212,9 +220,6 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
                                          {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
                                          {"SiftExtraction.num_threads", threads}};
     colmap.Run("feature_extractor", extract, "features of all frames (COLMAP)", static_cast<long>(frames.size()));
-    colmap.Run("matches_importer",
-               {{"database_path", database.string()}, {"match_list_path", pairs.string()}, {"match_type", "pairs"}, {"SiftMatching.use_gpu", gpu}, {"SiftMatching.num_threads", threads}},
-               "matching all frames (COLMAP)", 0);
   }
 
   const ColmapDatabase db(database);
@@ -239,25 +244,41 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   const CameraId camera_id = scene.views.front().camera;
   const Camera camera = scene.CameraOf(scene.views.front());
 
+  // Matched here: COLMAP's matcher takes a quarter of a second a pair without a GPU, and then verifies what a pose is found from anyway.
+  std::map<std::string, Descriptors> descriptors_of;
+  for (const auto& keyframe : keyframes)
+    if (const auto image = image_of.find(keyframe); image != image_of.end()) descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
   std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>> seen(frames.size());
   std::vector<int> features(frames.size(), 0);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const auto image = image_of.find(frames[f]);
-    if (image == image_of.end()) continue;
-    features[f] = image->second.keypoints;
-    const auto keypoints = db.Keypoints(image->second.id);
-    std::set<std::pair<std::int32_t, int>> unique;
-    for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
-      const auto& of_keypoint = point_of_keypoint[keyframe];
-      const auto key_image = image_of.find(keyframe);
-      if (key_image == image_of.end()) continue;
-      for (const auto& [i, j] : db.Matches(image->second.id, key_image->second.id)) {
-        if (i < 0 || j < 0 || static_cast<std::size_t>(i) >= keypoints.size() || static_cast<std::size_t>(j) >= of_keypoint.size()) continue;
-        const std::int32_t point = of_keypoint[static_cast<std::size_t>(j)];
-        if (point >= 0 && unique.emplace(point, i).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(i)]);
+  std::mutex reading;
+  Progress matching(sink, "matching all frames", static_cast<long>(frames.size()));
+  ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      matching.Step();
+      const auto image = image_of.find(frames[f]);
+      if (image == image_of.end()) continue;
+      features[f] = image->second.keypoints;
+      std::vector<Eigen::Vector2d> keypoints;
+      Descriptors descriptors;
+      {
+        const std::lock_guard lock(reading);
+        keypoints = db.Keypoints(image->second.id);
+        descriptors = UnitDescriptors(db, image->second.id);
+      }
+      if (static_cast<Eigen::Index>(keypoints.size()) != descriptors.rows()) continue;
+      std::set<std::pair<std::int32_t, int>> unique;
+      for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
+        const auto of_keyframe = descriptors_of.find(keyframe);
+        if (of_keyframe == descriptors_of.end()) continue;
+        const auto& of_keypoint = point_of_keypoint.at(keyframe);
+        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, std::numeric_limits<Eigen::Index>::max())) {
+          if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
+          const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
+          if (point >= 0 && unique.emplace(point, m.a).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
+        }
       }
     }
-  }
+  });
   std::vector<Placed> placed(frames.size());
   Progress progress(sink, "placing all frames", static_cast<long>(frames.size()));
   ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
