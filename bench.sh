@@ -110,10 +110,12 @@ if [ -z "$only_speed$only_quality" ]; then
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
   for example in lamp helicopter; do
-    # From the video alone, and its period from a tripod's.
-    "$bin/lumi-pipeline" "$work/$example/video.mp4" -o "$work/$example-periodic" --periodic --fixed-video "$work/$example/fixed.mp4" --no-video --quiet
+    # From the video alone, as wide as the example is, and its period from a tripod's.
+    capture=$work/$example-whole
+    [ -d "$capture/truth" ] || "$bin/lumi-simulate" --example "$example" -o "$capture"
+    "$bin/lumi-pipeline" "$capture/video.mp4" -o "$work/$example-periodic" --periodic --fixed-video "$capture/fixed.mp4" --no-video --quiet
     printf '\n## lumi-pipeline --periodic: %s\n\n' "$example"
-    "$bin/timeperiodic_bench" reconstructed "$example" "$work/$example" "$work/$example-periodic"
+    "$bin/timeperiodic_bench" reconstructed "$example" "$capture" "$work/$example-periodic"
   done
   # Walks whose ideal path is known: the steady camera's own video is the row after the input.
   for example in hallway plaza vertigo; do

@@ -4,15 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <mutex>
 #include <opencv2/calib3d.hpp>
 #include <set>
+#include <string>
+#include <tuple>
 
 #include "reconstruct/colmap_database.h"
+#include "reconstruct/mapping.h"
+#include "reconstruct/reprojection.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/tracks/match_descriptors.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -20,12 +27,24 @@ namespace {
 
 // Keyframes on each side that a frame is matched with.
 constexpr std::size_t kNeighbours = 2;
+// COLMAP's own bounds on a match: the distance to the nearest descriptor over that to the second, and the cosine of the angle between
+// two, which is at most 0.7.
+constexpr double kMatchRatio = 0.8;
+constexpr float kLeastSimilarity = 0.7648f;
 // A frame is placed by at least so many points that agree within the error (COLMAP's own bound is 30 of 12 px).
 constexpr int kMinInliers = 20;
 constexpr double kMaxErrorPx = 4;
 constexpr int kRansacRounds = 1000;
 constexpr double kRansacConfidence = 0.9999;
 
+// Cameras, keyframes among them, in the last adjustment: its time grows with their square, and the lens is then known better than
+// keyframes alone know it (docs/reconstruct.md).
+constexpr std::size_t kAdjustedCameras = 150;
+constexpr int kAdjustIterations = 25;
+// Of the observations' median error: what is further off has no part in the adjustment.
+constexpr double kFarOff = 4;
+
+using Sightings = std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>;  // of each frame: point, pixel
 using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;  // keypoint -> point
 
 struct Placed {
@@ -130,7 +149,7 @@ Placed Refine(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen,
 // Fixes what RANSAC took for another pose: far things under a long lens look nearly alike from two places. A frame's
 // neighbours in time are near in space, so their poses are tried as starts; the one that more points agree with stays,
 // and among equals (kTie) the one nearer to where the neighbours say.
-void Smooth(std::vector<Placed>& placed, const std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>& seen, const std::vector<Point>& points,
+void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vector<Point>& points,
             const Camera& camera) {
   constexpr double kTie = 0.9;
   std::vector<Placed> smoothed = placed;
@@ -163,6 +182,82 @@ void Smooth(std::vector<Placed>& placed, const std::vector<std::vector<std::pair
   placed = std::move(smoothed);
 }
 
+// Cameras of all frames from what they see of the points.
+std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>& points, const Camera& camera, ProgressSink& sink) {
+  std::vector<Placed> placed(seen.size());
+  Progress progress(sink, "placing all frames", static_cast<long>(seen.size()));
+  ParallelFor(seen.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      placed[f] = Resection(seen[f], points, camera);
+      progress.Step();
+    }
+  });
+  Smooth(placed, seen, points, camera);
+  return placed;
+}
+
+// Adjusts keyframes, points and lens with some of the frames, evenly taken, as further cameras. `scene` has the keyframes only, before and
+// after; points that COLMAP lets go or that are outliers stay where they were seen to be by the keyframes, without observations.
+void AdjustWithFrames(Scene& scene, const std::vector<Placed>& placed, bool lens_known, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+  std::vector<const Placed*> usable;
+  for (const Placed& p : placed)
+    if (p.ok) usable.push_back(&p);
+  const std::size_t keyframes = scene.views.size();
+  const std::size_t more = std::min(usable.size(), kAdjustedCameras > keyframes ? kAdjustedCameras - keyframes : 0);
+  if (more == 0) return;
+  Scene extended = scene;
+  for (std::size_t i = 0; i < more; ++i) {
+    const Placed& p = *usable[(2 * i + 1) * usable.size() / (2 * more)];
+    const auto index = static_cast<std::int32_t>(extended.views.size());
+    View view;
+    view.name = fmt::format("~{:06d}", i);  // sorts after any frame's
+    view.camera = scene.views.front().camera;
+    view.cam_from_world = p.cam_from_world;
+    std::set<std::int32_t> once;
+    for (const auto& [point, x] : p.observations)
+      if (once.insert(point).second) extended.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
+    extended.views.push_back(std::move(view));
+  }
+  // Single wrong sightings of right points.
+  const auto error = [&](const Point& point, const Observation& o) {
+    const View& view = extended.views[static_cast<std::size_t>(o.view.value)];
+    const auto x = extended.CameraOf(view).Project(view.cam_from_world * point.x_in_world);
+    return x ? (*x - o.x_px).norm() : kBehindCameraPx;
+  };
+  std::vector<double> errors;
+  for (const Point& point : extended.points)
+    for (const Observation& o : point.track) errors.push_back(error(point, o));
+  if (errors.empty()) return;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double limit = kFarOff * *middle;
+  for (Point& point : extended.points) std::erase_if(point.track, [&](const Observation& o) { return error(point, o) > limit; });
+  std::erase_if(extended.points, [](const Point& point) { return point.track.size() < 2; });
+  UpdatePointErrors(extended);
+  const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, work_folder, colmap, sink);
+
+  // The same points in another order: a place in a photo is one point's.
+  std::map<std::tuple<std::string, double, double>, std::size_t> point_at;
+  for (std::size_t p = 0; p < scene.points.size(); ++p)
+    for (const Observation& o : scene.points[p].track) point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
+  std::map<std::string, Rigid3> pose_of;
+  for (const View& view : adjusted.views) pose_of[view.name] = view.cam_from_world;
+  if (!std::all_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return pose_of.count(view.name) > 0; })) return;
+  std::vector<char> kept(scene.points.size(), 0);
+  for (const Point& point : adjusted.points)
+    for (const Observation& o : point.track) {
+      const auto at = point_at.find({adjusted.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()});
+      if (at == point_at.end()) continue;
+      scene.points[at->second].x_in_world = point.x_in_world;
+      kept[at->second] = 1;
+      break;
+    }
+  for (View& view : scene.views) view.cam_from_world = pose_of[view.name];
+  scene.cameras[static_cast<std::size_t>(scene.views.front().camera.value)] = adjusted.CameraOf(adjusted.views.front());
+  for (std::size_t p = 0; p < scene.points.size(); ++p)
+    if (!kept[p]) scene.points[p].track.clear();
+}
+
 // The keyframes nearest in time to a frame.
 std::vector<std::string> NearKeyframes(const std::vector<std::string>& keyframes, const std::string& frame) {
   const auto at = std::lower_bound(keyframes.begin(), keyframes.end(), frame);
@@ -171,9 +266,14 @@ std::vector<std::string> NearKeyframes(const std::vector<std::string>& keyframes
   return {at - static_cast<std::ptrdiff_t>(before), at + static_cast<std::ptrdiff_t>(after)};
 }
 
+Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
+  const Descriptors d = db.Descriptors(image).cast<float>();
+  return d.rowwise().normalized();
+}
+
 }  // namespace
 
-void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, const ReconstructOptions& options,
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known, const ReconstructOptions& options,
                        const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
   std::vector<std::string> keyframes;
   for (const View& view : scene.views) keyframes.push_back(view.name);
@@ -192,14 +292,10 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
     WriteTextAtomically(key_file, key);
   }
   const FeatureLimits limits = LimitsFor(options, all_frames.photos.size());
-  const fs::path list = work_folder / "all_frames.txt", pairs = work_folder / "all_frames_pairs.txt";
-  std::string names, pair_lines;
-  for (const auto& frame : frames) {
-    names += frame + "\n";
-    for (const auto& keyframe : NearKeyframes(keyframes, frame)) pair_lines += frame + " " + keyframe + "\n";
-  }
+  const fs::path list = work_folder / "all_frames.txt";
+  std::string names;
+  for (const auto& frame : frames) names += frame + "\n";
   WriteTextAtomically(list, names);
-  WriteTextAtomically(pairs, pair_lines);
   const std::string gpu = colmap.has_cuda() ? "1" : "0";
   const std::string threads = options.threads > 0 ? std::to_string(options.threads) : "-1";
   if (!frames.empty()) {
@@ -212,9 +308,6 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
                                          {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
                                          {"SiftExtraction.num_threads", threads}};
     colmap.Run("feature_extractor", extract, "features of all frames (COLMAP)", static_cast<long>(frames.size()));
-    colmap.Run("matches_importer",
-               {{"database_path", database.string()}, {"match_list_path", pairs.string()}, {"match_type", "pairs"}, {"SiftMatching.use_gpu", gpu}, {"SiftMatching.num_threads", threads}},
-               "matching all frames (COLMAP)", 0);
   }
 
   const ColmapDatabase db(database);
@@ -235,38 +328,47 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
       list_of.push_back(it == points_of[keyframe].end() ? -1 : it->second);
     }
   }
-  // All frames of a video share the keyframes' camera.
-  const CameraId camera_id = scene.views.front().camera;
-  const Camera camera = scene.CameraOf(scene.views.front());
-
-  std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>> seen(frames.size());
+  // Matched here: COLMAP's matcher takes a quarter of a second a pair without a GPU, and then verifies what a pose is found from anyway.
+  std::map<std::string, Descriptors> descriptors_of;
+  for (const auto& keyframe : keyframes)
+    if (const auto image = image_of.find(keyframe); image != image_of.end()) descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
+  Sightings seen(frames.size());
   std::vector<int> features(frames.size(), 0);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const auto image = image_of.find(frames[f]);
-    if (image == image_of.end()) continue;
-    features[f] = image->second.keypoints;
-    const auto keypoints = db.Keypoints(image->second.id);
-    std::set<std::pair<std::int32_t, int>> unique;
-    for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
-      const auto& of_keypoint = point_of_keypoint[keyframe];
-      const auto key_image = image_of.find(keyframe);
-      if (key_image == image_of.end()) continue;
-      for (const auto& [i, j] : db.Matches(image->second.id, key_image->second.id)) {
-        if (i < 0 || j < 0 || static_cast<std::size_t>(i) >= keypoints.size() || static_cast<std::size_t>(j) >= of_keypoint.size()) continue;
-        const std::int32_t point = of_keypoint[static_cast<std::size_t>(j)];
-        if (point >= 0 && unique.emplace(point, i).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(i)]);
-      }
-    }
-  }
-  std::vector<Placed> placed(frames.size());
-  Progress progress(sink, "placing all frames", static_cast<long>(frames.size()));
+  std::mutex reading;
+  Progress matching(sink, "matching all frames", static_cast<long>(frames.size()));
   ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
-      placed[f] = Resection(seen[f], scene.points, camera);
-      progress.Step();
+      matching.Step();
+      const auto image = image_of.find(frames[f]);
+      if (image == image_of.end()) continue;
+      features[f] = image->second.keypoints;
+      std::vector<Eigen::Vector2d> keypoints;
+      Descriptors descriptors;
+      {
+        const std::lock_guard lock(reading);
+        keypoints = db.Keypoints(image->second.id);
+        descriptors = UnitDescriptors(db, image->second.id);
+      }
+      if (static_cast<Eigen::Index>(keypoints.size()) != descriptors.rows()) continue;
+      std::set<std::pair<std::int32_t, int>> unique;
+      for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
+        const auto of_keyframe = descriptors_of.find(keyframe);
+        if (of_keyframe == descriptors_of.end()) continue;
+        const auto& of_keypoint = point_of_keypoint.at(keyframe);
+        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, std::numeric_limits<Eigen::Index>::max())) {
+          if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
+          const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
+          if (point >= 0 && unique.emplace(point, m.a).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
+        }
+      }
     }
   });
-  Smooth(placed, seen, scene.points, camera);
+  // All frames of a video share the keyframes' camera.
+  const CameraId camera_id = scene.views.front().camera;
+  std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
+  AdjustWithFrames(scene, placed, lens_known, work_folder, colmap, sink);
+  for (auto& of_frame : seen) std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
+  placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
 
   std::vector<View> views = scene.views;
   std::set<std::string> explained;
@@ -302,6 +404,7 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   }
   for (Point& point : scene.points)
     for (Observation& o : point.track) o.view.value = new_index[static_cast<std::size_t>(o.view.value)];
+  std::erase_if(scene.points, [](const Point& point) { return point.track.empty(); });
   scene.image_folder = all_frames.folder;
   std::sort(missing->begin(), missing->end(), [](const auto& a, const auto& b) { return a.name < b.name; });
 }

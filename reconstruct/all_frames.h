@@ -1,4 +1,5 @@
-// Every frame of a video gets a camera: resectioned against the points of the keyframes, which stay as they are.
+// Every frame of a video gets a camera: resectioned against the points of the keyframes. What the frames then see of these points adjusts
+// them, the keyframes' cameras and the lens, and the frames are placed again.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +14,8 @@
 namespace lumi {
 
 // `scene` holds the keyframes (distorted cameras, observations at COLMAP's keypoints); frames are added to it, with
-// image_folder = the folder of all frames. Frames that get no camera are added to *missing.
-void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, const ReconstructOptions& options,
+// image_folder = the folder of all frames. lens_known: it stays as it is. Frames that get no camera are added to *missing.
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known, const ReconstructOptions& options,
                        const std::filesystem::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink);
 
 }  // namespace lumi

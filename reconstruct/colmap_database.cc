@@ -125,6 +125,22 @@ std::vector<Eigen::Vector2d> ColmapDatabase::Keypoints(std::int64_t image_id) co
   return keypoints;
 }
 
+Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> ColmapDatabase::Descriptors(std::int64_t image_id) const {
+  constexpr std::int64_t kLength = 128;
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?");
+  sqlite3_bind_int64(statement.s, 1, image_id);
+  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors(0, kLength);
+  if (!impl_->Step(statement)) return descriptors;
+  const std::int64_t rows = sqlite3_column_int64(statement.s, 0), cols = sqlite3_column_int64(statement.s, 1);
+  const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 2));
+  if (rows < 0 || cols != kLength || rows > bytes || rows * cols != bytes)
+    throw InputError(impl_->path, fmt::format("descriptors of image {}: {} x {} announced, {} bytes there", image_id, rows, cols, bytes));
+  descriptors.resize(rows, cols);
+  if (rows > 0) std::memcpy(descriptors.data(), sqlite3_column_blob(statement.s, 2), static_cast<std::size_t>(bytes));
+  return descriptors;
+}
+
 std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, std::int64_t image2) const {
   Impl::Statement statement;
   impl_->Prepare(statement, "SELECT rows, data FROM matches WHERE pair_id = ?");

@@ -42,6 +42,8 @@ class ColmapDatabase {
   std::vector<DatabasePair> VerifiedPairs() const;    // pairs with geometrically verified matches
   // Pixels of an image's features, COLMAP's convention (the upper-left pixel's centre at (0.5, 0.5)).
   std::vector<Eigen::Vector2d> Keypoints(std::int64_t image_id) const;
+  // SIFT descriptors of an image's features, shape (features, 128), as COLMAP rounds them: 512 times a unit vector.
+  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Descriptors(std::int64_t image_id) const;
   // Raw matches of a pair: positions in the keypoints of image1 and image2.
   std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
   bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite

@@ -32,6 +32,9 @@ constexpr double kOutlierFactor = 3;
 // Least squares may raise the mean error a little while it lowers the mean square; not by more than this.
 constexpr double kWorse = 1.02;
 
+// COLMAP's own.
+constexpr int kPolishIterations = 100;
+
 // A scene with less than this share of the photos is tried once more, with bounds for photos that are close together.
 constexpr double kPoorFraction = 0.5;
 constexpr const char* kMildInitialAngleDeg = "6";
@@ -69,14 +72,26 @@ bool PrincipalPointsPlausible(const Scene& scene) {
   });
 }
 
-// Outliers out, then one more bundle adjustment; where many photos share a camera, with its principal point free: held
-// at the photo's middle it bends every rotation by its own error (half a degree on a real camera).
-Scene Polish(const Scene& scene, const CameraPlan& cameras, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+}  // namespace
+
+Scene WithoutOutliers(const Scene& scene, double factor) {
+  std::vector<double> errors;
+  for (const Point& point : scene.points) errors.push_back(point.error_px);
+  if (errors.size() < 3) return scene;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double limit = factor * *middle;
+  Scene clean = scene;
+  std::erase_if(clean.points, [&](const Point& point) { return point.error_px > limit; });
+  return clean;
+}
+
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
   Scene clean = WithoutOutliers(scene, kOutlierFactor);
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
   for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
-  const bool free_principal_point = !cameras.known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
+  const bool free_principal_point = !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
 
   const fs::path in = work_folder / "polish-in", out = work_folder / "polish-out";
   const auto adjust = [&](bool principal_point) -> std::optional<Scene> {
@@ -85,10 +100,11 @@ Scene Polish(const Scene& scene, const CameraPlan& cameras, const fs::path& work
     fs::remove_all(out, ec);
     fs::create_directories(out);
     WriteColmapModel(clean, in);
-    const std::string refine = cameras.known ? "0" : "1";
+    const std::string refine = lens_known ? "0" : "1";
     colmap.Run("bundle_adjuster",
                {{"input_path", in.string()},
                 {"output_path", out.string()},
+                {"BundleAdjustment.max_num_iterations", std::to_string(most_iterations)},
                 {"BundleAdjustment.refine_focal_length", refine},
                 {"BundleAdjustment.refine_extra_params", refine},
                 {"BundleAdjustment.refine_principal_point", principal_point ? "1" : "0"}},
@@ -111,20 +127,6 @@ Scene Polish(const Scene& scene, const CameraPlan& cameras, const fs::path& work
   }
   if (auto adjusted = adjust(false)) return *adjusted;
   return scene;
-}
-
-}  // namespace
-
-Scene WithoutOutliers(const Scene& scene, double factor) {
-  std::vector<double> errors;
-  for (const Point& point : scene.points) errors.push_back(point.error_px);
-  if (errors.size() < 3) return scene;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  const double limit = factor * *middle;
-  Scene clean = scene;
-  std::erase_if(clean.points, [&](const Point& point) { return point.error_px > limit; });
-  return clean;
 }
 
 std::string Distrust(const Scene& scene) {
@@ -212,7 +214,7 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
     throw DataError(fmt::format("COLMAP joined only {} of {} photos", joined, n), ShootHint(n));
   if (const std::string distrust = Distrust(chosen); !distrust.empty())
     throw DataError(fmt::format("the photos do not fit together: {}", distrust), ShootHint(n));
-  mapping.scene = Polish(chosen, cameras, work_folder, colmap, sink);
+  mapping.scene = PolishCameras(chosen, cameras.known.has_value(), kPolishIterations, work_folder, colmap, sink);
   mapping.scene.image_folder = capture.folder;
   return mapping;
 }

@@ -92,7 +92,7 @@ Scene Estimate(const Capture& capture, const ReconstructOptions& options, const 
     keyframes.folder = given.originals;
     Capture all = ExtractAllFrames(options, keyframes, work_folder / "frames", sink);
     if (given.resampled) all = Resampled(all, *given.resampled, work_folder / "straight-frames", sink);
-    RegisterAllFrames(scene, all, features, options, work_folder, colmap, &summary.missing, sink);
+    RegisterAllFrames(scene, all, features, cameras.known.has_value(), options, work_folder, colmap, &summary.missing, sink);
     CopyTimes(all, scene);
     summary.images_total = all.total();
   }

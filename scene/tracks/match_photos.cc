@@ -14,6 +14,7 @@
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/tracks/match_descriptors.h"
 
 namespace lumi {
 namespace {
@@ -24,28 +25,21 @@ constexpr double kSiftShiftPx = -0.25;
 // Features nearer than this are one place with two orientations: the first is kept.
 constexpr double kSamePlacePx = 0.5;
 constexpr int kDescriptor = 128;
-// Rows of one block of the product of two photos' descriptors: bounds the memory.
-constexpr Eigen::Index kBlock = 256;
 constexpr double kConfidence = 0.9999;
 constexpr int kRansacIterations = 5000;
 // Features of a photo that choose its partners, and matches among them below which two photos show nothing in common.
 constexpr Eigen::Index kPreemptiveFeatures = 256;
 constexpr int kPreemptiveMatches = 4;
 
-using Descriptors = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // kDescriptor columns
-
 struct Features {
   std::vector<Eigen::Vector2d> x_px;  // of the photo itself
   std::vector<std::array<std::uint8_t, 3>> color;
-  Descriptors descriptors;            // rows of unit length (RootSIFT, Arandjelovic and Zisserman 2012)
+  Descriptors descriptors;            // kDescriptor columns (RootSIFT, Arandjelovic and Zisserman 2012)
   double scale = 1;                   // scaled photo / photo
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
 };
 
-struct Match {
-  int a, b;          // features
-  float similarity;  // cosine
-};
+using Match = DescriptorMatch;
 
 struct PairResult {
   std::vector<Match> verified;
@@ -115,49 +109,6 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
   return f;
 }
 
-// The two largest of a stream.
-struct BestTwo {
-  float best = -2, second = -2;
-  int at = -1;
-  void Take(float value, int index) {
-    if (value > best) {
-      second = best;
-      best = value;
-      at = index;
-    } else if (value > second) {
-      second = value;
-    }
-  }
-  // Distances of unit vectors: d^2 = 2 - 2 cosine.
-  bool Passes(double ratio) const {
-    return at >= 0 && std::max(0.0f, 1 - best) < static_cast<float>(ratio * ratio) * std::max(0.0f, 1 - second) + 1e-7f;
-  }
-};
-
-// Of each photo's `most` strongest features.
-std::vector<Match> MatchDescriptors(const Features& a, const Features& b, double ratio, Eigen::Index most) {
-  const Eigen::Index count_a = std::min(most, a.descriptors.rows()), count_b = std::min(most, b.descriptors.rows());
-  std::vector<BestTwo> of_a(static_cast<std::size_t>(count_a)), of_b(static_cast<std::size_t>(count_b));
-  Descriptors product;
-  for (Eigen::Index begin = 0; begin < count_a; begin += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, count_a - begin);
-    product.noalias() = a.descriptors.middleRows(begin, rows) * b.descriptors.topRows(count_b).transpose();
-    for (Eigen::Index i = 0; i < rows; ++i)
-      for (Eigen::Index j = 0; j < product.cols(); ++j) {
-        const float value = product(i, j);
-        of_a[static_cast<std::size_t>(begin + i)].Take(value, static_cast<int>(j));
-        of_b[static_cast<std::size_t>(j)].Take(value, static_cast<int>(begin + i));
-      }
-  }
-  std::vector<Match> matches;
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (!of_a[i].Passes(ratio)) continue;
-    const BestTwo& back = of_b[static_cast<std::size_t>(of_a[i].at)];
-    if (back.at == static_cast<int>(i) && back.Passes(ratio)) matches.push_back({static_cast<int>(i), of_a[i].at, of_a[i].best});
-  }
-  return matches;
-}
-
 // The pairs in which one photo is among the other's best partners.
 std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features, const std::vector<std::pair<int, int>>& all,
                                              const MatchPhotosOptions& o, ProgressSink& sink) {
@@ -166,7 +117,7 @@ std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& featur
   ParallelFor(all.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
-      matches[i] = static_cast<int>(MatchDescriptors(features[a], features[b], o.ratio, kPreemptiveFeatures).size());
+      matches[i] = static_cast<int>(MatchDescriptors(features[a].descriptors, features[b].descriptors, o.ratio, kPreemptiveFeatures).size());
       progress.Step();
     }
   });
@@ -304,7 +255,7 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
         const auto [a, b] = pairs[i];
         const Features& fa = features[static_cast<std::size_t>(a)];
         const Features& fb = features[static_cast<std::size_t>(b)];
-        const std::vector<Match> matches = MatchDescriptors(fa, fb, options.ratio, std::max(fa.descriptors.rows(), fb.descriptors.rows()));
+        const std::vector<Match> matches = MatchDescriptors(fa.descriptors, fb.descriptors, options.ratio, std::max(fa.descriptors.rows(), fb.descriptors.rows()));
         results[i].matches = static_cast<int>(matches.size());
         results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
         progress.Step();

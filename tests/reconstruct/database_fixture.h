@@ -22,6 +22,7 @@ class TestDatabase {
     Run("CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, model INTEGER NOT NULL, width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB, prior_focal_length INTEGER NOT NULL)");
     Run("CREATE TABLE images (image_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT NOT NULL UNIQUE, camera_id INTEGER NOT NULL)");
     Run("CREATE TABLE keypoints (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB)");
+    Run("CREATE TABLE descriptors (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB)");
     Run("CREATE TABLE matches (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB)");
     Run("CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB, config INTEGER NOT NULL)");
   }
@@ -35,6 +36,10 @@ class TestDatabase {
     Blob("INSERT INTO keypoints VALUES(" + std::to_string(id) + ", " + std::to_string(keypoints.size()) + ", 4, ?)", data.data(), data.size() * sizeof(float));
   }
   void AddImage(int id, const std::string& name, int keypoints) { AddImage(id, name, std::vector<Eigen::Vector2d>(static_cast<std::size_t>(keypoints), Eigen::Vector2d(1, 1))); }
+  void AddDescriptors(int id, const std::vector<std::uint8_t>& data, int columns) {
+    Blob("INSERT INTO descriptors VALUES(" + std::to_string(id) + ", " + std::to_string(data.size() / static_cast<std::size_t>(columns)) + ", " + std::to_string(columns) + ", ?)",
+         data.data(), data.size());
+  }
   void AddMatches(std::int64_t a, std::int64_t b, const std::vector<std::pair<int, int>>& matches) {
     std::vector<std::uint32_t> data;
     for (const auto& [i, j] : matches) data.insert(data.end(), {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});

@@ -84,6 +84,27 @@ TEST(Database, CountsThatLieAreRefused) {
   EXPECT_TRUE(db.Keypoints(77).empty());
 }
 
+TEST(Database, DescriptorsAreReadAndThoseOfAnotherKindRefused) {
+  const FixtureFolder folder("descriptors");
+  std::vector<std::uint8_t> bytes(3 * 128);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i % 251);
+  {
+    TestDatabase db(folder.path() / "database.db");
+    db.AddImage(1, "a.jpg", 3);
+    db.AddDescriptors(1, bytes, 128);
+    db.AddDescriptors(2, bytes, 64);
+    db.AddDescriptors(3, bytes, 128);
+    db.Run("UPDATE descriptors SET rows = 1000000000 WHERE image_id = 3");
+  }
+  const ColmapDatabase db(folder.path() / "database.db");
+  const auto found = db.Descriptors(1);
+  ASSERT_EQ(found.rows(), 3);
+  for (Eigen::Index i = 0; i < found.size(); ++i) ASSERT_EQ(found.data()[i], bytes[static_cast<std::size_t>(i)]);
+  EXPECT_THROW(db.Descriptors(2), InputError);
+  EXPECT_THROW(db.Descriptors(3), InputError);
+  EXPECT_EQ(db.Descriptors(77).rows(), 0);
+}
+
 TEST(Database, ReadingTheUsersOwnLeavesNothingBesideIt) {
   const FixtureFolder folder("theirs");
   { TestDatabase(folder.path() / "database.db").AddImage(1, "a.jpg", 3); }

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <fstream>
 #include <numeric>
+#include <random>
 
 #include "files_test_util.h"
 #include "scene/files/image_io.h"
 #include "scene/tracks/affine_patch.h"
+#include "scene/tracks/match_descriptors.h"
 #include "scene/tracks/match_photos.h"
 #include "scene/tracks/track_video.h"
 #include "textured_frames.h"
@@ -377,6 +379,36 @@ TEST(MatchPhotos, WrongMatchesDoNotAgreeWithThePairsGeometry) {
 }
 
 // One photo shows the scene twice: its left half is what the first photo sees, its right half what the third one does.
+// b: a in another order, a little turned, and one that is there twice, which matches nothing.
+TEST(MatchDescriptors, EachFindsItsOwnAndTwinsFindNone) {
+  constexpr Eigen::Index kCount = 600, kTwin = 5;  // more rows than one block of the product
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  const auto any = [&](Eigen::Index rows) {
+    Descriptors d(rows, 128);
+    for (Eigen::Index i = 0; i < d.size(); ++i) d.data()[i] = normal(random);
+    return Descriptors(d.rowwise().normalized());
+  };
+  const Descriptors a = any(kCount);
+  Descriptors b = a.colwise().reverse() + 0.3F * any(kCount);
+  b.conservativeResize(kCount + 1, Eigen::NoChange);
+  b.row(kCount) = b.row(kCount - 1 - kTwin);
+  b.rowwise().normalize();
+  const auto matches = MatchDescriptors(a, b, 0.8, kCount + 1);
+  ASSERT_EQ(matches.size(), static_cast<std::size_t>(kCount - 1));
+  int last = -1;
+  for (const DescriptorMatch& m : matches) {
+    EXPECT_GT(m.a, last);
+    last = m.a;
+    EXPECT_NE(m.a, kTwin);
+    EXPECT_EQ(m.b, kCount - 1 - m.a);
+    EXPECT_NEAR(m.similarity, a.row(m.a).dot(b.row(m.b)), 1e-5);
+  }
+  // Of the first half of each: theirs are in the other half.
+  EXPECT_TRUE(MatchDescriptors(a, b, 0.8, kCount / 2).empty());
+  EXPECT_TRUE(MatchDescriptors(a, Descriptors(0, 128), 0.8, kCount).empty());
+}
+
 TEST(MatchPhotos, TwoPointsOfOnePhotoDoNotComeIntoOneTrack) {
   const auto scene = [](int noise) { return TexturedFrame(160, 200, noise, Translation({0, 0}), 4); };
   const FrameSource photos = Frames(3, [&](int i) {
