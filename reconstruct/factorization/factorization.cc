@@ -22,8 +22,10 @@
 namespace lumi {
 namespace {
 
-// Windows in which things move apart by less than this are made longer.
+// Windows in which things move apart by less than this are made longer; beyond so many frames by leaving frames out, which the
+// others' points place later: a window's cost grows with the square of its frames, and neighbours say the same.
 constexpr double kLeastParallaxPx = 6.0;
+constexpr int kMostInWindow = 60;
 // The metric model may fit worse than the projective one by this: it has fewer numbers.
 constexpr double kMetricRmsFactor = 1.2;
 constexpr double kMetricRmsFloorPx = 0.2;
@@ -144,9 +146,11 @@ int MaxSpan(const ProjectiveModel& model, const FactorizationOptions& options) {
   return options.windows.ordered && model.PlacedCount() > kManyFrames ? kMostSpan : 0;
 }
 
-void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull) {
+// held: frames that do not move; empty: none.
+void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull,
+               const std::vector<char>& held = {}) {
   ProjectiveModel steering = Steering(points, model, sights);
-  if (!AdjustProjective(points, steering, bundle).usable) return;
+  if (!AdjustProjective(points, steering, bundle, held).usable) return;
   model.P = steering.P;
   for (std::size_t t = 0; t < model.X.size(); ++t) {
     if (!steering.solved[t]) continue;
@@ -155,6 +159,28 @@ void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOp
     if (CutTrack(points, steering, t, bundle).count > 1) steering.solved[t] = 0;
   }
   Follow(points, steering, model, cull);
+}
+
+// All tracks of a video whose windows left frames out: the frames `keys` with whole tracks, then the others between them, by tracks
+// that are cut: a camera then has to do with its neighbours and with the keys, which hold a long video together.
+void AdjustByKeys(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys, BundleOptions bundle, const CullOptions& cull) {
+  ProjectiveModel alone = model;
+  for (std::size_t f = 0; f < keys.size(); ++f) alone.placed[f] = alone.placed[f] && keys[f];
+  Cull(points, alone, cull);
+  bundle.max_span = 0;
+  AdjustProjective(points, alone, bundle);
+  for (std::size_t f = 0; f < keys.size(); ++f)
+    if (alone.placed[f]) model.P[f] = alone.P[f];
+  for (std::size_t t = 0; t < model.X.size(); ++t)
+    if (alone.solved[t]) {
+      model.X[t] = alone.X[t];
+      model.solved[t] = 1;
+    }
+  bundle.max_span = kMostSpan;
+  AdjustProjective(points, model, bundle, keys);
+  ProjectiveModel uncut = model;
+  for (std::size_t t = 0; t < model.X.size(); ++t) uncut.solved[t] = model.solved[t] && CutTrack(points, model, t, bundle).count == 1;
+  Follow(points, uncut, model, cull);
 }
 
 SolvedWindow SolveWindow(const ImagePoints& all, Window window, const FactorizationOptions& options) {
@@ -548,6 +574,8 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   std::vector<SolvedWindow> solved;
   std::vector<PairHomography> homographies;
   WindowOptions window_options = options.windows;
+  const auto frame_count = static_cast<int>(points.FrameCount());
+  int lasting = window_options.length;   // frames from a window's first to its last
   while (true) {
     windows = SplitIntoWindows(points, window_options);
     solved.assign(windows.size(), {});
@@ -567,11 +595,13 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     for (const SolvedWindow& w : solved) parallax.push_back(w.diagnostics.parallax_px);
     std::nth_element(parallax.begin(), parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2), parallax.end());
     // Frames that nothing links stay apart however long the windows are.
-    const bool all_frames = windows.size() < 2 || window_options.length >= static_cast<int>(points.FrameCount());
+    const bool all_frames = windows.size() < 2 || lasting >= frame_count;
     if (any && (all_frames || parallax[parallax.size() / 2] >= kLeastParallaxPx)) break;
     if (!any && all_frames) Refuse(points, homographies, camera);
     if (any && !options.windows.ordered) break;
-    window_options.length = std::min(3 * window_options.length, static_cast<int>(points.FrameCount()));
+    lasting = std::min(3 * lasting, frame_count);
+    if (options.windows.ordered) window_options.stride = (lasting + kMostInWindow - 1) / kMostInWindow;
+    window_options.length = (lasting + window_options.stride - 1) / window_options.stride;
     window_options.overlap = std::min(2 * window_options.overlap, window_options.length - 1);
     window_options.min_shared = std::min(window_options.min_shared, 16);
     homographies.clear();
@@ -584,6 +614,13 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   ProjectiveModel& model = merged.model;
   result.windows = std::move(merged.windows);
   result.seconds.merging = Since(begin);
+
+  std::vector<char> keys;   // the frames of windows that left others out
+  if (window_options.stride > 1) {
+    keys.assign(points.FrameCount(), 0);
+    for (const Window& w : windows)
+      for (const int f : w.frames) keys[static_cast<std::size_t>(f)] = 1;
+  }
 
   begin = Clock::now();
   {
@@ -610,7 +647,7 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
       progress.Step();
       bundle = Adjustment(options, culled.sigma_px, 20);
       bundle.max_span = MaxSpan(model, options);
-      AdjustAll(points, model, bundle, options.adjust_sights, cull);
+      AdjustAll(points, model, bundle, options.adjust_sights, cull, keys);
       culled = Cull(points, model, cull);
       progress.Step();
     }
@@ -651,7 +688,8 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
       cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
       BundleOptions bundle = Adjustment(options, result.sigma_px, 10);
       bundle.tolerance = 1e-4;
-      AdjustProjective(points, model, bundle);
+      if (keys.empty()) AdjustProjective(points, model, bundle);
+      else AdjustByKeys(points, model, keys, bundle, cull);
       const CullResult culled = Cull(points, model, cull);
       result.sigma_px = culled.sigma_px;
       result.culled = culled.culled;
