@@ -84,4 +84,21 @@ FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairH
   return least < kUnexplained ? FactorizationRefusal::kPureRotation : FactorizationRefusal::kPlanarScene;
 }
 
+void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera) {
+  const FactorizationRefusal why = Classify(points, homographies, camera);
+  switch (why) {
+    case FactorizationRefusal::kTooFewTracks:
+      throw FactorizationRefused(why, "no two frames share 16 tracks that agree on one motion",
+          "photos with more texture, or closer together");
+    case FactorizationRefusal::kNoMotion:
+      throw FactorizationRefused(why, "the camera does not move", "move the camera sideways by some percent of the scene's distance");
+    case FactorizationRefusal::kPureRotation:
+      throw FactorizationRefused(why, "the camera turns but does not move, so there is no depth", "move the camera, do not only turn it");
+    case FactorizationRefusal::kPlanarScene:
+      throw FactorizationRefused(why, "everything that is seen lies in one plane, which leaves the cameras undetermined",
+          "photos with things at different depths");
+  }
+  throw FactorizationRefused(why, "", "");
+}
+
 }  // namespace lumi

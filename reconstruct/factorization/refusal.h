@@ -14,4 +14,7 @@ namespace lumi {
 FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies,
     const std::optional<Camera>& camera);
 
+// Throws FactorizationRefused, by what Classify says.
+[[noreturn]] void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera);
+
 }  // namespace lumi

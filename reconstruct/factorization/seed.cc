@@ -87,9 +87,8 @@ std::vector<PairGuess> PromisingPairs(const ImagePoints& points, int most) {
   return guesses;
 }
 
-void IntersectAll(const ImagePoints& points, ProjectiveModel& model, const IntersectionOptions& options, bool only_unsolved) {
-  for (std::size_t t = 0; t < points.tracks.size(); ++t)
-    if (!only_unsolved || !model.solved[t]) IntersectTrack(points, model, t, options);
+void IntersectAll(const ImagePoints& points, ProjectiveModel& model, const IntersectionOptions& options) {
+  for (std::size_t t = 0; t < points.tracks.size(); ++t) IntersectTrack(points, model, t, options);
 }
 
 }  // namespace
@@ -136,10 +135,14 @@ int Grow(const ImagePoints& points, ProjectiveModel& model, const SeedOptions& o
       auto& flags = model.inlier[track[i]];
       flags[static_cast<std::size_t>(SightIn(points.tracks[track[i]], pick) - points.tracks[track[i]].data())] = camera->inlier[i];
     }
-    // Tracks gain from every camera; the solved ones are asked again each time their number has doubled.
-    const bool pass = model.PlacedCount() >= next_pass;
-    if (pass) next_pass = 2 * model.PlacedCount();
-    IntersectAll(points, model, intersection, !pass);
+    // Tracks gain from every camera that sees them; the solved ones are asked again each time the cameras' number has doubled.
+    if (model.PlacedCount() >= next_pass) {
+      next_pass = 2 * model.PlacedCount();
+      IntersectAll(points, model, intersection);
+    } else {
+      for (std::size_t t = 0; t < points.tracks.size(); ++t)
+        if (!model.solved[t] && SightIn(points.tracks[t], pick)) IntersectTrack(points, model, t, intersection);
+    }
   }
   return placed_now;
 }
@@ -185,7 +188,7 @@ Seed SeedWindow(const ImagePoints& points, const SeedOptions& options) {
   BalanceFrame(model);
   result.outcome = SeedOutcome::kPlaced;
   Grow(points, model, options);
-  IntersectAll(points, model, intersection, false);
+  IntersectAll(points, model, intersection);
   BalanceFrame(model);
   if (model.PlacedCount() < 3) return result;
   // Outliers that happen to lie on epipolar lines look like parallax in two frames; with more frames they are known.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <numeric>
 
 namespace lumi {
 namespace {
@@ -22,16 +21,18 @@ Eigen::MatrixXi SharedTracks(const ImagePoints& points) {
 
 std::vector<std::vector<int>> SubSequences(const Eigen::MatrixXi& shared, const WindowOptions& o) {
   std::vector<std::vector<int>> parts;
-  const int n = static_cast<int>(shared.rows());
+  std::vector<int> kept;
+  for (int f = 0; f < shared.rows(); f += o.stride) kept.push_back(f);
+  if (kept.back() != shared.rows() - 1) kept.push_back(static_cast<int>(shared.rows()) - 1);
+  const int n = static_cast<int>(kept.size());
+  const auto frame = [&](int i) { return kept[static_cast<std::size_t>(i)]; };
   int begin = 0;
   while (true) {
     int length = std::min(o.length, n - begin);
-    while (length > std::min(std::max(o.length / 2, 3), n - begin) && shared(begin, begin + length - 1) < o.min_shared) --length;
+    while (length > std::min(std::max(o.length / 2, 3), n - begin) && shared(frame(begin), frame(begin + length - 1)) < o.min_shared) --length;
     // A rest too short for a window of its own belongs to this one.
     if (n - begin - length < 2) length = n - begin;
-    std::vector<int> frames(static_cast<std::size_t>(length));
-    std::iota(frames.begin(), frames.end(), begin);
-    parts.push_back(std::move(frames));
+    parts.emplace_back(kept.begin() + begin, kept.begin() + begin + length);
     if (begin + length >= n) return parts;
     begin += std::max(1, length - std::min(o.overlap, length / 2));
   }
@@ -88,6 +89,7 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
 }  // namespace
 
 std::string Validate(const WindowOptions& options) {
+  if (options.stride < 1) return "window stride must be at least 1";
   if (options.length < 2) return "window length must be at least 2";
   if (options.overlap < 1 ||
       options.overlap >= options.length) return "window overlap must be at least 1 and less than the window's length";

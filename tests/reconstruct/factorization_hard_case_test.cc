@@ -291,6 +291,36 @@ TEST(HardCase, NothingNothingToSeeAndNonsense) {
   EXPECT_TRUE(outcome.refusal || outcome.result->upgrade != UpgradeKind::kMetric || outcome.result->missing.size() >= 6);
 }
 
+// A stroll filmed by hand: neighbours show hardly any parallax, and many tracks last as long as the video.
+SimulatedTracks Stroll(int frames) {
+  std::vector<Rigid3> path;
+  for (int i = 0; i < frames; ++i) {
+    const double s = i / static_cast<double>(frames - 1);
+    const Eigen::Vector3d eye(0.5 * s, 0.01 * std::sin(1.1 * i), 0.1 * std::sin(4 * s)), shake(0.3 * std::sin(0.7 * i), 0.2 * std::cos(0.9 * i), 9);
+    path.push_back(LookAt(eye, shake, Eigen::Vector3d(0.02 * std::sin(0.5 * i), -1, 0)));
+  }
+  return See(path, PlazaPoints(900), Tracked(0.2, 350));
+}
+
+TEST(HardCase, AStrollsWindowsLeaveFramesOutAndAllFramesArePlaced) {
+  const SimulatedTracks s = Stroll(130);
+  FactorizationOptions options;
+  options.projective_only = true;
+  const Outcome outcome = Reconstruct(s, std::nullopt, options);
+  ASSERT_TRUE(outcome.result) << outcome.message;
+  const FactorizationResult& r = *outcome.result;
+  EXPECT_EQ(r.upgrade, UpgradeKind::kQuasiAffine) << r.upgrade_reason;
+  EXPECT_TRUE(r.missing.empty());
+  for (const WindowDiagnostics& w : r.windows) EXPECT_LE(w.frames, 61);
+  EXPECT_LT(r.sigma_px, 0.22);   // 0.2 px of noise
+}
+
+TEST(HardCase, AStrollIsMetricWithItsCamera) {
+  const SimulatedTracks s = Stroll(130);
+  const Outcome outcome = Reconstruct(s, s.camera);
+  ExpectTruth(outcome, s, 0.02, 0.0005);
+}
+
 TEST(HardCase, AVideoInTwoPartsGivesTheLargerOneAndNamesTheRest) {
   // A cut after 25 of 40 frames: no track crosses it.
   const SimulatedTracks first = See(PlazaPath(25), PlazaPoints(400), Tracked());

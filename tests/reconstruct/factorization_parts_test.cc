@@ -116,6 +116,21 @@ TEST(Windows, EveryFrameIsInOneAndNeighboursOverlap) {
   for (std::size_t i = 1; i < windows.size(); ++i) EXPECT_LE(windows[i].frames.front(), windows[i - 1].frames.back() - 4);
 }
 
+TEST(Windows, FramesLeftOutAreInNoneButTheLastOneIs) {
+  const ImagePoints points = Normalise(See(PlazaPath(97), PlazaPoints(400), {}).tracks, std::nullopt);
+  WindowOptions options;
+  options.stride = 5;
+  options.length = 8;
+  options.overlap = 4;
+  std::vector<int> covered(97, 0);
+  for (const Window& window : SplitIntoWindows(points, options)) {
+    EXPECT_LE(window.frames.size(), 9U);
+    EXPECT_TRUE(std::is_sorted(window.frames.begin(), window.frames.end()));
+    for (const int f : window.frames) covered[static_cast<std::size_t>(f)] = 1;
+  }
+  for (int f = 0; f < 97; ++f) EXPECT_EQ(covered[static_cast<std::size_t>(f)], f % 5 == 0 || f == 96) << f;
+}
+
 TEST(Windows, UnorderedPhotosAreGroupedByWhatTheyShare) {
   // Every second photo shows one of two ends of the plaza; photos in the middle connect them.
   const SimulatedTracks s = test::InNoOrder(See(PlazaPath(30), PlazaPoints(400), {}));
