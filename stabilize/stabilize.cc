@@ -26,6 +26,8 @@ constexpr double kGain = 40;              // log of the weight, a unit of scale 
 constexpr double kMostMissing = 0.04;     // ... at most so much in a round (five times the weight, half as much again for the cutoff), unless a tenth is missing
 constexpr double kGuessedShare = 0.1;     // of a border point there: each scene extends its own depths
 constexpr double kSeamCutoff_hz = 3;      // what leads from the path before to this one is slower: faster is how unsure the two are of it
+constexpr double kMostStep = 0.5;         // units that an image may move from one frame to the next ...
+constexpr double kNextFrames = 1.5;       // ... where none is missing between them
 constexpr double kSameWorld = 0.02;       // units: two windows that disagree more about the frames that both have are no projective map of each other
 constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
 
@@ -359,6 +361,16 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
   std::vector<std::vector<WantedPoint>> points(n);
   for (std::size_t t = 0; t < n; ++t) {
     points[t] = PointsOf(film, film.frames[t], options.points);
+    // A depth that is wrong, or extended to where nothing is, may lie at the next frame's principal plane: one such image outweighs all others.
+    std::erase_if(points[t], [&](const WantedPoint& point) {
+      const auto here = ImageOf(original[t], point.X);
+      for (const std::size_t s : {t - 1, t + 1}) {
+        if (s >= n || std::abs(film.frames[s].time_s - film.frames[t].time_s) * film.fps > kNextFrames) continue;
+        const auto there = ImageOf(original[s], point.X);
+        if (!here || !there || (*there - *here).norm() > kMostStep) return true;
+      }
+      return false;
+    });
     AddDepths(film, film.frames[t], points[t]);
   }
   const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
