@@ -24,7 +24,8 @@ constexpr double kFarOff = 4;
 
 }  // namespace
 
-void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool lens_known, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool lens_known, const fs::path& work_folder,
+                      ColmapProgram& colmap, ProgressSink& sink) {
   std::vector<const PlacedFrame*> usable;
   for (const PlacedFrame& p : placed)
     if (p.ok) usable.push_back(&p);
@@ -65,7 +66,8 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
   // The same points in another order: a place in a photo is one point's.
   std::map<std::tuple<std::string, double, double>, std::size_t> point_at;
   for (std::size_t p = 0; p < scene.points.size(); ++p)
-    for (const Observation& o : scene.points[p].track) point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
+    for (const Observation& o : scene.points[p].track)
+      point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
   std::map<std::string, Rigid3> pose_of;
   for (const View& view : adjusted.views) pose_of[view.name] = view.cam_from_world;
   if (!std::all_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return pose_of.count(view.name) > 0; })) return;

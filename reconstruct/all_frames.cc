@@ -197,8 +197,8 @@ Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
 
 }  // namespace
 
-void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known, const ReconstructOptions& options,
-                       const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known,
+                       const ReconstructOptions& options,                       const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
   std::vector<std::string> keyframes;
   for (const View& view : scene.views) keyframes.push_back(view.name);
   std::set<std::string> known(keyframes.begin(), keyframes.end());
@@ -255,7 +255,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   // Matched here: COLMAP's matcher takes a quarter of a second a pair without a GPU, and then verifies what a pose is found from anyway.
   std::map<std::string, Descriptors> descriptors_of;
   for (const auto& keyframe : keyframes)
-    if (const auto image = image_of.find(keyframe); image != image_of.end()) descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
+    if (const auto image = image_of.find(keyframe); image != image_of.end())
+      descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
   Sightings seen(frames.size());
   std::vector<int> features(frames.size(), 0);
   std::mutex reading;
@@ -279,7 +280,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
         const auto of_keyframe = descriptors_of.find(keyframe);
         if (of_keyframe == descriptors_of.end()) continue;
         const auto& of_keypoint = point_of_keypoint.at(keyframe);
-        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, std::numeric_limits<Eigen::Index>::max())) {
+        constexpr auto kAll = std::numeric_limits<Eigen::Index>::max();
+        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, kAll)) {
           if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
           const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
           if (point >= 0 && unique.emplace(point, m.a).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
@@ -291,7 +293,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   const CameraId camera_id = scene.views.front().camera;
   std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
   AdjustWithFrames(scene, placed, lens_known, work_folder, colmap, sink);
-  for (auto& of_frame : seen) std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
+  for (auto& of_frame : seen)
+    std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
   placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
 
   std::vector<View> views = scene.views;

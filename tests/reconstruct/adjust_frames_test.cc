@@ -8,7 +8,8 @@
 namespace lumi {
 namespace {
 
-// Cameras waved and rolled (which tells a principal point from a turn) before points in a room, one lens; keyframes and points as a first mapping leaves them, its lens a little off.
+// Cameras waved and rolled (which tells a principal point from a turn) before points in a room, one lens; keyframes and points
+// as a first mapping leaves them, its lens a little off.
 class FramesAdjust : public ::testing::Test {
  protected:
   static constexpr int kKeyframes = 8, kFrames = 40, kPoints = 150;
@@ -78,8 +79,8 @@ TEST_F(FramesAdjust, LensIsFoundAndOnlyKeyframesStay) {
   AdjustWithFrames(scene_, placed_, false, folder_.path(), colmap, SilentProgress());
   EXPECT_EQ(scene_.views.size(), static_cast<std::size_t>(kKeyframes));
   EXPECT_EQ(scene_.points.size(), static_cast<std::size_t>(kPoints));
-  // 6 and 5 px off before. What 0.3 px of noise leaves is mostly what focal length and distortion, principal point and turns share: 2.4 and 0.8 px
-  // with these numbers.
+  // 6 and 5 px off before. What 0.3 px of noise leaves is mostly what focal length and distortion, principal point and turns share:
+  // 2.4 and 0.8 px with these numbers.
   EXPECT_NEAR(scene_.cameras[0].FocalPx().x(), truth_.FocalPx().x(), 4);
   EXPECT_LT((scene_.cameras[0].PrincipalPointPx() - truth_.PrincipalPointPx()).norm(), 1.5);
   for (const Point& point : scene_.points)
