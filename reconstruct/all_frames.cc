@@ -10,11 +10,9 @@
 #include <opencv2/calib3d.hpp>
 #include <set>
 #include <string>
-#include <tuple>
 
+#include "reconstruct/adjust_frames.h"
 #include "reconstruct/colmap_database.h"
-#include "reconstruct/mapping.h"
-#include "reconstruct/reprojection.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
@@ -37,22 +35,10 @@ constexpr double kMaxErrorPx = 4;
 constexpr int kRansacRounds = 1000;
 constexpr double kRansacConfidence = 0.9999;
 
-// Cameras, keyframes among them, in the last adjustment: its time grows with their square, and the lens is then known better than
-// keyframes alone know it (docs/reconstruct.md).
-constexpr std::size_t kAdjustedCameras = 150;
-constexpr int kAdjustIterations = 25;
-// Of the observations' median error: what is further off has no part in the adjustment.
-constexpr double kFarOff = 4;
-
 using Sightings = std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>;  // of each frame: point, pixel
 using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;  // keypoint -> point
 
-struct Placed {
-  bool ok = false;
-  int inliers = 0;
-  Rigid3 cam_from_world;
-  std::vector<std::pair<std::int32_t, Eigen::Vector2d>> observations;  // point, pixel
-};
+using Placed = PlacedFrame;
 
 // Points and pixels as OpenCV's solvers take them: the lens taken away, coordinates relative to the points' middle.
 struct Correspondences {
@@ -196,68 +182,6 @@ std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>&
   return placed;
 }
 
-// Adjusts keyframes, points and lens with some of the frames, evenly taken, as further cameras. `scene` has the keyframes only, before and
-// after; points that COLMAP lets go or that are outliers stay where they were seen to be by the keyframes, without observations.
-void AdjustWithFrames(Scene& scene, const std::vector<Placed>& placed, bool lens_known, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
-  std::vector<const Placed*> usable;
-  for (const Placed& p : placed)
-    if (p.ok) usable.push_back(&p);
-  const std::size_t keyframes = scene.views.size();
-  const std::size_t more = std::min(usable.size(), kAdjustedCameras > keyframes ? kAdjustedCameras - keyframes : 0);
-  if (more == 0) return;
-  Scene extended = scene;
-  for (std::size_t i = 0; i < more; ++i) {
-    const Placed& p = *usable[(2 * i + 1) * usable.size() / (2 * more)];
-    const auto index = static_cast<std::int32_t>(extended.views.size());
-    View view;
-    view.name = fmt::format("~{:06d}", i);  // sorts after any frame's
-    view.camera = scene.views.front().camera;
-    view.cam_from_world = p.cam_from_world;
-    std::set<std::int32_t> once;
-    for (const auto& [point, x] : p.observations)
-      if (once.insert(point).second) extended.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
-    extended.views.push_back(std::move(view));
-  }
-  // Single wrong sightings of right points.
-  const auto error = [&](const Point& point, const Observation& o) {
-    const View& view = extended.views[static_cast<std::size_t>(o.view.value)];
-    const auto x = extended.CameraOf(view).Project(view.cam_from_world * point.x_in_world);
-    return x ? (*x - o.x_px).norm() : kBehindCameraPx;
-  };
-  std::vector<double> errors;
-  for (const Point& point : extended.points)
-    for (const Observation& o : point.track) errors.push_back(error(point, o));
-  if (errors.empty()) return;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  const double limit = kFarOff * *middle;
-  for (Point& point : extended.points) std::erase_if(point.track, [&](const Observation& o) { return error(point, o) > limit; });
-  std::erase_if(extended.points, [](const Point& point) { return point.track.size() < 2; });
-  UpdatePointErrors(extended);
-  const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, work_folder, colmap, sink);
-
-  // The same points in another order: a place in a photo is one point's.
-  std::map<std::tuple<std::string, double, double>, std::size_t> point_at;
-  for (std::size_t p = 0; p < scene.points.size(); ++p)
-    for (const Observation& o : scene.points[p].track) point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
-  std::map<std::string, Rigid3> pose_of;
-  for (const View& view : adjusted.views) pose_of[view.name] = view.cam_from_world;
-  if (!std::all_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return pose_of.count(view.name) > 0; })) return;
-  std::vector<char> kept(scene.points.size(), 0);
-  for (const Point& point : adjusted.points)
-    for (const Observation& o : point.track) {
-      const auto at = point_at.find({adjusted.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()});
-      if (at == point_at.end()) continue;
-      scene.points[at->second].x_in_world = point.x_in_world;
-      kept[at->second] = 1;
-      break;
-    }
-  for (View& view : scene.views) view.cam_from_world = pose_of[view.name];
-  scene.cameras[static_cast<std::size_t>(scene.views.front().camera.value)] = adjusted.CameraOf(adjusted.views.front());
-  for (std::size_t p = 0; p < scene.points.size(); ++p)
-    if (!kept[p]) scene.points[p].track.clear();
-}
-
 // The keyframes nearest in time to a frame.
 std::vector<std::string> NearKeyframes(const std::vector<std::string>& keyframes, const std::string& frame) {
   const auto at = std::lower_bound(keyframes.begin(), keyframes.end(), frame);
@@ -273,8 +197,8 @@ Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
 
 }  // namespace
 
-void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known, const ReconstructOptions& options,
-                       const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known,
+                       const ReconstructOptions& options,                       const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
   std::vector<std::string> keyframes;
   for (const View& view : scene.views) keyframes.push_back(view.name);
   std::set<std::string> known(keyframes.begin(), keyframes.end());
@@ -331,7 +255,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   // Matched here: COLMAP's matcher takes a quarter of a second a pair without a GPU, and then verifies what a pose is found from anyway.
   std::map<std::string, Descriptors> descriptors_of;
   for (const auto& keyframe : keyframes)
-    if (const auto image = image_of.find(keyframe); image != image_of.end()) descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
+    if (const auto image = image_of.find(keyframe); image != image_of.end())
+      descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
   Sightings seen(frames.size());
   std::vector<int> features(frames.size(), 0);
   std::mutex reading;
@@ -355,7 +280,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
         const auto of_keyframe = descriptors_of.find(keyframe);
         if (of_keyframe == descriptors_of.end()) continue;
         const auto& of_keypoint = point_of_keypoint.at(keyframe);
-        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, std::numeric_limits<Eigen::Index>::max())) {
+        constexpr auto kAll = std::numeric_limits<Eigen::Index>::max();
+        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, kAll)) {
           if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
           const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
           if (point >= 0 && unique.emplace(point, m.a).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
@@ -367,7 +293,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   const CameraId camera_id = scene.views.front().camera;
   std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
   AdjustWithFrames(scene, placed, lens_known, work_folder, colmap, sink);
-  for (auto& of_frame : seen) std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
+  for (auto& of_frame : seen)
+    std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
   placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
 
   std::vector<View> views = scene.views;

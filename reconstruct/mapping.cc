@@ -86,12 +86,14 @@ Scene WithoutOutliers(const Scene& scene, double factor) {
   return clean;
 }
 
-Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const fs::path& work_folder, ColmapProgram& colmap,
+                    ProgressSink& sink) {
   Scene clean = WithoutOutliers(scene, kOutlierFactor);
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
   for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
-  const bool free_principal_point = !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
+  const bool free_principal_point =
+      !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
 
   const fs::path in = work_folder / "polish-in", out = work_folder / "polish-out";
   const auto adjust = [&](bool principal_point) -> std::optional<Scene> {

@@ -152,7 +152,8 @@ class Unseen {
     const auto at = [&](double x, double y) {
       const int u = static_cast<int>(std::floor(x)), v = static_cast<int>(std::floor(y));
       const double a = x - u, b = y - v;
-      return (1 - b) * ((1 - a) * grey(out, u, v) + a * grey(out, u + 1, v)) + b * ((1 - a) * grey(out, u, v + 1) + a * grey(out, u + 1, v + 1));
+      return (1 - b) * ((1 - a) * grey(out, u, v) + a * grey(out, u + 1, v)) +
+             b * ((1 - a) * grey(out, u, v + 1) + a * grey(out, u + 1, v + 1));
     };
     Eigen::Vector2d shift = Eigen::Vector2d::Zero();
     for (int step = 0; step < kSteps; ++step) {
@@ -161,7 +162,8 @@ class Unseen {
       for (int y = kBorder; y < out.height - kBorder; ++y)
         for (int x = kBorder; x < out.width - kBorder; ++x) {
           if (moving_[i].At(x, y, 0) > 0) continue;
-          const Eigen::Vector2d g(0.5 * (grey(is_[i], x + 1, y) - grey(is_[i], x - 1, y)), 0.5 * (grey(is_[i], x, y + 1) - grey(is_[i], x, y - 1)));
+          const Eigen::Vector2d g(0.5 * (grey(is_[i], x + 1, y) - grey(is_[i], x - 1, y)),
+                                  0.5 * (grey(is_[i], x, y + 1) - grey(is_[i], x, y - 1)));
           normal += g * g.transpose();
           right += g * (grey(is_[i], x, y) - at(x + shift.x(), y + shift.y()));
         }
