@@ -4,6 +4,7 @@
 #   ./bench.sh               on a desk that lumi-simulate photographs
 #   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo, boards-wide, shaky-sideways and shaky-rotation below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
+#   ./bench.sh --only stabilize   only stabilisation: simulated walks, and below DIR the shaky videos, beside vid.stab's results
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -13,26 +14,31 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
       [ -d "$data" ] || die "$data is no folder" 2
       arguments+=(--data "$data"); shift 2 ;;
     --speed) only_speed=1; shift ;;
-    --only) only_quality=1; arguments+=("$1"); shift ;;
+    --only)
+      if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
+      only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
   esac
 done
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-stabilize bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench steady_path_bench stabilize_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
+if [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
+  build release "${stabilisation[@]}" lumi-proxy bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
-[ -n "$only_speed" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -n "$only_speed$only_stabilize" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
 # What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
 effects_row() {
   printf '| %s | %s |' "${1##*/}" "$2"
@@ -42,32 +48,87 @@ effects_row() {
   done
   printf '\n'
 }
-# stabilised NAME VIDEO [MORE...]: VIDEO, MORE, vid.stab's results (its defaults, and smoother) and ours, in one table.
+# stabilised NAME VIDEO SCALE [MORE...]: rows of VIDEO, MORE, vid.stab's results (its defaults, and smoother) and ours, cropped to SCALE of
+# the width at most. Videos and figures that are there already are taken.
 stabilised() {
-  local name=$1 video=$2 folder=$work/stabilised/$1 smoothing scale filters
-  shift 2
+  local name=$1 video=$2 scale=$3 folder=$work/stabilised/$1 smoothing filters v
+  shift 3
   mkdir -p "$folder"
   local videos=("$@")
   filters=$(ffmpeg -hide_banner -filters 2>/dev/null)
   case $filters in
     *vidstabtransform*)
-      [ -f "$folder/motion.trf" ] || ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabdetect=result=$folder/motion.trf" -f null -
+      [ -f "$folder/motion.trf" ] || {
+        ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabdetect=result=$folder/motion.part" -f null -
+        mv "$folder/motion.part" "$folder/motion.trf"
+      }
       for smoothing in 15 30; do
-        [ -f "$folder/vidstab-$smoothing.mp4" ] || ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabtransform=input=$folder/motion.trf:smoothing=$smoothing" \
-          -c:v libx264 -crf 18 -pix_fmt yuv420p -an "$folder/vidstab-$smoothing.mp4"
+        [ -f "$folder/vidstab-$smoothing.mp4" ] || {
+          ffmpeg -nostdin -y -loglevel error -i "$video" -vf "vidstabtransform=input=$folder/motion.trf:smoothing=$smoothing" \
+            -c:v libx264 -crf 18 -pix_fmt yuv420p -an "$folder/part.mp4"
+          mv "$folder/part.mp4" "$folder/vidstab-$smoothing.mp4"
+        }
         videos+=("$folder/vidstab-$smoothing.mp4")
       done ;;
     *) say "this ffmpeg has no vid.stab: its rows are left out" ;;
   esac
-  # Ours by default, and cropped no more than vid.stab's default.
-  for scale in 0.8 ${least_scale:-}; do
-    [ -f "$folder/smooth-$scale.mp4" ] || "$bin/lumi-pipeline" "$video" --stabilize smooth --min-scale "$scale" -o "$folder/smooth-$scale.mp4" --no-score --quiet >/dev/null
-    videos+=("$folder/smooth-$scale.mp4")
-  done
-  printf '\n## Stabilised: %s\n\n```\n' "$name"
-  "$bin/lumi-stabilize" score "$video" "${videos[@]}" 2>/dev/null
-  printf '```\n'
+  [ -f "$folder/smooth-$scale.mp4" ] || "$bin/lumi-pipeline" "$video" --stabilize smooth --min-scale "$scale" -o "$folder/smooth-$scale.mp4" --no-score >/dev/null
+  videos+=("$folder/smooth-$scale.mp4")
+  for v in "${videos[@]}"; do [ "$folder/score.txt" -nt "$v" ] || rm -f "$folder/score.txt"; done
+  [ -f "$folder/score.txt" ] || {
+    "$bin/lumi-stabilize" score "$video" "${videos[@]}" >"$folder/score.part"
+    mv "$folder/score.part" "$folder/score.txt"
+  }
+  # Of lumi-stabilize's columns the first six, and the clip's name before them.
+  awk -v name="$name" 'NR > 1 { printf "| %s | %s | %s | %s | %s | %s | %s |\n", name, NR == 2 ? "as filmed" : $1 == "video.mp4" ? "filmed steadily" : $1, $2, $3, $4, $5, $6 }' "$folder/score.txt"
 }
+walk() { printf '%s/shaky-%s' "$work" "$1"; }
+# The simulated walks' videos with and without their shake, and the path that the walk was meant to be.
+shaky_walks() {
+  local example model object folder
+  for example in hallway plaza vertigo; do
+    [ -f "$(walk $example)/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$(walk $example)" --quiet
+    [ -f "$work/steady-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --steady -o "$work/steady-$example" --quiet
+    case $example in
+      vertigo) model=vertigo object=(--object "160,80,155,200") ;;
+      *) model=linear object=() ;;
+    esac
+    folder=$work/stabilised/$example
+    mkdir -p "$folder"
+    [ -f "$folder/$model.mp4" ] || "$bin/lumi-pipeline" "$(walk $example)/video.mp4" --stabilize "$model" "${object[@]}" --no-score -o "$folder/$model.mp4" >/dev/null
+    printf '\n### %s, %s, against the ideal path\n\n```\n' "$example" "$model"
+    "$bin/steady_path_bench" "$(walk $example)" "$folder/$model-work/window-000/scene" "$folder/$model-work/window-000/path.json" "$folder/$model.mp4" "$work/steady-$example/video.mp4" "${object[@]}"
+    printf '```\n'
+  done
+}
+stabilisation() {
+  printf '\n## Stabilisation of simulated walks\n\n```\n'
+  "$bin/stabilize_bench"
+  printf '```\n'
+  shaky_walks
+  printf '\n## Stabilised videos beside vid.stab'"'"'s\n\n'
+  printf '| clip | video | cropping | distortion | stability | jitter px | kept area |\n|---|---|---|---|---|---|---|\n'
+  # The steady camera's own video is the row after the input.
+  for example in hallway plaza vertigo; do stabilised "$example" "$(walk $example)/video.mp4" 0.8 "$work/steady-$example/video.mp4"; done
+  # Cropped no more than vid.stab by default.
+  if [ -n "$data" ] && [ -d "$data/shaky-sideways" ]; then
+    # The same once more as if it were long: in windows.
+    video=$data/shaky-sideways/shaky-5.avi folder=$work/stabilised/shaky-sideways
+    mkdir -p "$folder"
+    [ -f "$folder/windows.json" ] || {
+      "$bin/lumi-pipeline" "$video" --stabilize smooth --min-scale 0.88 --window-frames 240 -o "$folder/windows.mp4" --no-score --json >"$folder/windows.part"
+      mv "$folder/windows.part" "$folder/windows.json"
+    }
+    stabilised shaky-sideways "$video" 0.88 "$folder/windows.mp4"
+    memory=$(grep -o '"peak_memory_mb": *[0-9]*' "$folder/windows.json" | grep -o '[0-9]*$')
+  fi
+  if [ -n "$data" ] && [ -d "$data/shaky-rotation" ]; then stabilised shaky-rotation "$data/shaky-rotation/view.mp4" 0.94; fi
+  [ -z "${memory:-}" ] || printf '\nshaky-sideways in windows of at most 240 frames (windows.mp4): %s MB at most.\n' "$memory"
+}
+if [ -n "$only_stabilize" ]; then
+  stabilisation
+  exit 0
+fi
 if [ -z "$only_speed" ]; then
   printf '\n## Effects on demand: auto, and an effect off or on\n\n'
   printf '| capture | width | auto | prefilter off | on | resolution off | Jacobian |\n|---|---|---|---|---|---|---|\n'
@@ -97,9 +158,6 @@ if [ -z "$only_speed$only_quality" ]; then
   for example in lamp helicopter; do
     [ -d "$work/$example/truth" ] || "$bin/lumi-simulate" --example "$example" --width 240 -o "$work/$example"
   done
-  printf '\n## Stabilisation of simulated walks\n\n```\n'
-  "$bin/stabilize_bench"
-  printf '```\n'
   # Two of its three seconds.
   [ -d "$work/stage/truth" ] || "$bin/lumi-simulate" --example stage --width 240 --fixed-frames 60 -o "$work/stage"
   printf '\n## Several videos at once: stage, which begins at 9, 0, 14, 3, 21, 7, 12, 5\n\n```\n'
@@ -117,31 +175,7 @@ if [ -z "$only_speed$only_quality" ]; then
     printf '\n## lumi-pipeline --periodic: %s\n\n' "$example"
     "$bin/timeperiodic_bench" reconstructed "$example" "$capture" "$work/$example-periodic"
   done
-  # Walks whose ideal path is known: the steady camera's own video is the row after the input.
-  for example in hallway plaza vertigo; do
-    [ -f "$work/shaky-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$work/shaky-$example" --quiet
-    [ -f "$work/steady-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --steady -o "$work/steady-$example" --quiet
-    stabilised "$example" "$work/shaky-$example/video.mp4" "$work/steady-$example/video.mp4"
-    # Against the ideal path: the motion model that the walk was meant to be.
-    case $example in
-      vertigo) model=vertigo object=(--object 160,80,155,200) ;;
-      *) model=linear object=() ;;
-    esac
-    folder=$work/stabilised/$example
-    [ -f "$folder/$model.mp4" ] || "$bin/lumi-pipeline" "$work/shaky-$example/video.mp4" --stabilize "$model" "${object[@]}" --no-score -o "$folder/$model.mp4" --quiet >/dev/null
-    printf '\n%s, %s, against the ideal path:\n\n```\n' "$example" "$model"
-    "$bin/steady_path_bench" "$work/shaky-$example" "$folder/$model-work/window-000/scene" "$folder/$model-work/window-000/path.json" "$folder/$model.mp4" "$work/steady-$example/video.mp4" "${object[@]}"
-    printf '```\n'
-  done
-  if [ -n "$data" ] && [ -d "$data/shaky-sideways" ]; then
-    # The same once more as if it were long: in windows.
-    video=$data/shaky-sideways/shaky-5.avi folder=$work/stabilised/shaky-sideways
-    mkdir -p "$folder"
-    [ -f "$folder/windows.json" ] || { "$bin/lumi-pipeline" "$video" --stabilize smooth --window-frames 240 -o "$folder/windows.mp4" --no-score --json --quiet >"$folder/windows.json.part" && mv "$folder/windows.json.part" "$folder/windows.json"; }
-    least_scale=0.88 stabilised shaky-sideways "$video" "$folder/windows.mp4"
-    printf '\nIn windows of at most 240 frames (windows.mp4): %s MB.\n' "$(grep -o '"peak_memory_mb": *[0-9]*' "$folder/windows.json" | grep -o '[0-9]*$')"
-  fi
-  [ -z "$data" ] || [ ! -d "$data/shaky-rotation" ] || least_scale=0.94 stabilised shaky-rotation "$data/shaky-rotation/view.mp4"
+  stabilisation
   for backend in factorization colmap; do
     more=()
     [ "$backend" = colmap ] || more=(--focal-px "$focal")

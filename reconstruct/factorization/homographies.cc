@@ -2,7 +2,6 @@
 
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
-#include <ceres/sized_cost_function.h>
 #include <ceres/solver.h>
 #include <ceres/sphere_manifold.h>
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
+#include "reconstruct/factorization/reprojection_cost.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -84,38 +84,6 @@ std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const s
   return H / std::cbrt(det);
 }
 
-class TurnCost final : public ceres::SizedCostFunction<2, 9, 3> {
- public:
-  TurnCost(const Eigen::Vector2d& x, double px) : x_(x), px_(px) {}
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const Eigen::Map<const RowMajor3d> G(parameters[0]);
-    const Eigen::Map<const Eigen::Vector3d> d(parameters[1]);
-    const Eigen::Vector3d q = G * d;
-    const double s = px_ / q.z();
-    if (!std::isfinite(s)) return false;
-    const Eigen::Vector2d y = q.head<2>() / q.z();
-    Eigen::Map<Eigen::Vector2d>(residuals, 2) = (y - x_) * px_;
-    if (!jacobians) return true;
-    if (jacobians[0]) {
-      Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> J(jacobians[0]);
-      J.setZero();
-      for (int r = 0; r < 2; ++r) {
-        J.block<1, 3>(r, 3 * r) = s * d.transpose();
-        J.block<1, 3>(r, 6) = -s * y[r] * d.transpose();
-      }
-    }
-    if (jacobians[1]) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
-      for (int r = 0; r < 2; ++r) J.row(r) = s * (G.row(r) - y[r] * G.row(2));
-    }
-    return true;
-  }
-
- private:
-  Eigen::Vector2d x_;
-  double px_;
-};
-
 // Of a frame's sights those of the longest tracks: they tie the most frames together.
 std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tracks, int most) {
   if (most <= 0 || sights.size() <= static_cast<std::size_t>(most)) return sights;
@@ -157,7 +125,7 @@ void AdjustKeys(const std::vector<std::vector<FrameSight>>& frames, const Tracks
         ordering->AddElementToGroup(d[t].data(), 0);
         used[t] = 1;
       }
-      problem.AddResidualBlock(new TurnCost(sight.x, units[f].px), &loss, G[f].data(), d[t].data());
+      problem.AddResidualBlock(new ReprojectionCost<3>(sight.x, units[f].px), &loss, G[f].data(), d[t].data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return;

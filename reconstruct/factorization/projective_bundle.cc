@@ -2,7 +2,6 @@
 
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
-#include <ceres/sized_cost_function.h>
 #include <ceres/solver.h>
 #include <ceres/sphere_manifold.h>
 
@@ -10,43 +9,12 @@
 #include <deque>
 #include <memory>
 
+#include "reconstruct/factorization/reprojection_cost.h"
+
 namespace lumi {
 namespace {
 
 using RowMajor34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-
-class SightCost final : public ceres::SizedCostFunction<2, 12, 4> {
- public:
-  SightCost(const Eigen::Vector2d& x, double px_per_unit) : x_(x), unit_(px_per_unit) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const Eigen::Map<const RowMajor34d> P(parameters[0]);
-    const Eigen::Map<const Eigen::Vector4d> X(parameters[1]);
-    const Eigen::Vector3d q = P * X;
-    const double s = unit_ / q.z();
-    if (!std::isfinite(s)) return false;
-    const Eigen::Vector2d y = q.head<2>() / q.z();
-    Eigen::Map<Eigen::Vector2d>(residuals, 2) = (y - x_) * unit_;
-    if (!jacobians) return true;
-    if (jacobians[0]) {
-      Eigen::Map<Eigen::Matrix<double, 2, 12, Eigen::RowMajor>> J(jacobians[0]);
-      J.setZero();
-      for (int r = 0; r < 2; ++r) {
-        J.block<1, 4>(r, 4 * r) = s * X.transpose();
-        J.block<1, 4>(r, 8) = -s * y[r] * X.transpose();
-      }
-    }
-    if (jacobians[1]) {
-      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>> J(jacobians[1]);
-      for (int r = 0; r < 2; ++r) J.row(r) = s * (P.row(r) - y[r] * P.row(2));
-    }
-    return true;
-  }
-
- private:
-  Eigen::Vector2d x_;
-  double unit_;
-};
 
 // Damping never falls below this part of the normal matrix's diagonal: it is all that holds the free frame.
 constexpr double kMostTrust = 1e7;
@@ -117,7 +85,7 @@ BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model
         problem.AddParameterBlock(point->data(), 4, &point_sphere);
         ordering->AddElementToGroup(point->data(), 0);
       }
-      problem.AddResidualBlock(new SightCost(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), point->data());
+      problem.AddResidualBlock(new ReprojectionCost<4>(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), point->data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

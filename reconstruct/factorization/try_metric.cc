@@ -130,12 +130,14 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
   CullOptions cull = options.cull;
   cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
   if (options.adjust ? !(rms <= attempt->Limit()) : !(upgrade.residual < 0.1)) {
-    result.upgrade_reason = fmt::format("the intrinsics do not explain the images: reprojection error {:.2f} px with them, {:.2f} px without", rms, projective_rms);
+    result.upgrade_reason = fmt::format("the intrinsics do not explain the images: reprojection error {:.2f} px with them, "
+                                        "{:.2f} px without", rms, projective_rms);
     return false;
   }
   if (!(attempt->plane_sigma <= options.max_plane_sigma)) {
     result.upgrade_reason =
-        fmt::format("the plane at infinity is ill-conditioned (baseline too short for the noise): relative uncertainty of depths {:.2f}", attempt->plane_sigma);
+        fmt::format("the plane at infinity is ill-conditioned (baseline too short for the noise): relative uncertainty of depths {:.2f}",
+                    attempt->plane_sigma);
     return false;
   }
   begin = std::chrono::steady_clock::now();
@@ -143,8 +145,9 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
     // What would the images say?
     MetricModel other = metric;
     const double free_rms = AdjustMetric(points, steering, other, FreeIntrinsics::kFocal, bundle).rms_px;
-    result.warnings.push_back(fmt::format("the intrinsics fit the images worse than they should ({:.3f} px with them, {:.3f} px without): a focal length of {:.1f} px "
-                                          "instead of {:.1f} px gives {:.3f} px", rms, projective_rms, other.intrinsics_px[0], focal[0], free_rms));
+    result.warnings.push_back(fmt::format("the intrinsics fit the images worse than they should ({:.3f} px with them, {:.3f} px without): "
+                                          "a focal length of {:.1f} px instead of {:.1f} px gives {:.3f} px", rms, projective_rms,
+                                          other.intrinsics_px[0], focal[0], free_rms));
   }
   if (options.adjust) Follow(points, steering, model, cull);
   CullResult culled = Cull(points, model, cull);
