@@ -89,6 +89,7 @@ int main(int argc, char** argv) {
     app.add_option_function<std::string>(name, [&to, name](const std::string& value) { to.insert(to.end(), {name, value}); }, help)->group("Stabilisation");
   };
   pass_steady("--cutoff-hz", steady.path_arguments, "Movements of this frequency are halved (as lumi-stabilize)");
+  pass_steady("--similar-hz", steady.path_arguments, "Stretch, shear and keystone are halved at this frequency (as lumi-stabilize)");
   pass_steady("--min-scale", steady.path_arguments, "Least share of the width that a crop may leave (as lumi-stabilize)");
   pass_steady("--iterations", steady.path_arguments, "Rounds for --min-scale's sake (as lumi-stabilize)");
   pass_steady("--object", steady.path_arguments, "vertigo: X,Y,WIDTH,HEIGHT of what stays (as lumi-stabilize)");

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
                                                                                    {"vertigo", lumi::MotionModel::kVertigo},
                                                                                    {"circular", lumi::MotionModel::kCircular}}));
   app.add_option("--cutoff-hz", s.cutoff_hz, "smooth: movements of this frequency are halved, faster ones removed, > 0")->capture_default_str();
+  app.add_option("--similar-hz", s.similar_hz, "smooth: stretch, shear and keystone are halved at this frequency instead: slower ones are the scene's, > 0")->capture_default_str();
   app.add_option("--min-scale", s.min_scale, "No picture is to be cropped below this share of its width, 0.2 to 1: the path follows the camera more closely where it would be")->capture_default_str();
   app.add_option_function<int>(
          "--window", [&](int frames) { s.half_window = (frames - 1) / 2; }, "Frames around each that may fill its picture, odd [default: 11]")

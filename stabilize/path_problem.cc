@@ -70,6 +70,30 @@ class ParallaxCost final : public ceres::SizedCostFunction<2, 12> {
   double root_;
 };
 
+// y - (filmed + (a, -b; b, a) filmed + t), the similarity (a, b, t) free.
+class AlikeCost final : public ceres::SizedCostFunction<2, 12, 4> {
+ public:
+  AlikeCost(const WantedPoint& point, double weight) : point_(point), root_(std::sqrt(weight)) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    Eigen::Vector2d y;
+    Jacobian J;
+    if (!Image(parameters[0], point_.X, y, jacobians && jacobians[0] ? &J : nullptr)) return false;
+    const Eigen::Map<const Eigen::Vector4d> s(parameters[1]);
+    const Eigen::Vector2d q = point_.filmed, across(-q.y(), q.x());
+    Eigen::Map<Eigen::Vector2d>(residuals, 2) = root_ * (y - q - s[0] * q - s[1] * across - s.tail<2>());
+    if (jacobians && jacobians[0]) Eigen::Map<Jacobian>(jacobians[0], 2, 12) = root_ * J;
+    if (jacobians && jacobians[1]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>> by(jacobians[1]);
+      by << -root_ * q, -root_ * across, -root_ * Eigen::Matrix2d::Identity();
+    }
+    return true;
+  }
+
+ private:
+  WantedPoint point_;
+  double root_;
+};
+
 class BendCost final : public ceres::SizedCostFunction<2, 12, 12, 12> {
  public:
   BendCost(const Eigen::Vector4d& X, const std::array<double, 3>& factor, const Eigen::Vector2d& bend, double weight)
@@ -134,6 +158,7 @@ PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, cons
     problem.AddParameterBlock(unknown[t].data(), 12, &sphere);
     if (wanted[t].held) problem.SetParameterBlockConstant(unknown[t].data());
   }
+  std::vector<Eigen::Vector4d> similarity(P.size(), Eigen::Vector4d::Zero());
   const auto in_front = [&](std::size_t t, const Eigen::Vector4d& X) { return unknown[t].row(2).dot(X) > 1e-9; };
   for (std::size_t t = 0; t < P.size(); ++t) {
     const WantedFrame& frame = wanted[t];
@@ -147,6 +172,7 @@ PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, cons
       if (frame.weight > 0 && !frame.held) problem.AddResidualBlock(new TargetCost(point, share * frame.weight), nullptr, unknown[t].data());
       if (frame.parallax > 0 && !frame.held && !point.Z.isZero() && in_front(t, point.Z))
         problem.AddResidualBlock(new ParallaxCost(point.X, point.Z, share * frame.parallax), nullptr, unknown[t].data());
+      if (frame.alike > 0 && !frame.held) problem.AddResidualBlock(new AlikeCost(point, share * frame.alike), nullptr, unknown[t].data(), similarity[t].data());
       if (!(options.smoothness > 0) || t == 0 || t + 1 == P.size() || !in_front(t - 1, point.X) || !in_front(t + 1, point.X)) continue;
       if (wanted[t - 1].held && frame.held && wanted[t + 1].held) continue;
       const Eigen::Vector2d bend = frame.bend.empty() ? Eigen::Vector2d(0, 0) : frame.bend[j];

@@ -2,9 +2,9 @@
 // models end in (thesis sec. 6.4.2, whose resection frame by frame it is where nothing asks for smoothness).
 //
 //   sum_t  weight_t  mean_j |P'_t X_j - y_tj|^2   +   smoothness sum_t mean_j |D2(P' X_j)_t - bend_tj|^2
-//   + sum_t  parallax_t  mean_j |P'_t X_j - P'_t Z_j|^2
+//   + sum_t  parallax_t  mean_j |P'_t X_j - P'_t Z_j|^2   +   sum_t  alike_t  min_S  mean_j |P'_t X_j - S filmed_tj|^2
 //
-// Z: other points on the rays of a camera whose centre P' is to stay near.
+// Z: other points on the rays of a camera whose centre P' is to stay near. S: a similarity of the filmed picture.
 // D2: second difference in time, of images in units (FilmedScene). What a low-pass of each trajectory would be, if all
 // trajectories had to agree on one camera. Where frames are missing it is the divided one, so that a constant velocity has none.
 #pragma once
@@ -22,12 +22,14 @@ struct WantedPoint {
   Eigen::Vector2d y = Eigen::Vector2d::Zero();   // units
   double share = 1;                              // of the frame's weight, before it is normalised
   Eigen::Vector4d Z = Eigen::Vector4d::Zero();   // zero: none
+  Eigen::Vector2d filmed = Eigen::Vector2d::Zero();  // units; for WantedFrame::alike
 };
 
 struct WantedFrame {
   std::vector<WantedPoint> points;
   double weight = 1;                             // of these targets
   double parallax = 0;                           // of X and Z, one behind the other
+  double alike = 0;                              // of what sets the picture apart from any similarity of the filmed one
   // D2 (SecondDifference) that the model itself has, one a point, of points that lie in front in the frame before and after too; empty: none.
   std::vector<Eigen::Vector2d> bend;
   bool held = false;                             // P stays what it is

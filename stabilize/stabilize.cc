@@ -298,6 +298,7 @@ Seam SeamOf(int overlap, int half_window) {
 
 std::string Validate(const StabilizeOptions& o) {
   if (!(o.cutoff_hz > 0)) return "--cutoff-hz is positive";
+  if (!(o.similar_hz > 0)) return "--similar-hz is positive";
   if (!(o.min_scale >= 0.2 && o.min_scale <= 1)) return "--min-scale is 0.2 to 1";
   if (o.half_window < 0 || o.half_window > 1000) return "--window is 1 to 2001 frames, odd";
   if (o.iterations < 0 || o.points < 8 || o.anchors < 0) return "--iterations is 0 and more, --points 8 and more";
@@ -403,11 +404,15 @@ MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, S
         WantedFrame& frame = wanted[t];
         const double of_model = smooth ? 0 : 1;
         frame.weight = of_model + follow[t];
-        frame.parallax = smooth ? follow[t] : 0;  // a model's path has its own centres
+        if (smooth) {  // a model's path has its own centres, and its own pictures
+          frame.parallax = follow[t];
+          frame.alike = smoothness / SmoothnessOf(std::max(options.cutoff_hz, options.similar_hz), film.fps);
+        }
         for (WantedPoint point : points[t]) {
           const auto filmed = ImageOf(original[t], point.X);
           const auto meant = smooth ? filmed : ImageOf(model.P[t], point.X);
           if (!filmed || !meant) continue;
+          point.filmed = *filmed;
           point.y = (of_model * *meant + follow[t] * *filmed) / (of_model + follow[t]);
           Eigen::Vector2d bend(0, 0);
           if (smooth && t > 0 && t + 1 < n) {

@@ -18,6 +18,9 @@ struct StabilizeOptions {
   // smooth: amplitudes at this frequency are halved, slower ones pass. Where the other models have to be left (see min_scale), they are
   // left and joined again as smoothly.
   double cutoff_hz = 0.3;
+  // smooth: what no similarity of the filmed picture has (stretch, shear, keystone) is halved at this frequency instead: slow changes of
+  // it are the scene's or the tracks' drift, and undoing them bends the picture. Not below cutoff_hz.
+  double similar_hz = 0.5;
   // No picture shall have to be cropped further, share of its width: where it would, the path follows the camera more closely.
   double min_scale = 0.8;
   int half_window = 5;                 // frames before and after that may fill a picture

@@ -64,20 +64,37 @@ TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
     WantedFrame& frame = wanted.emplace_back();
     frame.weight = 1 + 0.2 * static_cast<double>(t);
     frame.parallax = 3;
+    frame.alike = 2;
     const Eigen::Vector4d centre = CentreOfProjection(film.frames[t].P);
     for (std::size_t k = 0; k < film.frames[t].sights.size(); k += 5) {
       const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(film.frames[t].sights[k].point)];
-      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3), k % 2 == 0 ? Eigen::Vector4d(X + 0.3 * X.norm() * centre) : Eigen::Vector4d::Zero()});
+      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3), k % 2 == 0 ? Eigen::Vector4d(X + 0.3 * X.norm() * centre) : Eigen::Vector4d::Zero(), film.frames[t].sights[k].x});
       frame.bend.emplace_back(1e-3 * std::sin(static_cast<double>(k)), 1e-3);
     }
     P.push_back(film.frames[t].P);
     options.times.push_back(static_cast<double>(t) + (t > 6 ? 3 : 0));
   }
+  // (a, b, t) of the similarity of the filmed picture that a picture is nearest to, and how far from it, weighed.
+  const auto unlike = [&](const WantedFrame& frame, const Matrix34d& p) {
+    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    double square = 0;
+    for (const WantedPoint& point : frame.points) {
+      Eigen::Matrix<double, 2, 4> rows;
+      rows << point.filmed.x(), -point.filmed.y(), 1, 0, point.filmed.y(), point.filmed.x(), 0, 1;
+      const Eigen::Vector2d y = Eigen::Vector3d(p * point.X).hnormalized();
+      N += point.share * rows.transpose() * rows;
+      right += point.share * rows.transpose() * y;
+      square += point.share * y.squaredNorm();
+    }
+    return square - right.dot(N.inverse() * right);
+  };
   const auto cost = [&](const std::vector<Matrix34d>& at) {
     double sum = 0;
     for (std::size_t t = 0; t < at.size(); ++t) {
       double shares = 0;
       for (const WantedPoint& p : wanted[t].points) shares += p.share;
+      sum += 0.5 * wanted[t].alike / shares * unlike(wanted[t], at[t]);
       for (std::size_t j = 0; j < wanted[t].points.size(); ++j) {
         const WantedPoint& p = wanted[t].points[j];
         const auto image = [&](std::size_t s) { return Eigen::Vector2d(Eigen::Vector3d(at[s] * p.X).hnormalized()); };
