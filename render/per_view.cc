@@ -133,6 +133,7 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
     source.size_px = v.size_px;
     source.time_s = v.time_s;
     source.gain = v.gain;
+    source.grids = v.grids;
     if (const auto moved = frame->MoveCamera(v.P)) {
       source.P = moved->P;
       source.centre = moved->centre;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 
 namespace lumi {
 namespace {
@@ -53,7 +53,7 @@ constexpr float kLeastContained = 0.05F;
 // Most photos are read as they are, and need no logarithm.
 float LevelOf(float footprint) { return footprint > kReadWhole ? PyramidLevel(footprint) : 0.0F; }
 
-// radiance(j, u_px, v_px, footprint()): RGB in [0,1]; the footprint is that of radiance/measures/footprint.h.
+// radiance(j, u_px, v_px, footprint()): RGB in [0,1]; the footprint is that of radiance/measures/prefilter.h.
 template <typename Radiance>
 void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const Radiance& radiance) {
   const auto k = static_cast<std::size_t>(plan.k);

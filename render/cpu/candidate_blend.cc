@@ -6,8 +6,7 @@
 
 #include "render/cpu/candidate_weights.h"
 #include "render/cpu/layer_shader.h"
-#include "render/radiance/measures.h"
-#include "render/radiance/measures/resolution.h"
+#include "render/radiance/measures/evaluate.h"
 #include "render/radiance/sparse/raster.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -59,6 +58,7 @@ class CandidateBlender {
       c.width_px = r.width_px[j];
       c.height_px = r.height_px[j];
       c.feather_px = r.feather_px[j];
+      c.view = r.view[j];
       c.focal_ratio = r.desired_focal_px / r.focal_px[j];
       if (visibility && !visibility->empty()) c.depth_map = visibility->Map(static_cast<int>(j)).data();
     }
@@ -67,12 +67,11 @@ class CandidateBlender {
     rule_.alpha = static_cast<float>(s.alpha);
     rule_.gamma = static_cast<float>(s.gamma);
     rule_.field_of_view = s.field_of_view;
-    if (s.beta > 0) rule_.resolution = s.resolution;
-    rule_.beta = static_cast<float>(s.beta * 2 * s.r_max_rad);
-    rule_.inverse_log_low = InverseLog(s.resolution_low);
-    rule_.inverse_log_high = InverseLog(s.resolution_high);
-    rule_.time = s.time && s.epsilon > 0;
-    if (rule_.time) SetTimes();
+    rule_.settings = &s;
+    rule_.fields = r.fields.get();
+    planes_ = s.beta > 0 && s.resolution == Resolution::kJacobian;
+    const std::vector<float> terms = PhotoTerms(r, s);
+    for (std::size_t j = 0; j < candidates_.size(); ++j) candidates_[j].terms = terms[j];
     if (visibility) {
       rule_.map_width = visibility->width();
       rule_.map_height = visibility->height();
@@ -91,16 +90,6 @@ class CandidateBlender {
   }
 
  private:
-  // The time term does not depend on the ray: any will do.
-  void SetTimes() {
-    RadianceSettings time_only = setup_.settings;
-    time_only.resolution = Resolution::kOff;
-    Measures m;
-    EvaluateMeasures(setup_.sources, time_only, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::Zero(), m);
-    const auto unit = static_cast<float>(time_only.epsilon * 2 * time_only.r_max_rad);
-    for (std::size_t j = 0; j < candidates_.size(); ++j) candidates_[j].time = unit * m.tau[j];
-  }
-
   // Pixels whose centres lie in the cell.
   PixelRect Pixels(int cell) const {
     const int column = cell % plan_.cell_columns, row = cell / plan_.cell_columns;
@@ -163,7 +152,7 @@ class CandidateBlender {
       b.n = 0;
       b.depths = false;
       const Linear depth = About(best, rect.x0, rect.y0);
-      if (rule_.resolution == Resolution::kJacobian) {
+      if (planes_) {
         std::fill_n(work.slopes.dx, kBatch, depth.x);
         std::fill_n(work.slopes.dy, kBatch, depth.y);
         std::fill_n(work.slopes.facing, kBatch, 1.0F);
@@ -244,8 +233,7 @@ class CandidateBlender {
     for (int y = rect.y0; y < rect.y1; ++y)
       for (int x = rect.x0; x < rect.x1; ++x)
         work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
-    const bool planes = rule_.resolution == Resolution::kJacobian;
-    work.normal.resize(planes || setup_.settings.prefilter ? n : 0);
+    work.normal.resize(planes_ || setup_.settings.prefilter ? n : 0);
     tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t, work.normal);
     const auto hit = [&](std::size_t k) { return work.t[k] > 0 && std::isfinite(work.t[k]); };
     if (std::none_of(work.t.begin(), work.t.end(), [](float t) { return t > 0 && std::isfinite(t); })) return;
@@ -271,7 +259,7 @@ class CandidateBlender {
         b.y[b.n] = static_cast<float>(y - rect.y0);
         b.inverse_depth[b.n] = 1 / (work.t[i] * axis_.dot(work.direction[i]));
         b.pixel[b.n] = y * image_.width + x;
-        if (planes) SetSlopes(work, i);
+        if (planes_) SetSlopes(work, i);
         if (++b.n == kBatch) Flush(work);
       }
     Flush(work);
@@ -303,7 +291,7 @@ class CandidateBlender {
   void Flush(Workspace& work) const {
     LayerBatch& b = work.batch;
     if (b.n == 0) return;
-    if (rule_.resolution == Resolution::kJacobian)
+    if (planes_)
       for (float* slope : {work.slopes.dx, work.slopes.dy, work.slopes.facing}) std::fill(slope + b.n, slope + b.padded(), slope[b.n - 1]);
     b.Pad();
     CandidateRule rule = rule_;
@@ -328,6 +316,7 @@ class CandidateBlender {
   ImageF& image_;
   std::vector<CandidateRay> candidates_;
   CandidateRule rule_;
+  bool planes_ = false;  // whether the slopes of the proxy are read
 };
 
 }  // namespace

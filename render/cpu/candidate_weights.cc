@@ -5,8 +5,9 @@
 #include <cstring>
 #include <limits>
 
+#include "render/radiance/dissimilarity.h"
 #include "render/radiance/kernel.h"
-#include "render/radiance/measures/resolution.h"
+#include "render/radiance/measures/photo_sight.h"
 #include "render/radiance/measures/visibility.h"
 #include "render/radiance/settings.h"
 
@@ -39,108 +40,111 @@ LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& 
   }
 }
 
+// Where the batch's pixels lie for a photo: what measures ask of it (radiance/measures/record.h).
+template <Resolution kStretch>
+struct PixelSight {
+  const LayerBatch& b;
+  const RayBatch& rays;
+  const CandidateRay& c;
+  const PlaneSlopes* slopes;
+  int i;
+  const PhotoField* of = nullptr;  // the measure's; read by field()
+
+  // The angle at the point, atan2(|D x d|, t - D.d), both arguments times |ray| / depth.
+  LUMI_INLINE float theta() const {
+    const float x = rays.x[i], y = rays.y[i], z = rays.z[i], s = b.inverse_depth[i];
+    const float cx = c.dy * z - c.dz * y, cy = c.dz * x - c.dx * z, cz = c.dx * y - c.dy * x;
+    return AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, rays.squared[i] - (c.dx * x + c.dy * y + c.dz * z) * s);
+  }
+  LUMI_INLINE float At(const Linear& f) const { return f.c + f.x * b.x[i] + f.y * b.y[i] + f.d * b.inverse_depth[i]; }
+  LUMI_INLINE float w_by_depth() const { return At(c.map.w); }  // depth in the photo over that in the view
+  LUMI_INLINE float Inverse(float w) const { return 1.0F / (w > 0 ? w : 1.0F); }
+  LUMI_INLINE float u() const { return At(c.map.u) * Inverse(w_by_depth()); }
+  LUMI_INLINE float v() const { return At(c.map.v) * Inverse(w_by_depth()); }
+  LUMI_INLINE float w() const { return w_by_depth() / b.inverse_depth[i]; }
+  LUMI_INLINE float width() const { return c.width_px; }
+  LUMI_INLINE float height() const { return c.height_px; }
+  LUMI_INLINE float field() const {
+    return FieldAt(of->Of(c.view).data(), of->columns, of->rows, u(), v(), c.width_px, c.height_px);
+  }
+  LUMI_INLINE float stretch() const {
+    if constexpr (kStretch == Resolution::kDistance) {
+      const float s = b.inverse_depth[i];
+      const float px = rays.x[i] - c.dx * s, py = rays.y[i] - c.dy * s, pz = rays.z[i] - c.dz * s;
+      return c.focal_ratio * std::sqrt((px * px + py * py + pz * pz) / rays.squared[i]);
+    } else {
+      const float w = w_by_depth(), x = u(), y = v();
+      const Linear &mu = c.map.u, &mv = c.map.v, &mw = c.map.w;
+      const float sigma = PlaneStretch(mu.x - x * mw.x, mu.y - x * mw.y, mv.x - y * mw.x, mv.y - y * mw.y, mu.d - x * mw.d, mv.d - y * mw.d,
+                                       slopes->dx[i], slopes->dy[i], slopes->facing[i], w);
+      return w > 0 ? sigma : 1e12F;
+    }
+  }
+};
+
+// What a term adds to h.
+template <typename M, Resolution kStretch>
+LUMI_KERNEL void AddTerm(const LayerBatch& b, const RayBatch& rays, const CandidateRay& given, const PlaneSlopes* slopes,
+                         const typename M::Shape& given_shape, const PhotoField* field, float scale, float* __restrict terms) {
+  const CandidateRay c = given;
+  const typename M::Shape shape = given_shape;
+  const int n = b.padded();
+  for (int i = 0; i < n; ++i)
+    terms[i] = WithTerm(terms[i], scale, static_cast<float>(M::kOwn), M::Value(PixelSight<kStretch>{b, rays, c, slopes, i, field}, shape));
+}
+
+// All that differ from pixel to pixel; false where there are none.
+bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, const CandidateRule& rule, float* terms) {
+  const RadianceSettings& s = *rule.settings;
+  bool any = false;
+  ForEachTerm([&]<typename M> {
+    if constexpr (PixelTerm<M>) {
+      if (!(M::Factor(s) > 0)) return;
+      if (!any) std::fill_n(terms, b.padded(), c.terms);
+      any = true;
+      const auto scale = static_cast<float>(M::Factor(s) * 2 * s.r_max_rad);
+      const PhotoField* field = &(*rule.fields)[MeasureList::IndexOf<M>()];
+      (s.resolution == Resolution::kJacobian ? AddTerm<M, Resolution::kJacobian> : AddTerm<M, Resolution::kDistance>)(
+          b, rays, c, rule.slopes, M::ShapeOf(s), field, scale, terms);
+    }
+  });
+  return any;
+}
+
 // Field of view: a photo that contains all pixels, feather excluded (f = 1, and where it sees them need not be known); one that
 // fades; or f = 1 everywhere, and whether it contains the pixel is told by f_out.
 enum class Field { kInner, kSoft, kHard };
-// What h has beside the angle: nothing; a constant of the photo; that and its resolution.
-enum class Term { kNone, kConstant, kDistance, kJacobian };
 
-// h without visibility, f, and (not for Field::kInner) visibility's arguments.
-template <Field kField, Term kTerm>
-[[gnu::always_inline]] inline void Measure(const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
-                                           float* __restrict h_out, float* __restrict f_out, float* __restrict u_out,
-                                           float* __restrict v_out, float* __restrict w_out) {
-  constexpr bool kMapped = kField != Field::kInner || kTerm == Term::kJacobian;
-  const float dx = c.dx, dy = c.dy, dz = c.dz, alpha = rule.alpha, beta = rule.beta, gamma = rule.gamma;
-  const float constant = c.time, focal_ratio = c.focal_ratio, low = rule.inverse_log_low, high = rule.inverse_log_high;
-  const Linear mu = c.map.u, mv = c.map.v, mw = c.map.w;
-  const float width = c.width_px, height = c.height_px, feather = 1 / c.feather_px;
+// h without visibility, f, and (not for Field::kInner) visibility's arguments. `terms`: read where kTerms says so.
+template <Field kField, bool kTerms>
+LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const CandidateRule& rule, RayBatch& rays, const float* __restrict terms,
+                         float* __restrict h_out, float* __restrict f_out, float* __restrict u_out, float* __restrict v_out,
+                         float* __restrict w_out) {
+  const CandidateRay c = given;
+  const float alpha = rule.alpha, gamma = rule.gamma, feather = 1 / c.feather_px;
   const int n = b.padded();
-  const float* __restrict rx = rays.x;
-  const float* __restrict ry = rays.y;
-  const float* __restrict rz = rays.z;
-  const float* __restrict squared = rays.squared;
-  const float* __restrict bx = b.x;
-  const float* __restrict by = b.y;
-  const float* __restrict depth = b.inverse_depth;
-  const float* __restrict slope_x = kTerm == Term::kJacobian ? rule.slopes->dx : nullptr;
-  const float* __restrict slope_y = kTerm == Term::kJacobian ? rule.slopes->dy : nullptr;
-  const float* __restrict facing = kTerm == Term::kJacobian ? rule.slopes->facing : nullptr;
   float* __restrict f_largest = rays.f;
   for (int i = 0; i < n; ++i) {
-    const float x = rx[i], y = ry[i], z = rz[i], s = depth[i];
-    // The angle at the point, atan2(|D x d|, t - D.d), both arguments times |ray| / depth.
-    const float cx = dy * z - dz * y, cy = dz * x - dx * z, cz = dx * y - dy * x;
-    float g = AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, squared[i] - (dx * x + dy * y + dz * z) * s);
-    float u = 0, v = 0, w = 0, iw = 0;
-    if constexpr (kMapped) {
-      w = mw.c + mw.x * bx[i] + mw.y * by[i] + mw.d * s;
-      iw = 1.0F / (w > 0 ? w : 1.0F);
-      u = (mu.c + mu.x * bx[i] + mu.y * by[i] + mu.d * s) * iw;
-      v = (mv.c + mv.x * bx[i] + mv.y * by[i] + mv.d * s) * iw;
-    }
-    if constexpr (kTerm != Term::kNone) g = alpha * g + constant;
-    if constexpr (kTerm == Term::kDistance) {
-      const float px = x - dx * s, py = y - dy * s, pz = z - dz * s;
-      g += beta * (1 - ResolutionValue(focal_ratio * std::sqrt((px * px + py * py + pz * pz) / squared[i]), low, high));
-    }
-    if constexpr (kTerm == Term::kJacobian) {
-      const float sigma = PlaneStretch(mu.x - u * mw.x, mu.y - u * mw.y, mv.x - v * mw.x, mv.y - v * mw.y, mu.d - u * mw.d,
-                                       mv.d - v * mw.d, slope_x[i], slope_y[i], facing[i], w);
-      const float value = ResolutionValue(sigma, low, high);
-      g += beta * (1 - (w > 0 ? value : 0.0F));
-    }
+    const PixelSight<Resolution::kOff> at{b, rays, c, nullptr, i, nullptr};
+    const float g = alpha * at.theta() + (kTerms ? terms[i] : c.terms);
     if constexpr (kField == Field::kInner) {
       h_out[i] = g;
       f_out[i] = 1;
       f_largest[i] = 1;
       continue;
     }
-    const float edge = std::min(std::min(u, width - u), std::min(v, height - v));
+    const float w = at.w_by_depth(), u = at.u(), v = at.v();
+    const float edge = std::min(std::min(u, c.width_px - u), std::min(v, c.height_px - v));
     const bool seen = (w > 0) & (edge >= 0);
-    constexpr bool kSoft = kField == Field::kSoft;
-    const float f = seen ? (kSoft ? RaisedCosine(edge * feather) : 1.0F) : 0.0F;
-    // gamma (1/f - 1), infinite where the photo is blind; with field of view off it is never.
-    const float penalised = kSoft ? g * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F)) : g;
-    float h = !kSoft | (f > 0) ? penalised : kInfinity;
-    h = (g == 0) & (seen | !kSoft) ? 0.0F : h;
-    h_out[i] = h;
+    // With field of view off h is never infinite.
+    const float f = seen ? (kField == Field::kSoft ? std::max(RaisedCosine(edge * feather), kBarelySeen) : 1.0F) : 0.0F;
+    h_out[i] = kField == Field::kSoft ? Dissimilarity(g, f, gamma) : g;
     f_out[i] = f;
     u_out[i] = u;
     v_out[i] = v;
-    w_out[i] = w / s;
+    w_out[i] = w / b.inverse_depth[i];
     f_largest[i] = std::max(f_largest[i], f);
   }
-}
-
-template <Term kTerm>
-[[gnu::always_inline]] inline void MeasureIn(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule,
-                                             RayBatch& rays, float* h, float* f, float* u, float* v, float* w) {
-  if (field == Field::kInner)
-    Measure<Field::kInner, kTerm>(b, c, rule, rays, h, f, u, v, w);
-  else if (field == Field::kSoft)
-    Measure<Field::kSoft, kTerm>(b, c, rule, rays, h, f, u, v, w);
-  else
-    Measure<Field::kHard, kTerm>(b, c, rule, rays, h, f, u, v, w);
-}
-
-using MeasureKernel = void(Field, const LayerBatch&, const CandidateRay&, const CandidateRule&, RayBatch&, float*, float*, float*, float*,
-                           float*);
-LUMI_KERNEL void MeasureAngle(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
-                              float* h, float* f, float* u, float* v, float* w) {
-  MeasureIn<Term::kNone>(field, b, c, rule, rays, h, f, u, v, w);
-}
-LUMI_KERNEL void MeasureConstant(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
-                                 float* h, float* f, float* u, float* v, float* w) {
-  MeasureIn<Term::kConstant>(field, b, c, rule, rays, h, f, u, v, w);
-}
-LUMI_KERNEL void MeasureDistance(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
-                                 float* h, float* f, float* u, float* v, float* w) {
-  MeasureIn<Term::kDistance>(field, b, c, rule, rays, h, f, u, v, w);
-}
-LUMI_KERNEL void MeasureJacobian(Field field, const LayerBatch& b, const CandidateRay& c, const CandidateRule& rule, RayBatch& rays,
-                                 float* h, float* f, float* u, float* v, float* w) {
-  MeasureIn<Term::kJacobian>(field, b, c, rule, rays, h, f, u, v, w);
 }
 
 // VisibilityMaps::Visibility, into h.
@@ -163,8 +167,8 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float bottom = (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
     const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
     const float value = soft ? f[i] : 1.0F;
-    const float factor = value > 0 ? (1 + gamma * (1 / (value * seen) - 1)) / (1 + gamma * (1 / value - 1)) : 1.0F;
-    h[i] = (h[i] > 0) & (asked[i] > 0) ? h[i] * factor : h[i];
+    const float blocked = WithGate(h[i], value > 0 ? value : 1.0F, seen, gamma);
+    h[i] = (h[i] > 0) & (value > 0) & (asked[i] > 0) ? blocked : h[i];
   }
 }
 
@@ -243,22 +247,23 @@ LUMI_KERNEL void Scale(int n, const float* __restrict by, float* __restrict w) {
 
 void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule, std::vector<float>& weights) {
   const int n = b.padded(), count = static_cast<int>(candidates.size());
-  // One row more each for what a photo contains, where field of view is off, and for visibility's arguments.
+  // One row more each for what a photo contains, where field of view is off; for visibility's arguments, and for terms.
   const std::size_t rows = candidates.size();
   weights.resize(std::max(weights.size(), (2 * rows + 4) * kBatch));
   float* contained = weights.data() + rows * kBatch;
-  float *u = contained + rows * kBatch, *v = u + kBatch, *w = v + kBatch;
+  float *u = contained + rows * kBatch, *v = u + kBatch, *w = v + kBatch, *terms = w + kBatch;
   RayBatch rays;
   Rays(b, rule, rays);
-  MeasureKernel* const measure = rule.resolution == Resolution::kJacobian   ? MeasureJacobian
-                                 : rule.resolution == Resolution::kDistance ? MeasureDistance
-                                 : rule.time                                ? MeasureConstant
-                                                                            : MeasureAngle;
   for (std::size_t c = 0; c < rows; ++c) {
+    const CandidateRay& ray = candidates[c];
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
-    const bool inner = candidates[c].inner && !candidates[c].depth_map;
-    measure(inner ? Field::kInner : rule.field_of_view ? Field::kSoft : Field::kHard, b, candidates[c], rule, rays, h, f, u, v, w);
-    if (candidates[c].depth_map && rule.gamma > 0) Visibility(n, candidates[c], rule, f, u, v, w, h);
+    const bool inner = ray.inner && !ray.depth_map;
+    const bool any = AddTerms(b, rays, ray, rule, terms);
+    const auto measure = inner                ? (any ? Measure<Field::kInner, true> : Measure<Field::kInner, false>)
+                         : rule.field_of_view ? (any ? Measure<Field::kSoft, true> : Measure<Field::kSoft, false>)
+                                              : (any ? Measure<Field::kHard, true> : Measure<Field::kHard, false>);
+    measure(b, ray, rule, rays, terms, h, f, u, v, w);
+    if (ray.depth_map && rule.gamma > 0) Visibility(n, ray, rule, f, u, v, w, h);
   }
   (rule.k == 3 ? Window3 : rule.k == 4 ? Window4 : rule.k == 5 ? Window5 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);
   std::fill_n(rays.sum, n, 0.0F);

@@ -7,6 +7,7 @@
 
 #include "render/cpu/layers.h"
 #include "render/radiance/settings.h"
+#include "render/radiance/sources.h"
 
 namespace lumi {
 
@@ -15,8 +16,9 @@ struct CandidateRay {
   float dx = 0, dy = 0, dz = 0;  // its centre - the desired one
   float width_px = 0, height_px = 0, feather_px = 0;
   bool inner = false;  // f = 1 at every pixel: field of view need not be evaluated
-  float time = 0;  // epsilon 2 r_max tau
+  float terms = 0;  // of h, those that are the same at all pixels (PhotoTerms)
   float focal_ratio = 1;  // focal length of the view / its own: read by Resolution::kDistance
+  std::int32_t view = 0;  // into Sources::views
   const float* depth_map = nullptr;  // of VisibilityMaps, or nullptr: everything is visible
 };
 
@@ -30,13 +32,10 @@ struct PlaneSlopes {
 struct CandidateRule {
   Linear ray_x, ray_y, ray_z;  // the pixels' rays, depth 1
   int k = 4;  // 1..kMaxBlend
-  float gamma = 1;
+  float alpha = 1, gamma = 1;
   bool field_of_view = true;  // off: f = 1, and a photo that ends leaves its share of alpha missing
-  float alpha = 1;  // > 0
-  bool time = false;
-  Resolution resolution = Resolution::kOff;
-  float beta = 0;  // beta 2 r_max
-  float inverse_log_low = 0, inverse_log_high = 0;  // as ResolutionValue
+  const PhotoFields* fields = nullptr;
+  const RadianceSettings* settings = nullptr;  // alpha > 0; what the terms of h read
   const PlaneSlopes* slopes = nullptr;  // of the padded batch; read by Resolution::kJacobian
   int map_width = 0, map_height = 0;
 };

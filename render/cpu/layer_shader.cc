@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 
 namespace lumi {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "render/cpu/layers.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 
 namespace lumi {
 

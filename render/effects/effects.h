@@ -13,8 +13,9 @@
 namespace lumi {
 
 struct Effect {
-  std::string name;       // fov, resolution, visibility, time, exposure, prefilter
+  std::string name;       // a measure's kName
   bool on = false;
+  bool asked = false;     // the user decided, not the data
   std::string evidence;   // a line for people
   double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off
 };
@@ -24,11 +25,11 @@ struct EffectChoice {
   std::vector<Effect> effects;
 };
 
-// All names, in the order above.
+// All names, in the order of measures/list.h.
 const std::vector<std::string>& EffectNames();
 
-// Switches one on or off; resolution comes on as the ratio of distances.
-void SwitchEffect(RadianceSettings& settings, const std::string& name, bool on);
+// Throws std::invalid_argument for a name that is not among them.
+void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 
 // --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise. What is
 // listed is decided from here on. Throws UsageError.

@@ -99,8 +99,8 @@ bool Open() {
 #ifdef FACES
   PrepareNormal();
 #endif
-#if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
-  PrepareResolution();
+#ifdef STRETCH_BY_JACOBIAN
+  PrepareStretch();
 #endif
   return true;
 }
@@ -246,7 +246,7 @@ void main() {
 }  // namespace
 
 std::string BlendFragmentShader(const BlendVariant& variant) {
-  return shader::Defines(variant) + shader::kCameras + shader::kMeasures + shader::Photos(variant) + kHead + (variant.k == 0 ? kAll : kNearest);
+  return shader::Defines(variant) + shader::kCameras + shader::Measures(variant) + shader::Photos(variant) + kHead + (variant.k == 0 ? kAll : kNearest);
 }
 
 }  // namespace lumi

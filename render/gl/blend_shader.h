@@ -32,13 +32,14 @@ struct BlendVariant {
   Correlation correlation = Correlation::kInverse;
   bool field_of_view = true;
   bool visibility = false;
-  Resolution resolution = Resolution::kOff;
-  bool time = false;
+  MeasureSet terms;              // of h that depend on the ray
+  Resolution stretch = Resolution::kOff;  // how the terms that read it have it
+  bool photo_terms = false;      // h has terms that do not
   bool exposure = false;
   bool prefilter = true;
   auto operator<=>(const BlendVariant&) const = default;
   // Whether the proxy's faces are read: the plane at a pixel.
-  bool Faces() const { return resolution == Resolution::kJacobian || prefilter; }
+  bool Faces() const { return stretch == Resolution::kJacobian || prefilter; }
 };
 std::string BlendFragmentShader(const BlendVariant& variant);
 // Rows of four floats that a camera takes.

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "render/gl/gl_lumigraph_parts.h"
+#include "render/gl/shader_parts.h"
 #include "render/radiance/sources.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -40,6 +41,7 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
   std::vector<Eigen::Vector3f> colors;
   for (std::size_t i = 0; i < scene.views.size(); ++i) colors.push_back(SourceColor(static_cast<int>(i)));
   SetSourceColors(colors);
+  UploadFields();
   CheckGl("preparing to draw");
 }
 
@@ -52,6 +54,7 @@ void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant)
   glUniform1i(program.Uniform("visibility_maps"), kVisibilityUnit);
   glUniform1i(program.Uniform("face_map"), kFaceUnit);
   glUniform1i(program.Uniform("lists"), kListUnit);
+  glUniform1i(program.Uniform("photo_fields"), kFieldUnit);
   glUniform1i(program.Uniform("projections"), kProjectionUnit);
   glUniform1i(program.Uniform("record_places"), kRecordUnit);
   if (variant.cameras_in_uniforms) {
@@ -122,8 +125,14 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   variant.correlation = s.correlation;
   variant.field_of_view = s.field_of_view;
   variant.visibility = s.visibility && s.gamma > 0 && !visibility_->empty();
-  variant.resolution = s.beta > 0 ? s.resolution : Resolution::kOff;
-  variant.time = s.time && s.epsilon > 0;
+  ForEachTerm([&]<typename M> {
+    if (!(M::Factor(s) > 0)) return;
+    if constexpr (PixelTerm<M>)
+      variant.terms.Add<M>();
+    else
+      variant.photo_terms = true;
+  });
+  if (variant.terms.Has<measure::Resolution>()) variant.stretch = s.resolution;
   variant.exposure = s.exposure && !variant.false_color;
   variant.prefilter = s.prefilter && !variant.false_color;
   const auto count = static_cast<unsigned>(sources_.views.size());
@@ -185,14 +194,19 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
     glUniform1f(program.Uniform("r_max"), static_cast<float>(s.r_max_rad));
   }
   if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_->width(), visibility_->height());
-  if (variant.resolution != Resolution::kOff) {
-    const auto inverse_log = [](double limit) { return limit > 0 ? static_cast<float>(1 / std::abs(std::log2(limit))) : 0.0F; };
+  if (variant.stretch != Resolution::kOff) {
     const Eigen::Matrix3f view = setup.desired.P.leftCols<3>().cast<float>();
-    glUniform1f(program.Uniform("resolution_weight"), static_cast<float>(s.beta * 2 * s.r_max_rad));
-    glUniform2f(program.Uniform("inverse_log_range"), inverse_log(s.resolution_low), inverse_log(s.resolution_high));
     glUniform1f(program.Uniform("view_focal_px"), setup.focal_px);
     glUniformMatrix3fv(program.Uniform("view_from_offset"), 1, GL_FALSE, view.data());
   }
+  ForEachTerm([&]<typename M> {
+    if constexpr (PixelTerm<M>) {
+      if (!variant.terms.Has<M>()) return;
+      glUniform1f(program.Uniform(shader::ScaleOf(M::kName).c_str()), static_cast<float>(M::Factor(s) * 2 * s.r_max_rad));
+      glUniform4fv(program.Uniform(shader::ShapeOf(M::kName).c_str()), 1, M::ShapeOf(s).Packed().data());
+      glUniform3iv(program.Uniform(shader::FieldOf(M::kName).c_str()), 1, field_places_[MeasureList::IndexOf<M>()].data());
+    }
+  });
 }
 
 void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
@@ -324,6 +338,7 @@ void GlLumigraph::BindInputs(const GlTarget& target) const {
   bind(kFaceUnit, GL_TEXTURE_2D, target.face_texture());
   bind(kColorUnit, GL_TEXTURE_BUFFER, color_texture_.id());
   if (visibility_texture_) bind(kVisibilityUnit, GL_TEXTURE_BUFFER, visibility_texture_.id());
+  if (field_texture_) bind(kFieldUnit, GL_TEXTURE_BUFFER, field_texture_.id());
   if (camera_texture_) bind(kCameraUnit, GL_TEXTURE_BUFFER, camera_texture_.id());
   if (program_ == nullptr) {
     bind(kProjectionUnit, GL_TEXTURE_BUFFER, triangles_.projection_texture());

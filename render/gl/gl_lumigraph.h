@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -78,6 +79,7 @@ class GlLumigraph {
   const GlProgram& SparseProgramFor(const SparseVariant& variant);
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
+  void UploadFields();
   void UploadVisibility(std::shared_ptr<const VisibilityMaps> maps);
 
   ViewSetup Start(const RenderRequest& request);
@@ -114,6 +116,9 @@ class GlLumigraph {
   std::shared_ptr<const VisibilityMaps> visibility_ = std::make_shared<const VisibilityMaps>();  // empty: the proxy hides nothing
   GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
+  GlBuffer field_buffer_;                             // PhotoFields, one after another, and where each measure's lies
+  GlTexture field_texture_;
+  std::array<Eigen::Vector3i, MeasureList::kCount> field_places_;
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;
   GlBuffer leaf_buffer_;                              // of the radii, r_min and r_max
   std::pair<double, double> leaf_radii_;

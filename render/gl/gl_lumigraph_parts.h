@@ -15,6 +15,7 @@ enum TextureUnit {
   kCameraUnit,
   kVisibilityUnit,
   kListUnit,
+  kFieldUnit,
   kFirstPhotoUnit,
   kProjectionUnit = kVisibilityUnit,
   kRecordUnit = kDepthUnit,

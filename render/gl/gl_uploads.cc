@@ -10,7 +10,7 @@
 #include "render/gl/gl_lumigraph.h"
 #include "render/gl/gl_lumigraph_parts.h"
 #include "render/radiance/correlation.h"
-#include "render/radiance/measures.h"
+#include "render/radiance/measures/evaluate.h"
 #include "render/visibility_maps.h"
 #include "scene/program/error.h"
 
@@ -46,6 +46,18 @@ void GlLumigraph::SetGains(const std::vector<double>& gains) {
 void GlLumigraph::SetCameras(const Sources& cameras) {
   if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("SetCameras: as many cameras as photos are wanted");
   sources_ = cameras;
+  UploadFields();
+}
+
+void GlLumigraph::UploadFields() {
+  std::vector<float> cells;
+  for (std::size_t i = 0; i < sources_.fields->size(); ++i) {
+    const PhotoField& field = (*sources_.fields)[i];
+    field_places_[i] = {static_cast<int>(cells.size()), field.value.empty() ? 0 : field.columns, field.rows};
+    cells.insert(cells.end(), field.value.begin(), field.value.end());
+  }
+  glActiveTexture(GL_TEXTURE0 + kFieldUnit);
+  if (!cells.empty()) FillTextureBuffer(field_buffer_, field_texture_, GL_R32F, cells);
 }
 
 void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer) {
@@ -131,11 +143,7 @@ void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& 
   // Without the angle ties are common, and go to the first.
   if (setup.settings.alpha > 0)
     std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
-  // Of time, every pixel makes the same: evaluated by the core, at any ray.
-  Measures measures;
-  if (rows_a_camera > 4 && setup.settings.time)
-    EvaluateMeasures(s, setup.settings, Eigen::Vector3f::UnitZ(), 1.0F, Eigen::Vector3f::UnitZ(), measures);
-  const auto time_weight = static_cast<float>(setup.settings.epsilon * 2 * setup.settings.r_max_rad);
+  const std::vector<float> terms = PhotoTerms(s, setup.settings);
   rows.clear();
   for (const int j : views) {
     const auto i = static_cast<std::size_t>(j);
@@ -143,7 +151,7 @@ void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& 
     rows.insert(rows.end(), {s.m[0][i], s.m[1][i], s.m[2][i], s.height_px[i]});
     rows.insert(rows.end(), {s.m[3][i], s.m[4][i], s.m[5][i], s.feather_px[i]});
     rows.insert(rows.end(), {s.m[6][i], s.m[7][i], s.m[8][i], s.focal_px[i]});
-    if (rows_a_camera > 4) rows.insert(rows.end(), {measures.tau.empty() ? 0.0F : time_weight * measures.tau[i], s.gain[i], 0.0F, 0.0F});
+    if (rows_a_camera > 4) rows.insert(rows.end(), {terms[i], s.gain[i], 0.0F, 0.0F});
   }
 }
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "render/gl/shader_parts.h"
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 #include "render/radiance/visibility.h"
 
 namespace lumi {
@@ -13,7 +13,7 @@ constexpr float kLeafTrace = 1e-6F;
 
 }  // namespace
 
-int CameraRows(const BlendVariant& variant) { return variant.time || variant.exposure ? 5 : 4; }
+int CameraRows(const BlendVariant& variant) { return variant.photo_terms || variant.exposure ? 5 : 4; }
 
 namespace shader {
 
@@ -33,9 +33,9 @@ std::string Defines(const BlendVariant& variant) {
   define(variant.correlation == Correlation::kFallingLeaves, "FALLING_LEAVES");
   define(variant.field_of_view, "FIELD_OF_VIEW");
   define(variant.visibility, "VISIBILITY");
-  define(variant.resolution == Resolution::kDistance, "RESOLUTION_DISTANCE");
-  define(variant.resolution == Resolution::kJacobian, "RESOLUTION_JACOBIAN");
-  define(variant.time, "TIME");
+  define(variant.stretch == Resolution::kDistance, "STRETCH_BY_DISTANCE");
+  define(variant.stretch == Resolution::kJacobian, "STRETCH_BY_JACOBIAN");
+  define(variant.photo_terms, "PHOTO_TERMS");
   define(variant.exposure, "EXPOSURE");
   define(variant.prefilter, "PREFILTER");
   // On the plane of the proxy's face: reading it costs the driver a texture, so only where something asks.
@@ -51,7 +51,7 @@ uniform int camera_count;
 uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
 
 // A camera is four vec4: D, width; M row by row with height, feather, focal length in the fourth places; a fifth where
-// the variant wants it: its term of time in h, its gain.
+// the variant wants it: those terms of h that are its own, its gain.
 #ifdef CAMERAS_IN_UNIFORMS
 layout(std140) uniform Cameras { vec4 cameras[CAMERA_ROWS * CAMERA_CAPACITY]; };
 #define CAMERA(j, r) cameras[CAMERA_ROWS * (j) + (r)]
@@ -101,7 +101,9 @@ float RaisedCosine(float s) {
 float FieldOfView(float edge_px, float feather_px) { return RaisedCosine(edge_px / feather_px); }
 )";
 
-const char* const kMeasures = R"(
+namespace {
+
+constexpr const char* kSeen = R"(
 uniform float alpha_weight, gamma;
 
 // The pixel's ray: set before anything is measured.
@@ -135,17 +137,6 @@ Seen Project(int j, float width_px) {
   return s;
 }
 
-#if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
-uniform float resolution_weight;             // beta 2 r_max
-uniform vec2 inverse_log_range;              // 1 / |log2| of the stretch at which the value is 0: over-, undersampled
-uniform float view_focal_px;
-
-float ResolutionValue(float sigma) {
-  float octaves = log2(clamp(sigma, 1e-12, 1e12));
-  return RaisedCosine(1.0 - (octaves > 0.0 ? octaves * inverse_log_range.y : -octaves * inverse_log_range.x));
-}
-#endif
-
 #ifdef FACES
 uniform usampler2D face_map;   // of the proxy, from 1
 layout(std430, binding = 1) readonly buffer Normals { vec4 normals[]; };
@@ -160,7 +151,7 @@ void PrepareNormal() {
 #ifdef PREFILTER
 uniform float focal_px;        // of the desired camera
 
-// From |det J| (render/radiance/measures/footprint.h).
+// From |det J| (render/radiance/measures/prefilter.h).
 float PyramidLevel(vec4 D, float focal_source_px, float depth) {
   float a = abs(dot(normal, offset - D.xyz)), b = abs(dot(normal, offset));
   float facing = a > 0.0 || b > 0.0 ? min(max(a, b * LEAST_FACING) / max(b, a * LEAST_FACING), 1.0 / LEAST_FACING) : 1.0;
@@ -169,7 +160,7 @@ float PyramidLevel(vec4 D, float focal_source_px, float depth) {
 }
 #endif
 
-#ifdef RESOLUTION_JACOBIAN
+#ifdef STRETCH_BY_JACOBIAN
 uniform mat3 view_from_offset; // the desired camera's matrix
 
 vec3 tangent_u, tangent_v;
@@ -180,7 +171,7 @@ vec2 Step(vec3 tangent, vec3 r0, vec3 r1, vec3 r2, vec2 x_px, float depth) {
   return (vec2(dot(r0, tangent), dot(r1, tangent)) - x_px * dot(r2, tangent)) / depth;
 }
 
-void PrepareResolution() {
+void PrepareStretch() {
   vec3 n = normal;
   vec3 a = abs(n);
   // Across the axis that n is farthest from.
@@ -207,31 +198,46 @@ float Stretch(int j, vec4 D, Seen s) {
 }
 #endif
 
-#ifdef RESOLUTION_DISTANCE
-void PrepareResolution() {}
+#ifdef STRETCH_BY_DISTANCE
+uniform float view_focal_px;
 float Stretch(int j, vec4 D, Seen s) { return length(offset - D.xyz) * view_focal_px / (t * CAMERA(j, 3).w); }
 #endif
+)";
 
-// h without visibility: (alpha theta + beta r + epsilon tau) (1 + gamma (1 / f - 1)).
-float Dissimilarity(int j, vec4 D, float theta, Seen s) {
-#ifdef FIELD_OF_VIEW
-  if (!s.inside) return kInfinity;
-#endif
-  float h = alpha_weight * theta;
-#if defined(RESOLUTION_DISTANCE) || defined(RESOLUTION_JACOBIAN)
-  h += resolution_weight * (1.0 - ResolutionValue(Stretch(j, D, s)));
-#endif
-#ifdef TIME
-  h += CAMERA(j, 4).x;
-#endif
-  if (h == 0.0) return 0.0;
-#ifdef FIELD_OF_VIEW
-  return s.f > 0.0 ? min(h * (1.0 + gamma * (1.0 / s.f - 1.0)), 1e37) : kInfinity;
-#else
-  return min(h, 1e37);
-#endif
+// What the measures' own functions read: as sight in render/radiance/measures/record.h.
+constexpr const char* kSight = R"(
+struct Sight {
+  float theta;    // rad
+  vec2 x_px;      // the point in the photo
+  vec2 size_px;   // of the photo
+  float depth;    // of the point there; <= 0: behind it
+  float stretch;  // of a photo's pixel in the view
+  float field;    // the photo's own number there
+};
+
+uniform samplerBuffer photo_fields;
+float FieldAt(int view, ivec3 field, vec2 x01) {
+  if (field.y == 0) return 1.0;
+  ivec2 last = field.yz - 1;
+  vec2 x = clamp(x01 * vec2(field.yz) - 0.5, vec2(0.0), vec2(last));
+  ivec2 x0 = ivec2(x), x1 = min(x0 + 1, last);
+  vec2 a = x - vec2(x0);
+  int first = field.x + view * field.y * field.z;
+  float top = mix(texelFetch(photo_fields, first + x0.y * field.y + x0.x).r, texelFetch(photo_fields, first + x0.y * field.y + x1.x).r, a.x);
+  float bottom = mix(texelFetch(photo_fields, first + x1.y * field.y + x0.x).r, texelFetch(photo_fields, first + x1.y * field.y + x1.x).r, a.x);
+  return mix(top, bottom, a.y);
 }
+)";
 
+// Twin of render/radiance/dissimilarity.h.
+constexpr const char* kTogether = R"(
+float WithTerm(float g, float scale, float own, float value) { return g + scale * abs(own - value); }
+float Penalty(float gate) { return 1.0 + gamma * (1.0 / gate - 1.0); }
+float Dissimilarity(float g, float gate) { return g > 0.0 ? (gate > 0.0 ? min(g * Penalty(gate), 1e37) : kInfinity) : 0.0; }
+float WithGate(float h, float f, float v) { return min(h * Penalty(f * v) / Penalty(f), 1e37); }
+)";
+
+constexpr const char* kVisibility = R"(
 #ifdef VISIBILITY
 uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
 uniform ivec2 visibility_size;         // of a map
@@ -256,12 +262,44 @@ float Visibility(int j, Seen s) {
 // h with visibility, from h without: v <= 1, so it only grows.
 float WithVisibility(float h, int j, Seen s) {
   if (h <= 0.0 || h >= kInfinity || s.f <= 0.0 || s.depth <= 0.0) return h;
-  return min(1e37, h * (1.0 + gamma * (1.0 / (s.f * Visibility(j, s)) - 1.0)) / (1.0 + gamma * (1.0 / s.f - 1.0)));
+  return WithGate(h, s.f, Visibility(j, s));
 }
 #else
 float WithVisibility(float h, int j, Seen s) { return h; }
 #endif
 )";
+
+}  // namespace
+
+std::string ScaleOf(std::string_view measure) { return fmt::format("{}_scale", measure); }
+std::string ShapeOf(std::string_view measure) { return fmt::format("{}_shape", measure); }
+std::string FieldOf(std::string_view measure) { return fmt::format("{}_field", measure); }
+
+std::string Measures(const BlendVariant& variant) {
+  std::string text = kSeen, terms;
+  if (variant.terms.Count() > 0) text += kSight;
+  text += kTogether;
+  ForEachTerm([&]<typename M> {
+    if constexpr (PixelTerm<M>) {
+      if (!variant.terms.Has<M>()) return;
+      text += fmt::format("uniform float {};\nuniform vec4 {};\n", ScaleOf(M::kName), ShapeOf(M::kName)) + M::kGlsl;
+      if constexpr (Estimated<M>) {
+        text += fmt::format("uniform ivec3 {};\n", FieldOf(M::kName));
+        terms += fmt::format("  at.field = FieldAt(int(texelFetch(places, j).w), {}, at.x_px / at.size_px);\n", FieldOf(M::kName));
+      }
+      terms += fmt::format("  g = WithTerm(g, {}, {:.9e}, {}(at, {}));\n", ScaleOf(M::kName), M::kOwn, M::kGlslValue, ShapeOf(M::kName));
+    }
+  });
+  text += "float Dissimilarity(int j, vec4 D, float theta, Seen s) {\n";
+  if (variant.field_of_view) text += "  if (!s.inside) return kInfinity;\n";
+  text += "  float g = alpha_weight * theta;\n";
+  if (variant.photo_terms) text += "  g += CAMERA(j, 4).x;\n";
+  if (!terms.empty()) {
+    const char* stretch = variant.stretch == Resolution::kOff ? "1.0" : "Stretch(j, D, s)";
+    text += fmt::format("  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, {}, 1.0);\n", stretch) + terms;
+  }
+  return text + "  return Dissimilarity(g, s.f);\n}\n" + kVisibility;
+}
 
 }  // namespace shader
 }  // namespace lumi

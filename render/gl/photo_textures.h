@@ -56,6 +56,6 @@ class PhotoTextures {
 };
 
 // Texture units that a shader needs beside the photos'.
-constexpr int kReservedTextureUnits = 6;
+constexpr int kReservedTextureUnits = 7;
 
 }  // namespace lumi

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "render/radiance/optimum.h"
 #include "render/radiance/optimum/keep_largest.h"
+#include "render/radiance/reconstruct.h"
 #include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
@@ -36,20 +36,14 @@ namespace {
 // Weights below this part of the optimum's accuracy are not blended: half of a row's photos, and none that shows.
 constexpr double kUnseenWeight = 0.01;
 
-// The optimum's rows, padded to the longest; plan.offset still holds unit directions.
-void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const std::vector<float>& t, FramePlan& plan) {
-  const RaySamples rays{plan.offset, t, plan.normal};
-  WeightTable table;
-  WeighOptimal(setup, visibility, rays, table, plan.optimum);
-  DropSmall(table, static_cast<float>(kUnseenWeight * std::min(setup.settings.accuracy, 0.01)));
-  std::size_t k = 0;
+// Rows of a table, padded to the longest, or to `least`.
+void Pad(const WeightTable& table, std::size_t least, FramePlan& plan) {
+  std::size_t k = least;
   for (std::size_t s = 0; s < table.size(); ++s) k = std::max(k, static_cast<std::size_t>(table.first[s + 1] - table.first[s]));
   plan.k = static_cast<int>(k);
-  plan.alpha = std::move(table.alpha);
-  plan.camera.assign(plan.alpha.size() * k, -1);
-  plan.weight.assign(plan.alpha.size() * k, 0.0F);
-  for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
-    if (plan.alpha[s] > 0) plan.offset[s] *= t[s];
+  plan.camera.assign(table.size() * k, -1);
+  plan.weight.assign(table.size() * k, 0.0F);
+  for (std::size_t s = 0; s < table.size(); ++s) {
     const auto first = static_cast<std::size_t>(table.first[s]), count = static_cast<std::size_t>(table.first[s + 1]) - first;
     std::copy_n(table.camera.data() + first, count, plan.camera.data() + s * k);
     std::copy_n(table.weight.data() + first, count, plan.weight.data() + s * k);
@@ -60,56 +54,36 @@ void PlanOptimum(const ViewSetup& setup, const VisibilityMaps* visibility, const
 
 void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
                 const PixelWindow& window, FramePlan& plan, WeighScratch& scratch) {
+  const RadianceSettings& settings = setup.settings;
   const auto n = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
-  const bool all = setup.settings.k == 0;
   plan.window = window;
-  plan.k = all ? setup.sources.count : setup.settings.k;
-  const auto k = static_cast<std::size_t>(plan.k);
-  plan.offset.resize(n);
-  plan.alpha.resize(n);
   plan.optimum = {};
-
-  std::vector<float> t(n), everyone;
-  std::vector<Eigen::Vector3d> ray(n);
-  std::size_t s = 0;
+  RaySamples rays;
+  rays.t.resize(n);
+  rays.exact_direction.reserve(n);
+  rays.direction.reserve(n);
   for (int y = 0; y < window.height; ++y)
     for (int x = 0; x < window.width; ++x) {
-      ray[s] = (setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized();
-      plan.offset[s] = ray[s].cast<float>();
-      ++s;
+      rays.exact_direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized());
+      rays.direction.push_back(rays.exact_direction.back().cast<float>());
     }
-  plan.normal.resize(setup.settings.resolution == Resolution::kJacobian || setup.settings.prefilter ? n : 0);
+  rays.normal.resize(settings.resolution == Resolution::kJacobian || settings.prefilter ? n : 0);
   std::vector<std::int32_t> face(n);
-  proxy.Trace(setup.desired.centre.cast<float>(), plan.offset, t, plan.normal, face);
+  proxy.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t, rays.normal, face);
+  const bool full = settings.similarity == Similarity::kFull;
+  rays.exact_t.resize(full ? 0 : n);
+  for (std::size_t s = 0; s < rays.exact_t.size(); ++s)
+    if (rays.t[s] > 0 && std::isfinite(rays.t[s])) rays.exact_t[s] = proxy.Refined(face[s], setup.desired.centre, rays.exact_direction[s], rays.t[s]);
 
-  if (setup.settings.similarity == Similarity::kFull) {
-    PlanOptimum(setup, visibility, t, plan);
-    return;
-  }
-  plan.camera.assign(n * k, -1);
-  plan.weight.assign(n * k, 0.0F);
-  for (s = 0; s < n; ++s) {
-    plan.alpha[s] = 0;
-    if (!(t[s] > 0) || !std::isfinite(t[s])) continue;
-    const Eigen::Vector3f direction = plan.offset[s];
-    const Eigen::Vector3f facing = plan.normal.empty() ? Eigen::Vector3f::Zero() : plan.normal[s];
-    plan.offset[s] *= t[s];
-    if (all) {
-      plan.alpha[s] = WeighAll(setup.sources, visibility, direction, t[s], setup.settings, scratch, everyone, facing);
-      for (std::size_t j = 0; j < everyone.size(); ++j)
-        if (everyone[j] > 0) {
-          plan.camera[s * k + j] = static_cast<std::int32_t>(j);
-          plan.weight[s * k + j] = everyone[j];
-        }
-      continue;
-    }
-    const RayWeights r = Weigh(setup.sources, visibility, ray[s], proxy.Refined(face[s], setup.desired.centre, ray[s], t[s]), setup.settings, scratch, facing);
-    plan.alpha[s] = r.alpha;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i) {
-      plan.camera[s * k + i] = r.camera[i];
-      plan.weight[s * k + i] = r.weight[i];
-    }
-  }
+  WeightTable table;
+  Reconstruct(setup, visibility, rays, table, plan.optimum, scratch);
+  if (full) DropSmall(table, static_cast<float>(kUnseenWeight * std::min(settings.accuracy, 0.01)));
+  Pad(table, full ? 0 : static_cast<std::size_t>(settings.k), plan);
+  plan.alpha = std::move(table.alpha);
+  plan.offset = std::move(rays.direction);
+  plan.normal = std::move(rays.normal);
+  for (std::size_t s = 0; s < n; ++s)
+    if (plan.alpha[s] > 0) plan.offset[s] *= rays.t[s];
 }
 
 }  // namespace lumi

@@ -34,7 +34,7 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
 // One sample a pixel of the window, row by row.
 struct FramePlan {
   PixelWindow window;
-  int k = 0;                               // entries a sample (all cameras where settings.k == 0; as many as the optimum's longest row)
+  int k = 0;                               // entries a sample; where settings.k is 0, or for the optimum, as many as the longest row has
   std::vector<Eigen::Vector3f> offset;     // proxy point - desired centre, normalised units; undefined where alpha = 0
   std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit; none where neither resolution nor prefiltering asks for it
   std::vector<float> alpha;                // 0: hole

@@ -74,6 +74,11 @@ LUMI_INLINE float RaisedCosine(float s) {
   return std::min(sine * sine, 1.0F);
 }
 
+LUMI_INLINE double RaisedCosine(double s) {
+  const double sine = std::sin(std::min(std::max(s, 0.0), 1.0) * 1.57079632679489661923);
+  return sine * sine;
+}
+
 // log2 of a positive, normal number; error below 4e-7 absolute near 1 and relative elsewhere. The mantissa is taken from
 // [sqrt(1/2), sqrt(2)), and log2(m) = 2/ln 2 atanh((m - 1)/(m + 1)) by its series.
 LUMI_INLINE float Log2(float x) {
@@ -85,5 +90,6 @@ LUMI_INLINE float Log2(float x) {
   const float series = 1.0F + z2 * (0.333333333F + z2 * (0.2F + z2 * (0.142857143F + z2 * 0.111111111F)));
   return static_cast<float>(exponent) + 2.885390082F * z * series;
 }
+LUMI_INLINE double Log2(double x) { return std::log2(x); }
 
 }  // namespace lumi

@@ -10,7 +10,8 @@
 #include "render/radiance/correlation.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/kernel.h"
-#include "render/radiance/measures.h"
+#include "render/radiance/dissimilarity.h"
+#include "render/radiance/measures/evaluate.h"
 #include "render/radiance/measures/own_ray.h"
 #include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/dense_solver.h"
@@ -40,22 +41,18 @@ LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, con
   }
 }
 
-// What a photo's dissimilarities from others are measured by, beside the angle, each in units of 2 r_max.
+// The terms of h beside the angle, each in units of 2 r_max: what the view itself has, and (Channel) what each photo has.
 struct Channels {
   int count = 0;
   float desired[kMaxChannels] = {};
-  bool resolution = false, time = false, view = false;
 };
 
 Channels ChannelsOf(const RadianceSettings& s) {
   Channels c;
-  const auto add = [&](bool on, double desired, bool& flag) {
-    flag = on;
-    if (on) c.desired[c.count++] = static_cast<float>(desired);
-  };
-  add(s.resolution != Resolution::kOff && s.beta > 0, s.beta, c.resolution);
-  add(s.time && s.epsilon > 0, 0, c.time);
-  add(s.combine == Combine::kAdditive && s.gamma > 0, s.gamma, c.view);
+  ForEachTerm([&]<typename M> {
+    if (M::Factor(s) > 0) c.desired[c.count++] = static_cast<float>(M::Factor(s) * M::kOwn);
+  });
+  if (s.combine == Combine::kAdditive && s.gamma > 0) c.desired[c.count++] = static_cast<float>(s.gamma);
   return c;
 }
 
@@ -66,8 +63,7 @@ struct Ray {
   float t = 0;
   Measures measures;
   std::vector<float> factor;              // of each photo: f v and the cutoff's taper
-  std::vector<std::int32_t> mean_camera;  // the real-time weights
-  std::vector<float> mean_weight;
+  WeightedPhotos mean;                    // the real-time weights
   float alpha = 0;
 };
 
@@ -134,21 +130,9 @@ class Optimum {
     ray.direction = rays_.direction[index];
     ray.t = rays_.t[index];
     ray.normal = index < rays_.normal.size() ? rays_.normal[index] : Eigen::Vector3f::Zero();
-    ray.mean_camera.clear();
-    ray.mean_weight.clear();
-    if (settings_.k == 0) {
-      ray.alpha = WeighAll(sources_, maps_, ray.direction, ray.t, settings_, scratch_, everyone_, ray.normal);
-      for (std::size_t j = 0; j < everyone_.size(); ++j)
-        if (everyone_[j] > 0) {
-          ray.mean_camera.push_back(static_cast<std::int32_t>(j));
-          ray.mean_weight.push_back(everyone_[j]);
-        }
-    } else {
-      const RayWeights near = Weigh(sources_, maps_, ray.direction, ray.t, settings_, scratch_, ray.normal);
-      ray.alpha = near.count > 0 ? near.alpha : 0.0F;
-      ray.mean_camera.assign(near.camera.begin(), near.camera.begin() + near.count);
-      ray.mean_weight.assign(near.weight.begin(), near.weight.begin() + near.count);
-    }
+    ray.mean.camera.clear();
+    ray.mean.weight.clear();
+    ray.alpha = WeighRay(sources_, maps_, ray.direction, ray.t, settings_, scratch_, ray.normal, ray.mean);
     if (!(ray.alpha > 0)) return false;
     alpha_[index] = ray.alpha;
     EvaluateMeasures(sources_, settings_, ray.direction, ray.t, ray.normal, ray.measures);
@@ -200,9 +184,12 @@ class Optimum {
   }
 
   float Channel(const Ray& ray, int channel, std::size_t j) const {
-    if (channels_.resolution && channel-- == 0) return static_cast<float>(settings_.beta) * ray.measures.r[j];
-    if (channels_.time && channel-- == 0) return static_cast<float>(settings_.epsilon) * ray.measures.tau[j];
-    return static_cast<float>(settings_.gamma) * ray.measures.f[j];
+    float value = static_cast<float>(settings_.gamma) * ray.measures.f[j];  // Eq. 4.7's, the last
+    int at = 0;
+    ForEachTerm([&]<typename M> {
+      if (M::Factor(settings_) > 0 && at++ == channel) value = static_cast<float>(M::Factor(settings_)) * ray.measures.Of<M>()[j];
+    });
+    return value;
   }
 
   template <class T>
@@ -221,8 +208,8 @@ class Optimum {
     std::array<Ray, kRays> ray;
     const std::vector<std::uint32_t> order = CoherentOrder(rays_, kRays);
     const auto tolerance = static_cast<T>(kResidual * settings_.accuracy);
-    T desired[3];
-    std::copy_n(channels_.desired, 3, desired);
+    T desired[kMaxChannels];
+    std::copy_n(channels_.desired, kMaxChannels, desired);
     for (std::size_t at = 0; at < order.size(); at += kRays) {
       std::size_t lanes = 0;
       for (std::size_t i = at; i < std::min(at + kRays, order.size()); ++i)
@@ -300,7 +287,7 @@ class Optimum {
       double h = settings_.alpha * 2 * std::atan2((u - back).norm(), (u + back).norm());
       for (int c = 0; c < channels_.count; ++c) {
         dense_.channel(i, c) = static_cast<double>(Channel(ray, c, j));
-        h += 2 * leaves_.r_max_rad() * std::abs(dense_.channel(i, c) - static_cast<double>(channels_.desired[c]));
+        h = WithTerm(h, 2 * leaves_.r_max_rad(), static_cast<double>(channels_.desired[c]), dense_.channel(i, c));
       }
       dense_.y[i] = dense_.f[i] * leaves_.PSame(h);
     }
@@ -342,12 +329,12 @@ class Optimum {
     counts_.small_sums += sum < kSmallSum;
     if (mean != 0) {
       for (std::size_t i = 0; i < row_camera_.size(); ++i) slot_[static_cast<std::size_t>(row_camera_[i])] = static_cast<std::int32_t>(i);
-      for (std::size_t i = 0; i < ray.mean_camera.size(); ++i) {
-        const double w = mean * static_cast<double>(ray.mean_weight[i]);
-        if (const std::int32_t s = slot_[static_cast<std::size_t>(ray.mean_camera[i])]; s >= 0) {
+      for (std::size_t i = 0; i < ray.mean.camera.size(); ++i) {
+        const double w = mean * static_cast<double>(ray.mean.weight[i]);
+        if (const std::int32_t s = slot_[static_cast<std::size_t>(ray.mean.camera[i])]; s >= 0) {
           row_w_[static_cast<std::size_t>(s)] += w;
         } else {
-          row_camera_.push_back(ray.mean_camera[i]);
+          row_camera_.push_back(ray.mean.camera[i]);
           row_w_.push_back(w);
         }
       }
@@ -380,7 +367,7 @@ class Optimum {
   std::vector<float> centre_[3];
   // Of the ray at hand.
   WeighScratch scratch_;
-  std::vector<float> everyone_, member_f_;
+  std::vector<float> member_f_;
   std::vector<double> share_, group_w_, group_z_, row_w_, row_z_;
   std::vector<std::int32_t> row_camera_, slot_;
   DenseSystem dense_;

@@ -13,6 +13,9 @@ struct RaySamples {
   std::vector<Eigen::Vector3f> direction;  // unit, from the desired centre
   std::vector<float> t;                    // distance to the proxy; not finite or <= 0: the ray misses it
   std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit, either side; read by Resolution::kJacobian only
+  // Where the ray is known better than in float (of one ray that two views look along, floats are not the same ray); none: as above.
+  std::vector<Eigen::Vector3d> exact_direction = {};
+  std::vector<double> exact_t = {};
   std::size_t size() const { return direction.size(); }
 };
 

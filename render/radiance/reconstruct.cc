@@ -11,23 +11,17 @@ void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, con
   table.camera.clear();
   table.weight.clear();
   table.alpha.assign(rays.size(), 0.0F);
-  std::vector<float> everyone;
+  WeightedPhotos row;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (rays.t[i] > 0 && std::isfinite(rays.t[i])) {
       const Eigen::Vector3f normal = i < rays.normal.size() ? rays.normal[i] : Eigen::Vector3f::Zero();
-      if (setup.settings.k == 0) {
-        table.alpha[i] = WeighAll(setup.sources, visibility, rays.direction[i], rays.t[i], setup.settings, scratch, everyone, normal);
-        for (std::size_t j = 0; j < everyone.size(); ++j)
-          if (everyone[j] > 0) {
-            table.camera.push_back(static_cast<std::int32_t>(j));
-            table.weight.push_back(everyone[j]);
-          }
-      } else {
-        const RayWeights r = Weigh(setup.sources, visibility, rays.direction[i], rays.t[i], setup.settings, scratch, normal);
-        table.alpha[i] = r.alpha;
-        table.camera.insert(table.camera.end(), r.camera.begin(), r.camera.begin() + r.count);
-        table.weight.insert(table.weight.end(), r.weight.begin(), r.weight.begin() + r.count);
-      }
+      row.camera.clear();
+      row.weight.clear();
+      table.alpha[i] = i < rays.exact_t.size()
+                           ? WeighRay(setup.sources, visibility, rays.exact_direction[i], rays.exact_t[i], setup.settings, scratch, normal, row)
+                           : WeighRay(setup.sources, visibility, rays.direction[i], rays.t[i], setup.settings, scratch, normal, row);
+      table.camera.insert(table.camera.end(), row.camera.begin(), row.camera.end());
+      table.weight.insert(table.weight.end(), row.weight.begin(), row.weight.end());
     }
     table.first.push_back(static_cast<std::int32_t>(table.camera.size()));
   }

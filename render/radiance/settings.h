@@ -2,9 +2,10 @@
 // Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
-#include <numbers>
 #include <string>
 #include <string_view>
+
+#include "render/radiance/measures/list.h"
 
 namespace lumi {
 
@@ -16,14 +17,11 @@ enum class Correlation { kInverse, kFallingLeaves };
 enum class Combine { kSmooth, kAdditive };
 // How the optimum's weights come to sum to 1 (sec. 4.1, and docs/optimum.md).
 enum class WeightSum { kRenormalise, kConstrained, kLocalMean };
-// sigma of sec. 4.2.2: the plane-induced homography's largest stretch, or the ratio of distances (sec. 5.1.2).
-enum class Resolution { kOff, kDistance, kJacobian };
 // What the sparse samples (sec. 5.1.3) give a pixel: its photos, which it then weighs itself, or their weights, interpolated.
 enum class Sampling { kCandidates, kInterpolated };
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-
-struct RadianceSettings {
+// Each measure's own options are members, too: alpha, field_of_view, resolution, time ... (measures/).
+struct RadianceSettings : MeasureList::Settings {
   Similarity similarity = Similarity::kIdentity;
   int k = 4;                                         // photos a ray blends, 1..kMaxBlend; 0: all
   Correlation correlation = Correlation::kInverse;
@@ -33,25 +31,6 @@ struct RadianceSettings {
   double accuracy = 1e-3;                            // of the optimum's weights, > 0: 1e-4 and up take single precision
   double r_min_rad = 0.001 * kRadiansPerDegree;      // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadiansPerDegree;
-
-  // h = (alpha theta + beta r + epsilon tau) (1 + gamma (1 / (f v) - 1)); all >= 0
-  double alpha = 1, beta = 1, gamma = 1, epsilon = 1;
-
-  bool field_of_view = true;                         // off: f = 1, and a photo that ends leaves a hole
-  double fov_feather = 0.05;                         // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
-  bool visibility = true;                            // photos whose view of a point the proxy blocks rank last
-  Resolution resolution = Resolution::kOff;
-  double resolution_low = 0;                         // stretch at which an oversampled photo's r is largest; 0: it is not penalised
-  double resolution_high = 3;                        // the same for an undersampled photo, > 1
-  bool time = false;                                 // photos away from time_s fade, within half of time_window_s each way
-  double time_s = 0;
-  double time_window_s = 1.0 / 3;                    // > 0 (11 frames of 30 a second, errata of sec. 6.4.3)
-  double time_core = 0.5;                            // part of the window in which time counts least, [0, 0.95]: 0: from the middle on
-  double time_least = 0;                             // and how much it counts there, of what it counts at the window's edge, [0, 0.5]: above
-                                                     // 0 a photo gives way before it ends, even one on whose own rays the view looks
-  double period_s = 0;                               // 0: time does not repeat
-  bool exposure = false;                             // photos' gains are divided out, the view's own applied
-  bool prefilter = true;                             // oversampled photos are read from their pyramid
 
   int grid_columns = 0, grid_rows = 0;               // sparse samples of the view, >= 2; 0: every pixel
   bool epipoles = true;                              // sparse samples at the photos' centres, too
@@ -69,7 +48,6 @@ std::string_view Name(Similarity v);
 std::string_view Name(Correlation v);
 std::string_view Name(Combine v);
 std::string_view Name(WeightSum v);
-std::string_view Name(Resolution v);
 std::string_view Name(Sampling v);
 
 // The most cameras a pixel may blend where k is not "all".

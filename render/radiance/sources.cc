@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 namespace lumi {
 
@@ -26,13 +27,39 @@ Sources MakeSources(const Scene& scene) {
   sources.views.reserve(scene.views.size());
   for (const View& view : scene.views)
     sources.views.push_back(Normalized(MakeRenderView(scene, view), scene.normalized_from_world));
+  TakeFields(sources);
   return sources;
+}
+
+void TakeFields(Sources& sources) {
+  PhotoFields fields;
+  MeasureList::ForEach([&]<typename M> {
+    if constexpr (Estimated<M>) {
+      PhotoField& field = fields[static_cast<std::size_t>(MeasureList::IndexOf<M>())];
+      for (std::size_t j = 0; j < sources.views.size(); ++j) {
+        const auto& grids = sources.views[j].grids;
+        if (!grids || !grids->contains(M::kName)) continue;
+        const PhotoGrid& grid = grids->find(M::kName)->second;
+        const auto cells = static_cast<std::size_t>(grid.columns * grid.rows);
+        if (field.value.empty()) {
+          field.columns = grid.columns;
+          field.rows = grid.rows;
+          field.value.assign(cells * sources.views.size(), 1.0F);
+        }
+        if (grid.columns != field.columns || grid.rows != field.rows || grid.value.size() != cells)
+          throw std::invalid_argument("TakeFields: the photos' grids differ in size");
+        std::copy(grid.value.begin(), grid.value.end(), field.value.begin() + static_cast<std::ptrdiff_t>(cells * j));
+      }
+    }
+  });
+  sources.fields = std::make_shared<const PhotoFields>(std::move(fields));
 }
 
 RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, const std::vector<bool>& use,
                              double fov_feather) {
   constexpr int kLanes = RelativeSources::kLanes;
   RelativeSources r;
+  r.fields = sources.fields;
   r.count = static_cast<int>(sources.views.size());
   r.padded = (r.count + kLanes - 1) / kLanes * kLanes;
   const auto n = static_cast<std::size_t>(r.padded);
@@ -86,6 +113,7 @@ RelativeSources MakeRelative(const Sources& sources, const RenderView& desired, 
 void Subset(const RelativeSources& all, std::span<const std::int32_t> photos, RelativeSources& subset) {
   constexpr std::size_t kLanes = RelativeSources::kLanes, kExact = RelativeSources::kExact;
   subset.time_origin_s = all.time_origin_s;
+  subset.fields = all.fields;
   std::copy(std::begin(all.desired_m), std::end(all.desired_m), std::begin(subset.desired_m));
   subset.desired_focal_px = all.desired_focal_px;
   subset.count = static_cast<int>(photos.size());

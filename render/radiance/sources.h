@@ -3,20 +3,29 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "render/radiance/measures/list.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
 
+// Of each measure, by its place in the list.
+using PhotoFields = std::array<PhotoField, MeasureList::kCount>;
+
 struct Sources {
   std::vector<RenderView> views;      // P and centre in the normalised frame; same order as Scene::views
   Similarity3 normalized_from_world;
+  std::shared_ptr<const PhotoFields> fields = std::make_shared<const PhotoFields>();
 };
 
 Sources MakeSources(const Scene& scene);
+// Gathers the views' grids. Throws std::invalid_argument where grids of one measure differ in size.
+void TakeFields(Sources& sources);
 
 // A view of the world frame in the normalised one. P keeps its sign.
 RenderView Normalized(const RenderView& view, const Similarity3& normalized_from_world);
@@ -44,6 +53,7 @@ struct RelativeSources {
   static constexpr std::size_t kExact = 15;
   std::vector<double> exact;
   std::vector<std::int32_t> view;     // index into Sources::views: not j in a Subset
+  std::shared_ptr<const PhotoFields> fields = std::make_shared<const PhotoFields>();  // indexed by `view`
   std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
 };
 

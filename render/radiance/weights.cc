@@ -5,10 +5,10 @@
 #include <numbers>
 #include <optional>
 
+#include "render/radiance/dissimilarity.h"
 #include "render/radiance/kernel.h"
 #include "render/radiance/leaves_table.h"
-#include "render/radiance/measures/angle.h"
-#include "render/radiance/measures/field_of_view.h"
+#include "render/radiance/measures/photo_sight.h"
 
 namespace lumi {
 namespace {
@@ -16,63 +16,21 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLanes = RelativeSources::kLanes;
 
-// h and f of every camera, and the smallest h of each block of kLanes: the common case, angle and field of view, in one pass.
-LUMI_KERNEL void Dissimilarity(const RelativeSources& r, float dirx, float diry, float dirz, float t, float alpha, float gamma,
-                               float* __restrict h_out, float* __restrict f_out, float* __restrict block_min) {
-  const float* __restrict dx = r.dx.data();
-  const float* __restrict dy = r.dy.data();
-  const float* __restrict dz = r.dz.data();
-  const float* __restrict m0 = r.m[0].data();
-  const float* __restrict m1 = r.m[1].data();
-  const float* __restrict m2 = r.m[2].data();
-  const float* __restrict m3 = r.m[3].data();
-  const float* __restrict m4 = r.m[4].data();
-  const float* __restrict m5 = r.m[5].data();
-  const float* __restrict m6 = r.m[6].data();
-  const float* __restrict m7 = r.m[7].data();
-  const float* __restrict m8 = r.m[8].data();
-  const float* __restrict width = r.width_px.data();
-  const float* __restrict height = r.height_px.data();
-  const float* __restrict feather = r.feather_px.data();
-  const float* __restrict enabled = r.enabled.data();
+// h and f of every camera, and the smallest h of each block of kLanes. `terms`: of h beside the angle, read where kTerms says so;
+// without kField f is whether the camera takes part.
+template <bool kTerms, bool kField>
+LUMI_KERNEL void AllDissimilarities(const RelativeSources& r, const RayPoint& point, const float* __restrict terms, float alpha, float gamma,
+                                    float* __restrict h_out, float* __restrict f_out, float* __restrict block_min) {
+  const PhotoArrays a(r);
+  const RayPoint p = point;
   for (int j = 0; j < r.padded; ++j) {
-    const float theta = alpha * Angle(dx[j], dy[j], dz[j], dirx, diry, dirz, t);
-    // Where the point falls in the photo.
-    const float px = t * dirx - dx[j], py = t * diry - dy[j], pz = t * dirz - dz[j];
-    const float w = m6[j] * px + m7[j] * py + m8[j] * pz;
-    const float iw = 1.0F / (w > 0 ? w : 1.0F);
-    const float u = (m0[j] * px + m1[j] * py + m2[j] * pz) * iw;
-    const float v = (m3[j] * px + m4[j] * py + m5[j] * pz) * iw;
-    const float edge = std::min(std::min(u, width[j] - u), std::min(v, height[j] - v));
-    const bool seen = (w > 0) & (edge >= 0) & (enabled[j] > 0);
-    const float f = seen ? FieldOfView(edge, feather[j]) : 0.0F;
-    // gamma (1/f - 1), infinite where the camera is blind even for gamma = 0.
-    const float penalised = theta * (1.0F + gamma * (1.0F / (f > 0 ? f : 1.0F) - 1.0F));
-    float h = f > 0 ? penalised : kInfinity;
-    h = seen & (theta == 0) ? 0.0F : h;
-    h_out[j] = h;
+    float g = alpha * PhotoSight<Resolution::kOff>{a, p, j}.theta();
+    if constexpr (kTerms) g += terms[j];
+    const float f = kField ? FieldOfViewOf(a, p, j) : a.enabled[j];
+    h_out[j] = Dissimilarity(g, f, gamma);
     f_out[j] = f;
   }
   for (int b = 0; b < r.padded / kLanes; ++b) {
-    float m = h_out[b * kLanes];
-    for (int i = 1; i < kLanes; ++i) m = std::min(m, h_out[b * kLanes + i]);
-    block_min[b] = m;
-  }
-}
-
-// The same from measures that were evaluated one by one. `r`, `tau`: nullptr where the measure is off.
-LUMI_KERNEL void Combined(const float* __restrict theta, const float* __restrict f, const float* __restrict r, const float* __restrict tau, int padded,
-                          float alpha, float beta, float gamma, float epsilon, float* __restrict h_out, float* __restrict block_min) {
-  for (int j = 0; j < padded; ++j) h_out[j] = alpha * theta[j];
-  if (r)
-    for (int j = 0; j < padded; ++j) h_out[j] += beta * (1.0F - r[j]);
-  if (tau)
-    for (int j = 0; j < padded; ++j) h_out[j] += epsilon * tau[j];
-  for (int j = 0; j < padded; ++j) {
-    const float penalised = h_out[j] * (1.0F + gamma * (1.0F / (f[j] > 0 ? f[j] : 1.0F) - 1.0F));
-    h_out[j] = f[j] > 0 ? penalised : kInfinity;
-  }
-  for (int b = 0; b < padded / kLanes; ++b) {
     float m = h_out[b * kLanes];
     for (int i = 1; i < kLanes; ++i) m = std::min(m, h_out[b * kLanes + i]);
     block_min[b] = m;
@@ -95,19 +53,14 @@ void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t,
     scratch.f.resize(n);
     scratch.h.resize(n + n / kLanes);
   }
-  const auto alpha = static_cast<float>(settings.alpha), gamma = static_cast<float>(settings.gamma);
-  const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0;
-  const bool time = settings.time && settings.epsilon > 0;
-  if (settings.field_of_view && !resolution && !time) {
-    Dissimilarity(sources, d.x(), d.y(), d.z(), t, alpha, gamma, scratch.h.data(), scratch.f.data(), scratch.h.data() + n);
-    return;
-  }
-  EvaluateMeasures(sources, settings, d, t, normal, scratch.measures);
-  const Measures& m = scratch.measures;
-  std::copy_n(m.f.begin(), n, scratch.f.begin());
-  const auto unit = static_cast<float>(2 * settings.r_max_rad);
-  Combined(m.theta.data(), m.f.data(), resolution ? m.r.data() : nullptr, time ? m.tau.data() : nullptr, sources.padded, alpha,
-           static_cast<float>(settings.beta) * unit, gamma, static_cast<float>(settings.epsilon) * unit, scratch.h.data(), scratch.h.data() + n);
+  const RayPoint point = PointOfRay(sources, settings, d, t, normal);
+  const bool terms = HasTerms(settings);
+  scratch.measures.terms.clear();
+  if (terms) EvaluateTerms(sources, settings, point, scratch.measures);
+  const auto evaluate = terms ? (settings.field_of_view ? AllDissimilarities<true, true> : AllDissimilarities<true, false>)
+                              : (settings.field_of_view ? AllDissimilarities<false, true> : AllDissimilarities<false, false>);
+  evaluate(sources, point, scratch.measures.terms.data(), static_cast<float>(settings.alpha), static_cast<float>(settings.gamma), scratch.h.data(),
+           scratch.f.data(), scratch.h.data() + n);
 }
 
 // h with visibility from h without it: 1/f becomes 1/(f v). v <= 1, so h only grows.
@@ -127,7 +80,7 @@ class WithVisibility {
     const float u = (r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z) / w;
     const float v = (r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z) / w;
     seen = maps_->Visibility(r_.view[j], u, v, r_.width_px[j], r_.height_px[j], w);
-    return h * (1 + gamma_ * (1 / (f * seen) - 1)) / (1 + gamma_ * (1 / f - 1));
+    return WithGate(h, f, seen, gamma_);
   }
 
   const VisibilityMaps* maps() const { return maps_; }
@@ -218,31 +171,24 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
   }
   Exactly(e, found.count, d.x(), d.y(), d.z(), t);
 
-  const bool resolution = settings.resolution != Resolution::kOff && settings.beta > 0, time = settings.time && settings.epsilon > 0;
-  const double unit = 2 * settings.r_max_rad;
   int count = 0;
   for (int i = 0; i < found.count; ++i) {
     const auto n = static_cast<std::size_t>(i);
     const std::int32_t camera = found.camera[n];
     const auto j = static_cast<std::size_t>(camera);
     double g = settings.alpha * e.theta[i];
-    if (resolution) g += settings.beta * unit * (1 - static_cast<double>(scratch.measures.r[j]));
-    if (time) g += settings.epsilon * unit * static_cast<double>(scratch.measures.tau[j]);
-    double h = g;
-    if (settings.gamma > 0 && h > 0) {
-      double f = 1;
-      if (settings.field_of_view) {
-        const double edge = std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
-        // Where the float found the point inside, a hair outside is its border.
-        const double s = std::clamp(edge / e.value[14][i], 0.0, 1.0), sine = s < 1 ? std::sin(0.5 * std::numbers::pi * s) : 1.0;
-        f = std::max(sine * sine, static_cast<double>(kBarelySeen));
-      }
-      double v = static_cast<double>(found.seen[n]);
-      // Between the two ends v follows the pixel; at them it is what it is.
-      if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1)
-        v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
-      h *= 1 + settings.gamma * (1 / (f * v) - 1);
+    if (!scratch.measures.terms.empty()) g += static_cast<double>(scratch.measures.terms[j]);
+    double f = 1;
+    if (settings.field_of_view) {
+      const double edge = std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
+      // Where the float found the point inside, a hair outside is its border.
+      f = std::max(FieldOfView(edge, e.value[14][i]), static_cast<double>(kBarelySeen));
     }
+    double v = static_cast<double>(found.seen[n]);
+    // Between the two ends v follows the pixel; at them it is what it is.
+    if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1 && g > 0)
+      v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
+    const double h = Dissimilarity(g, f * v, settings.gamma);
     int at = count++;
     for (; at > 0 && out[static_cast<std::size_t>(at - 1)].h > h; --at) out[static_cast<std::size_t>(at)] = out[static_cast<std::size_t>(at - 1)];
     out[static_cast<std::size_t>(at)] = {h, camera};
@@ -346,6 +292,40 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   }
   for (float& w : weights_out) w = static_cast<float>(static_cast<double>(w) / sum);
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
+}
+
+namespace {
+
+template <typename Direction, typename T>
+float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibility, const Direction& direction, T t, const RadianceSettings& settings,
+                 WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+  if (settings.k > 0) {
+    const RayWeights r = Weigh(sources, visibility, direction, t, settings, scratch, normal);
+    out.camera.insert(out.camera.end(), r.camera.begin(), r.camera.begin() + r.count);
+    out.weight.insert(out.weight.end(), r.weight.begin(), r.weight.begin() + r.count);
+    return r.count > 0 ? r.alpha : 0.0F;
+  }
+  std::vector<float>& all = scratch.everyone;
+  const float alpha =
+      WeighAll(sources, visibility, direction.template cast<float>(), static_cast<float>(t), settings, scratch, all, normal);
+  for (std::size_t j = 0; j < all.size(); ++j)
+    if (all[j] > 0) {
+      out.camera.push_back(static_cast<std::int32_t>(j));
+      out.weight.push_back(all[j]);
+    }
+  return alpha;
+}
+
+}  // namespace
+
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+  return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
+}
+
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
+               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+  return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
 }
 
 }  // namespace lumi

@@ -1,12 +1,7 @@
 // The real-time blending weights at a ray (thesis sec. 5.1: identity similarity, k nearest, Eq. 5.1 windowed at the
-// k+1st), from the measures of measures.h,
-//   theta_j  angle at the proxy point p between the desired ray and the ray to camera j,
-//   f_j      field-of-view value, v_j visibility, in [0,1],
-//   r'_j     resolution dissimilarity 2 r_max (1 - r_j), tau'_j time dissimilarity 2 r_max tau_j,
-// combined as h = (alpha theta + beta r' + epsilon tau') (1 + gamma (1/(f v) - 1)): infinite where the camera is blind,
-// continuous between, 0 at an epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets
-// blind cameras contribute). Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1; for
-// Correlation::kFallingLeaves R(h_j) (1 - h_j/h_{k+1}).
+// k+1st), from the dissimilarities h of dissimilarity.h: infinite where the camera is blind, continuous between, 0 at an epipole
+// whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras contribute). Weights are
+// h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1; for Correlation::kFallingLeaves R(h_j) (1 - h_j/h_{k+1}).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/radiance/measures.h"
+#include "render/radiance/measures/evaluate.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
@@ -29,9 +24,15 @@ struct RayWeights {
   float alpha = 0;                              // 0: a hole, no camera sees the point
 };
 
+// Photos and their weights, one after another.
+struct WeightedPhotos {
+  std::vector<std::int32_t> camera;
+  std::vector<float> weight;
+};
+
 // Scratch for Weigh, one a thread.
 struct WeighScratch {
-  std::vector<float> h, f;
+  std::vector<float> h, f, everyone;
   Measures measures;
 };
 
@@ -49,5 +50,12 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
 float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
                const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
                const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+
+// The k nearest or all, as settings.k says: appends the photos with a weight above 0, in ascending order of h or of their number.
+// Returns alpha.
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
+               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out);
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
+               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out);
 
 }  // namespace lumi

@@ -1,11 +1,11 @@
 #include "render/show/measure_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "render/radiance/dissimilarity.h"
 #include "render/radiance/frame_plan.h"
 #include "render/visibility_maps.h"
 #include "scene/program/error.h"
@@ -15,36 +15,51 @@
 namespace lumi {
 namespace {
 
-constexpr std::array<std::string_view, 7> kNames = {"weights", "angle", "fov", "resolution", "visibility", "time", "dissimilarity"};
-
 constexpr float kNothing = -1;  // no value: the proxy is missed, or no photo sees the point
+constexpr std::string_view kWeights = "weights", kDissimilarity = "dissimilarity";
 
-float Value(Measure measure, std::size_t j, const ViewSetup& setup, const Measures& m, float weight) {
-  const RadianceSettings& s = setup.settings;
-  const auto unit = static_cast<float>(2 * s.r_max_rad);
-  switch (measure) {
-    case Measure::kWeight: return weight;
-    case Measure::kAngle: return m.theta[j] / static_cast<float>(kRadiansPerDegree);
-    case Measure::kFieldOfView: return m.f[j];
-    case Measure::kResolution: return m.r[j];
-    case Measure::kVisibility: return m.v[j];
-    case Measure::kTime: return m.tau[j] * static_cast<float>(s.time_window_s) / 2;
-    case Measure::kDissimilarity: break;
-  }
-  if (!(m.f[j] > 0)) return kNothing;
-  float g = static_cast<float>(s.alpha) * m.theta[j];
-  if (s.resolution != Resolution::kOff) g += static_cast<float>(s.beta) * unit * (1 - m.r[j]);
-  if (s.time) g += static_cast<float>(s.epsilon) * unit * m.tau[j];
-  const float v = s.visibility ? m.v[j] : 1.0F;
-  return g * (1 + static_cast<float>(s.gamma) * (1 / (m.f[j] * v) - 1)) / static_cast<float>(kRadiansPerDegree);
+template <typename M>
+float ValueOf(std::size_t j, const RadianceSettings& s, const Measures& m) {
+  if constexpr (Term<M>)
+    return static_cast<float>(M::Shown(static_cast<double>(m.Of<M>()[j]), s));
+  else if constexpr (std::is_same_v<M, measure::Angle>)
+    return m.theta[j] / static_cast<float>(kRadiansPerDegree);
+  else if constexpr (std::is_same_v<M, measure::FieldOfView>)
+    return m.f[j];
+  else
+    return m.v[j];
+}
+
+float Value(std::string_view name, std::size_t j, const RadianceSettings& s, const Measures& m, float weight) {
+  if (name == kWeights) return weight;
+  float value = kNothing;
+  MeasureList::ForEach([&]<typename M> {
+    if constexpr (Mapped<M>)
+      if (M::kName == name) value = ValueOf<M>(j, s, m);
+  });
+  if (name != kDissimilarity || !(m.f[j] > 0)) return value;
+  const float g = static_cast<float>(s.alpha) * m.theta[j] + (m.terms.empty() ? 0.0F : m.terms[j]);
+  return Dissimilarity(g, m.f[j] * (s.visibility ? m.v[j] : 1.0F), static_cast<float>(s.gamma)) / static_cast<float>(kRadiansPerDegree);
 }
 
 }  // namespace
 
+const std::vector<HeatMap>& HeatMaps() {
+  static const std::vector<HeatMap> maps = [] {
+    std::vector<HeatMap> list{{kWeights, "The weight of the photo that weighs most", ""}};
+    MeasureList::ForEach([&]<typename M> {
+      if constexpr (Mapped<M>) list.push_back({M::kName, M::kHeatMapHelp, M::kHeatMapUnit});
+    });
+    list.push_back({kDissimilarity, "All measures together, as they are weighed", "deg"});
+    return list;
+  }();
+  return maps;
+}
+
 std::optional<Measure> MeasureFromName(std::string_view name) {
-  const auto* found = std::find(kNames.begin(), kNames.end(), name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<Measure>(found - kNames.begin());
+  for (std::size_t row = 0; row < HeatMaps().size(); ++row)
+    if (HeatMaps()[row].name == name) return Measure{row};
+  return std::nullopt;
 }
 
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source) {
@@ -68,19 +83,22 @@ MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Me
 
 MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request,
                             Measure measure, int source) {
-  if (measure == Measure::kWeight && request.settings.similarity == Similarity::kFull)
+  if (HeatMaps()[measure.row].name == kWeights && request.settings.similarity == Similarity::kFull)
     throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
   const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // in the weights, as when rendering
   const ViewSetup weighing = MakeViewSetup(sources, request.view, request.settings, request.use);
   ViewSetup shown = weighing;
-  if (measure == Measure::kResolution && shown.settings.resolution == Resolution::kOff) shown.settings.resolution = Resolution::kJacobian;
-  if (measure == Measure::kTime) shown.settings.time = true;
+  const HeatMap& kind = HeatMaps()[measure.row];
+  ForEachTerm([&]<typename M> {
+    if (M::kName == kind.name) M::ShowAll(shown.settings);
+  });
   shown.settings.field_of_view = true;
   const int width = request.view.size_px.x(), height = request.view.size_px.y();
   std::vector<float> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), kNothing);
   ParallelFor(static_cast<std::size_t>(height), 4, [&](std::size_t begin, std::size_t end) {
     std::vector<Eigen::Vector3f> direction(static_cast<std::size_t>(width)), normal(direction.size());
-    std::vector<float> t(direction.size()), everyone;
+    std::vector<float> t(direction.size());
+    WeightedPhotos row;
     WeighScratch scratch;
     Measures m;
     for (std::size_t y = begin; y < end; ++y) {
@@ -91,32 +109,27 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
       tracer.Trace(weighing.desired.centre.cast<float>(), direction, t, normal);
       for (std::size_t x = 0; x < direction.size(); ++x) {
         if (!std::isfinite(t[x]) || !(t[x] > 0)) continue;
+        row.camera.clear();
+        row.weight.clear();
+        if (!(WeighRay(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x], row) > 0)) continue;
         int camera = source;
         float weight = 0;
-        if (weighing.settings.k == 0) {
-          if (!(WeighAll(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, everyone, normal[x]) > 0)) continue;
-          const auto best = source >= 0 ? everyone.begin() + source : std::max_element(everyone.begin(), everyone.end());
-          camera = static_cast<int>(best - everyone.begin());
-          weight = *best;
-        } else {
-          const RayWeights w = Weigh(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x]);
-          for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
-            if (source >= 0 ? w.camera[i] == source : w.weight[i] > weight) {
-              camera = w.camera[i];
-              weight = w.weight[i];
-            }
-        }
+        for (std::size_t i = 0; i < row.camera.size(); ++i)
+          if (source >= 0 ? row.camera[i] == source : row.weight[i] > weight) {
+            camera = row.camera[i];
+            weight = row.weight[i];
+          }
         if (camera < 0) continue;
         EvaluateMeasures(shown.sources, shown.settings, direction[x], t[x], normal[x], m);
         EvaluateVisibility(shown.sources, &maps, direction[x], t[x], m);
-        values[y * static_cast<std::size_t>(width) + x] = Value(measure, static_cast<std::size_t>(camera), shown, m, weight);
+        values[y * static_cast<std::size_t>(width) + x] = Value(kind.name, static_cast<std::size_t>(camera), shown.settings, m, weight);
       }
     }
   });
   CheckInterrupted();
 
   MeasureMap map;
-  map.unit = measure == Measure::kAngle || measure == Measure::kDissimilarity ? "deg" : measure == Measure::kTime ? "s" : "";
+  map.unit = kind.unit;
   map.high = 1;
   if (!map.unit.empty()) {
     // The farthest tenth would darken everything else.

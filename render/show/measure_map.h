@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/sources.h"
@@ -13,8 +14,18 @@
 
 namespace lumi {
 
-enum class Measure { kWeight, kAngle, kFieldOfView, kResolution, kVisibility, kTime, kDissimilarity };
-std::optional<Measure> MeasureFromName(std::string_view name);  // weights, angle, fov, resolution, visibility, time, dissimilarity
+// What --show calls a heat map: weights, the measures that have one, dissimilarity.
+struct HeatMap {
+  std::string_view name, help, unit;  // deg, s, or empty
+};
+const std::vector<HeatMap>& HeatMaps();
+
+// One of them, by its place.
+struct Measure {
+  std::size_t row = 0;  // the weights
+  bool operator==(const Measure&) const = default;
+};
+std::optional<Measure> MeasureFromName(std::string_view name);
 
 struct MeasureMap {
   ImageF image;            // RGBA in [0,1], premultiplied; transparent where the proxy is missed

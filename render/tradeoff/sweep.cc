@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <array>
 
-#include "render/settings_json.h"
+#include "render/radiance/options.h"
 
 namespace lumi {
 namespace {
@@ -62,12 +62,15 @@ std::string PointName(const RadianceSettings& s, const RadianceSettings& base) {
   const bool optimum = s.similarity == Similarity::kFull;
   if (!optimum) name += s.k == 0 ? ", k all" : fmt::format(", k {}", s.k);
   if (!optimum && s.correlation != Correlation::kInverse) name += ", falling leaves";
-  const nlohmann::ordered_json now = ToJson(s), then = ToJson(base);
-  for (const char* option :
-       {"resolution", "resolution-range", "cutoff-deg", "sum", "combine", "fov", "visibility", "prefilter", "time", "exposure"})
-    if (now[option] != then[option])
-      name += fmt::format(", {} {}", option,
-                          now[option].is_string() ? now[option].get<std::string>() : fmt::format("{:g}", now[option].get<double>()));
+  // The rest is said where it differs.
+  constexpr std::array<std::string_view, 6> kSaid = {"similarity", "k", "correlation", "grid", "sampling", "epipoles"};
+  for (const Option& o : Options()) {
+    if (std::find(kSaid.begin(), kSaid.end(), o.name) != kSaid.end()) continue;
+    const OptionValue now = o.get(s);
+    if (now == o.get(base)) continue;
+    const auto* number = std::get_if<double>(&now);
+    name += fmt::format(", {} {}", o.name, number ? fmt::format("{:g}", *number) : Text(now));
+  }
   return name;
 }
 
@@ -108,15 +111,13 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   }
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
-  for (const Resolution r : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
-    for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid})
-      with(m, grid, [&](RadianceSettings& s) { s.resolution = r; });
+  // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and what it is worth here.
+  for (const Option& o : Options())
+    for (const std::string& choice : o.is_switch ? o.choices : std::vector<std::string>())
+      for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid}) with(m, grid, [&](RadianceSettings& s) { o.set(s, choice); });
   if (size == SweepSize::kQuick) return table;
-
-  // Effects off, one at a time: what each costs, and what it is worth here.
-  with(Method::kCandidates, grid, [](RadianceSettings& s) { s.field_of_view = false; });
-  with(Method::kCandidates, grid, [](RadianceSettings& s) { s.visibility = false; });
-  with(Method::kCandidates, grid, [](RadianceSettings& s) { s.prefilter = false; });
+  for (const Option& o : Options())
+    if (o.is_switch) with(Method::kCandidates, grid, [&](RadianceSettings& s) { o.set(s, std::string("off")); });
 
   // The optimum's own dials.
   for (const double deg : {10.0, 14.0, 24.0}) {

@@ -3,20 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
-#include "render/settings_json.h"
+#include "render/radiance/options.h"
 #include "render/viewer/panel_parts.h"
 #include "render/viewer/refiner.h"
 #include "render/viewer/setting_rules.h"
 
 namespace lumi {
 namespace {
-
-std::string HelpOf(std::string_view option) {
-  for (const SettingOption& o : SettingOptions())
-    if (o.name == option) return o.help;
-  return {};
-}
 
 // Around an option's widgets: disabled where it has no effect, its help (and the data's word) as a tooltip, and whatever else
 // has to follow a change.
@@ -36,7 +31,8 @@ class Row {
   ~Row() {
     ImGui::EndDisabled();
     ImGui::PopID();
-    std::string text = HelpOf(option_);
+    const Option* option = FindOption(option_);
+    std::string text = option ? option->help : "";
     if (!evidence_.empty()) text += "\n\nin this scene: " + evidence_;
     if (!why_.empty()) text += "\n\nno effect now: " + why_;
     Tooltip(text);
@@ -52,49 +48,53 @@ class Row {
   std::string why_, evidence_;
 };
 
-template <typename E>
-void Choice(ViewerSettings& v, const char* option, const char* label, E RadianceSettings::* field, std::initializer_list<E> values) {
+// An option's widget, as its table has it.
+void OptionRow(ViewerSettings& v, const Option& o, const std::string& evidence = {}) {
+  if (!o.row.label) return;
   RadianceSettings& s = v.radiance;
-  const Row row(v, option);
-  if (!ImGui::BeginCombo(label, std::string(Name(s.*field)).c_str())) return;
-  for (const E e : values)
-    if (ImGui::Selectable(std::string(Name(e)).c_str(), e == s.*field)) s.*field = e;
-  ImGui::EndCombo();
+  const std::string name(o.name);
+  const Row row(v, name.c_str(), evidence);
+  const OptionValue now = o.get(s);
+  if (const auto* flag = std::get_if<bool RadianceSettings::*>(&o.field)) {
+    ImGui::Checkbox(o.row.label, &(s.**flag));
+  } else if (const auto* field = std::get_if<double RadianceSettings::*>(&o.field)) {
+    auto value = static_cast<float>(s.**field / o.unit);
+    if (ImGui::SliderFloat(o.row.label, &value, static_cast<float>(o.row.low), static_cast<float>(o.row.high), o.row.format,
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+      s.**field = o.unit * static_cast<double>(value);
+  } else if (!o.choices.empty()) {
+    if (!ImGui::BeginCombo(o.row.label, Text(now).c_str())) return;
+    for (const std::string& choice : o.choices)
+      if (ImGui::Selectable(choice.c_str(), choice == Text(now))) o.set(s, choice);
+    ImGui::EndCombo();
+  } else {  // two numbers
+    float range[2] = {};
+    std::sscanf(Text(now).c_str(), "%f,%f", &range[0], &range[1]);
+    if (!ImGui::DragFloat2(o.row.label, range, 0.01F, static_cast<float>(o.row.low), static_cast<float>(o.row.high), "%.2f", ImGuiSliderFlags_AlwaysClamp))
+      return;
+    const RadianceSettings before = s;
+    o.set(s, fmt::format("{:g},{:g}", range[0], range[1]));
+    if (!o.problem(s).empty()) s = before;
+  }
 }
-
-void Slider(ViewerSettings& v, const char* option, const char* label, double RadianceSettings::* field, double low, double high,
-            const char* format, double unit = 1, bool logarithmic = true) {
-  RadianceSettings& s = v.radiance;
-  const Row row(v, option);
-  auto value = static_cast<float>(s.*field / unit);
-  if (ImGui::SliderFloat(label, &value, static_cast<float>(low), static_cast<float>(high), format,
-                         (logarithmic ? ImGuiSliderFlags_Logarithmic : 0) | ImGuiSliderFlags_AlwaysClamp))
-    s.*field = unit * static_cast<double>(value);
-}
-
-void Check(ViewerSettings& v, const char* option, const char* label, bool RadianceSettings::* field, const std::string& evidence = {}) {
-  const Row row(v, option, evidence);
-  ImGui::Checkbox(label, &(v.radiance.*field));
-}
-
-constexpr double kWeightMost = 10, kFeatherLeast = 0.005;
+void OptionRow(ViewerSettings& v, const char* name) { OptionRow(v, *FindOption(name)); }
 
 void Weights(ViewerSettings& v) {
   RadianceSettings& s = v.radiance;
-  Choice(v, "similarity", "similarity", &RadianceSettings::similarity, {Similarity::kIdentity, Similarity::kFull});
+  OptionRow(v, "similarity");
   {
     const Row row(v, "k");
     int k = s.k == 0 ? kMaxBlend + 1 : s.k;
     if (ImGui::SliderInt("photos a pixel", &k, 1, kMaxBlend + 1, s.k == 0 ? "all" : "%d", ImGuiSliderFlags_AlwaysClamp))
       s.k = k > kMaxBlend ? 0 : k;
   }
-  Choice(v, "correlation", "correlation", &RadianceSettings::correlation, {Correlation::kInverse, Correlation::kFallingLeaves});
-  Slider(v, "alpha", "angle", &RadianceSettings::alpha, 0, kWeightMost, "%.2f");
-  Slider(v, "r-min-deg", "smallest leaf", &RadianceSettings::r_min_rad, 0, 10, "%.3f deg", kRadiansPerDegree);
-  Slider(v, "r-max-deg", "largest leaf", &RadianceSettings::r_max_rad, 0.01, 90, "%.2f deg", kRadiansPerDegree);
-  Choice(v, "sum", "sum", &RadianceSettings::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean});
-  Choice(v, "combine", "combine", &RadianceSettings::combine, {Combine::kSmooth, Combine::kAdditive});
-  Slider(v, "cutoff-deg", "cutoff", &RadianceSettings::cutoff_rad, 1, 180, "%.0f deg", kRadiansPerDegree);
+  OptionRow(v, "correlation");
+  OptionRow(v, "alpha");
+  OptionRow(v, "r-min-deg");
+  OptionRow(v, "r-max-deg");
+  OptionRow(v, "sum");
+  OptionRow(v, "combine");
+  OptionRow(v, "cutoff-deg");
   {
     const Row row(v, "accuracy");
     constexpr int kFinest = -8, kCoarsest = -1;
@@ -122,12 +122,11 @@ void Samples(ViewerSettings& v) {
     }
     ImGui::EndDisabled();
   }
-  Choice(v, "sampling", "sampling", &RadianceSettings::sampling, {Sampling::kCandidates, Sampling::kInterpolated});
-  Check(v, "epipoles", "samples at the photos' centres", &RadianceSettings::epipoles);
+  OptionRow(v, "sampling");
+  OptionRow(v, "epipoles");
 }
 
 void Effects(const PanelFacts& facts, ViewerSettings& v, PanelWishes& wishes) {
-  RadianceSettings& s = v.radiance;
   const auto evidence = [&](std::string_view name) {
     for (const Effect& e : facts.effects)
       if (e.name == name) return std::string(e.on ? "called for; " : "not called for; ") + e.evidence;
@@ -140,36 +139,13 @@ void Effects(const PanelFacts& facts, ViewerSettings& v, PanelWishes& wishes) {
     ImGui::SameLine();
     Dim("exposures follow ...");
   }
-  Check(v, "fov", "field of view", &RadianceSettings::field_of_view, evidence("fov"));
-  ImGui::SameLine();
-  Check(v, "visibility", "visibility", &RadianceSettings::visibility, evidence("visibility"));
-  Slider(v, "fov-feather", "feather", &RadianceSettings::fov_feather, kFeatherLeast, 0.5, "%.3f");
-  Slider(v, "gamma", "their weight", &RadianceSettings::gamma, 0, 10 * kWeightMost, "%.2f");
-  {
-    const Row row(v, "resolution", evidence("resolution"));
-    if (ImGui::BeginCombo("resolution", std::string(Name(s.resolution)).c_str())) {
-      for (const Resolution r : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
-        if (ImGui::Selectable(std::string(Name(r)).c_str(), r == s.resolution)) s.resolution = r;
-      ImGui::EndCombo();
-    }
-  }
-  {
-    const Row row(v, "resolution-range");
-    float range[2] = {static_cast<float>(s.resolution_low), static_cast<float>(s.resolution_high)};
-    if (ImGui::DragFloat2("its range", range, 0.01F, 0, 100, "%.2f", ImGuiSliderFlags_AlwaysClamp)) {
-      s.resolution_low = std::clamp(static_cast<double>(range[0]), 0.0, 0.99);
-      s.resolution_high = std::clamp(static_cast<double>(range[1]), 1.01, 100.0);
-    }
-  }
-  Slider(v, "beta", "its weight", &RadianceSettings::beta, 0, kWeightMost, "%.2f");
-  Check(v, "exposure", "exposure", &RadianceSettings::exposure, evidence("exposure"));
-  ImGui::SameLine();
-  Check(v, "prefilter", "prefilter", &RadianceSettings::prefilter, evidence("prefilter"));
+  for (const Option& o : Options())
+    if (!o.measure.empty() && o.measure != measure::Angle::kName && o.measure != measure::Time::kName) OptionRow(v, o, o.is_switch ? evidence(o.measure) : "");
 }
 
 void Time(const PanelFacts& facts, ViewerSettings& v) {
   RadianceSettings& s = v.radiance;
-  Check(v, "time", "photos of the view's time first", &RadianceSettings::time);
+  OptionRow(v, "time");
   ImGui::BeginDisabled(!s.time);
   if (facts.period_s > 0) {
     auto phase = static_cast<float>(s.time_s / facts.period_s - std::floor(s.time_s / facts.period_s));
@@ -184,8 +160,8 @@ void Time(const PanelFacts& facts, ViewerSettings& v) {
   }
   if (ImGui::Button(v.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) v.play_time = !v.play_time;
   ImGui::EndDisabled();
-  Slider(v, "time-window-s", "window", &RadianceSettings::time_window_s, 0.01, 60, "%.2f s");
-  Slider(v, "epsilon", "its weight", &RadianceSettings::epsilon, 0, kWeightMost, "%.2f");
+  OptionRow(v, "time-window-s");
+  OptionRow(v, "epsilon");
 }
 
 void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {

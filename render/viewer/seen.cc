@@ -5,18 +5,14 @@
 namespace lumi {
 
 const std::vector<SeenName>& SeenNames() {
-  static const std::vector<SeenName> names = {
-      {"color", "As the photos are", {}},
-      {"false-color", "One colour a photo, blended with the same weights", {.show = Show::kFalseColor}},
-      {"tessellation", "The sparse samples' triangles or cells over the picture", {.show = Show::kTessellation}},
-      {"proxy", "The proxy's faces, flat-shaded; those seen from behind are red", {.flat = true}},
-      {"weights", "The weight of the photo that weighs most", {.measure = Measure::kWeight}},
-      {"angle", "The angle to that photo's ray", {.measure = Measure::kAngle}},
-      {"fov", "How far inside that photo's field of view", {.measure = Measure::kFieldOfView}},
-      {"resolution", "That photo's resolution against the picture's", {.measure = Measure::kResolution}},
-      {"visibility", "How much that photo sees of the point", {.measure = Measure::kVisibility}},
-      {"time", "How far that photo is in time", {.measure = Measure::kTime}},
-      {"dissimilarity", "All measures together, as they are weighed", {.measure = Measure::kDissimilarity}}};
+  static const std::vector<SeenName> names = [] {
+    std::vector<SeenName> list = {{"color", "As the photos are", {}},
+                                  {"false-color", "One colour a photo, blended with the same weights", {.show = Show::kFalseColor}},
+                                  {"tessellation", "The sparse samples' triangles or cells over the picture", {.show = Show::kTessellation}},
+                                  {"proxy", "The proxy's faces, flat-shaded; those seen from behind are red", {.flat = true}}};
+    for (std::size_t row = 0; row < HeatMaps().size(); ++row) list.push_back({HeatMaps()[row].name, HeatMaps()[row].help, {.measure = Measure{row}}});
+    return list;
+  }();
   return names;
 }
 

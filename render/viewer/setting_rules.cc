@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "render/radiance/measures/evaluate.h"
+#include "render/radiance/options.h"
+
 namespace lumi {
 
 std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option) {
@@ -16,12 +19,9 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
   if (full && is({"sampling"})) return "candidates are weighed one by one: the optimum is interpolated";
   if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";
-  if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && s.resolution == Resolution::kOff && !s.time)
-    return "only for falling leaves, resolution and time";
-  if (s.resolution == Resolution::kOff && is({"beta", "resolution-range"})) return "the resolution measure is off";
-  if (!s.field_of_view && is({"fov-feather"})) return "field of view is off";
-  if (!s.field_of_view && !s.visibility && is({"gamma"})) return "field of view and visibility are off";
-  if (!s.time && is({"epsilon", "time-s", "time-window-s"})) return "time is off";
+  if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && !HasTerms(s)) return "only for falling leaves and for terms beside the angle";
+  if (is({"gamma"})) return s.field_of_view || s.visibility ? "" : "field of view and visibility are off";
+  if (const Option* o = FindOption(option); o && !o->is_switch && !IsOn(s, o->measure)) return fmt::format("{} is off", o->measure_title);
   return {};
 }
 
@@ -45,12 +45,9 @@ std::string Describe(const RadianceSettings& s) {
                                                        : fmt::format("k {}", s.k);
   if (s.Sparse()) text += fmt::format(", {} {}x{}{}", Name(s.sampling), s.grid_columns, s.grid_rows, s.epipoles ? "" : " without epipoles");
   if (s.similarity == Similarity::kIdentity && s.correlation == Correlation::kFallingLeaves) text += ", falling leaves";
-  if (s.field_of_view) text += ", fov";
-  if (s.visibility) text += ", visibility";
-  if (s.resolution != Resolution::kOff) text += fmt::format(", {}", Name(s.resolution));
-  if (s.time) text += fmt::format(", time {:.2f} s", s.time_s);
-  if (s.exposure) text += ", exposure";
-  if (s.prefilter) text += ", prefilter";
+  for (const Option& o : Options())
+    if (o.is_switch && IsOn(s, o.measure)) text += fmt::format(", {}", o.choices.empty() ? std::string(o.name) : Text(o.get(s)));
+  if (s.time) text += fmt::format(" {:.2f} s", s.time_s);
   return text;
 }
 

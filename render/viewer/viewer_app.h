@@ -128,7 +128,7 @@ class Viewer {
   // viewer_show.cc: heat maps, and the difference to a photo.
   struct HeatRequest {
     RenderRequest request;
-    Measure measure = Measure::kWeight;
+    Measure measure;
   };
   void StepHeatMap();
   bool HeatIsShown(const HeatRequest& wanted) const;

@@ -76,6 +76,7 @@ RenderView MakeRenderView(const Scene& scene, const View& view) {
   }
   v.time_s = view.time_s;
   v.gain = view.gain;
+  v.grids = view.grids;
   return v;
 }
 

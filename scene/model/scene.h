@@ -7,6 +7,7 @@
 #include <compare>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "scene/geometry/rigid3.h"
 #include "scene/geometry/similarity3.h"
 #include "scene/model/camera.h"
+#include "scene/model/photo_grid.h"
 
 namespace lumi {
 
@@ -46,6 +48,7 @@ struct View {
   std::optional<double> time_s;
   std::optional<int> frame_index;  // in the video it came from
   double gain = 1.0;               // this photo's exposure relative to the scene's
+  std::shared_ptr<const PhotoGrids> grids;  // what was read off its pixels; nullptr: nothing
 
   Eigen::Vector3d CentreInWorld() const { return cam_from_world.OriginInSource(); }
 };
@@ -89,6 +92,7 @@ struct RenderView {
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
   std::optional<double> time_s;
   double gain = 1.0;
+  std::shared_ptr<const PhotoGrids> grids;
 };
 // A metric view's camera must be a pinhole (photos are undistorted when a scene is made): throws std::invalid_argument
 // otherwise. In other frames the centre comes from P: throws DataError where it lies at infinity.

@@ -8,7 +8,7 @@
 
 #include "capture.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/measures.h"
+#include "render/radiance/measures/evaluate.h"
 #include "render/radiance/optimum.h"
 #include "render/visibility_maps.h"
 

@@ -6,7 +6,7 @@
 
 #include "render/convert.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 #include "render/renderer.h"
 #include "scene/image_difference/image_difference.h"
 #include "tests/render/oblique_floor.h"

@@ -8,7 +8,7 @@
 
 #include "render/convert.h"
 #include "render/cpu/blend.h"
-#include "render/radiance/measures/footprint.h"
+#include "render/radiance/measures/prefilter.h"
 #include "render/radiance/weights.h"
 #include "tests/render/gl_test_scene.h"
 

@@ -1,4 +1,4 @@
-#include "render/radiance/measures.h"
+#include "render/radiance/measures/evaluate.h"
 
 #include <gtest/gtest.h>
 
@@ -145,7 +145,7 @@ TEST_F(OnACapture, TheJacobianMeasureIsTheHomographysStretch) {
     for (std::size_t j = 0; j < sources_.views.size(); ++j) {
       const double sigma = StretchByDefinition(sources_.views[j], setup.desired, point, normal.cast<double>());
       if (!std::isfinite(sigma) || sigma > 50) continue;  // edge-on: the finite difference itself fails
-      ASSERT_NEAR(m.r[j], ResolutionOracle(sigma, 0.3, 4), 2e-3) << j << " " << sigma;
+      ASSERT_NEAR(m.Of<measure::Resolution>()[j], ResolutionOracle(sigma, 0.3, 4), 2e-3) << j << " " << sigma;
       ++compared;
     }
   });
@@ -164,7 +164,7 @@ TEST_F(OnACapture, TheDistanceMeasureIsTheRatioWithTheFocalLengths) {
     for (std::size_t j = 0; j < sources_.views.size(); ++j) {
       const double focal = capture_.scene.CameraOf(capture_.scene.views[j]).K()(0, 0);
       const double sigma = (point - sources_.views[j].centre).norm() * (0.9 * 48) / (static_cast<double>(t) * focal);
-      ASSERT_NEAR(m.r[j], ResolutionOracle(sigma, 0.3, 4), 1e-4) << j;
+      ASSERT_NEAR(m.Of<measure::Resolution>()[j], ResolutionOracle(sigma, 0.3, 4), 1e-4) << j;
     }
   });
 }
@@ -179,12 +179,12 @@ TEST_F(OnACapture, TimesAreTakenInDoubleAndPhotosWithoutOneAreAlwaysNow) {
     EvaluateMeasures(setup.sources, settings, d, t, normal, m);
     for (std::size_t j = 0; j < 12; ++j) {
       if (j % 5 == 4) {
-        ASSERT_EQ(m.tau[j], 0);
+        ASSERT_EQ(m.Of<measure::Time>()[j], 0);
         continue;
       }
       const double s = std::abs(0.1 * static_cast<double>(j) - 0.3) / 0.2;
       const double truth = s > 1 ? s : 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(2 * s - 1, 0.0, 1.0));
-      ASSERT_NEAR(m.tau[j], truth, 2e-5) << j;
+      ASSERT_NEAR(m.Of<measure::Time>()[j], truth, 2e-5) << j;
     }
   });
 }
@@ -210,7 +210,7 @@ TEST_F(OnACapture, WeightsCombineTheMeasuresAsWritten) {
       const auto i = static_cast<std::size_t>(j);
       if (!(m.f[i] > 0)) continue;
       const double unit = 2 * settings.r_max_rad;
-      h.emplace_back((0.5 * m.theta[i] + 0.7 * unit * (1 - m.r[i]) + 0.3 * unit * m.tau[i]) * (1 + 2 * (1 / static_cast<double>(m.f[i]) - 1)), j);
+      h.emplace_back((0.5 * m.theta[i] + 0.7 * unit * (1 - m.Of<measure::Resolution>()[i]) + 0.3 * unit * m.Of<measure::Time>()[i]) * (1 + 2 * (1 / static_cast<double>(m.f[i]) - 1)), j);
     }
     std::sort(h.begin(), h.end());
     if (h.size() < 4) return;

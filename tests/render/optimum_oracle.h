@@ -5,11 +5,12 @@
 
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/special_functions/bernoulli.hpp>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/measures.h"
+#include "render/radiance/measures/evaluate.h"
 #include "scene/geometry/rigid3.h"
 
 namespace lumi::test {
@@ -93,17 +94,19 @@ struct ExactRay {
 // `nugget` is added to S's diagonal. `exact`: angles are computed from this instead of the stored centres and ray.
 template <class Real>
 OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
-                                  const OracleLeaves<Real>& leaves, const Real& nugget = 0, const ExactRay* exact = nullptr) {
+                                  const OracleLeaves<Real>& leaves, const Real& nugget = 0, const ExactRay* exact = nullptr,
+                                  const Eigen::Vector3f& normal = Eigen::Vector3f::Zero()) {
   using std::abs, std::atan2, std::sqrt;
   const RelativeSources& r = setup.sources;
   const RadianceSettings& s = setup.settings;
   const bool additive = s.combine == Combine::kAdditive;
   Measures m;
-  EvaluateMeasures(r, s, direction, t, Eigen::Vector3f::Zero(), m);
+  EvaluateMeasures(r, s, direction, t, normal, m);
   EvaluateVisibility(r, maps, direction, t, m);
   struct Photo {
     std::size_t j;
-    Real u[3], f, fv, res, tau;
+    Real u[3], f, fv;
+    std::array<Real, MeasureList::kCount> value;  // of the terms of h
   };
   const auto unit = [](const Real(&v)[3], Real(&out)[3]) {
     const Real length = sqrt(Real(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
@@ -118,8 +121,8 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   Photo view{};
   const Real back[3] = {-p[0], -p[1], -p[2]};
   unit(back, view.u);
-  view.f = view.fv = view.res = 1;
-  view.tau = 0;
+  view.f = view.fv = 1;
+  ForEachTerm([&]<typename M> { view.value[MeasureList::IndexOf<M>()] = M::kOwn; });
   std::vector<Photo> photos;
   for (std::size_t j = 0; j < static_cast<std::size_t>(r.count); ++j) {
     Photo photo{};
@@ -133,16 +136,20 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
     if (exact)
       for (int c = 0; c < 3; ++c) to[c] = Real((*exact->D)[j][c]) - p[c];
     unit(to, photo.u);
-    photo.res = s.resolution != Resolution::kOff ? Real(m.r[j]) : Real(1);
-    photo.tau = s.time ? Real(m.tau[j]) : Real(0);
+    ForEachTerm([&]<typename M> {
+      if (M::Factor(s) > 0) photo.value[MeasureList::IndexOf<M>()] = Real(m.Of<M>()[j]);
+    });
     photos.push_back(photo);
   }
   const Real two_r = 2 * Real(s.r_max_rad);
   const auto correlation = [&](const Photo& a, const Photo& b) -> Real {
     // Far beyond reach the angle's digits do not matter.
     if (s.alpha >= 1 && a.u[0] * b.u[0] + a.u[1] * b.u[1] + a.u[2] * b.u[2] < Real(std::cos(std::min(3.2, 2.001 * s.r_max_rad)))) return 0;
-    Real h =
-        Real(s.alpha) * angle(a.u, b.u) + two_r * (Real(s.beta) * abs(Real(a.res - b.res)) + Real(s.epsilon) * abs(Real(a.tau - b.tau)));
+    Real h = Real(s.alpha) * angle(a.u, b.u);
+    ForEachTerm([&]<typename M> {
+      constexpr auto i = static_cast<std::size_t>(MeasureList::IndexOf<M>());
+      if (M::Factor(s) > 0) h += two_r * Real(M::Factor(s)) * abs(Real(a.value[i] - b.value[i]));
+    });
     if (additive) h += two_r * Real(s.gamma) * abs(Real(a.fv - b.fv));
     return leaves(h);
   };
@@ -174,10 +181,10 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   std::vector<Real> mean(static_cast<std::size_t>(r.count));
   if (s.k == 0) {
     std::vector<float> all;
-    if (!(WeighAll(r, maps, direction, t, s, scratch, all) > 0)) return out;
+    if (!(WeighAll(r, maps, direction, t, s, scratch, all, normal) > 0)) return out;
     for (std::size_t j = 0; j < all.size(); ++j) mean[j] = Real(all[j]);
   } else {
-    const RayWeights near = Weigh(r, maps, direction, t, s, scratch);
+    const RayWeights near = Weigh(r, maps, direction, t, s, scratch, normal);
     if (!(near.alpha > 0)) return out;
     for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i)
       mean[static_cast<std::size_t>(near.camera[i])] = Real(near.weight[i]);

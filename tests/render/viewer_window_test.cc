@@ -326,7 +326,7 @@ TEST_F(ViewerWindow, HeatMapsAreThoseOfTheRenderer) {
   RenderRequest request;
   request.view = MakeWindowView(StateOfView(world_.scene, ViewId{3}), 160, 120);
   request.settings = SettingsOf(r.json["settings"]);
-  const ImageF wanted = RenderMeasureMap(world_.scene, world_.proxy, request, Measure::kAngle, -1).image;
+  const ImageF wanted = RenderMeasureMap(world_.scene, world_.proxy, request, *MeasureFromName("angle"), -1).image;
   const Image8 image = ReadImage8(shot);
   double worst = 0;
   for (int y = 2; y < 118; ++y)

@@ -1,4 +1,4 @@
-// Visibility: a point behind what a photo's depth map shows counts as blocked, v falling from 1 to kBlockedVisibility.
+// Visibility, a gate: a point behind what a photo's depth map shows counts as blocked, v falling from 1 to kBlockedVisibility.
 // Feathered twice: over relative depth, and, as callers interpolate the comparison of neighbouring texels, across an
 // occluder's edge. Between the ends v is geometric: h = theta / v then changes by one factor a step everywhere, and no weight
 // by more than a step's share of the feather; linear, 1 / v would be steepest just before the blocked end.
@@ -7,7 +7,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "render/radiance/kernel.h"
+#include "render/radiance/measures/record.h"
 
 namespace lumi {
 
@@ -40,4 +40,45 @@ LUMI_INLINE float VisibilityOf(float seen) {
   return series * std::bit_cast<float>((whole + 127) << 23);
 }
 
+namespace measure {
+
+struct Visibility {
+  static constexpr std::string_view kName = "visibility", kTitle = "visibility";
+  static constexpr bool kEffect = true;
+
+  struct Settings {
+    bool visibility = true;  // photos whose view of a point the proxy blocks rank last
+    bool operator==(const Settings&) const = default;
+  };
+  static bool On(const Settings& s) { return s.visibility; }
+  static void Switch(Settings& s, bool on) { s.visibility = on; }
+  template <typename Table>
+  static void Options(Table& table) {
+    table.Switch("visibility", &Settings::visibility, "Photos whose view of a point the proxy blocks rank last", "visibility");
+  }
+
+  static constexpr std::string_view kHeatMapUnit = "", kHeatMapHelp = "How much that photo sees of the point";
+
+  class Evidence {
+   public:
+    explicit Evidence(const Settings&) {}
+    void Look(std::span<const NearPhoto> photos) {
+      ++rays_;
+      for (const NearPhoto& p : photos)
+        if (p.f > 0 && p.v < kHalfVisible) {
+          ++blocked_;
+          break;
+        }
+    }
+    Verdict Decide(const ViewFacts&, Settings&) const {
+      const double blocked = Share(blocked_, rays_);
+      return {blocked >= kShareThatCounts, fmt::format("at {:.1f} % of the rays the proxy blocks one of the nearest photos", 100 * blocked)};
+    }
+
+   private:
+    long rays_ = 0, blocked_ = 0;
+  };
+};
+
+}  // namespace measure
 }  // namespace lumi

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "render/radiance/dissimilarity.h"
 #include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
@@ -20,7 +21,7 @@ Eigen::MatrixXd SimilarityMatrix(const FallingLeaves& leaves, double alpha, cons
       if (chord > reach * (1 + 1e-15)) continue;
       // Kahan: no digits are lost at either end.
       double h = alpha * 2 * std::atan2(chord, (a + b).norm());
-      for (Eigen::Index c = 0; c < s.channel.cols(); ++c) h += unit * std::abs(s.channel(i, c) - s.channel(j, c));
+      for (Eigen::Index c = 0; c < s.channel.cols(); ++c) h = WithTerm(h, unit, s.channel(i, c), s.channel(j, c));
       S(i, j) = S(j, i) = s.f[i] * s.f[j] * leaves.PSame(h);
     }
   return S;

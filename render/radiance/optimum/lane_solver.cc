@@ -1,5 +1,7 @@
 #include "render/radiance/optimum/lane_solver.h"
 
+#include "render/radiance/dissimilarity.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -79,8 +81,7 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T, kBytes>& system
       V y = LaneSqrt(FitSquaredAngle(fit, c2)) * fit.y_from_theta;
       for (int c = 0; c < system.channels; ++c) {
         const LaneBlock<T, kBytes>* e = system.channel[c].data();
-        const V d = e[i].v - e[j].v;
-        y += LaneMax(d, -d);
+        y = WithTerm(y, T(1), e[i].v, e[j].v);
       }
       s[used].v = fi * f[j].v * FitPSame(fit, y, smallest <= c2_near);
       system.column[used] = j;
@@ -194,10 +195,7 @@ LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, cons
       // Beyond reach the polynomial is not defined, and nothing correlates.
       h = c2 < c2_max ? LaneSqrt(FitSquaredAngle(fit, LaneMin(c2, c2_max))) * fit.y_from_theta : one;
     }
-    for (int c = 0; c < system.channels; ++c) {
-      const V d = system.channel[c][i].v - desired[c];
-      h += LaneMax(d, -d);
-    }
+    for (int c = 0; c < system.channels; ++c) h = WithTerm(h, T(1), Broadcast<V>(desired[c]), system.channel[c][i].v);
     system.y[i].v = system.f[i].v * FitPSame(fit, h, true);
   }
 }
@@ -235,7 +233,8 @@ void LaneSystem<T, kBytes>::Resize(int photos, int channels_used) {
   count = photos;
   channels = channels_used;
   if (f.size() >= n && !first.empty()) return;
-  for (auto* v : {&u[0], &u[1], &u[2], &f, &y, &channel[0], &channel[1], &channel[2], &w, &z, &r, &p, &q}) v->resize(n);
+  for (auto* v : {&u[0], &u[1], &u[2], &f, &y, &w, &z, &r, &p, &q}) v->resize(n);
+  for (auto& c : channel) c.resize(n);
   for (auto& m : mean) m.resize(n);
   spread.resize(n);
   first.resize(3 * n + 1);  // rows; then two lists of candidates
@@ -246,7 +245,7 @@ void Solve(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kByt
   SolveKernel(fit, tolerance, also_z, system, system.first.data() + system.count + 1);
 }
 template <class T, int kBytes>
-void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[3],
+void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[kMaxChannels],
            LaneSystem<T, kBytes>& system) {
   PlaceKernel(fit, D, p, desired, system);
 }
@@ -255,7 +254,7 @@ void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints
   template struct LaneSystem<T, kBytes>;                                                            \
   template void Solve(const LeavesFit<T>&, T, bool, LaneSystem<T, kBytes>&);                        \
   template void Place(const LeavesFit<T>&, const float* const (&)[3], const LanePoints<T, kBytes>&, \
-                      const T (&)[3], LaneSystem<T, kBytes>&);
+                      const T (&)[kMaxChannels], LaneSystem<T, kBytes>&);
 LUMI_LANE_ENTRIES(float, 64)
 LUMI_LANE_ENTRIES(float, 32)
 LUMI_LANE_ENTRIES(float, 16)

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/radiance/measures/list.h"
 #include "render/radiance/optimum/lanes.h"
 #include "render/radiance/optimum/leaves_fit.h"
 
@@ -19,8 +20,8 @@ struct alignas(kBytes) LaneBlock {
   Lanes<T, kBytes> v;
 };
 
-// Further terms of h, beside the angle.
-constexpr int kMaxChannels = 3;
+// Further terms of h, beside the angle: those of the measures, and Eq. 4.7's.
+constexpr int kMaxChannels = kTermCount + 1;
 
 // Rays are lanes. A lane without a ray, or a photo that a lane's ray does not see, has f = 0: its row is the identity's,
 // and its weight exactly 0.
@@ -60,7 +61,7 @@ using LanePoints = std::array<std::array<T, kLaneCount<T, kBytes>>, 3>;
 // into the right-hand side f R(alpha angle + 2 r_max sum |desired_c - channel_c|). In float the caller's angles are used: formed
 // from D x d they are ten times better than those from u; in double y is not read and the chord serves.
 template <class T, int kBytes>
-void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[3],
+void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[kMaxChannels],
            LaneSystem<T, kBytes>& system);
 
 // Fills w (and z). `tolerance`: of the residual, relative to the right-hand side.

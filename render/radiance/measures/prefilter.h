@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/radiance/kernel.h"
+#include "render/radiance/measures/record.h"
 
 namespace lumi {
 
@@ -48,4 +48,44 @@ T PyramidLevel(T footprint) {
   return T(0.5) * std::log2(footprint) + static_cast<T>(kLevelBias);
 }
 
+namespace measure {
+
+// No term of h: oversampled photos are read from their pyramid.
+struct Prefilter {
+  static constexpr std::string_view kName = "prefilter", kTitle = "prefiltering";
+  static constexpr bool kEffect = true;
+
+  struct Settings {
+    bool prefilter = true;
+    bool operator==(const Settings&) const = default;
+  };
+  static bool On(const Settings& s) { return s.prefilter; }
+  static void Switch(Settings& s, bool on) { s.prefilter = on; }
+  template <typename Table>
+  static void Options(Table& table) {
+    table.Switch("prefilter", &Settings::prefilter, "Oversampled photos are read from their pyramid", "prefilter");
+  }
+
+  class Evidence {
+   public:
+    explicit Evidence(const Settings&) {}
+    void Look(std::span<const NearPhoto> photos) {
+      for (const NearPhoto& p : photos) {
+        photos_ += p.f > 0;
+        oversampled_ += p.ahead && p.pyramid_level > kLevelThatCounts;
+      }
+    }
+    Verdict Decide(const ViewFacts&, Settings&) const {
+      const double oversampled = Share(oversampled_, photos_);
+      return {oversampled >= kShareThatCounts, fmt::format("{:.1f} % of the photos have more than {:.1f} pixels a pixel", 100 * oversampled,
+                                                           std::sqrt(static_cast<double>(kReadWhole)) * std::exp2(kLevelThatCounts))};
+    }
+
+   private:
+    static constexpr double kLevelThatCounts = 0.1;  // of a pyramid: less is no trace
+    long photos_ = 0, oversampled_ = 0;
+  };
+};
+
+}  // namespace measure
 }  // namespace lumi

@@ -1,0 +1,244 @@
+#include "render/radiance/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using S = RadianceSettings;
+
+double Number(std::string_view name, const OptionValue& v) {
+  if (const auto* d = std::get_if<double>(&v)) return *d;
+  const std::string text = Text(v);
+  try {
+    std::size_t used = 0;
+    const double d = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(d)) return d;
+  } catch (const std::exception&) {  // below
+  }
+  throw UsageError(fmt::format("--{} takes a number, not {}", name, text));
+}
+
+int Whole(std::string_view name, const std::string& text, std::string_view takes) {
+  try {
+    std::size_t used = 0;
+    const int i = std::stoi(text, &used);
+    if (used == text.size()) return i;
+  } catch (const std::exception&) {  // below
+  }
+  throw UsageError(fmt::format("--{} takes {}, not {}", name, takes, text));
+}
+
+bool OnOff(std::string_view name, const OptionValue& v) {
+  if (const auto* b = std::get_if<bool>(&v)) return *b;
+  const std::string text = Text(v);
+  if (text == "on" || text == "true") return true;
+  if (text == "off" || text == "false") return false;
+  throw UsageError(fmt::format("--{} takes on or off, not {}", name, text));
+}
+
+// A degree's rounding must not show in a summary: 20 and not 20.000000000000004.
+double Degrees(double rad) { return std::round(rad / kRadiansPerDegree * 1e12) / 1e12; }
+
+// What records and the core fill; fields of a measure's Settings are fields of RadianceSettings.
+class Table {
+ public:
+  explicit Table(std::vector<Option>& options) : options_(options) {}
+  std::string_view measure, title;
+
+  template <typename Base>
+  void Real(std::string_view name, double Base::*field, Range range, std::string_view help, PanelRow row = {}) {
+    Number(name, static_cast<double S::*>(field), range, 1, help, row);
+  }
+  // Degrees outside, radians inside.
+  template <typename Base>
+  void Angle(std::string_view name, double Base::*field, Range range_deg, std::string_view help, PanelRow row = {}) {
+    Number(name, static_cast<double S::*>(field), range_deg, kRadiansPerDegree, help, row);
+  }
+  template <typename Base>
+  void Switch(std::string_view name, bool Base::*field, std::string_view help, const char* label = nullptr) {
+    bool S::*const at = field;
+    Option& o = Add(name, "on|off", help, {label});
+    o.is_switch = name == measure;
+    o.field = at;
+    o.get = [=](const S& s) { return OptionValue(s.*at); };
+    o.set = [=](S& s, const OptionValue& v) { s.*at = OnOff(name, v); };
+  }
+  template <typename Base, typename E>
+  void Choice(std::string_view name, E Base::*field, std::initializer_list<E> values, std::string_view help, const char* label = nullptr) {
+    E S::*const at = field;
+    const std::vector<E> kept(values);
+    std::vector<std::string> names;
+    for (const E e : values) names.emplace_back(Name(e));
+    const std::string all = fmt::format("{}", fmt::join(names, "|"));
+    Option& o = Add(name, all, help, {label});
+    o.is_switch = name == measure;
+    o.choices = names;
+    o.get = [=](const S& s) { return OptionValue(std::string(Name(s.*at))); };
+    o.set = [=](S& s, const OptionValue& v) {
+      const std::string text = Text(v);
+      const auto found = std::find_if(kept.begin(), kept.end(), [&](E e) { return text == Name(e); });
+      if (found == kept.end()) throw UsageError(fmt::format("--{} takes {}; not {}", name, all, text));
+      s.*at = *found;
+    };
+  }
+  // Two numbers with a comma between them.
+  template <typename Base>
+  void Pair(std::string_view name, std::string_view takes, double Base::*first, Range first_range, double Base::*second, Range second_range,
+            std::string_view help, PanelRow row = {}) {
+    double S::*const a = first;
+    double S::*const b = second;
+    Option& o = Add(name, std::string(takes), help, row);
+    o.get = [=](const S& s) { return OptionValue(fmt::format("{:g},{:g}", s.*a, s.*b)); };
+    o.set = [=](S& s, const OptionValue& v) {
+      const std::string text = Text(v);
+      const std::size_t comma = text.find(',');
+      if (comma == std::string::npos) throw UsageError(fmt::format("--{} takes {}, not {}", name, takes, text));
+      s.*a = lumi::Number(name, text.substr(0, comma));
+      s.*b = lumi::Number(name, text.substr(comma + 1));
+    };
+    o.problem = [=](const S& s) {
+      if (!first_range.Holds(s.*a)) return fmt::format("--{} must begin in {}", name, first_range.Text().substr(7));
+      if (!second_range.Holds(s.*b)) return fmt::format("--{} must end above {:g}", name, second_range.low);
+      return std::string();
+    };
+  }
+  template <typename Get, typename Set>
+  void Custom(std::string_view name, std::string_view takes, std::string_view help, Get get, Set set) {
+    Option& o = Add(name, std::string(takes), help, {});
+    o.get = [=](const S& s) { return OptionValue(get(s)); };
+    o.set = [=](S& s, const OptionValue& v) { set(s, Text(v)); };
+  }
+
+ private:
+  Option& Add(std::string_view name, std::string takes, std::string_view help, PanelRow row) {
+    Option& o = options_.emplace_back();
+    o.name = name;
+    o.value = std::move(takes);
+    o.help = help;
+    o.measure = measure;
+    o.measure_title = title;
+    o.row = row;
+    return o;
+  }
+  void Number(std::string_view name, double S::*at, Range range, double unit, std::string_view help, PanelRow row) {
+    Option& o = Add(name, "FLOAT", help, row);
+    o.field = at;
+    o.unit = unit;
+    o.get = [=](const S& s) { return OptionValue(unit == 1 ? s.*at : Degrees(s.*at)); };
+    o.set = [=](S& s, const OptionValue& v) { s.*at = lumi::Number(name, v) * unit; };
+    o.problem = [=](const S& s) {
+      return range.Holds(unit == 1 ? s.*at : Degrees(s.*at)) ? std::string() : fmt::format("--{} must {}", name, range.Text());
+    };
+  }
+  std::vector<Option>& options_;
+};
+
+void AddK(Table& t) {
+  t.Custom("k", "1..16|all", "Photos blended at a ray", [](const S& s) { return s.k == 0 ? "all" : std::to_string(s.k); },
+           [](S& s, const std::string& text) {
+             const std::string takes = fmt::format("1 to {}, or all", kMaxBlend);
+             const int k = text == "all" ? 0 : Whole("k", text, takes);
+             if (text != "all" && (k < 1 || k > kMaxBlend)) throw UsageError(fmt::format("--k takes {}; not {}", takes, text));
+             s.k = k;
+           });
+}
+
+void AddGrid(Table& t) {
+  t.Custom("grid", "WxH|pixel", "Sparse samples of the view, 2 to 4096 a side, or every pixel",
+           [](const S& s) { return s.Sparse() ? fmt::format("{}x{}", s.grid_columns, s.grid_rows) : std::string("pixel"); },
+           [](S& s, const std::string& text) {
+             const std::string_view takes = "WxH with 2 to 4096 samples a side, or pixel";
+             if (text == "pixel") {
+               s.grid_columns = s.grid_rows = 0;
+               return;
+             }
+             const std::size_t x = text.find('x');
+             if (x == std::string::npos) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
+             const int columns = Whole("grid", text.substr(0, x), takes), rows = Whole("grid", text.substr(x + 1), takes);
+             if (std::min(columns, rows) < 2 || std::max(columns, rows) > 4096) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
+             s.grid_columns = columns;
+             s.grid_rows = rows;
+           });
+}
+
+std::vector<Option> MakeOptions() {
+  std::vector<Option> options;
+  Table t(options);
+  t.Choice("similarity", &S::similarity, {Similarity::kIdentity, Similarity::kFull},
+           "Photos weigh each on its own (identity), or as the best linear estimate (full)", "similarity");
+  AddK(t);
+  t.Choice("correlation", &S::correlation, {Correlation::kInverse, Correlation::kFallingLeaves}, "R(h): 1/h, or the falling-leaves image model's",
+           "correlation");
+  AddGrid(t);
+  t.Choice("sampling", &S::sampling, {Sampling::kCandidates, Sampling::kInterpolated},
+           "What a sparse sample gives its pixels: its photos (candidates) or their weights (interpolated)", "sampling");
+  t.Switch("epipoles", &S::epipoles, "Sparse samples also where the view sees a photo's centre", "samples at the photos' centres");
+  t.Choice("sum", &S::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean}, "How the optimum's weights come to sum to 1", "sum");
+  t.Choice("combine", &S::combine, {Combine::kSmooth, Combine::kAdditive}, "How field of view and visibility enter the optimum", "combine");
+  t.Angle("cutoff-deg", &S::cutoff_rad, {0, 180, true}, "The optimum leaves out photos farther from the ray, degrees, (0, 180]",
+          {"cutoff", 1, 180, "%.0f deg"});
+  t.Real("accuracy", &S::accuracy, {0, kAnyNumber.high, true}, "Largest error of the optimum's weights, > 0; below 1e-4 in double precision");
+  t.Angle("r-min-deg", &S::r_min_rad, {0, 90}, "Smallest leaf, degrees, [0, r-max]", {"smallest leaf", 0, 10, "%.3f deg"});
+  t.Angle("r-max-deg", &S::r_max_rad, {0, 90, true}, "Largest leaf, degrees, (0, 90]; the unit of resolution and time penalties is twice this",
+          {"largest leaf", 0.01, 90, "%.2f deg"});
+  MeasureList::ForEach([&]<typename M> {
+    t.measure = M::kName;
+    t.title = M::kTitle;
+    M::Options(t);
+  });
+  const S defaults;
+  for (Option& o : options) o.fallback = Text(o.get(defaults));
+  return options;
+}
+
+}  // namespace
+
+std::string Text(const OptionValue& value) {
+  if (const auto* b = std::get_if<bool>(&value)) return *b ? "on" : "off";
+  if (const auto* d = std::get_if<double>(&value)) {
+    const std::string text = fmt::format("{}", *d);
+    return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;  // as JSON has it
+  }
+  return std::get<std::string>(value);
+}
+
+const std::vector<Option>& Options() {
+  static const std::vector<Option> options = MakeOptions();
+  return options;
+}
+
+const Option* FindOption(std::string_view name) {
+  const auto& all = Options();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Option& o) { return o.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+bool IsOn(const RadianceSettings& settings, std::string_view measure) {
+  bool on = true;
+  ForEachEffect([&]<typename M> {
+    if (M::kName == measure) on = M::On(settings);
+  });
+  return on;
+}
+
+void Decided::Add(const std::string& option) {
+  ForEachEffect([&]<typename M> {
+    if (M::kName == option) measures_.Add<M>();
+  });
+  if (!Has(option)) options_.push_back(option);
+}
+
+bool Decided::Has(std::string_view option) const {
+  bool measure = false;
+  ForEachEffect([&]<typename M> { measure = measure || (M::kName == option && measures_.Has<M>()); });
+  return measure || std::find(options_.begin(), options_.end(), option) != options_.end();
+}
+
+}  // namespace lumi

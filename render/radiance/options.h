@@ -1,0 +1,69 @@
+// The options of the reconstruction as one table: the core's own and, group by group, each measure's. The command line, its help,
+// --settings, summaries, the viewer's panel and Validate follow from it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "render/radiance/settings.h"
+
+namespace lumi {
+
+// A switch is true or false ("on", "off" as text); an angle is in degrees here.
+using OptionValue = std::variant<bool, double, std::string>;
+std::string Text(const OptionValue& value);
+
+struct Option {
+  std::string name;         // without dashes
+  std::string value;        // what it takes: "FLOAT", "off|distance|jacobian" ...
+  std::string help;         // with units and range
+  std::string_view measure, measure_title;  // whose it is: a measure's kName and kTitle, or empty
+  bool is_switch = false;   // of its measure: on/off, or the choice that contains off
+  PanelRow row;
+  std::string fallback;     // default, as text
+  std::function<OptionValue(const RadianceSettings&)> get;
+  // From a value or its text. Throws UsageError naming the option where it does not fit.
+  std::function<void(RadianceSettings&, const OptionValue&)> set;
+  std::function<std::string(const RadianceSettings&)> problem;  // empty, or what is wrong; none: nothing can be
+  // For the panel's widgets: the field itself, and its unit (a slider's value times this).
+  std::variant<std::monostate, bool RadianceSettings::*, double RadianceSettings::*> field;
+  double unit = 1;
+  std::vector<std::string> choices;
+};
+
+// All, in the order of the help.
+const std::vector<Option>& Options();
+// nullptr for a name that is no option.
+const Option* FindOption(std::string_view name);
+
+// Whether a measure is on; the angle always is.
+bool IsOn(const RadianceSettings& settings, std::string_view measure);
+
+// What somebody spoke about: options of this table and, among them, measures; and further options of the program's own.
+class Decided {
+ public:
+  Decided() = default;
+  Decided(std::initializer_list<std::string> options) {
+    for (const std::string& o : options) Add(o);
+  }
+  void Add(const std::string& option);
+  template <typename M>
+  void Add() {
+    measures_.Add<M>();
+  }
+  bool Has(std::string_view option) const;
+  template <typename M>
+  bool Has() const {
+    return measures_.Has<M>();
+  }
+  const std::vector<std::string>& options() const { return options_; }
+
+ private:
+  MeasureSet measures_;
+  std::vector<std::string> options_;
+};
+
+}  // namespace lumi
