@@ -1,7 +1,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render/render_command.h"
+#include "render/commands/render_command.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/tradeoff.h"
 #include "scene/files/atomic_file.h"

@@ -12,8 +12,8 @@
 #include "render/cpu/tessellation_overlay.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse_plan.h"
-#include "render/renderer.h"
-#include "render/visibility_maps.h"
+#include "render/world/renderer.h"
+#include "render/world/visibility_maps.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 

@@ -12,8 +12,8 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/footprint.h"
 #include "render/radiance/measures/resolution.h"
-#include "render/visibility_maps.h"
-#include "render/view_time.h"
+#include "render/world/visibility_maps.h"
+#include "render/time/clock.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "render/per_view.h"
-#include "render/renderer.h"
+#include "render/world/per_view_proxy.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

@@ -21,7 +21,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/radiance/visibility.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

@@ -8,7 +8,7 @@
 
 #include "render/gl/egl_context.h"
 #include "render/gl/gl_lumigraph.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -4,8 +4,8 @@
 
 #include <unordered_map>
 
-#include "render/per_view.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/world/per_view_proxy.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
 #include "render/tradeoff/front.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "render/path/camera_path.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"

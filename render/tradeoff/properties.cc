@@ -11,14 +11,14 @@
 #include <optional>
 #include <random>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/sweep.h"
 #include "render/tradeoff/tradeoff.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"

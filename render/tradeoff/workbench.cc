@@ -5,10 +5,10 @@
 
 #include "render/effects/effects.h"
 #include "render/effects/exposure.h"
-#include "render/holdout.h"
+#include "render/holdout/holdout.h"
 #include "render/settings_json.h"
+#include "render/time/clock.h"
 #include "render/tradeoff/sweep.h"
-#include "render/view_time.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"

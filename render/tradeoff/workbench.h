@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
 #include "scene/program/progress.h"

@@ -13,7 +13,7 @@
 
 #include "render/effects/effects.h"
 #include "render/effects/exposure.h"
-#include "render/output_name.h"
+#include "render/picture/output_name.h"
 #include "render/settings_json.h"
 #include "render/show/proxy_picture.h"
 #include "render/viewer/canvas.h"

@@ -13,13 +13,13 @@
 
 #include "render/effects/effects.h"
 #include "render/path/matrix_path.h"
-#include "render/per_view.h"
 #include "render/viewer/overlay.h"
 #include "render/viewer/picture_texture.h"
 #include "render/viewer/script.h"
 #include "render/viewer/seen.h"
 #include "render/viewer/viewer.h"
 #include "render/viewer/window.h"
+#include "render/world/per_view_proxy.h"
 
 namespace lumi {
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <sstream>
 
-#include "render/view_time.h"
-#include "render/visibility_maps.h"
+#include "render/time/clock.h"
 #include "render/viewer/matrix_player.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 

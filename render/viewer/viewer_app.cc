@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "render/settings_json.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
 #include "render/viewer/canvas.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "render/convert.h"
 #include "render/path/nerfstudio_path.h"
 #include "render/path/path_editing.h"
+#include "render/picture/convert.h"
 #include "render/viewer/canvas.h"
 #include "render/viewer/setting_rules.h"
 #include "render/viewer/viewer_app.h"

@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "render/convert.h"
 #include "render/cpu/layers.h"
 #include "render/cpu/photo_maps.h"
+#include "render/picture/convert.h"
 #include "render/radiance/sparse_plan.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/median.h"

@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 
 #include "render/effects/effects.h"
-#include "render/holdout.h"
-#include "render/renderer.h"
-#include "render/view_time.h"
+#include "render/holdout/holdout.h"
+#include "render/time/clock.h"
+#include "render/world/renderer.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"

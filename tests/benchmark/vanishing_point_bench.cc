@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "render/convert.h"
 #include "render/photos/photo_set.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
-#include "render/renderer.h"
-#include "render/vanishing_point.h"
+#include "render/world/renderer.h"
+#include "render/world/vanishing_point.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "capture.h"
-#include "render/convert.h"
 #include "render/cpu/blend.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "scene/image_difference/image_difference.h"
 
 namespace lumi {

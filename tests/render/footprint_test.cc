@@ -4,10 +4,10 @@
 
 #include <random>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/footprint.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/image_difference/image_difference.h"
 #include "tests/render/oblique_floor.h"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "render/convert.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "render/convert.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
 #include "tests/render/oblique_floor.h"

@@ -1,4 +1,4 @@
-#include "render/holdout.h"
+#include "render/holdout/holdout.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "capture.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -5,9 +5,9 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "render/convert.h"
-#include "render/renderer.h"
-#include "render/view_time.h"
+#include "render/picture/convert.h"
+#include "render/time/clock.h"
+#include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 

@@ -1,4 +1,4 @@
-#include "render/render_command.h"
+#include "render/commands/render_command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

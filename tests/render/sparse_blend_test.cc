@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/parallel.h"
 #include "sparse_test_scene.h"

@@ -22,7 +22,7 @@
 #include "render/viewer/refiner.h"
 #include "render/viewer/script.h"
 #include "render/viewer/setting_rules.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"

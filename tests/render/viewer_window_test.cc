@@ -8,13 +8,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "render/show/measure_map.h"
 #include "render/viewer/navigation.h"
+#include "render/world/renderer.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"

@@ -1,11 +1,11 @@
-#include "render/per_view.h"
+#include "render/world/per_view_proxy.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "render/vanishing_point.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/world/vanishing_point.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 

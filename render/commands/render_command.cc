@@ -1,4 +1,4 @@
-#include "render/render_command.h"
+#include "render/commands/render_command.h"
 
 #include <fmt/format.h>
 
@@ -7,21 +7,21 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
 #include "render/effects/effects.h"
 #include "render/effects/exposure.h"
-#include "render/holdout.h"
-#include "render/output_name.h"
+#include "render/holdout/holdout.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
-#include "render/per_view.h"
+#include "render/picture/convert.h"
+#include "render/picture/output_name.h"
 #include "render/settings_json.h"
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
 #include "render/show/proxy_picture.h"
+#include "render/time/clock.h"
 #include "render/tradeoff/budget.h"
 #include "render/tradeoff/sweep.h"
-#include "render/view_time.h"
+#include "render/world/per_view_proxy.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"

@@ -2,9 +2,9 @@
 #include <chrono>
 #include <cmath>
 
-#include "render/border_fill.h"
-#include "render/convert.h"
-#include "render/per_view.h"
+#include "render/picture/border_fill.h"
+#include "render/picture/convert.h"
+#include "render/world/per_view_proxy.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "render/radiance/sources.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/view_triangulation/view_triangulation.h"
 
 namespace lumi {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/program/progress.h"
 
 namespace lumi {

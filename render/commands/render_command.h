@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/radiance/settings.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/progress.h"
 

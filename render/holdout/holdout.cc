@@ -1,15 +1,15 @@
-#include "render/holdout.h"
+#include "render/holdout/holdout.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
-#include "render/convert.h"
-#include "render/output_name.h"
+#include "render/picture/convert.h"
+#include "render/picture/output_name.h"
 #include "render/radiance/measures/time.h"
-#include "render/vanishing_point.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/world/vanishing_point.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
