@@ -91,10 +91,10 @@ int main(int argc, char** argv) {
   for (const lumi::SettingOption& s : lumi::SettingOptions())
     app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   app.add_option("--settings", settings_file, "JSON object of the reconstruction's options; what stands on the command line wins");
-  std::string window_frames;
+  std::string window_frames, border = "black";
   app.add_option("--window-frames", window_frames, "Photos to either side in time that a picture may use, 0 to 1000, or all; default: 5 along a path of matrices and in videos without a metric, else all");
-  app.add_option("--border", o.border, "Pixels that no photo of the window sees: black (a hole), or fill: from photos farther away in time, the rest smoothly")->check(CLI::IsMember({"black", "fill"}))->capture_default_str();
-  app.add_option("--fill-frames", o.fill_frames, "With --border fill: photos to either side that are asked")->check(CLI::Range(1, 1000))->capture_default_str();
+  app.add_option("--border", border, "Pixels that no photo of the window sees: black (a hole), or fill: from photos farther away in time, the rest smoothly")->check(CLI::IsMember({"black", "fill"}))->capture_default_str();
+  app.add_option("--fill-frames", o.border.reach, "With --border fill: photos to either side that are asked")->check(CLI::Range(1, 1000))->capture_default_str();
   app.add_option("--nominal-focal-px", o.nominal_focal_px, "Focal length that turns vanishing points into angles where the scene has no metric, > 0, pixels of the picture; default: 1.2 x its longer side")->check(CLI::PositiveNumber);
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
 
@@ -123,6 +123,7 @@ int main(int argc, char** argv) {
   tradeoff->add_option("--view", m.view, "With --ablation: this photo's camera, without the photo; default: the first held-out one");
   tradeoff->add_option("--path", m.path, "The first frame of this camera path: what --ablation shows, or where figure-5-4.svg measures; default: held-out views");
   CLI::App* properties_command = measuring("properties", "A figure for each of the nine properties of Table 3.2");
+  std::string rendered;  // for people
   return program.Run(
       argc, argv,
       [&] {
@@ -142,6 +143,7 @@ int main(int argc, char** argv) {
         }
         for (const std::string name : {"format", "fold", "seconds", "fps", "fill-frames"})
           if (app.get_option("--" + name)->count() > 0) o.decided.insert(name);
+        o.border.fill = border == "fill";
         properties = properties || properties_command->parsed();
         if (tradeoff->parsed() || properties) {
           if (*budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
@@ -161,10 +163,12 @@ int main(int argc, char** argv) {
         }
         if (o.scene.empty()) throw lumi::UsageError("a scene is wanted", "see lumi-render --help");
         if (*budget) o.budget_ms = budget_ms;
-        return lumi::RunRender(o, program.progress());
+        const lumi::RenderSummary summary = lumi::RunRender(o, program.progress());
+        rendered = lumi::Describe(summary);
+        return lumi::JsonText(summary);
       },
       [&](const std::string& json) {
         if (time_windows) return lumi::DescribeTimeWindows(json);
-        return properties ? lumi::DescribeProperties(json) : ablation ? lumi::DescribeAblation(json) : tradeoff->parsed() ? lumi::DescribeTradeoff(json) : lumi::DescribeRender(json);
+        return properties ? lumi::DescribeProperties(json) : ablation ? lumi::DescribeAblation(json) : tradeoff->parsed() ? lumi::DescribeTradeoff(json) : rendered;
       });
 }

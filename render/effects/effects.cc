@@ -226,7 +226,7 @@ static EffectChoice Choose(const Scene& scene, const Evidence& e, const Radiance
       effect.evidence = fmt::format("{:.1f} % of the photos have more than {:.1f} pixels a pixel", 100 * oversampled, std::sqrt(static_cast<double>(kReadWhole)) * std::exp2(kLevelThatCounts));
     }
     if (decided.count(name) > 0)
-      effect.evidence = "asked for by an option; " + effect.evidence;
+      effect.decided_by = "asked for by an option";
     else
       SwitchEffect(choice.settings, name, on);
     effect.on = IsOn(choice.settings, name);

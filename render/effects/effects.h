@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "render/world/per_view_proxy.h"
 #include "render/world/renderer.h"
 
 namespace lumi {
@@ -16,8 +15,11 @@ struct Effect {
   std::string name;       // fov, resolution, visibility, time, exposure, prefilter
   bool on = false;
   std::string evidence;   // a line for people
+  std::string decided_by; // what decided instead of the evidence, for people; empty: nothing did
   double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off
 };
+
+inline std::string Reason(const Effect& e) { return e.decided_by.empty() ? e.evidence : e.decided_by + "; " + e.evidence; }
 
 struct EffectChoice {
   RadianceSettings settings;

@@ -294,8 +294,8 @@ class Properties {
 
   Json Correspondence() {
     const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
-    const auto with_plane = MakeCpuRenderer(scene(), plane, bench_.photos()),
-               with_infinity = MakeCpuRenderer(scene(), infinity, bench_.photos());
+    const auto with_plane = bench_.lumigraph().NewRenderer(MakeCpuRenderer, plane),
+               with_infinity = bench_.lumigraph().NewRenderer(MakeCpuRenderer, infinity);
     return {{"proxy_psnr_db", HeldOutPsnr(bench_.Cpu(proxy_), settings_)},
             {"plane_psnr_db", HeldOutPsnr(*with_plane, settings_)},
             {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
@@ -356,7 +356,7 @@ class Properties {
   Json Epipoles() {
     std::vector<Photo> photos(scene().views.size());
     for (Photo& p : photos) p.levels = {Image8(1, 1, 3, 0)};
-    const auto renderer = MakeCpuRenderer(scene(), bench_.mesh(proxy_), photos);  // reads the photos at every frame
+    const auto renderer = MakeCpuRenderer(WorldOf(scene(), bench_.mesh(proxy_)), photos);  // reads the photos at every frame
     RadianceSettings pixel = settings_;
     pixel.resolution = Resolution::kOff;
     pixel.time = false;

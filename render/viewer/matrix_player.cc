@@ -11,8 +11,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "render/effects/effects.h"
-#include "render/effects/exposure.h"
 #include "render/picture/output_name.h"
 #include "render/settings_json.h"
 #include "render/show/proxy_picture.h"
@@ -34,56 +32,18 @@ constexpr const char* kOffThePath = "this scene has no metric: it is seen along 
 
 }  // namespace
 
-bool PlaysMatrices(const ViewerOptions& options, const Scene& scene) {
-  return scene.frame != Frame::kMetric || (!options.path.empty() && IsMatrixPath(options.path));
-}
-
-void OpenMatrices(const ViewerOptions& options, ProgressSink& progress, OpenedMatrices& o) {
-  const std::string frame(Name(o.scene.frame));
-  if (!options.proxy.empty() && options.proxy != kPerViewProxy)
-    throw UsageError("a path of matrices is shown with each view's own proxy, not with " + options.proxy, "use --proxy per-view");
-  if (options.budget_ms > 0 || options.refine) throw UsageError("--budget-ms and --refine are of a camera that is steered; a path of matrices plays by itself");
-  if (options.phase) throw UsageError("--phase does not go with a path of matrices: each of its frames has its moment");
-  o.path = options.path.empty() ? MatrixPathOfPhotos(o.scene, 30) : IsMatrixPath(options.path) ? ReadMatrixPath(options.path) : MatrixPath();
-  if (o.path.keys.empty())
-    throw DataError(fmt::format("{} is a path of poses, which a {} scene does not have", options.path.generic_string(), frame), "a path of projection matrices comes from lumi-stabilize", options.scene);
-  o.settings = options.settings;
-  std::set<std::string> decided = options.decided;
-  ApplyEffectList(options.effects, o.settings, decided);
-  if (decided.count("visibility") > 0 && o.settings.visibility && options.decided.count("visibility") > 0)
-    throw UsageError("each view's own proxy hides nothing: --visibility does not go with it");
-  o.settings.visibility = false;
-  decided.insert("visibility");
-  if (o.scene.frame != Frame::kMetric && options.decided.count("resolution") > 0 && o.settings.resolution == Resolution::kDistance)
-    throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame), "use --resolution jacobian");
-  o.reach = TakeWindow(o.scene, {}, true, decided, o.settings);
-  o.proxy.emplace(o.scene);
-  double spread = 1;
-  if (decided.count("exposure") == 0 || o.settings.exposure) {
-    const Exposures exposures = EstimateExposures(o.scene, progress);
-    if (exposures.Differ()) spread = exposures.spread;
-    for (std::size_t i = 0; i < o.scene.views.size(); ++i) o.scene.views[i].gain = exposures.gain[i];
-  }
-  o.frames = MatrixViews(o.scene, o.path, o.path.width_px, o.path.height_px);
-  progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
-  o.effects = ChooseEffects(o.scene, o.frames, [&](const RenderView& view) { return o.proxy->For(view, o.reach); }, o.settings, decided, spread);
-  o.settings = o.effects.settings;
-  if (o.scene.frame != Frame::kMetric && o.settings.resolution == Resolution::kDistance) o.settings.resolution = Resolution::kJacobian;
-}
-
-MatrixPlayer::MatrixPlayer(const ViewerOptions& options, Window& window, OpenedMatrices& opened, std::vector<ScriptStep> script)
-    : options_(options),
-      window_(window),
+MatrixPlayer::MatrixPlayer(const ViewerOptions& options, Window& window, const Opened& opened, std::vector<ScriptStep> script)
+    : window_(window),
       opened_(opened),
-      renderer_(MakePerViewRenderer(opened.scene, *opened.proxy, MakeGlRendererHere, opened.reach)),
-      settings_(opened.settings),
+      renderer_(opened.lumigraph.NewRenderer(MakeGlRendererHere)),
+      settings_(opened.lumigraph.settings()),
       panel_(options.show_ui),
       script_(script.begin(), script.end()),
       scripted_(!script.empty()) {
   if (options.view.empty()) return;
-  const std::string& name = opened_.scene.views[static_cast<std::size_t>(FindView(opened_.scene, options.view))].name;
-  for (std::size_t i = 0; i < opened_.path.keys.size(); ++i)
-    if (opened_.path.keys[i].view == name) frame_ = static_cast<int>(i);
+  const std::string& name = opened_.lumigraph.scene().views[static_cast<std::size_t>(FindView(opened_.lumigraph.scene(), options.view))].name;
+  for (std::size_t i = 0; i < opened_.matrices->keys.size(); ++i)
+    if (opened_.matrices->keys[i].view == name) frame_ = static_cast<int>(i);
 }
 
 void MatrixPlayer::Say(const std::string& message) {
@@ -126,7 +86,7 @@ void MatrixPlayer::Play() {
 }
 
 Eigen::Vector2i MatrixPlayer::PictureSize() const {
-  const Eigen::Vector2d window = window_.FramebufferSize().cwiseMax(1).cast<double>(), path(opened_.path.width_px, opened_.path.height_px);
+  const Eigen::Vector2d window = window_.FramebufferSize().cwiseMax(1).cast<double>(), path(opened_.matrices->width_px, opened_.matrices->height_px);
   return (path * window.cwiseQuotient(path).minCoeff()).array().round().max(1).cast<int>();
 }
 
@@ -140,20 +100,19 @@ void MatrixPlayer::Paint() {
   const Eigen::Vector2i size = (scale * PictureSize().cast<double>()).cast<int>().cwiseMax(1);
   RenderRequest request;
   request.view = opened_.frames[static_cast<std::size_t>(frame_)];
-  request.view.P.row(0) *= static_cast<double>(size.x()) / opened_.path.width_px;
-  request.view.P.row(1) *= static_cast<double>(size.y()) / opened_.path.height_px;
+  request.view.P.row(0) *= static_cast<double>(size.x()) / opened_.matrices->width_px;
+  request.view.P.row(1) *= static_cast<double>(size.y()) / opened_.matrices->height_px;
   request.view.size_px = size;
-  request.settings = settings_;
-  if (request.view.time_s) request.settings.time_s = *request.view.time_s;
+  request.settings = opened_.lumigraph.At(request.view, settings_);
   request.show = seen_.show == Show::kTessellation && !settings_.Sparse() ? Show::kColor : seen_.show;
   ImageF image;
   try {
     if (const std::string problem = Validate(settings_); !problem.empty()) throw UsageError(problem);
     if (seen_.flat) {
-      const PictureWorld world = opened_.proxy->For(request.view, opened_.reach);
+      const PictureWorld world = opened_.lumigraph.For(request.view);
       image = DrawProxy(world.sources, world.proxy, world.view);
     } else if (seen_.measure) {
-      image = RenderMeasureMap(opened_.proxy->For(request.view, opened_.reach), request, *seen_.measure, -1).image;
+      image = opened_.lumigraph.MapOf(request, *seen_.measure, -1).image;
     } else {
       image = renderer_->Render(request);
     }
@@ -182,7 +141,7 @@ void MatrixPlayer::DrawUi() {
     ImGui::SetNextWindowSize({std::min(25 * unit, size.x), 0}, ImGuiCond_Always);
     ImGui::Begin("path of matrices", nullptr, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
     ImGui::PushItemWidth(-8.5F * unit);
-    ImGui::TextUnformatted(fmt::format("{} scene, {} photos, {:.0f} ms a picture", Name(opened_.scene.frame), opened_.scene.views.size(), picture_ms_).c_str());
+    ImGui::TextUnformatted(fmt::format("{} scene, {} photos, {:.0f} ms a picture", Name(opened_.lumigraph.scene().frame), opened_.lumigraph.scene().views.size(), picture_ms_).c_str());
     if (ImGui::Button(playing_since_ ? "stop" : "play", {5 * unit, 0})) {
       if (playing_since_)
         playing_since_.reset();
@@ -192,7 +151,7 @@ void MatrixPlayer::DrawUi() {
     ImGui::SameLine();
     int frame = frame_;
     if (ImGui::SliderInt("frame", &frame, 0, static_cast<int>(opened_.frames.size()) - 1)) Go(frame);
-    if (const std::string& view = opened_.path.keys[static_cast<std::size_t>(frame_)].view; !view.empty()) ImGui::TextUnformatted(view.c_str());
+    if (const std::string& view = opened_.matrices->keys[static_cast<std::size_t>(frame_)].view; !view.empty()) ImGui::TextUnformatted(view.c_str());
     if (ImGui::BeginCombo("shown", std::string(NameOf(seen_)).c_str())) {
       for (const SeenName& s : SeenNames())
         if (ImGui::Selectable(std::string(s.name).c_str(), s.seen == seen_)) seen_ = s.seen;
@@ -247,8 +206,8 @@ void MatrixPlayer::RunScript() {
         break;
       case ScriptVerb::kKeyJump: Go(static_cast<int>(s.numbers[0])); break;
       case ScriptVerb::kJump: {
-        const std::string& name = opened_.scene.views[static_cast<std::size_t>(FindView(opened_.scene, s.word))].name;
-        const auto& keys = opened_.path.keys;
+        const std::string& name = opened_.lumigraph.scene().views[static_cast<std::size_t>(FindView(opened_.lumigraph.scene(), s.word))].name;
+        const auto& keys = opened_.matrices->keys;
         const auto found = std::find_if(keys.begin(), keys.end(), [&](const MatrixKey& k) { return k.view == name; });
         if (found == keys.end()) throw UsageError("no frame of the path is of the photo " + name);
         Go(static_cast<int>(found - keys.begin()));
@@ -278,7 +237,7 @@ nlohmann::json MatrixPlayer::Run() {
     Steer(window_.Take());
     if (playing_since_) {
       const int end = static_cast<int>(opened_.frames.size()) - 1;
-      const int due = playing_from_ + static_cast<int>(SecondsSince(*playing_since_) * opened_.path.fps);
+      const int due = playing_from_ + static_cast<int>(SecondsSince(*playing_since_) * opened_.matrices->fps);
       if (due != frame_) ++played_;
       frame_ = std::min(due, end);
       if (due >= end) playing_since_.reset();
@@ -303,15 +262,15 @@ nlohmann::json MatrixPlayer::Run() {
   std::sort(frame_ms_.begin(), frame_ms_.end());
   j["frames"] = frames;
   j["median_frame_ms"] = frame_ms_.empty() ? 0.0 : frame_ms_[frame_ms_.size() / 2];
-  j["frame"] = Name(opened_.scene.frame);
-  j["keys"] = opened_.path.keys.size();
+  j["frame"] = Name(opened_.lumigraph.scene().frame);
+  j["keys"] = opened_.matrices->keys.size();
   j["played"] = played_;
   j["proxy"] = kPerViewProxy;
   j["device"] = renderer_->Device();
   j["screenshots"] = screenshots_;
   j["settings"] = ToJson(settings_);
   j["effects"] = nlohmann::json::array();
-  for (const Effect& e : opened_.effects.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});
+  for (const Effect& e : opened_.lumigraph.effects()) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", Reason(e)}});
   return j;
 }
 

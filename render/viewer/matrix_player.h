@@ -23,25 +23,9 @@
 
 namespace lumi {
 
-// Whether the scene is shown by MatrixPlayer: it has no metric, or the path is one of matrices.
-bool PlaysMatrices(const ViewerOptions& options, const Scene& scene);
-
-// A scene and what its pictures are made of; made on the opening thread.
-struct OpenedMatrices {
-  Scene scene;
-  MatrixPath path;
-  std::vector<RenderView> frames;   // at the path's size
-  std::optional<PerViewProxy> proxy;
-  RadianceSettings settings;
-  EffectChoice effects;
-  int reach = -1;
-};
-// Fills all but the scene, which is there. Throws UsageError, DataError, InputError.
-void OpenMatrices(const ViewerOptions& options, ProgressSink& progress, OpenedMatrices& opened);
-
 class MatrixPlayer {
  public:
-  MatrixPlayer(const ViewerOptions& options, Window& window, OpenedMatrices& opened, std::vector<ScriptStep> script);
+  MatrixPlayer(const ViewerOptions& options, Window& window, const Opened& opened, std::vector<ScriptStep> script);
   nlohmann::json Run();
 
  private:
@@ -57,10 +41,9 @@ class MatrixPlayer {
   // What is drawn: a picture of the path's aspect that fits the window.
   Eigen::Vector2i PictureSize() const;
 
-  const ViewerOptions& options_;
   Window& window_;
-  OpenedMatrices& opened_;
-  std::unique_ptr<PerViewRenderer> renderer_;
+  const Opened& opened_;
+  std::unique_ptr<Renderer> renderer_;
   Overlay overlay_;
   PictureTexture picture_;
   RadianceSettings settings_;

@@ -15,6 +15,7 @@ namespace lumi {
 
 std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
+  if (options.phase && options.decided.contains("time-s")) throw UsageError("--phase and --time-s do not go together");
   std::vector<ScriptStep> script = ParseScript(options.script);
   if (!options.screenshot.empty()) {
     if (!HasImageExtension(options.screenshot))
@@ -49,13 +50,13 @@ std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
     window.Swap();
   }
   try {
-    Opened opened = future.get();
+    const std::unique_ptr<Opened> opened = future.get();
     const double opened_s = SecondsSince(start);
-    if (opened.matrices) {
-      MatrixPlayer player(options, window, *opened.matrices, std::move(script));
+    if (opened->matrices) {
+      MatrixPlayer player(options, window, *opened, std::move(script));
       j = player.Run();
     } else {
-      Viewer viewer(options, window, opened, progress, std::move(script));
+      Viewer viewer(options, window, *opened, progress, std::move(script));
       j = viewer.Run();
     }
     j["seconds_to_open"] = opened_s;

@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "render/settings_json.h"
-#include "render/time/clock.h"
 #include "render/viewer/canvas.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -29,38 +28,32 @@ constexpr double kSmoothing = 0.1;           // of times that are shown
 Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, std::vector<ScriptStep> script)
     : options_(options),
       window_(window),
-      scene_(opened.scene),
+      lumigraph_(opened.lumigraph),
+      scene_(lumigraph_.scene()),
       progress_(progress),
       budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
-      lumigraph_(scene_, budget_.sizes_px),
-      painter_(lumigraph_, PainterOptions{}),
+      gl_(MakeSources(scene_), budget_.sizes_px),
+      painter_(gl_, PainterOptions{}),
       home_(StateOfView(scene_, StartView())),
       navigator_(home_, scene_.up, 1.0 / scene_.normalized_from_world.scale),
       loader_(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
       effects_(opened.effects),
       decided_(options.decided),
       small_photos_(scene_.views.size()),
-      motion_probe_(lumigraph_),
+      motion_probe_(gl_),
       photos_(std::make_shared<std::vector<Photo>>(scene_.views.size())),
       path_(opened.path),
-      probe_(scene_, lumigraph_),
+      probe_(scene_, gl_),
       script_(script.begin(), script.end()),
       scripted_(!script.empty()) {
   RadianceSettings& s = settings_.radiance;
-  s = options.settings;
-  TakeClock(scene_, decided_.count("time-window-s") > 0, s);
+  s = lumigraph_.settings();
   std::vector<double> times;
   for (const View& v : scene_.views)
     if (v.time_s) times.push_back(*v.time_s);
   if (!times.empty()) facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
   facts_.period_s = s.period_s;
-  if (!times.empty() && decided_.count("time-s") == 0) s.time_s = facts_.times.first;
-  if (options.phase) {
-    if (!(s.period_s > 0)) throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", options.scene);
-    if (decided_.count("time-s") > 0) throw UsageError("--phase and --time-s do not go together");
-    s.time_s = *options.phase * s.period_s;
-  }
-  ApplyEffectList(options.effects, effects_, decided_, s);
+  if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
   // Who names a moment wants to see it.
   if (!times.empty() && options.effects == "auto" && (options.phase || decided_.count("time-s") > 0)) s.time = true;
   settings_.panel = options.show_ui;
@@ -166,7 +159,7 @@ void Viewer::Compose() {
   if (painter_.empty()) return overlay_.PresentNothing(size_px_);
   const RenderView view = Normalized(MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world);
   if (settings_.seen.flat) {
-    flat_.Draw(view, lumigraph_);
+    flat_.Draw(view, gl_);
     overlay_.Present(flat_, size_px_);
   } else if (settings_.seen.measure && !heat_.empty()) {
     overlay_.Present(heat_, size_px_);
@@ -178,7 +171,7 @@ void Viewer::Compose() {
   const bool with_path = settings_.path && !path_.keys.empty() && !playing_s_;
   if (!settings_.frusta && !settings_.mesh && !with_path) return;
   const Overlay::Eye eye{view, &painter_.shown(), painter_.shown_size_px(), size_px_};
-  if (settings_.mesh) overlay_.ProxyEdges(eye, lumigraph_);
+  if (settings_.mesh) overlay_.ProxyEdges(eye, gl_);
   if (with_path) DrawPath(eye);
   if (settings_.frusta) {
     std::vector<Eigen::Vector4f> colors;
@@ -186,10 +179,10 @@ void Viewer::Compose() {
       const Eigen::Vector3f c = SourceColor(static_cast<int>(j));
       const bool nearest = static_cast<int>(j) == facts_.nearest_photo;
       colors.emplace_back(nearest ? Eigen::Vector4f(1, 1, 1, 1)
-                                  : Eigen::Vector4f(c.x(), c.y(), c.z(), lumigraph_.Has({static_cast<int>(j)}) ? 0.9F : 0.3F));
+                                  : Eigen::Vector4f(c.x(), c.y(), c.z(), gl_.Has({static_cast<int>(j)}) ? 0.9F : 0.3F));
     }
     constexpr double kFrustumDepth = 0.08;  // normalised: the scene's size is about 1
-    overlay_.Frusta(eye, lumigraph_.sources(), colors, kFrustumDepth);
+    overlay_.Frusta(eye, gl_.sources(), colors, kFrustumDepth);
   }
 }
 
@@ -239,7 +232,7 @@ nlohmann::json Viewer::Run() {
     if (Clock::now() > message_until_) facts_.message.clear();
     facts_.nearest_photo = NearestView(scene_, navigator_.state());
     if (painter_.complete() && painter_.painted()) {
-      facts_.plan_ms = lumigraph_.statistics().plan_ms;
+      facts_.plan_ms = gl_.statistics().plan_ms;
       // Smoothed over pictures of the same settings.
       const bool others = !(cost_settings_ == accepted_);
       cost_settings_ = accepted_;

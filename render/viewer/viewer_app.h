@@ -163,10 +163,11 @@ class Viewer {
 
   const ViewerOptions& options_;
   Window& window_;
-  Scene& scene_;
+  Lumigraph& lumigraph_;
+  const Scene& scene_;
   ProgressSink& progress_;
   PhotoBudget budget_;
-  GlLumigraph lumigraph_;
+  GlLumigraph gl_;
   FramePainter painter_;
   Overlay overlay_;
   ViewState home_;

@@ -17,7 +17,7 @@ constexpr int kExposureSide = 256;           // of the photos whose exposures ar
 }  // namespace
 
 void Viewer::SetProxy(PreparedProxy proxy) {
-  lumigraph_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
+  gl_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
   proxy_tracer_ = std::move(proxy.tracer);
   facts_.proxy = proxy.name;
   facts_.faces = static_cast<int>(proxy.mesh.faces.size());
@@ -44,8 +44,8 @@ void Viewer::TakeExposures() {
   if (!exposing_.valid() || exposing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   const Exposures found = exposing_.get();
   facts_.effects_open = false;
-  for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = found.gain[i];
-  lumigraph_.SetGains(found.gain);
+  lumigraph_.SetExposures(found);
+  gl_.SetGains(found.gain);
   for (Effect& e : effects_.effects)
     if (e.name == "exposure") {
       e.on = found.Differ();
@@ -71,7 +71,7 @@ void Viewer::TakePhotos() {
       Say(loaded->error);
       continue;
     }
-    lumigraph_.Upload(loaded->view, loaded->photo);
+    gl_.Upload(loaded->view, loaded->photo);
     KeepForExposure(loaded->view, loaded->photo);
     if (settings_.Refines())
       (*photos_)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
@@ -81,8 +81,8 @@ void Viewer::TakePhotos() {
   }
   if (facts_.photos_failed == facts_.photos_total)
     throw InputError(scene_.image_folder, "none of the photos could be read: " + facts_.message);
-  facts_.photos_loaded = lumigraph_.photo_count();
-  facts_.photo_mb = static_cast<double>(lumigraph_.photo_bytes()) / kMb;
+  facts_.photos_loaded = gl_.photo_count();
+  facts_.photo_mb = static_cast<double>(gl_.photo_bytes()) / kMb;
   if (new_photos_ && (loader_.outstanding() == 0 || SecondsSince(last_refresh_) > kLoadedRefresh_s)) {
     ++generation_;
     new_photos_ = false;
@@ -93,7 +93,7 @@ void Viewer::TakePhotos() {
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || proxy_loading_.valid()) return;
   proxy_loading_ =
-      std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
+      std::async(std::launch::async, [this, name, sources = gl_.sources()] { return PrepareProxy(name, LoadProxy(scene_, name), sources); });
 }
 
 void Viewer::TakeProxy() {

@@ -27,7 +27,7 @@ std::optional<Eigen::Vector3d> Viewer::PointAt(double x_px, double y_px) const {
   const Eigen::Vector2d scale = painter_.shown_size_px().cast<double>().cwiseQuotient(size_px_.cast<double>());
   const int x = std::clamp(static_cast<int>(x_px * scale.x()), 0, painter_.shown_size_px().x() - 1);
   const int y = std::clamp(static_cast<int>(y_px * scale.y()), 0, painter_.shown_size_px().y() - 1);
-  const double depth = static_cast<double>(lumigraph_.ReadDepth(painter_.shown(), x, y));
+  const double depth = static_cast<double>(gl_.ReadDepth(painter_.shown(), x, y));
   if (!(depth > 0)) return std::nullopt;
   const RenderView view = MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y());
   const Eigen::Matrix3d M = view.P.leftCols<3>();

@@ -169,7 +169,7 @@ std::filesystem::path Viewer::VideoName() const {
 void Viewer::StartRecording(const std::filesystem::path& wanted) {
   if (path_recording_ || live_recording_) throw UsageError("a recording is going on");
   if (path_.keys.size() < 2) throw UsageError("a path to record has two keys or more");
-  auto r = std::make_unique<PathRecording>(PathRecording{nullptr, StripPainter(lumigraph_), path_, Request({1, 1}, accepted_), {}, 0});
+  auto r = std::make_unique<PathRecording>(PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, accepted_), {}, 0});
   r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(), path_.height_px > 0 ? path_.height_px : size_px_.y()};
   r->recorder = std::make_unique<Recorder>(wanted, path_.fps);
   facts_.recording_to = wanted.string();

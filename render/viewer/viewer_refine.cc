@@ -69,7 +69,7 @@ void Viewer::StepRefinement(bool changed, bool moving) {
   }
   if (wanted && RefinementOpen() && !refiner_.busy() && KeepPhotos() && painter_.complete() && motion_.ToProbe() == nullptr &&
       SecondsSince(resting_since_) >= kRest_s)
-    refiner_.Start({*wanted, lumigraph_.sources(), proxy_tracer_, lumigraph_.visibility(), photos_});
+    refiner_.Start({*wanted, gl_.sources(), proxy_tracer_, gl_.visibility(), photos_});
   facts_.refined = !refined_.empty();
   facts_.refining = refiner_.busy();
   facts_.refined_fraction = refiner_.fraction();
@@ -85,7 +85,7 @@ bool Viewer::KeepPhotos() {
     photos_reader_ = std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
   }
   while (auto loaded = photos_reader_->Take())
-    if (lumigraph_.Has(loaded->view)) (*photos_)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
+    if (gl_.Has(loaded->view)) (*photos_)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
   if (photos_reader_->outstanding() > 0) return false;
   photos_reader_.reset();
   photos_missing_ = false;

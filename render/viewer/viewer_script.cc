@@ -65,7 +65,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       break;
     case ScriptVerb::kEffects:
       if (!Settled()) return false;  // the data's word comes first
-      ApplyEffectList(s.word, effects_, {}, radiance);
+      SetEffects(s.word, effects_, radiance);
       break;
     case ScriptVerb::kShow:
       settings_.seen = *SeenFromName(s.word);

@@ -42,7 +42,7 @@ void Viewer::StepHeatMap() {
   heat_begun_ = Clock::now();
   heat_wanted_ = wanted;
   heat_wanted_generation_ = generation_;
-  heat_drawing_ = std::async(std::launch::async, [wanted, sources = lumigraph_.sources(), tracer = proxy_tracer_, maps = lumigraph_.visibility()] {
+  heat_drawing_ = std::async(std::launch::async, [wanted, sources = gl_.sources(), tracer = proxy_tracer_, maps = gl_.visibility()] {
     return RenderMeasureMap(sources, *tracer, maps ? *maps : VisibilityMaps(), wanted.request, wanted.measure, -1);
   });
 }

@@ -64,7 +64,7 @@ TEST(Footprint, IsFiniteEdgeOn) {
 
 TEST(Prefilter, AnObliquePlaneIsNotAliased) {
   const test::ObliqueFloor f;
-  const auto renderer = MakeCpuRenderer(f.c.scene, f.c.proxy, f.c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(f.c.scene, f.c.proxy), f.c.photos);
   RenderRequest request;
   request.settings.k = 1;
   request.settings.field_of_view = false;  // no border fades: the photos alone are looked at

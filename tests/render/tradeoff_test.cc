@@ -357,9 +357,6 @@ class FakeRenderer : public Renderer {
     if (!r.settings.Sparse()) std::this_thread::sleep_for(std::chrono::milliseconds(60));
     return ImageF(4, 3, 4);
   }
-  void ReplaceProxy(const Mesh&) override {}
-  void ReplaceCameras(const Sources&) override {}
-  void PhotoReplaced(ViewId, int) override {}
   std::string Device() const override { return "fake"; }
 };
 

@@ -402,7 +402,7 @@ class Refining : public testing::Test {
     r.request.settings.accuracy = 1e-6;
     return r;
   }
-  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(r.request); }
+  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(r.request); }
   static std::optional<RefinedPicture> Finished(Refiner& refiner) {
     for (const auto start = std::chrono::steady_clock::now(); SecondsSince(start) < kPatience_s;) {
       if (auto picture = refiner.Take()) return picture;
