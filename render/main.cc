@@ -4,6 +4,7 @@
 
 #include "render/commands/render_command.h"
 #include "render/settings_json.h"
+#include "render/tradeoff/properties.h"
 #include "render/tradeoff/tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/main_program.h"
@@ -155,9 +156,9 @@ void Read(const CLI::App& app, Line& line) {
   line.properties = line.properties || line.properties_command->parsed();
 }
 
-std::string Measure(Line& line, lumi::ProgressSink& sink) {
+lumi::MeasureOptions Measuring(const Line& line) {
   const lumi::RenderOptions& o = line.render;
-  lumi::MeasureOptions& m = line.measure;
+  lumi::MeasureOptions m = line.measure;
   if (*line.budget) throw lumi::UsageError("--budget-ms goes with rendering, not with measuring");
   if (o.phase) throw lumi::UsageError("--phase goes with rendering, not with measuring: --time-s");
   if (!line.ablation && !m.view.empty()) throw lumi::UsageError("tradeoff's --view goes with --ablation");
@@ -170,13 +171,7 @@ std::string Measure(Line& line, lumi::ProgressSink& sink) {
   m.effects = o.effects;
   m.decided = o.decided;
   m.rescale_cameras = o.rescale_cameras;
-  if (line.time_windows) return lumi::RunTimeWindows(m, sink);
-  return line.properties ? lumi::RunProperties(m, sink) : line.ablation ? lumi::RunAblation(m, sink) : lumi::RunTradeoff(m, sink);
-}
-
-std::string DescribeMeasured(const Line& line, const std::string& json) {
-  if (line.time_windows) return lumi::DescribeTimeWindows(json);
-  return line.properties ? lumi::DescribeProperties(json) : line.ablation ? lumi::DescribeAblation(json) : lumi::DescribeTradeoff(json);
+  return m;
 }
 
 }  // namespace
@@ -186,16 +181,28 @@ int main(int argc, char** argv) {
   Line line;
   AddRendering(program.app(), line);
   AddMeasuring(program.app(), line);
-  std::optional<lumi::RenderSummary> rendered;
+  std::string text;  // for people
   return program.Run(
       argc, argv,
       [&] {
         Read(program.app(), line);
-        if (line.tradeoff->parsed() || line.properties) return Measure(line, program.progress());
+        if (line.properties) {
+          const lumi::PropertiesSummary properties = lumi::RunProperties(Measuring(line), program.progress());
+          text = lumi::Describe(properties);
+          return ToJson(properties).dump();
+        }
+        if (line.time_windows) return lumi::RunTimeWindows(Measuring(line), program.progress());
+        if (line.ablation) return lumi::RunAblation(Measuring(line), program.progress());
+        if (line.tradeoff->parsed()) return lumi::RunTradeoff(Measuring(line), program.progress());
         if (line.render.scene.empty()) throw lumi::UsageError("a scene is wanted", "see lumi-render --help");
         if (*line.budget) line.render.budget_ms = line.budget_ms;
-        rendered = lumi::RunRender(line.render, program.progress());
-        return lumi::JsonText(*rendered);
+        const lumi::RenderSummary rendered = lumi::RunRender(line.render, program.progress());
+        text = lumi::Describe(rendered);
+        return lumi::JsonText(rendered);
       },
-      [&](const std::string& json) { return rendered ? lumi::Describe(*rendered) : DescribeMeasured(line, json); });
+      [&](const std::string& json) {
+        if (line.time_windows) return lumi::DescribeTimeWindows(json);
+        if (line.ablation) return lumi::DescribeAblation(json);
+        return text.empty() ? lumi::DescribeTradeoff(json) : text;
+      });
 }

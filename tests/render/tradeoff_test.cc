@@ -1,3 +1,4 @@
+#include "render/tradeoff/properties.h"
 #include "render/tradeoff/tradeoff.h"
 
 #include <gmock/gmock.h>
@@ -532,7 +533,7 @@ TEST(Ablation, ShowsARowForEachOptimisation) {
 TEST(Properties, EachHasItsFigure) {
   SceneOnDisk d("properties", 13);
   MeasureOptions o = d.Options("out");
-  const Json j = Json::parse(RunProperties(o, SilentProgress()));
+  const Json j = ToJson(RunProperties(o, SilentProgress()));
   ASSERT_EQ(j["properties"].size(), 9u);
   const auto figure = [&](const char* property, const char* key) {
     for (const Json& row : j["properties"])
