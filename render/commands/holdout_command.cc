@@ -8,7 +8,9 @@ Fold FoldOf(const RenderOptions& o) { return o.fold == "choose" ? Fold::kChoose 
 
 }  // namespace
 
-DesiredViews HeldOutWanted(const RenderJob& job) { return LeaveOut(job.scene(), job.options.holdout, FoldOf(job.options), job.options.width_px); }
+DesiredViews HeldOutWanted(const RenderJob& job) {
+  return LeaveOut(job.scene(), job.options.holdout, FoldOf(job.options), job.options.width_px);
+}
 
 void RenderHeldOut(RenderJob& job) {
   HoldoutOptions h;

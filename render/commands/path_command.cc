@@ -33,8 +33,12 @@ double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrice
 std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
   const RenderOptions& o = job.options;
   const double aspect = static_cast<double>(path.height_px) / path.width_px;
-  const int width = o.width_px > 0 ? o.width_px : o.height_px > 0 ? std::max(1, static_cast<int>(std::lround(o.height_px / aspect))) : path.width_px;
-  const int height = o.height_px > 0 ? o.height_px : o.width_px > 0 ? std::max(1, static_cast<int>(std::lround(width * aspect))) : path.height_px;
+  const int width = o.width_px > 0    ? o.width_px
+                    : o.height_px > 0 ? std::max(1, static_cast<int>(std::lround(o.height_px / aspect)))
+                                      : path.width_px;
+  const int height = o.height_px > 0  ? o.height_px
+                     : o.width_px > 0 ? std::max(1, static_cast<int>(std::lround(width * aspect)))
+                                      : path.height_px;
   return MatrixViews(job.scene(), path, width, height);
 }
 
@@ -44,12 +48,14 @@ std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
   int width = o.width_px > 0 ? o.width_px : path.width_px > 0 ? path.width_px : 0;
   int height = o.height_px > 0 ? o.height_px : path.height_px > 0 && o.width_px == 0 ? path.height_px : 0;
   const double aspect = static_cast<double>(first.height_px) / first.width_px;
-  if (width == 0) width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
+  if (width == 0)
+    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
   if (height == 0) height = static_cast<int>(std::lround(width * aspect));
   std::vector<RenderView> views = SamplePath(path, width, height);
   // The path's clock begins at the scene's first moment.
   const std::optional<double> first_time = FirstTime(job.scene());
-  for (RenderView& v : views) v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;
+  for (RenderView& v : views)
+    v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;
   return views;
 }
 
@@ -61,14 +67,16 @@ ImageF Opaque(const Image8& rgb) {
   return image;
 }
 
-// Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied by alpha.
+// Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied
+// by alpha.
 Image8 FrameOnDisk(const std::filesystem::path& file) {
   if (file.extension() == ".exr") return ToRgb8(ReadImageF(file));
   const Image8 rgba = ReadImage8(file, 4);
   Image8 rgb(rgba.width, rgba.height, 3);
   for (int y = 0; y < rgb.height; ++y)
     for (int x = 0; x < rgb.width; ++x)
-      for (int c = 0; c < 3; ++c) rgb.At(x, y, c) = static_cast<std::uint8_t>((rgba.At(x, y, c) * rgba.At(x, y, 3) + 127) / 255);
+      for (int c = 0; c < 3; ++c)
+        rgb.At(x, y, c) = static_cast<std::uint8_t>((rgba.At(x, y, c) * rgba.At(x, y, 3) + 127) / 255);
   return rgb;
 }
 
@@ -78,9 +86,14 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   const Lumigraph& l = job.lumigraph;
   const Scene& scene = job.scene();
   const Eigen::Vector2i size = job.wanted.views.front().size_px;
-  std::string text = fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n", SettingsText(l.settings()), l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
-  text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach, o.nominal_focal_px);
-  text += fmt::format("scene {} manifest {} proxy {}\n", Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")), Fingerprint(scene.folder / "lumigraph.json"),
+  std::string text =
+      fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n", SettingsText(l.settings()),
+                  l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
+  text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
+                      o.nominal_focal_px);
+  text += fmt::format("scene {} manifest {} proxy {}\n",
+                      Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
+                      Fingerprint(scene.folder / "lumigraph.json"),
                       l.one_mesh() ? Fingerprint(ProxyPath(scene.folder, l.proxy_name())) : l.proxy_name());
   // The photos alone: an image folder may hold these frames, too.
   for (const View& v : scene.views) text += fmt::format("photo {} {}\n", v.name, Fingerprint(scene.ImagePath(v)));
@@ -106,7 +119,9 @@ void KeepOrClear(const std::filesystem::path& output, const std::string& wanted)
 
 }  // namespace
 
-DesiredViews FramesWanted(const RenderJob& job) { return {job.matrices ? FramesOf(job, *job.matrices) : FramesOf(job, RequestedPath(job)), {}}; }
+DesiredViews FramesWanted(const RenderJob& job) {
+  return {job.matrices ? FramesOf(job, *job.matrices) : FramesOf(job, RequestedPath(job)), {}};
+}
 
 void RenderPath(RenderJob& job) {
   const RenderOptions& o = job.options;
@@ -124,7 +139,8 @@ void RenderPath(RenderJob& job) {
   std::vector<double> times;
   double filled = 0, window = 0, wider = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i), file = stem.string() + "." + o.format;
+    const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
+                                file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
       if (video) video->Add(FrameOnDisk(file));

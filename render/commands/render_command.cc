@@ -21,7 +21,9 @@ RenderRequest RenderJob::Request(const RenderView& view) const {
   RenderRequest request;
   request.view = view;
   request.settings = lumigraph.At(view);
-  request.show = options.show == "false-color" ? Show::kFalseColor : options.show == "tessellation" ? Show::kTessellation : Show::kColor;
+  request.show = options.show == "false-color"    ? Show::kFalseColor
+                 : options.show == "tessellation" ? Show::kTessellation
+                                                  : Show::kColor;
   return request;
 }
 
@@ -42,7 +44,9 @@ ImageF RenderJob::Picture(const RenderRequest& request) {
   return image;
 }
 
-Image8 RenderJob::CamerasAround(const RenderView& view) const { return DrawCameraConfiguration(scene(), lumigraph.For(view).proxy, view, kConfigurationSide); }
+Image8 RenderJob::CamerasAround(const RenderView& view) const {
+  return DrawCameraConfiguration(scene(), lumigraph.For(view).proxy, view, kConfigurationSide);
+}
 
 void RenderJob::Write(const std::filesystem::path& stem, const ImageF& image) const {
   const std::filesystem::path file = stem.string() + "." + options.format;
@@ -76,8 +80,9 @@ void KeepBudget(RenderJob& job) {
   request.settings = lumigraph.At(request.view);
   request.use = job.wanted.use;
   job.summary.budget_ms = *job.options.budget_ms;
-  job.summary.budget = ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
-                                       Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
+  job.summary.budget =
+      ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
+                      Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
   lumigraph.SetSettings(job.summary.budget->settings);
   for (Effect& e : lumigraph.effects())
     if (const bool on = lumigraph.settings().resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
@@ -100,7 +105,8 @@ void Prepare(RenderJob& job) {
   if (!o.view.empty()) ViewCalled(job.scene(), o.view);
   job.matrices = MatricesOf(o, lumigraph);
   if (!lumigraph.metric() && o.show == "cameras")
-    throw UsageError(fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
+    throw UsageError(
+        fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
   lumigraph.MakePictures(o.proxy, job.matrices.has_value());
   lumigraph.ReadPhotos(job.sink);
   job.wanted = WantedBy(job);
@@ -124,9 +130,11 @@ void Summarise(RenderJob& job) {
   s.backend = job.options.backend;
   s.effects = lumigraph.effects();
   if (2 * s.optimum.small_sums > s.optimum.samples)
-    job.sink.Message(fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x --r-max-deg, and the "
-                                 "optimum falls back to the local mean; a larger --r-max-deg gives it something to say",
-                                 100.0 * static_cast<double>(s.optimum.small_sums) / static_cast<double>(s.optimum.samples)));
+    job.sink.Message(
+        fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x "
+                    "--r-max-deg, and the "
+                    "optimum falls back to the local mean; a larger --r-max-deg gives it something to say",
+                    100.0 * static_cast<double>(s.optimum.small_sums) / static_cast<double>(s.optimum.samples)));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// One run of lumi-render: the lumigraph it opened, its renderer, and what it did so far. render_command.cc prepares it; path_command.cc,
-// view_command.cc and holdout_command.cc each do one of the three things that it may be asked for.
+// One run of lumi-render: the lumigraph it opened, its renderer, and what it did so far. render_command.cc prepares it;
+// path_command.cc, view_command.cc and holdout_command.cc each do one of the three things that it may be asked for.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct RenderJob {
   const RenderOptions& options;
   ProgressSink& sink;
   Lumigraph lumigraph;
-  std::optional<MatrixPath> matrices;   // of a path of projection matrices
+  std::optional<MatrixPath> matrices;  // of a path of projection matrices
   DesiredViews wanted;
   std::unique_ptr<Renderer> renderer;
   RenderSummary summary;
@@ -30,7 +30,7 @@ struct RenderJob {
   RenderRequest Request(const RenderView& view) const;
   // The renderer's picture, the proxy, or a measure. Counts samples.
   ImageF Picture(const RenderRequest& request);
-  Image8 CamerasAround(const RenderView& view) const;   // --show cameras
+  Image8 CamerasAround(const RenderView& view) const;  // --show cameras
   void Write(const std::filesystem::path& stem, const ImageF& image) const;
 };
 

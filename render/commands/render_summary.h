@@ -13,11 +13,11 @@
 namespace lumi {
 
 struct PathFigures {
-  long reused = 0;                        // frames that were there already
+  long reused = 0;  // frames that were there already
   Eigen::Vector2i size_px = {0, 0};
-  bool filled = false;                    // --border fill: what was seen, shares of the pixels
+  bool filled = false;  // --border fill: what was seen, shares of the pixels
   std::optional<double> coverage_window, coverage_wider;
-  std::string video;                      // empty: none
+  std::string video;  // empty: none
 };
 
 struct ViewFigures {
@@ -47,18 +47,18 @@ struct RenderSummary {
   std::optional<ViewFigures> view;
   std::optional<HoldoutFigures> holdout;
   std::string proxy;
-  std::string frame;                             // of a scene without a metric
-  int window_frames = -1;                        // photos to either side in time; -1: all
+  std::string frame;       // of a scene without a metric
+  int window_frames = -1;  // photos to either side in time; -1: all
   std::string device;
   RadianceSettings settings;
-  bool own_times = true;                         // each frame of its own moment: time-s would stop them all
+  bool own_times = true;  // each frame of its own moment: time-s would stop them all
   std::string backend;
   double budget_ms = 0;
   std::optional<BudgetChoice> budget;
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
-  long samples = 0;                              // of all frames rendered: rays at which weights were computed ...
-  OptimumCounts optimum;                         // ... and what the optimum says of them
+  long samples = 0;       // of all frames rendered: rays at which weights were computed ...
+  OptimumCounts optimum;  // ... and what the optimum says of them
 };
 
 nlohmann::ordered_json ToJson(const RenderSummary& summary);

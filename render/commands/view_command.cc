@@ -73,7 +73,8 @@ void RenderOneView(RenderJob& job) {
   }
   const std::filesystem::path stem = o.output / OutputName(view.name);
   if (o.show == "cameras" || o.show == "difference")
-    WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"), o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
+    WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
+               o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
   else
     job.Write(stem, image);
 }

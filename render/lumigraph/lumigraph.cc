@@ -12,7 +12,8 @@
 
 namespace lumi {
 
-Lumigraph::Lumigraph(const LumigraphOptions& options, ProgressSink& sink) : options_(options), settings_(options.settings), decided_(options.decided) {
+Lumigraph::Lumigraph(const LumigraphOptions& options, ProgressSink& sink)
+    : options_(options), settings_(options.settings), decided_(options.decided) {
   ApplyEffectList(options_.effects, settings_, decided_);
   OpenOptions open;
   open.rescale_cameras = options_.rescale_cameras;
@@ -26,7 +27,8 @@ void Lumigraph::RequireNothingMetric(const std::string& proxy) const {
   if (!proxy.empty() && proxy != kPerViewProxy)
     throw UsageError(fmt::format("a {} scene is rendered with each view's own proxy: --proxy per-view", frame));
   if (options_.decided.contains("resolution") && options_.settings.resolution == Resolution::kDistance)
-    throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame), "use --resolution jacobian");
+    throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame),
+                     "use --resolution jacobian");
 }
 
 void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
@@ -36,7 +38,8 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     for (const std::string& name : decided_)
       if (!asked.contains(name)) why_.emplace(name, why);
   };
-  if (along_matrices || !metric()) reach_ = TakeWindow(scene_, options_.window_frames, along_matrices, decided_, settings_);
+  if (along_matrices || !metric())
+    reach_ = TakeWindow(scene_, options_.window_frames, along_matrices, decided_, settings_);
   decide("so for pictures of a window in time");
   if (proxy == kPerViewProxy || !metric()) {
     proxy_name_ = kPerViewProxy;
@@ -44,13 +47,15 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     own.nominal_focal_px = options_.nominal_focal_px;
     per_view_.emplace(scene_, own);
     // What a photo sees of a surface made for another view is not known.
-    if (decided_.contains("visibility") && settings_.visibility) throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
+    if (decided_.contains("visibility") && settings_.visibility)
+      throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
     settings_.visibility = false;
     decided_.insert("visibility");
     decide("so for a proxy of each view");
   } else {
     if (options_.border.fill || options_.nominal_focal_px > 0)
-      throw UsageError("--border fill and --nominal-focal-px are of pictures that have a proxy of their own", "add --proxy per-view");
+      throw UsageError("--border fill and --nominal-focal-px are of pictures that have a proxy of their own",
+                       "add --proxy per-view");
     mesh_ = LoadProxy(scene_, proxy);
     proxy_name_ = proxy.empty() ? scene_.active_proxy : proxy;
   }
@@ -58,13 +63,15 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
   own_times_ = !options_.phase && !decided_.contains("time-s");
   if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
   if (!options_.phase) return;
-  if (!(settings_.period_s > 0)) throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", options_.scene);
+  if (!(settings_.period_s > 0))
+    throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", options_.scene);
   settings_.time_s = *options_.phase * settings_.period_s;
 }
 
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
-  if (!decided_.contains("exposure") || settings_.exposure) SetExposures(one_mesh() ? EstimateExposures(scene_, photos_) : EstimateExposures(scene_, sink));
+  if (!decided_.contains("exposure") || settings_.exposure)
+    SetExposures(one_mesh() ? EstimateExposures(scene_, photos_) : EstimateExposures(scene_, sink));
 }
 
 void Lumigraph::SetExposures(const Exposures& exposures) {
@@ -75,7 +82,8 @@ void Lumigraph::SetExposures(const Exposures& exposures) {
 void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
   const auto world = [&](const RenderView& view) {
     PictureWorld w = For(view);
-    for (std::size_t i = 0; i < w.photos.size(); ++i) w.use[i] = w.use[i] && (use.empty() || use[static_cast<std::size_t>(w.photos[i])]);
+    for (std::size_t i = 0; i < w.photos.size(); ++i)
+      w.use[i] = w.use[i] && (use.empty() || use[static_cast<std::size_t>(w.photos[i])]);
     return w;
   };
   EffectChoice choice = one_mesh() ? ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread_)
@@ -91,7 +99,9 @@ EffectChoice Lumigraph::MeasuresCalledFor(const std::vector<RenderView>& desired
   return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, gain_spread_);
 }
 
-RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const { return own_times_ ? AtTimeOf(settings, view) : settings; }
+RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const {
+  return own_times_ ? AtTimeOf(settings, view) : settings;
+}
 
 PictureWorld Lumigraph::For(const RenderView& view) const {
   if (per_view_) return per_view_->For(view, reach_);
@@ -118,7 +128,8 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 }
 
 MeasureMap Lumigraph::MapOf(const RenderRequest& request, Measure measure, int photo) const {
-  return per_view_ ? RenderMeasureMap(For(request.view), request, measure, photo) : RenderMeasureMap(scene_, mesh_, request, measure, photo);
+  return per_view_ ? RenderMeasureMap(For(request.view), request, measure, photo)
+                   : RenderMeasureMap(scene_, mesh_, request, measure, photo);
 }
 
 int ViewCalled(const Scene& scene, const std::string& name) {

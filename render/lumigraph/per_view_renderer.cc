@@ -11,8 +11,8 @@
 namespace lumi {
 namespace {
 
-constexpr int kTilePx = 32;             // what is looked at once more comes in rectangles of these
-constexpr float kSeenWhole = 0.999F;    // of alpha
+constexpr int kTilePx = 32;           // what is looked at once more comes in rectangles of these
+constexpr float kSeenWhole = 0.999F;  // of alpha
 
 struct Rectangle {
   int x = 0, y = 0, width = 0, height = 0;
@@ -52,19 +52,24 @@ std::vector<Rectangle> Holes(const ImageF& image) {
 
 class PerViewRenderer final : public Renderer {
  public:
-  PerViewRenderer(const Scene& scene, const PerViewProxy& proxy, WorldRendererMaker make, int reach, const BorderOptions& border)
+  PerViewRenderer(const Scene& scene, const PerViewProxy& proxy, WorldRendererMaker make, int reach,
+                  const BorderOptions& border)
       : scene_(scene), proxy_(proxy), make_(make), reach_(reach), border_(border), rank_of_view_(scene.views.size()) {
-    for (int rank = 0; rank < proxy.order().count(); ++rank) rank_of_view_[static_cast<std::size_t>(proxy.order().view(rank))] = rank;
+    for (int rank = 0; rank < proxy.order().count(); ++rank)
+      rank_of_view_[static_cast<std::size_t>(proxy.order().view(rank))] = rank;
     const auto all = scene.views.size();
     const Eigen::Vector2i size = SizePx(scene, scene.views.front());
-    const bool alike = std::all_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return SizePx(scene, v) == size; });
+    const bool alike =
+        std::all_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return SizePx(scene, v) == size; });
     const int widest = border.fill ? std::max(reach, border.reach) : reach;
     photos_.resize(reach < 0 || !alike ? all : std::min(all, 2 * static_cast<std::size_t>(widest) + 1));
     places_.photos.assign(photos_.size(), -1);
     for (std::size_t place = 0; place < photos_.size(); ++place) {
       // Some camera, until a picture has one for the place.
       RenderView v;
-      v.size_px = alike ? size : SizePx(scene, scene.views[static_cast<std::size_t>(proxy.order().view(static_cast<int>(place)))]);
+      v.size_px =
+          alike ? size
+                : SizePx(scene, scene.views[static_cast<std::size_t>(proxy.order().view(static_cast<int>(place)))]);
       v.P.leftCols<3>().setIdentity();
       places_.sources.views.push_back(v);
     }
@@ -117,7 +122,8 @@ class PerViewRenderer final : public Renderer {
       own.view.P = part_from_picture * P;
       own.view.size_px = {r.width, r.height};
       const ImageF part = render();
-      for (int y = 0; y < r.height; ++y) std::copy_n(part.Row(y), 4 * static_cast<std::size_t>(r.width), image.Row(r.y + y) + 4 * r.x);
+      for (int y = 0; y < r.height; ++y)
+        std::copy_n(part.Row(y), 4 * static_cast<std::size_t>(r.width), image.Row(r.y + y) + 4 * r.x);
     }
     return image;
   }
@@ -149,7 +155,8 @@ class PerViewRenderer final : public Renderer {
       if (places_.photos[place] != picture.photos[i]) absent.push_back(view);
     }
     ParallelFor(absent.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) photos_[Place(absent[i])] = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
+      for (std::size_t i = begin; i < end; ++i)
+        photos_[Place(absent[i])] = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
     });
     for (const std::size_t view : absent) places_.photos[Place(view)] = static_cast<std::int32_t>(view);
     world.photos = places_.photos;
@@ -171,15 +178,17 @@ class PerViewRenderer final : public Renderer {
   const int reach_;
   const BorderOptions border_;
   std::vector<int> rank_of_view_;
-  std::vector<Photo> photos_;      // a ring over their order in time
-  PictureWorld places_;            // stand-ins for cameras that a picture does not have, and the view whose photo is there, -1: none
+  std::vector<Photo> photos_;  // a ring over their order in time
+  PictureWorld
+      places_;  // stand-ins for cameras that a picture does not have, and the view whose photo is there, -1: none
   std::unique_ptr<WorldRenderer> renderer_;
   RenderStatistics statistics_;
 };
 
 }  // namespace
 
-std::unique_ptr<Renderer> MakePerViewRenderer(const Scene& scene, const PerViewProxy& proxy, WorldRendererMaker make, int reach, const BorderOptions& border) {
+std::unique_ptr<Renderer> MakePerViewRenderer(const Scene& scene, const PerViewProxy& proxy, WorldRendererMaker make,
+                                              int reach, const BorderOptions& border) {
   return std::make_unique<PerViewRenderer>(scene, proxy, make, reach, border);
 }
 

@@ -9,11 +9,13 @@ namespace {
 // The moment of each photo: its time, its frame, or its place among the names.
 std::vector<double> Moments(const Scene& scene) {
   const auto all = [&](auto&& has) { return std::all_of(scene.views.begin(), scene.views.end(), has); };
-  const bool timed = all([](const View& v) { return v.time_s.has_value(); }), framed = all([](const View& v) { return v.frame_index.has_value(); });
+  const bool timed = all([](const View&v) { return v.time_s.has_value(); }),
+             framed = all([](const View&v) { return v.frame_index.has_value(); });
   std::vector<double> moments;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const View& v = scene.views[i];
-    moments.push_back(timed ? *v.time_s : kAssumedFrame_s * (framed ? static_cast<double>(*v.frame_index) : static_cast<double>(i)));
+    moments.push_back(
+        timed ? *v.time_s : kAssumedFrame_s * (framed ? static_cast<double>(*v.frame_index) : static_cast<double>(i)));
   }
   return moments;
 }
@@ -23,7 +25,9 @@ std::vector<double> Moments(const Scene& scene) {
 PhotoOrder::PhotoOrder(const Scene& scene) : views_(scene.views.size()) {
   const std::vector<double> moments = Moments(scene);
   std::iota(views_.begin(), views_.end(), 0);
-  std::stable_sort(views_.begin(), views_.end(), [&](int a, int b) { return moments[static_cast<std::size_t>(a)] < moments[static_cast<std::size_t>(b)]; });
+  std::stable_sort(views_.begin(), views_.end(), [&](int a, int b) {
+    return moments[static_cast<std::size_t>(a)] < moments[static_cast<std::size_t>(b)];
+  });
   for (const int v : views_) times_.push_back(moments[static_cast<std::size_t>(v)]);
 }
 

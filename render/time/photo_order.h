@@ -17,7 +17,8 @@ class PhotoOrder {
   int view(int rank) const { return views_[static_cast<std::size_t>(rank)]; }
   // The photo that a picture of this moment is of: the nearest in time.
   int RankAt(double time_s) const;
-  // Ranks [first, last] of the photos at most `reach` to either side of a moment; all of them where reach < 0 or there is no moment.
+  // Ranks [first, last] of the photos at most `reach` to either side of a moment; all of them where reach < 0 or there
+  // is no moment.
   std::pair<int, int> Around(std::optional<double> time_s, int reach) const;
 
  private:

@@ -7,10 +7,13 @@
 
 namespace lumi {
 
-int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided, RadianceSettings& settings) {
-  constexpr int kUsualReach = 5;            // 11 frames (sec. 6.4.3)
-  constexpr double kPathTimeLeast = 0.005;  // less, and a photo ends within a pixel; more, and its neighbours show through it
-  const bool video = std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
+int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided,
+               RadianceSettings& settings) {
+  constexpr int kUsualReach = 5;  // 11 frames (sec. 6.4.3)
+  constexpr double kPathTimeLeast =
+      0.005;  // less, and a photo ends within a pixel; more, and its neighbours show through it
+  const bool video =
+      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
   const int reach = wanted.value_or(video || along_path ? kUsualReach : -1);
   if (reach < 0) return reach;
   GiveTimes(scene);

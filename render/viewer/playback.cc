@@ -25,14 +25,16 @@ constexpr const char* kOffThePath = "this scene has no metric: it is seen along 
 
 }  // namespace
 
-Playback::Playback(const ViewerOptions& options, Window& window, const Opened& opened, const std::vector<ScriptStep>& script)
+Playback::Playback(const ViewerOptions& options, Window& window, const Opened& opened,
+                   const std::vector<ScriptStep>& script)
     : ViewSession(window, script),
       opened_(opened),
       renderer_(opened.lumigraph.NewRenderer(MakeGlRendererHere)),
       settings_(opened.lumigraph.settings()),
       panel_(options.show_ui) {
   if (options.view.empty()) return;
-  const std::string& name = opened_.lumigraph.scene().views[static_cast<std::size_t>(FindView(opened_.lumigraph.scene(), options.view))].name;
+  const std::string& name =
+      opened_.lumigraph.scene().views[static_cast<std::size_t>(FindView(opened_.lumigraph.scene(), options.view))].name;
   for (std::size_t i = 0; i < opened_.matrices->keys.size(); ++i)
     if (opened_.matrices->keys[i].view == name) frame_ = static_cast<int>(i);
 }
@@ -71,7 +73,8 @@ void Playback::Key(int key) {
 }
 
 void Playback::Steer(const WindowInput& input, double) {
-  const bool off_the_path = !input.orbit_px.isZero() || !input.look_px.isZero() || !input.pan_px.isZero() || input.dolly_steps != 0 || input.zoom_steps != 0 || !input.fly.isZero();
+  const bool off_the_path = !input.orbit_px.isZero() || !input.look_px.isZero() || !input.pan_px.isZero() ||
+                            input.dolly_steps != 0 || input.zoom_steps != 0 || !input.fly.isZero();
   if (off_the_path) Say(kOffThePath);
   for (const int key : input.keys) Key(key);
   if (!playing_since_) return;
@@ -121,11 +124,13 @@ void Playback::Paint() {
   }
   ImageF whole(wanted.shown_px.x(), wanted.shown_px.y(), 4);
   const Eigen::Vector2i at = ((wanted.shown_px - size) / 2).cwiseMax(0);
-  for (int y = 0; y < size.y(); ++y) std::copy_n(image.Row(y), 4 * static_cast<std::size_t>(size.x()), whole.Row(at.y() + y) + 4 * at.x());
+  for (int y = 0; y < size.y(); ++y)
+    std::copy_n(image.Row(y), 4 * static_cast<std::size_t>(size.x()), whole.Row(at.y() + y) + 4 * at.x());
   picture_.Set(whole);
   drawn_ = wanted;
   picture_ms_ = 1000 * SecondsSince(start);
-  if (playing_since_) playing_scale_ = std::clamp(scale * std::sqrt(kPlayed_ms / std::max(picture_ms_, 1.0)), kLeastScale, 1.0);
+  if (playing_since_)
+    playing_scale_ = std::clamp(scale * std::sqrt(kPlayed_ms / std::max(picture_ms_, 1.0)), kLeastScale, 1.0);
 }
 
 void Playback::Compose() {
@@ -147,7 +152,9 @@ void Playback::DrawPanel() {
   ImGui::SetNextWindowSize({std::min(25 * unit, size.x), 0}, ImGuiCond_Always);
   ImGui::Begin("path of matrices", nullptr, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
   ImGui::PushItemWidth(-8.5F * unit);
-  ImGui::TextUnformatted(fmt::format("{} scene, {} photos, {:.0f} ms a picture", Name(opened_.lumigraph.scene().frame), opened_.lumigraph.scene().views.size(), picture_ms_).c_str());
+  ImGui::TextUnformatted(fmt::format("{} scene, {} photos, {:.0f} ms a picture", Name(opened_.lumigraph.scene().frame),
+                                     opened_.lumigraph.scene().views.size(), picture_ms_)
+                             .c_str());
   if (ImGui::Button(playing_since_ ? "stop" : "play", {5 * unit, 0})) {
     if (playing_since_)
       playing_since_.reset();
@@ -157,7 +164,8 @@ void Playback::DrawPanel() {
   ImGui::SameLine();
   int frame = frame_;
   if (ImGui::SliderInt("frame", &frame, 0, last())) Go(frame);
-  if (const std::string& view = opened_.matrices->keys[static_cast<std::size_t>(frame_)].view; !view.empty()) ImGui::TextUnformatted(view.c_str());
+  if (const std::string& view = opened_.matrices->keys[static_cast<std::size_t>(frame_)].view; !view.empty())
+    ImGui::TextUnformatted(view.c_str());
   if (ImGui::BeginCombo("shown", std::string(NameOf(seen_)).c_str())) {
     for (const SeenName& s : SeenNames())
       if (ImGui::Selectable(std::string(s.name).c_str(), s.seen == seen_)) seen_ = s.seen;
@@ -188,7 +196,10 @@ bool Playback::RunStatement(const ScriptStep& s) {
       return true;
     case ScriptVerb::kPanel: panel_ = s.word == "on"; return true;
     default:
-      throw UsageError(fmt::format("'{}': a path of matrices is played, stepped through (key-jump, jump) and shown in other ways (show, k, set), not left", s.text), kOffThePath);
+      throw UsageError(fmt::format("'{}': a path of matrices is played, stepped through (key-jump, jump) and shown in "
+                                   "other ways (show, k, set), not left",
+                                   s.text),
+                       kOffThePath);
   }
 }
 
@@ -203,7 +214,8 @@ void Playback::Summarise(nlohmann::json& j) {
   j["device"] = renderer_->Device();
   j["settings"] = ToJson(settings_);
   j["effects"] = nlohmann::json::array();
-  for (const Effect& e : lumigraph.effects()) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", Reason(e)}});
+  for (const Effect& e : lumigraph.effects())
+    j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", Reason(e)}});
 }
 
 }  // namespace lumi

@@ -1,5 +1,6 @@
-// A lumigraph along a path of matrices: plays it, scrubs, shows false colours, the proxy of each picture, and the measures. A scene without
-// a metric is seen along its path only: there is nothing to turn about, and no step has a length.
+// A lumigraph along a path of matrices: plays it, scrubs, shows false colours, the proxy of each picture, and the
+// measures. A scene without a metric is seen along its path only: there is nothing to turn about, and no step has a
+// length.
 #pragma once
 
 #include <memory>
@@ -30,7 +31,7 @@ class Playback final : public ViewSession {
 
   void Key(int key);
   void Go(int frame);
-  void GoToPhoto(const std::string& name);   // throws UsageError
+  void GoToPhoto(const std::string& name);  // throws UsageError
   void Play();
   void DrawPanel();
   ImageF Picture(const RenderRequest& request);
@@ -47,7 +48,7 @@ class Playback final : public ViewSession {
   int frame_ = 0;
   std::optional<Clock::time_point> playing_since_;
   int playing_from_ = 0;
-  long played_ = 0;                // frames that playing showed
+  long played_ = 0;  // frames that playing showed
   struct Drawn {
     int frame = -1;
     Eigen::Vector2i shown_px = Eigen::Vector2i::Zero();  // smaller than the window while the path plays
@@ -57,7 +58,7 @@ class Playback final : public ViewSession {
   } drawn_;
   Drawn Wanted() const { return {frame_, size_px_, seen_, settings_}; }
   double picture_ms_ = 0, playing_scale_ = 0.5;
-  std::string problem_;            // why the settings are not what is shown
+  std::string problem_;  // why the settings are not what is shown
 };
 
 }  // namespace lumi

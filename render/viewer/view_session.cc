@@ -56,7 +56,8 @@ void ViewSession::AfterPainting() {
     const bool done = s.numbers.empty() ? AtRest() : waited >= s.numbers[0];
     if (!done && waited < std::max(kScriptPatience_s, s.numbers.empty() ? 0.0 : s.numbers[0])) return;
     if (!done)
-      throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) + " seconds");
+      throw MachineError("the script's 'wait' took longer than " + std::to_string(static_cast<int>(kScriptPatience_s)) +
+                         " seconds");
   } else if (s.verb == ScriptVerb::kScreenshot) {
     if (!ReadyForScreenshot()) return;
     Screenshot(s.word, panel());

@@ -1,5 +1,5 @@
-// What seeing a lumigraph is, wherever the camera may go: a window, frame after frame until it is closed, a script that steers, messages,
-// screenshots, a summary. Viewer lets the camera go anywhere, Playback along a path of matrices.
+// What seeing a lumigraph is, wherever the camera may go: a window, frame after frame until it is closed, a script that
+// steers, messages, screenshots, a summary. Viewer lets the camera go anywhere, Playback along a path of matrices.
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,8 @@ using Clock = std::chrono::steady_clock;
 
 class ViewSession {
  public:
-  ViewSession(Window& window, const std::vector<ScriptStep>& script) : window_(window), script_{{script.begin(), script.end()}, !script.empty()} {}
+  ViewSession(Window& window, const std::vector<ScriptStep>& script)
+      : window_(window), script_{{script.begin(), script.end()}, !script.empty()} {}
   virtual ~ViewSession() = default;
 
   // Until the window is closed, or the script ends.
@@ -32,34 +33,34 @@ class ViewSession {
   virtual void Steer(const WindowInput& input, double dt_s) = 0;
   virtual bool RunStatement(const ScriptStep& s) = 0;  // false: it waits; not 'wait' and 'screenshot'
   virtual void Paint() = 0;
-  virtual void DrawPanels() = 0;                       // between Window::BeginUi and EndUi
-  virtual void Compose() = 0;                          // what is seen, without the panels, into the bound framebuffer
+  virtual void DrawPanels() = 0;  // between Window::BeginUi and EndUi
+  virtual void Compose() = 0;     // what is seen, without the panels, into the bound framebuffer
   virtual void AfterComposing() {}
-  virtual double Wait_s() const = 0;                   // before the next
+  virtual double Wait_s() const = 0;  // before the next
 
-  virtual bool painted() const { return true; }        // the last Paint drew something
-  virtual bool AtRest() const = 0;                     // nothing changes by itself any more: a script's 'wait'
+  virtual bool painted() const { return true; }  // the last Paint drew something
+  virtual bool AtRest() const = 0;               // nothing changes by itself any more: a script's 'wait'
   virtual bool ReadyForScreenshot() const = 0;
-  virtual bool panel() const = 0;                      // is shown
-  virtual void Summarise(nlohmann::json& j) = 0;       // adds to it
-  virtual void End() {}                                // the window was closed
+  virtual bool panel() const = 0;                 // is shown
+  virtual void Summarise(nlohmann::json& j) = 0;  // adds to it
+  virtual void End() {}                           // the window was closed
 
   void Say(const std::string& message);
   const std::string& message() const { return message_; }
-  double frame_ms() const { return last_ms_; }         // that the last frame took
+  double frame_ms() const { return last_ms_; }  // that the last frame took
   void Screenshot(const std::filesystem::path& file, bool with_ui);
 
   struct Script {
     std::deque<ScriptStep> steps;
-    bool given = false;                                // the viewer ends after the last
+    bool given = false;  // the viewer ends after the last
     bool waiting = false;
-    Clock::time_point since = Clock::now();            // of the statement that waits
+    Clock::time_point since = Clock::now();  // of the statement that waits
   };
 
   Window& window_;
   Overlay overlay_;
   Script script_;
-  Eigen::Vector2i size_px_ = {1, 1};                   // of the window
+  Eigen::Vector2i size_px_ = {1, 1};  // of the window
 
  private:
   void RunScript();

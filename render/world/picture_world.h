@@ -17,7 +17,7 @@ struct PictureWorld {
   std::vector<bool> use;             // one a camera, empty: all; false: it lies at or beyond the plane at infinity
   RenderView view;                   // in the same world, as
   Mesh proxy;                        // this
-  bool occlusion = false;            // whether the proxy may hide a part of itself from a photo: maps are made when first wanted
+  bool occlusion = false;  // whether the proxy may hide a part of itself from a photo: maps are made when first wanted
 };
 
 // All of a scene's cameras over one mesh, for whatever view.
