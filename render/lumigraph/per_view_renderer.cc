@@ -179,8 +179,8 @@ class PerViewRenderer final : public Renderer {
   const BorderOptions border_;
   std::vector<int> rank_of_view_;
   std::vector<Photo> photos_;  // a ring over their order in time
-  PictureWorld
-      places_;  // stand-ins for cameras that a picture does not have, and the view whose photo is there, -1: none
+  // Stand-ins for cameras that a picture does not have, and the view whose photo is there, -1: none.
+  PictureWorld places_;
   std::unique_ptr<WorldRenderer> renderer_;
   RenderStatistics statistics_;
 };

@@ -156,6 +156,7 @@ class Viewer final : public ViewSession {
   void StartMeasuring();
   std::filesystem::path VideoName() const;
 
+  void RunPathStatement(const ScriptStep& s);        // of the camera path's keys and files
   bool RunRecordingStatement(const ScriptStep& s);
 
   // What comes from other threads.

@@ -13,6 +13,31 @@
 #include "scene/program/error.h"
 
 namespace lumi {
+
+void Viewer::RunPathStatement(const ScriptStep& s) {
+  switch (s.verb) {
+    case ScriptVerb::kKeyAdd: AddKey(s.numbers.empty() ? std::nullopt : std::optional(s.numbers[0])); break;
+    case ScriptVerb::kKeyUpdate: ReplaceKey(path_, KeyCalled(s.numbers[0]), CurrentKey(0)); break;
+    case ScriptVerb::kKeyDelete: DeleteKey(path_, KeyCalled(s.numbers[0])); break;
+    case ScriptVerb::kKeyTime: settings_.selected_key = static_cast<int>(RetimeKey(path_, KeyCalled(s.numbers[0]), s.numbers[1])); break;
+    case ScriptVerb::kKeyJump: JumpToKey(static_cast<int>(KeyCalled(s.numbers[0]))); break;
+    case ScriptVerb::kKeysClear: path_ = {}; break;
+    case ScriptVerb::kPathSize:
+      path_.width_px = static_cast<int>(s.numbers[0]);
+      path_.height_px = static_cast<int>(s.numbers[1]);
+      break;
+    case ScriptVerb::kPathFps:
+      path_.fps = s.numbers[0];
+      path_.frames = 0;
+      break;
+    case ScriptVerb::kPathSeconds: StretchTo(path_, s.numbers[0]); break;
+    case ScriptVerb::kPathLoad: LoadPath(s.word); break;
+    case ScriptVerb::kPathSave: SavePath(s.word, false); break;
+    case ScriptVerb::kPathSaveNerfstudio: SavePath(s.word, true); break;
+    default: break;
+  }
+}
+
 bool Viewer::RunStatement(const ScriptStep& s) {
   const auto rad = [&](std::size_t i) { return s.numbers[i] * kRadPerDeg; };
   RadianceSettings& radiance = settings_.radiance;
@@ -87,24 +112,6 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       break;
     case ScriptVerb::kTime: radiance.time_s = s.numbers[0]; break;
     case ScriptVerb::kPlayTime: settings_.play_time = s.word == "on"; break;
-    case ScriptVerb::kKeyAdd: AddKey(s.numbers.empty() ? std::nullopt : std::optional(s.numbers[0])); break;
-    case ScriptVerb::kKeyUpdate: ReplaceKey(path_, KeyCalled(s.numbers[0]), CurrentKey(0)); break;
-    case ScriptVerb::kKeyDelete: DeleteKey(path_, KeyCalled(s.numbers[0])); break;
-    case ScriptVerb::kKeyTime: settings_.selected_key = static_cast<int>(RetimeKey(path_, KeyCalled(s.numbers[0]), s.numbers[1])); break;
-    case ScriptVerb::kKeyJump: JumpToKey(static_cast<int>(KeyCalled(s.numbers[0]))); break;
-    case ScriptVerb::kKeysClear: path_ = {}; break;
-    case ScriptVerb::kPathSize:
-      path_.width_px = static_cast<int>(s.numbers[0]);
-      path_.height_px = static_cast<int>(s.numbers[1]);
-      break;
-    case ScriptVerb::kPathFps:
-      path_.fps = s.numbers[0];
-      path_.frames = 0;
-      break;
-    case ScriptVerb::kPathSeconds: StretchTo(path_, s.numbers[0]); break;
-    case ScriptVerb::kPathLoad: LoadPath(s.word); break;
-    case ScriptVerb::kPathSave: SavePath(s.word, false); break;
-    case ScriptVerb::kPathSaveNerfstudio: SavePath(s.word, true); break;
     case ScriptVerb::kPlay:
       if (!script_.waiting) StartPlaying();
       script_.waiting = true;
@@ -113,11 +120,8 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kRecordStart:
     case ScriptVerb::kRecordLive:
     case ScriptVerb::kRecordStop:
-    case ScriptVerb::kRecordCancel:
-      if (!RunRecordingStatement(s)) return false;
-      break;
-    case ScriptVerb::kWait:
-    case ScriptVerb::kScreenshot: return false;
+    case ScriptVerb::kRecordCancel: return RunRecordingStatement(s);
+    default: RunPathStatement(s); break;
   }
   PathEdited();
   return true;
