@@ -9,9 +9,6 @@
 
 namespace lumi {
 
-using SettingOption = Option;
-inline const std::vector<Option>& SettingOptions() { return Options(); }
-
 nlohmann::ordered_json ToJson(const RadianceSettings& settings);
 
 // Sets the option called `name` (without dashes) from a JSON value or from its text on the command line. Throws UsageError

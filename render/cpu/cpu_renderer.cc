@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "render/cpu/blend.h"
 #include "render/cpu/candidate_blend.h"
@@ -12,8 +13,8 @@
 #include "render/cpu/tessellation_overlay.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse_plan.h"
-#include "render/renderer.h"
-#include "render/visibility_maps.h"
+#include "render/world/renderer.h"
+#include "render/world/visibility_maps.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 
@@ -23,16 +24,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double Milliseconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double, std::milli>(to - from).count(); }
 
-class CpuRenderer : public Renderer {
+class CpuRenderer final : public WorldRenderer {
  public:
-  CpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos)
-      : sources_(MakeSources(scene)), mesh_(&proxy), proxy_(std::in_place, proxy, scene.normalized_from_world), photos_(photos) {
-    for (std::size_t j = 0; j < sources_.views.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
-    occlusion_ = CanOcclude(proxy);
-  }
+  CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) : photos_(photos) { Enter(std::move(world)); }
 
   ImageF Render(const RenderRequest& request) override {
-    const ViewSetup setup = MakeViewSetup(sources_, request.view, request.settings, request.use);
+    const ViewSetup setup = MakeViewSetup(world_->sources, request.view, request.settings, request.use.empty() ? world_->use : request.use);
     const VisibilityMaps* visibility = request.settings.visibility && occlusion_ ? &Visibility() : nullptr;
     const int width = request.view.size_px.x(), height = request.view.size_px.y();
     ImageF image(width, height, 4);
@@ -49,22 +46,16 @@ class CpuRenderer : public Renderer {
     return image;
   }
 
-  void ReplaceProxy(const Mesh& proxy) override {
-    mesh_ = &proxy;
-    proxy_.emplace(proxy, sources_.normalized_from_world);
+  void Enter(std::shared_ptr<const PictureWorld> world) override {
+    if (world_ && world->sources.views.size() != world_->sources.views.size()) throw std::invalid_argument("Enter: as many cameras as before are wanted");
+    world_ = std::move(world);
+    proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
+    occlusion_ = world_->occlusion && CanOcclude(world_->proxy);
     sparse_proxy_.reset();
     visibility_ = {};
-    occlusion_ = false;
+    colors_.clear();
+    for (const std::int32_t view : world_->photos) colors_.push_back(SourceColor(view));
   }
-
-  void ReplaceCameras(const Sources& cameras) override {
-    if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("ReplaceCameras: as many cameras as photos are wanted");
-    sources_ = cameras;
-    visibility_ = {};
-    occlusion_ = false;
-  }
-
-  void PhotoReplaced(ViewId place, int color) override { colors_.at(static_cast<std::size_t>(place.value)) = SourceColor(color); }
 
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
@@ -76,15 +67,15 @@ class CpuRenderer : public Renderer {
  private:
   void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
     const Clock::time_point start = Clock::now();
-    statistics_.optimum = RenderPixels(sources_, setup, *proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
+    statistics_.optimum = RenderPixels(world_->sources, setup, *proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
                                        InterruptRequested, image);
     statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
 
   // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh all.
   void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
-    if (!sparse_proxy_) sparse_proxy_.emplace(*mesh_, sources_.normalized_from_world);
-    const std::vector<float> gains = RelativeGains(sources_, setup);
+    if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
+    const std::vector<float> gains = RelativeGains(world_->sources, setup);
     const Clock::time_point start = Clock::now();
     PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
     const Clock::time_point planned = Clock::now();
@@ -110,10 +101,10 @@ class CpuRenderer : public Renderer {
   }
 
   void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
-    if (!sparse_proxy_) sparse_proxy_.emplace(*mesh_, sources_.normalized_from_world);
+    if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
     std::optional<PhotoLevels> levels;
     BlendSources sources;
-    sources.gains = RelativeGains(sources_, setup);
+    sources.gains = RelativeGains(world_->sources, setup);
     if (request.show == Show::kFalseColor)
       sources.colors = &colors_;
     else
@@ -145,12 +136,11 @@ class CpuRenderer : public Renderer {
   }
 
   const VisibilityMaps& Visibility() {
-    if (visibility_.empty()) visibility_ = MakeVisibilityMaps(sources_, *proxy_);
+    if (visibility_.empty()) visibility_ = MakeVisibilityMaps(world_->sources, *proxy_);
     return visibility_;
   }
 
-  Sources sources_;
-  const Mesh* mesh_;
+  std::shared_ptr<const PictureWorld> world_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
   bool occlusion_ = false;
@@ -164,21 +154,8 @@ class CpuRenderer : public Renderer {
 
 }  // namespace
 
-std::unique_ptr<Renderer> MakeCpuRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
-  return std::make_unique<CpuRenderer>(scene, proxy, photos);
-}
-
-Eigen::Vector3f SourceColor(int view_index) {
-  // Hues a golden ratio apart never come close for neighbours; three lightnesses tell hues that meet again apart.
-  const double hue = std::fmod(0.61803398875 * view_index, 1.0) * 6.0;
-  const double saturation = view_index % 2 == 0 ? 0.95 : 0.6;
-  const double value = 1.0 - 0.18 * (view_index % 3);
-  Eigen::Vector3f rgb;
-  for (int i = 0; i < 3; ++i) {
-    const double k = std::fmod(5.0 - 2.0 * i + hue, 6.0);
-    rgb[i] = static_cast<float>(value - value * saturation * std::max(0.0, std::min({k, 4.0 - k, 1.0})));
-  }
-  return rgb;
+std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+  return std::make_unique<CpuRenderer>(std::move(world), photos);
 }
 
 }  // namespace lumi

@@ -12,8 +12,8 @@
 
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/evaluate.h"
-#include "render/visibility_maps.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/world/visibility_maps.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -187,9 +187,10 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
     facts.field = &(*fields)[MeasureList::IndexOf<M>()];
     typename M::Settings chosen = choice.settings;
     const Verdict verdict = static_cast<const Held<M>&>(evidence).evidence.Decide(facts, chosen);
-    effect.asked = facts.asked;
-    effect.evidence = (facts.asked ? "asked for by an option; " : "") + verdict.evidence;
-    if (!facts.asked) {
+    effect.evidence = verdict.evidence;
+    if (facts.asked) {
+      effect.decided_by = "asked for by an option";
+    } else {
       static_cast<typename M::Settings&>(choice.settings) = chosen;
       M::Switch(choice.settings, verdict.on);
     }

@@ -7,18 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "render/per_view.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 
 struct Effect {
   std::string name;       // a measure's kName
   bool on = false;
-  bool asked = false;     // the user decided, not the data
   std::string evidence;   // a line for people
+  std::string decided_by; // what decided instead of the evidence, for people; empty: nothing did
   double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off
 };
+
+inline std::string Reason(const Effect& e) { return e.decided_by.empty() ? e.evidence : e.decided_by + "; " + e.evidence; }
 
 struct EffectChoice {
   RadianceSettings settings;

@@ -26,9 +26,9 @@ constexpr std::size_t kMaxListWords = std::size_t(1) << 25;
 
 }  // namespace
 
-GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px)
-    : sources_((RequireGl43(), MakeSources(scene))), photos_(photo_sizes_px) {
-  if (photo_sizes_px.size() != scene.views.size())
+GlLumigraph::GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px)
+    : sources_((RequireGl43(), cameras)), photos_(photo_sizes_px) {
+  if (photo_sizes_px.size() != cameras.views.size())
     throw std::invalid_argument("GlLumigraph: one photo size a view is wanted");
   GLint block_bytes = 16384;
   glGetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &block_bytes);
@@ -39,7 +39,7 @@ GlLumigraph::GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>&
   depth_program_ = GlProgram("depth", DepthVertexShader(), DepthFragmentShader(false));
   empty_array_ = GlVertexArray::Make();
   std::vector<Eigen::Vector3f> colors;
-  for (std::size_t i = 0; i < scene.views.size(); ++i) colors.push_back(SourceColor(static_cast<int>(i)));
+  for (std::size_t i = 0; i < cameras.views.size(); ++i) colors.push_back(SourceColor(static_cast<int>(i)));
   SetSourceColors(colors);
   UploadFields();
   CheckGl("preparing to draw");

@@ -22,14 +22,14 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse_plan.h"
 #include "render/radiance/visibility.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 
 class GlLumigraph {
  public:
   // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Throws MachineError without OpenGL 4.3.
-  GlLumigraph(const Scene& scene, const std::vector<Eigen::Vector2i>& photo_sizes_px);
+  GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
   // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made elsewhere as

@@ -5,10 +5,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "render/gl/egl_context.h"
 #include "render/gl/gl_lumigraph.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -25,21 +26,18 @@ class Context {
   std::optional<EglContext::Current> current_;
 };
 
-class GlRenderer final : public Renderer {
+class GlRenderer final : public WorldRenderer {
  public:
   // own: a context of its own; else whatever is current, here and whenever it is called.
-  GlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos, bool own)
+  GlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, bool own)
       : photos_(photos), context_(own ? std::make_unique<EglContext>() : nullptr) {
     const Context current(context_);
     std::vector<Eigen::Vector2i> sizes;
-    // What is not there yet may come (PhotoReplaced).
     for (std::size_t i = 0; i < photos.size(); ++i)
-      sizes.push_back(photos[i].levels.empty() ? SizePx(scene, scene.views[i]) : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
+      sizes.push_back(photos[i].levels.empty() ? world->sources.views[i].size_px : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
     // Into members only when complete: what goes on failure goes while the context is current.
-    auto lumigraph = std::make_unique<GlLumigraph>(scene, sizes);
-    lumigraph->SetProxy(proxy);
-    for (std::size_t i = 0; i < photos.size(); ++i)
-      if (!photos[i].levels.empty()) lumigraph->Upload({static_cast<int>(i)}, photos[i]);
+    auto lumigraph = std::make_unique<GlLumigraph>(world->sources, sizes);
+    Show(std::move(world), *lumigraph);
     target_ = std::make_unique<GlTarget>();
     device_ = GlDeviceName();
     lumigraph_ = std::move(lumigraph);
@@ -51,8 +49,10 @@ class GlRenderer final : public Renderer {
     target_.reset();
   }
 
-  ImageF Render(const RenderRequest& request) override {
+  ImageF Render(const RenderRequest& wanted) override {
     const Context current(context_);
+    RenderRequest request = wanted;
+    if (request.use.empty()) request.use = world_->use;
     const Eigen::Vector2i size = request.view.size_px;
     const auto start = std::chrono::steady_clock::now();
     lumigraph_->Begin(request, *target_);
@@ -63,29 +63,31 @@ class GlRenderer final : public Renderer {
     return lumigraph_->ReadColor(*target_, size);
   }
 
-  void ReplaceProxy(const Mesh& proxy) override {
+  void Enter(std::shared_ptr<const PictureWorld> world) override {
     const Context current(context_);
-    lumigraph_->SetProxy(proxy, std::make_shared<const VisibilityMaps>());
-  }
-
-  void ReplaceCameras(const Sources& cameras) override { lumigraph_->SetCameras(cameras); }
-
-  void PhotoReplaced(ViewId place, int color) override {
-    const Context current(context_);
-    const auto i = static_cast<std::size_t>(place.value);
-    if (colors_.empty())
-      for (std::size_t j = 0; j < photos_.size(); ++j) colors_.push_back(SourceColor(static_cast<int>(j)));
-    colors_.at(i) = SourceColor(color);
-    lumigraph_->SetSourceColors(colors_);
-    if (!photos_[i].levels.empty()) lumigraph_->Upload(place, photos_[i]);
+    Show(std::move(world), *lumigraph_);
   }
 
   std::string Device() const override { return device_; }
   RenderStatistics Statistics() const override { return statistics_; }
 
  private:
+  void Show(std::shared_ptr<const PictureWorld> world, GlLumigraph& lumigraph) {
+    lumigraph.SetCameras(world->sources);
+    if (world->occlusion)
+      lumigraph.SetProxy(world->proxy);
+    else
+      lumigraph.SetProxy(world->proxy, std::make_shared<const VisibilityMaps>());
+    std::vector<Eigen::Vector3f> colors;
+    for (const std::int32_t view : world->photos) colors.push_back(SourceColor(view));
+    lumigraph.SetSourceColors(colors);
+    for (std::size_t i = 0; i < photos_.size(); ++i)
+      if ((!world_ || world_->photos[i] != world->photos[i]) && !photos_[i].levels.empty()) lumigraph.Upload({static_cast<std::int32_t>(i)}, photos_[i]);
+    world_ = std::move(world);
+  }
+
   const std::vector<Photo>& photos_;
-  std::vector<Eigen::Vector3f> colors_;  // empty: each place's own
+  std::shared_ptr<const PictureWorld> world_;
   std::unique_ptr<EglContext> context_;  // before all that lives in it
   std::unique_ptr<GlLumigraph> lumigraph_;
   std::unique_ptr<GlTarget> target_;
@@ -100,12 +102,12 @@ void RequireDrawnByGl(const RadianceSettings& s) {
     throw UsageError("OpenGL draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use lumi-render --backend cpu");
 }
 
-std::unique_ptr<Renderer> MakeGlRenderer(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
-  return std::make_unique<GlRenderer>(scene, proxy, photos, true);
+std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+  return std::make_unique<GlRenderer>(std::move(world), photos, true);
 }
 
-std::unique_ptr<Renderer> MakeGlRendererHere(const Scene& scene, const Mesh& proxy, const std::vector<Photo>& photos) {
-  return std::make_unique<GlRenderer>(scene, proxy, photos, false);
+std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+  return std::make_unique<GlRenderer>(std::move(world), photos, false);
 }
 
 }  // namespace lumi

@@ -11,7 +11,7 @@
 #include "render/gl/gl_lumigraph_parts.h"
 #include "render/radiance/correlation.h"
 #include "render/radiance/measures/evaluate.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -4,8 +4,8 @@
 
 #include <unordered_map>
 
-#include "render/per_view.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/time/photo_order.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -29,6 +29,14 @@ MatrixPath MatrixPathOfPhotos(const Scene& scene, double fps) {
     path.keys.push_back(key);
   }
   return path;
+}
+
+std::optional<MatrixPath> MatrixPathFor(const Scene& scene, const std::filesystem::path& file, double fps) {
+  if (!file.empty() && IsMatrixPath(file)) return ReadMatrixPath(file);
+  if (scene.frame == Frame::kMetric) return std::nullopt;
+  if (file.empty()) return MatrixPathOfPhotos(scene, fps);
+  throw DataError(fmt::format("{} is a path of poses, which a {} scene does not have", file.generic_string(), Name(scene.frame)),
+                  "a path of projection matrices comes from lumi-stabilize", scene.folder);
 }
 
 std::vector<RenderView> MatrixViews(const Scene& scene, const MatrixPath& path, int width_px, int height_px) {

@@ -7,7 +7,7 @@
 
 #include "render/radiance/dissimilarity.h"
 #include "render/radiance/frame_plan.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"

@@ -9,8 +9,8 @@
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
-#include "render/per_view.h"
-#include "render/renderer.h"
+#include "render/world/per_view_proxy.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

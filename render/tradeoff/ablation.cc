@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
-#include "render/output_name.h"
+#include "render/picture/convert.h"
+#include "render/picture/output_name.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"

@@ -29,6 +29,14 @@ RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
 
 }  // namespace
 
+FixedOptions Fixed(const RadianceSettings& settings, const std::set<std::string>& decided) {
+  FixedOptions fixed;
+  const nlohmann::ordered_json now = ToJson(settings);
+  for (const std::string& name : decided)
+    if (now.contains(name)) fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
+  return fixed;
+}
+
 nlohmann::ordered_json ToJson(const BudgetChoice& c) {
   nlohmann::ordered_json tried = nlohmann::ordered_json::array();
   for (const FrontPoint& p : c.tried) tried.push_back({{"name", p.name}, {"ms", p.ms}});

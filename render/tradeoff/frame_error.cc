@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "scene/image_difference/image_difference.h"
 
 namespace lumi {

@@ -4,8 +4,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "render/holdout/holdout.h"
 #include "render/path/camera_path.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -20,10 +21,6 @@ std::vector<ViewId> Spread(const std::vector<ViewId>& all, int most) {
   std::vector<ViewId> chosen;
   for (std::size_t i = 0; i < m; ++i) chosen.push_back(all[(2 * i + 1) * n / (2 * m)]);
   return chosen;
-}
-
-void Exclude(const std::vector<ViewId>& ids, std::vector<bool>& use) {
-  for (const ViewId id : ids) use[static_cast<std::size_t>(id.value)] = false;
 }
 
 }  // namespace
@@ -58,14 +55,7 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
   if (count < 2) throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
   std::vector<ViewId> held = FoldViews(scene, n, fold);
   while (held.empty() && n > 2) held = FoldViews(scene, --n, fold);
-  std::vector<bool> use(count, true);
-  Exclude(held, use);
-  if (fold == Fold::kChoose) {
-    std::vector<bool> strict = use;
-    Exclude(FoldViews(scene, n, Fold::kReport), strict);
-    if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(count)) use = strict;
-  }
-  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout", scene.folder);
+  const std::vector<bool> use = PhotosWithout(scene, n, fold);
   std::vector<TestView> views;
   for (const ViewId id : Spread(held, most)) {
     TestView t = TestViewOf(scene, id, width_px);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/geometry/median.h"
 #include "scene/model/scene.h"
 

@@ -1,4 +1,5 @@
-// A figure for each of the nine properties that Table 3.2 asks of an image-based rendering algorithm.
+#include "render/tradeoff/properties.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -11,14 +12,13 @@
 #include <optional>
 #include <random>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/sweep.h"
-#include "render/tradeoff/tradeoff.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
@@ -27,6 +27,7 @@ namespace lumi {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using Figures = std::vector<Figure>;
 
 constexpr const char* kPropertiesMarker = "properties.json";
 constexpr int kRays = 200;               // random rays of a figure
@@ -75,17 +76,15 @@ class Properties {
     if (settings_.k == 0) settings_.k = 4;
   }
 
-  std::string Run() {
-    Json rows = Json::array();
+  PropertiesSummary Run() {
+    PropertiesSummary summary;
     Progress progress(sink_, "measuring properties", 9);
-    const auto add = [&](const char* name, const char* what, Json figures) {
-      Json row = {{"property", name}, {"figure", what}};
-      row.update(figures);
-      rows.push_back(row);
+    const auto add = [&](const char* name, const char* what, Figures figures) {
+      summary.properties.push_back({name, what, std::move(figures)});
       progress.Step();
     };
-    const Json own = Epipoles();
-    add("unstructured input", "photos that some pixel shows, of all", {{"used", own["cameras_used"]}, {"cameras", own["cameras"]}});
+    const Figures own = Epipoles();
+    add("unstructured input", "photos that some pixel shows, of all", {{"used", own[1].value, true}, {"cameras", own[0].value, true}});
     add("natural navigation",
         "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
     add("real-time performance", "milliseconds a frame", RealTime());
@@ -95,14 +94,14 @@ class Properties {
     add("radiance consistency", "largest difference of a weight for one ray from two viewpoints", RadianceConsistency());
     add("continuity", "largest change of a weight a step", Continuity());
     add("sensitivity to non-ideal effects", "held-out PSNR and coverage with an effect, and without", NonIdeal());
-    Json j = {{"scene", o_.scene.generic_string()},
-              {"proxy", proxy_.empty() ? bench_.scene().active_proxy : proxy_},
-              {"backend", o_.backend},
-              {"device", bench_.Measured(proxy_).Device()},
-              {"settings", bench_.ToJson(settings_)},
-              {"properties", rows}};
-    if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, j.dump(1) + "\n");
-    return j.dump();
+    summary.scene = o_.scene;
+    summary.proxy = proxy_.empty() ? scene().active_proxy : proxy_;
+    summary.backend = o_.backend;
+    summary.device = bench_.Measured(proxy_).Device();
+    summary.settings = settings_;
+    summary.own_times = bench_.lumigraph().own_times();
+    if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, ToJson(summary).dump(1) + "\n");
+    return summary;
   }
 
  private:
@@ -194,7 +193,7 @@ class Properties {
     return d;
   }
 
-  Json Navigation() {
+  Figures Navigation() {
     RadianceSettings s = settings_;
     s.resolution = Resolution::kOff;
     std::mt19937 random(3);
@@ -230,27 +229,28 @@ class Properties {
 
   std::vector<TestView> Views(Fold fold) const { return HeldOutViews(scene(), o_.holdout, fold, o_.views, bench_.Width()); }
 
-  Json RealTime() {
-    Json j = {{"width", bench_.Width()}};
+  Figures RealTime() {
+    Figures figures = {{"width", bench_.Width(), true}};
     const TestView t = Views(Fold::kReport).front();
     const auto time = [&](const char* key, const RadianceSettings& s) {
       RenderRequest r;
       r.view = t.view;
       r.use = t.use;
       r.settings = bench_.For(t.view, s);
+      std::optional<double> ms;
       try {
-        j[key] = TimeFrame(bench_.Measured(proxy_), r, o_.repeats).ms;
+        ms = TimeFrame(bench_.Measured(proxy_), r, o_.repeats).ms;
       } catch (const Interrupted&) {
         throw;
-      } catch (const std::exception& e) {
-        j[key] = nullptr;
+      } catch (const std::exception&) {  // the backend does not do it
       }
+      figures.push_back({key, ms});
     };
     time("pixel_ms", settings_);
     time("interpolated_25_ms", WithMethod(bench_.settings(), Method::kInterpolated));
     time("candidates_25_ms", WithMethod(bench_.settings(), Method::kCandidates));
     time("optimum_25_ms", WithMethod(bench_.settings(), Method::kOptimumGrid));
-    return j;
+    return figures;
   }
 
   double HeldOutPsnr(Renderer& renderer, const RadianceSettings& s, double* coverage = nullptr) {
@@ -292,10 +292,10 @@ class Properties {
     return m;
   }
 
-  Json Correspondence() {
+  Figures Correspondence() {
     const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
-    const auto with_plane = MakeCpuRenderer(scene(), plane, bench_.photos()),
-               with_infinity = MakeCpuRenderer(scene(), infinity, bench_.photos());
+    const auto with_plane = bench_.lumigraph().NewRenderer(MakeCpuRenderer, plane),
+               with_infinity = bench_.lumigraph().NewRenderer(MakeCpuRenderer, infinity);
     return {{"proxy_psnr_db", HeldOutPsnr(bench_.Cpu(proxy_), settings_)},
             {"plane_psnr_db", HeldOutPsnr(*with_plane, settings_)},
             {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
@@ -303,7 +303,7 @@ class Properties {
 
   // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What is blended is
   // held to the ray's own direction, beside the photo nearest in angle alone, and the mean of all that see the point, a texture's.
-  Json ViewDependence() {
+  Figures ViewDependence() {
     RadianceSettings everyone = settings_;
     everyone.k = 0;
     std::vector<double> blended, nearest, textured;
@@ -331,12 +331,12 @@ class Properties {
       nearest.push_back(2 * std::sin(0.5 * least));
       if (const auto c = RankCorrelation(all, angles)) correlations.push_back(*c);
     }
-    if (blended.empty()) return {{"rays", 0}};
-    return {{"rays", blended.size()},
+    if (blended.empty()) return {{"rays", 0, true}};
+    return {{"rays", static_cast<double>(blended.size()), true},
             {"direction_error", Median(blended)},
             {"nearest_photo_direction_error", Median(nearest)},
             {"all_photos_direction_error", Median(textured)},
-            {"rank_correlation_median", correlations.empty() ? Json(nullptr) : Json(Median(correlations))}};
+            {"rank_correlation_median", correlations.empty() ? std::nullopt : std::optional(Median(correlations))}};
   }
   static std::optional<double> RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
     // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be
@@ -353,10 +353,10 @@ class Properties {
 
   // At each source camera its own photo is white and all others are black: the picture is the own photo's weight, whatever way
   // the renderer took to it.
-  Json Epipoles() {
+  Figures Epipoles() {
     std::vector<Photo> photos(scene().views.size());
     for (Photo& p : photos) p.levels = {Image8(1, 1, 3, 0)};
-    const auto renderer = MakeCpuRenderer(scene(), bench_.mesh(proxy_), photos);  // reads the photos at every frame
+    const auto renderer = MakeCpuRenderer(WorldOf(scene(), bench_.mesh(proxy_)), photos);  // reads the photos at every frame
     RadianceSettings pixel = settings_;
     pixel.resolution = Resolution::kOff;
     pixel.time = false;
@@ -417,13 +417,13 @@ class Properties {
       }
       photos[j].levels[0] = Image8(1, 1, 3, 0);
     }
-    Json j = {{"cameras", photos.size()}, {"cameras_used", used}};
+    Figures figures = {{"cameras", static_cast<double>(photos.size()), true}, {"cameras_used", used, true}};
     for (const Case& c : cases) {
-      j[std::string(c.key) + "_weight_min"] = c.refused.empty() && c.pixels > 0 ? Json(c.smallest) : Json(nullptr);
-      j[std::string(c.key) + "_weight_mean"] =
-          c.refused.empty() && c.pixels > 0 ? Json(c.sum / static_cast<double>(c.pixels)) : Json(nullptr);
+      const bool known = c.refused.empty() && c.pixels > 0;
+      figures.push_back({std::string(c.key) + "_weight_min", known ? std::optional(c.smallest) : std::nullopt});
+      figures.push_back({std::string(c.key) + "_weight_mean", known ? std::optional(c.sum / static_cast<double>(c.pixels)) : std::nullopt});
     }
-    return j;
+    return figures;
   }
   // Where the photo's own field-of-view value is 1, at the samples around, too: a cell that reaches into the border
   // interpolates what holds there.
@@ -434,7 +434,7 @@ class Properties {
     return std::min(x + 0.5, image.width - x - 0.5) > border + cell_x && std::min(y + 0.5, image.height - y - 0.5) > border + cell_y;
   }
 
-  Json RadianceConsistency() {
+  Figures RadianceConsistency() {
     RadianceSettings s = settings_;
     s.resolution = Resolution::kOff;
     double worst = 0;
@@ -447,7 +447,7 @@ class Properties {
     return {{"weight_difference_max", worst}};
   }
 
-  Json Continuity() {
+  Figures Continuity() {
     // Straight ways of a tenth of a scene size, all looking at one point of the proxy, walked in three step sizes. A stretch
     // where the ray to p passes a camera closer than `clear` is left out: at an epipole, slopes grow without bound.
     const RadianceSettings& s = settings_;
@@ -484,23 +484,23 @@ class Properties {
         }
       }
     }
-    if (measured == 0) return {{"stretches", 0}};
-    return {{"stretches", measured},
+    if (measured == 0) return {{"stretches", 0, true}};
+    return {{"stretches", static_cast<double>(measured), true},
             {"clear_of_epipoles", clear},
             {"change_at_step_1e-2", largest[0]},
             {"change_at_step_1e-3", largest[1]},
             {"change_at_step_1e-4", largest[2]},
-            {"ratio_1e-2_1e-3", largest[1] > 0 ? Json(largest[0] / largest[1]) : Json(nullptr)},
-            {"ratio_1e-3_1e-4", largest[2] > 0 ? Json(largest[1] / largest[2]) : Json(nullptr)}};
+            {"ratio_1e-2_1e-3", largest[1] > 0 ? std::optional(largest[0] / largest[1]) : std::nullopt},
+            {"ratio_1e-3_1e-4", largest[2] > 0 ? std::optional(largest[1] / largest[2]) : std::nullopt}};
   }
 
-  Json NonIdeal() {
-    Json j;
+  Figures NonIdeal() {
+    Figures figures;
     const auto measure = [&](const char* key, const RadianceSettings& s) {
       double coverage = 0;
       const double psnr = HeldOutPsnr(bench_.Cpu(proxy_), s, &coverage);
-      j[std::string(key) + "_psnr_db"] = psnr;
-      j[std::string(key) + "_coverage"] = coverage;
+      figures.push_back({std::string(key) + "_psnr_db", psnr});
+      figures.push_back({std::string(key) + "_coverage", coverage});
     };
     RadianceSettings on = settings_;
     on.field_of_view = on.visibility = true;
@@ -516,7 +516,7 @@ class Properties {
     measure("with_resolution", s);
     s.resolution = Resolution::kOff;
     measure("without_resolution", s);
-    return j;
+    return figures;
   }
 
   const MeasureOptions& o_;
@@ -531,22 +531,29 @@ class Properties {
 
 }  // namespace
 
-std::string RunProperties(const MeasureOptions& options, ProgressSink& progress) { return Properties(options, progress).Run(); }
+PropertiesSummary RunProperties(const MeasureOptions& options, ProgressSink& progress) { return Properties(options, progress).Run(); }
 
-std::string DescribeProperties(const std::string& json) {
-  const Json j = Json::parse(json);
-  std::string text;
-  for (const Json& row : j["properties"]) {
-    text += fmt::format("{}: {}\n", row["property"].get<std::string>(), row["figure"].get<std::string>());
-    for (const auto& [key, value] : row.items())
-      if (key != "property" && key != "figure")
-        text += fmt::format("    {:<40} {}\n", key,
-                            value.is_null()           ? "not available"
-                            : value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
-                                                      : value.dump());
+Json ToJson(const PropertiesSummary& s) {
+  Json rows = Json::array();
+  for (const Property& p : s.properties) {
+    Json row = {{"property", p.name}, {"figure", p.figure}};
+    for (const Figure& f : p.values) row[f.key] = !f.value ? Json(nullptr) : f.count ? Json(std::lround(*f.value)) : Json(*f.value);
+    rows.push_back(std::move(row));
   }
-  text += fmt::format("proxy {}, {}", j["proxy"].get<std::string>(), j["device"].get<std::string>());
-  return text;
+  Json settings = ToJson(s.settings);
+  if (s.own_times) settings.erase("time-s");
+  settings["backend"] = s.backend;
+  return {{"scene", s.scene.generic_string()}, {"proxy", s.proxy}, {"backend", s.backend}, {"device", s.device}, {"settings", settings}, {"properties", rows}};
+}
+
+std::string Describe(const PropertiesSummary& s) {
+  std::string text;
+  for (const Property& p : s.properties) {
+    text += fmt::format("{}: {}\n", p.name, p.figure);
+    for (const Figure& f : p.values)
+      text += fmt::format("    {:<40} {}\n", f.key, !f.value ? "not available" : f.count ? fmt::format("{:.0f}", *f.value) : fmt::format("{:.6g}", *f.value));
+  }
+  return text + fmt::format("proxy {}, {}", s.proxy, s.device);
 }
 
 }  // namespace lumi

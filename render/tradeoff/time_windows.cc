@@ -6,12 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/tradeoff.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"

@@ -8,8 +8,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
-#include "render/holdout.h"
+#include "render/picture/convert.h"
+#include "render/holdout/holdout.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/front.h"

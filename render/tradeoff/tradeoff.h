@@ -23,8 +23,4 @@ std::string DescribeAblation(const std::string& json);
 std::string RunTimeWindows(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeTimeWindows(const std::string& json);
 
-// `lumi-render properties`: a figure for each of the nine properties of Table 3.2; properties.json in OUT where OUT is given.
-std::string RunProperties(const MeasureOptions& options, ProgressSink& progress);
-std::string DescribeProperties(const std::string& json);
-
 }  // namespace lumi

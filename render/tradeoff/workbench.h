@@ -5,19 +5,16 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
-#include "scene/geometry/mesh.h"
-#include "scene/model/scene.h"
+#include "render/lumigraph/lumigraph.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
 
-struct MeasureOptions {
-  std::filesystem::path scene, output;
+struct MeasureOptions : LumigraphOptions {  // settings: where lines start
+  std::filesystem::path output;
   std::vector<std::string> proxies;        // empty: all the scene has, the active one first
   std::string backend = "cpu";             // cpu, gl
   int width_px = 0;                        // 0: the photos', at most 1024
@@ -29,10 +26,6 @@ struct MeasureOptions {
   std::string view;                        // --ablation: this photo's own camera, without the photo
   std::filesystem::path path;              // the first frame of this camera path: for --ablation instead, for the sweep's Fig. 5-4
   std::filesystem::path against;           // --time-windows: a scene whose photos, at their cameras and times, are the truth
-  RadianceSettings settings;               // where lines start, from --settings and the line
-  std::string effects = "auto";            // auto, none, or a list of EffectNames()
-  std::set<std::string> decided;           // what --settings or the line spoke about
-  bool rescale_cameras = false;
 };
 
 // Throws UsageError, one line.
@@ -43,16 +36,16 @@ class Workbench {
   // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours.
   Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
 
-  const Scene& scene() const { return scene_; }
+  const Lumigraph& lumigraph() const { return lumigraph_; }   // over the first of the proxies
+  const Scene& scene() const { return lumigraph_.scene(); }
   // The options' settings, with the effects that the scene calls for at its held-out photos.
-  const RadianceSettings& settings() const { return settings_; }
+  const RadianceSettings& settings() const { return lumigraph_.settings(); }
   // `settings` for this view: at its own time, unless the options name one.
-  RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const;
+  RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const { return lumigraph_.At(view, settings); }
   // As --settings takes them back, the backend among them; without a time that differs from view to view.
   nlohmann::ordered_json ToJson(const RadianceSettings& settings) const;
   const std::vector<std::string>& proxies() const { return proxies_; }
-  const Mesh& mesh(const std::string& proxy) const { return *meshes_.at(proxy); }
-  std::vector<Photo>& photos() { return photos_; }
+  const Mesh& mesh(const std::string& proxy) const;
   // Made when first wanted. The CPU's is where references come from, whatever is measured.
   Renderer& Cpu(const std::string& proxy);
   Renderer& Measured(const std::string& proxy);
@@ -65,12 +58,9 @@ class Workbench {
 
  private:
   const MeasureOptions& o_;
-  RadianceSettings settings_;
-  bool own_times_ = true;
-  Scene scene_;
+  Lumigraph lumigraph_;
   std::vector<std::string> proxies_;
-  std::map<std::string, std::unique_ptr<Mesh>> meshes_;
-  std::vector<Photo> photos_;
+  std::map<std::string, Mesh> meshes_;   // but for the first
   std::map<std::string, std::unique_ptr<Renderer>> cpu_, gl_;
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 

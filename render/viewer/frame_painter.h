@@ -3,7 +3,7 @@
 #pragma once
 
 #include "render/gl/gl_lumigraph.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

@@ -1,14 +1,11 @@
 #include "render/viewer/opening.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
-#include <sstream>
+#include <utility>
 
-#include "render/view_time.h"
-#include "render/visibility_maps.h"
-#include "render/viewer/matrix_player.h"
+#include "render/path/matrix_path.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 
@@ -30,10 +27,10 @@ int FindView(const Scene& scene, const std::string& name) {
                    fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name, scene.views.size() - 1));
 }
 
-PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name) {
+PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& sources) {
   PreparedProxy p;
   p.name = name;
-  p.mesh = LoadProxy(scene, name);
+  p.mesh = std::move(mesh);
   p.tracer = std::make_shared<const ProxyTracer>(p.mesh, sources.normalized_from_world);
   p.visibility =
       std::make_shared<const VisibilityMaps>(CanOcclude(p.mesh) ? MakeVisibilityMaps(sources, *p.tracer) : VisibilityMaps());
@@ -48,49 +45,50 @@ void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decid
   }
 }
 
-void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided,
-                     RadianceSettings& settings) {
-  if (list == "auto") return ApplyEffects(choice, decided, settings);
-  std::set<std::string> wanted;
-  std::istringstream in(list == "none" ? "" : list);
-  for (std::string name; std::getline(in, name, ',');) {
-    const auto& names = EffectNames();
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw UsageError(fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
-    wanted.insert(name);
-  }
-  for (const std::string& name : EffectNames())
-    if (decided.count(name) == 0) SwitchEffect(settings, name, wanted.count(name) > 0);
+void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSettings& settings) {
+  std::set<std::string> decided;
+  if (list == "auto")
+    ApplyEffects(choice, decided, settings);
+  else
+    ApplyEffectList(list, settings, decided);
 }
 
-Opened::Opened() = default;
-Opened::Opened(Opened&&) noexcept = default;
-Opened::~Opened() = default;
+namespace {
 
-Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
-  Opened o;
-  OpenOptions open;
-  open.rescale_cameras = options.rescale_cameras;
-  o.scene = OpenScene(options.scene, open, progress);
-  if (o.scene.views.empty()) throw DataError("the scene has no photos", "", options.scene);
-  if (!options.view.empty()) FindView(o.scene, options.view);
-  if (PlaysMatrices(options, o.scene)) {
-    o.matrices = std::make_unique<OpenedMatrices>();
-    o.matrices->scene = std::move(o.scene);
-    OpenMatrices(options, progress, *o.matrices);
+// Each frame has its proxy, its moment, and its place.
+void OpenAlongMatrices(const ViewerOptions& options, ProgressSink& progress, Opened& o) {
+  if (!options.proxy.empty() && options.proxy != kPerViewProxy)
+    throw UsageError("a path of matrices is shown with each view's own proxy, not with " + options.proxy, "use --proxy per-view");
+  if (options.budget_ms > 0 || options.refine) throw UsageError("--budget-ms and --refine are of a camera that is steered; a path of matrices plays by itself");
+  if (options.phase) throw UsageError("--phase does not go with a path of matrices: each of its frames has its moment");
+  o.lumigraph.MakePictures(kPerViewProxy, true);
+  o.lumigraph.ReadPhotos(progress);
+  o.frames = MatrixViews(o.lumigraph.scene(), *o.matrices, o.matrices->width_px, o.matrices->height_px);
+  progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
+  o.lumigraph.ChooseMeasures(o.frames, {});
+}
+
+}  // namespace
+
+std::unique_ptr<Opened> OpenForViewing(const ViewerOptions& options, ProgressSink& progress) {
+  std::unique_ptr<Opened> o(new Opened{Lumigraph(options, progress), {}, {}, {}, {}, {}});
+  const Scene& scene = o->lumigraph.scene();
+  if (!options.view.empty()) FindView(scene, options.view);
+  o->matrices = MatrixPathFor(scene, options.path, 30);
+  if (o->matrices) {
+    OpenAlongMatrices(options, progress, *o);
     return o;
   }
-  if (!options.path.empty()) o.path = ReadCameraPath(options.path, PathDetail::kKeyframes);
-  std::string name = options.proxy.empty() ? o.scene.active_proxy : options.proxy;
+  if (!options.path.empty()) o->path = ReadCameraPath(options.path, PathDetail::kKeyframes);
+  std::string name = options.proxy.empty() ? scene.active_proxy : options.proxy;
   // A workspace that is not ours has no active proxy: any one shows more than none.
-  if (const auto names = ListProxies(o.scene.folder); name.empty() && !names.empty()) name = names.front();
+  if (const auto names = ListProxies(scene.folder); name.empty() && !names.empty()) name = names.front();
+  if (name == kPerViewProxy) throw UsageError("--proxy per-view is seen along a path of matrices", "name one with --path");
   progress.Report("preparing the proxy", 0, 0, 0, -1);
-  o.proxy = PrepareProxy(o.scene, MakeSources(o.scene), name);
+  o->lumigraph.MakePictures(name, false);
+  o->proxy = PrepareProxy(name, o->lumigraph.mesh(), MakeSources(scene));
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
-  RadianceSettings settings = options.settings;
-  TakeClock(o.scene, options.decided.count("time-window-s") > 0, settings);
-  o.effects = ChooseEffects(o.scene, o.proxy.mesh, SamplePath(PathThroughPhotos(o.scene, kLookedAt, 1), kLookWidth, kLookHeight), {},
-                            settings, {}, 1.0);
+  o->effects = o->lumigraph.MeasuresCalledFor(SamplePath(PathThroughPhotos(scene, kLookedAt, 1), kLookWidth, kLookHeight));
   return o;
 }
 

@@ -3,22 +3,19 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "render/effects/effects.h"
+#include "render/lumigraph/lumigraph.h"
 #include "render/path/camera_path.h"
-#include "render/radiance/sources.h"
-#include "render/radiance/visibility.h"
 #include "render/viewer/viewer.h"
-#include "scene/geometry/mesh.h"
-#include "scene/model/scene.h"
+#include "scene/files/matrix_path.h"
 #include "scene/program/interrupt.h"
 
 namespace lumi {
-
-struct OpenedMatrices;
 
 // What the opening thread is at, for the window; also passed on to the terminal.
 class OpeningProgress final : public ProgressSink {
@@ -59,28 +56,27 @@ struct PreparedProxy {
   std::shared_ptr<const VisibilityMaps> visibility;
   std::shared_ptr<const ProxyTracer> tracer;
 };
-PreparedProxy PrepareProxy(const Scene& scene, const Sources& sources, const std::string& name);
+PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& sources);
 
 struct Opened {
-  Scene scene;
+  Lumigraph lumigraph;
+  std::optional<MatrixPath> matrices;  // where the lumigraph is seen along them: without a metric, or by the user's path
+  std::vector<RenderView> frames;      // of that path, at its size
+  // Of the others: where the camera goes anywhere.
   PreparedProxy proxy;
-  EffectChoice effects;      // what the data call for, but for exposure: the photos are not read yet
+  EffectChoice effects;                // what the data call for, but for exposure: the photos are not read yet
   CameraPath path;
-  std::unique_ptr<OpenedMatrices> matrices;  // instead of all the others, where the scene is shown by MatrixPlayer
-  Opened();
-  Opened(Opened&&) noexcept;
-  ~Opened();
 };
 
 // The effects of `choice` in settings that otherwise stay; those in `decided` stay as well.
 void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings);
-// A list of effects, none or auto as a script or an option spells it: those and no others. Throws UsageError.
-void ApplyEffectList(const std::string& list, const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings);
+// A list of effects, none or auto as a script spells it: those and no others. Throws UsageError.
+void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSettings& settings);
 
 // By name, or by position. Throws UsageError.
 int FindView(const Scene& scene, const std::string& name);
 
 // Throws what OpenScene and LoadProxy throw; DataError for a scene that cannot be shown.
-Opened OpenForViewing(const ViewerOptions& options, ProgressSink& progress);
+std::unique_ptr<Opened> OpenForViewing(const ViewerOptions& options, ProgressSink& progress);
 
 }  // namespace lumi

@@ -167,15 +167,18 @@ PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings) {
     Dim(fmt::format("{}, {:.2f} dB: |picture - photo|, four times", facts.errors.back().photo, facts.errors.back().psnr_db));
     ImGui::End();
   }
-  if (!facts.message.empty()) {
-    const ImVec2 size = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos({0.5F * size.x, size.y - unit}, ImGuiCond_Always, {0.5F, 1});
-    ImGui::Begin("message", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav);
-    ImGui::TextUnformatted(facts.message.c_str());
-    ImGui::End();
-  }
+  DrawMessage(facts.message);
   return wishes;
+}
+
+void DrawMessage(const std::string& message) {
+  if (message.empty()) return;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, size.y - ImGui::GetFontSize()}, ImGuiCond_Always, {0.5F, 1});
+  ImGui::Begin("message", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav);
+  ImGui::TextUnformatted(message.c_str());
+  ImGui::End();
 }
 
 void DrawOpening(const std::string& scene, const std::string& task, double fraction) {

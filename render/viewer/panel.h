@@ -108,6 +108,8 @@ const std::vector<std::string>& PanelGroups();
 
 // Between Window::BeginUi and EndUi.
 PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings);
+// A line at the bottom, where there is one.
+void DrawMessage(const std::string& message);
 // While the scene is opened; fraction < 0: unknown.
 void DrawOpening(const std::string& scene, const std::string& task, double fraction);
 // A ring around the point that an orbit turns about.

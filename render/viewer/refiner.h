@@ -17,7 +17,7 @@
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/visibility.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

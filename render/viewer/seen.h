@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "render/renderer.h"
 #include "render/show/measure_map.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

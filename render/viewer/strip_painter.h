@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "render/gl/gl_lumigraph.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi {
 

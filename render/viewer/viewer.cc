@@ -4,8 +4,9 @@
 
 #include <chrono>
 #include <future>
+#include <nlohmann/json.hpp>
 
-#include "render/viewer/matrix_player.h"
+#include "render/viewer/playback.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -15,6 +16,7 @@ namespace lumi {
 
 std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
+  if (options.phase && options.decided.contains("time-s")) throw UsageError("--phase and --time-s do not go together");
   std::vector<ScriptStep> script = ParseScript(options.script);
   if (!options.screenshot.empty()) {
     if (!HasImageExtension(options.screenshot))
@@ -49,15 +51,14 @@ std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
     window.Swap();
   }
   try {
-    Opened opened = future.get();
+    const std::unique_ptr<Opened> opened = future.get();
     const double opened_s = SecondsSince(start);
-    if (opened.matrices) {
-      MatrixPlayer player(options, window, *opened.matrices, std::move(script));
-      j = player.Run();
-    } else {
-      Viewer viewer(options, window, opened, progress, std::move(script));
-      j = viewer.Run();
-    }
+    std::unique_ptr<ViewSession> session;
+    if (opened->matrices)
+      session = std::make_unique<Playback>(options, window, *opened, script);
+    else
+      session = std::make_unique<Viewer>(options, window, *opened, progress, script);
+    j = session->Run();
     j["seconds_to_open"] = opened_s;
   } catch (const Interrupted&) {
     if (InterruptRequested()) throw;

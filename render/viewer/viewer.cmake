@@ -22,7 +22,7 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/error_probe.cc
     ${CMAKE_CURRENT_LIST_DIR}/flat_surface.cc
     ${CMAKE_CURRENT_LIST_DIR}/frame_painter.cc
-    ${CMAKE_CURRENT_LIST_DIR}/matrix_player.cc
+    ${CMAKE_CURRENT_LIST_DIR}/playback.cc
     ${CMAKE_CURRENT_LIST_DIR}/opening.cc
     ${CMAKE_CURRENT_LIST_DIR}/overlay.cc
     ${CMAKE_CURRENT_LIST_DIR}/panel.cc
@@ -30,10 +30,12 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/panel_settings.cc
     ${CMAKE_CURRENT_LIST_DIR}/picture_texture.cc
     ${CMAKE_CURRENT_LIST_DIR}/strip_painter.cc
+    ${CMAKE_CURRENT_LIST_DIR}/view_session.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_app.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_arrivals.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_input.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_jobs.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_refine.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc

@@ -3,16 +3,14 @@
 
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
 
-#include "render/radiance/settings.h"
+#include "render/lumigraph/lumigraph.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
 
-struct ViewerOptions {
-  std::filesystem::path scene;
+struct ViewerOptions : LumigraphOptions {  // settings: at the start; effects leave alone what was decided
   std::string proxy;                 // name, empty: the active one
   std::string view;                  // photo whose camera is the start: name or position; empty: the middle one
   int width_px = 1280, height_px = 800;
@@ -20,14 +18,9 @@ struct ViewerOptions {
   std::filesystem::path screenshot;  // when all is loaded: written, and the viewer ends
   std::string script;                // statements (script.h); the viewer ends after the last
   bool show_ui = true;               // false: no panel, also in screenshots
-  RadianceSettings settings;         // at the start
-  std::string effects = "auto";      // auto, none, or a list of EffectNames()
-  std::set<std::string> decided;     // options of `settings` that the user spoke about: effects leave them alone
-  std::optional<double> phase;       // of the scene's period, at the start; else settings.time_s where that was decided
   double budget_ms = 0;              // a frame while the camera moves; 0: none
   std::optional<bool> refine;        // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
   std::filesystem::path path;        // camera path JSON to begin with
-  bool rescale_cameras = false;
 };
 
 // Blocks until the window is closed. Returns a summary as JSON text: frames, median_frame_ms, photos_loaded ...

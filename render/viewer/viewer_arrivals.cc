@@ -17,7 +17,7 @@ constexpr int kExposureSide = 256;           // of the photos whose exposures ar
 }  // namespace
 
 void Viewer::SetProxy(PreparedProxy proxy) {
-  lumigraph_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
+  gl_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
   proxy_tracer_ = std::move(proxy.tracer);
   facts_.proxy = proxy.name;
   facts_.faces = static_cast<int>(proxy.mesh.faces.size());
@@ -26,26 +26,26 @@ void Viewer::SetProxy(PreparedProxy proxy) {
 
 // A small copy, for the photos' exposures.
 void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
-  if (!exposures_wanted_) return;
+  if (!arriving_.exposures_wanted) return;
   std::size_t level = 0;
   while (level + 1 < photo.levels.size() && std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide) ++level;
-  Photo& kept = small_photos_[static_cast<std::size_t>(view.value)];
+  Photo& kept = arriving_.small_photos[static_cast<std::size_t>(view.value)];
   kept.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(level), photo.levels.end());
   kept.level0_shift = photo.level0_shift + static_cast<int>(level);
 }
 
 // When all photos are there, their exposures are compared: on another thread, then drawn with.
 void Viewer::TakeExposures() {
-  if (exposures_wanted_ && !exposing_.valid() && loader_.outstanding() == 0) {
-    exposures_wanted_ = false;
-    exposing_ = std::async(std::launch::async, [this, photos = std::move(small_photos_)] { return EstimateExposures(scene_, photos); });
+  if (arriving_.exposures_wanted && !arriving_.exposures.valid() && arriving_.loader.outstanding() == 0) {
+    arriving_.exposures_wanted = false;
+    arriving_.exposures = std::async(std::launch::async, [this, photos = std::move(arriving_.small_photos)] { return EstimateExposures(scene_, photos); });
   }
-  facts_.effects_open = exposing_.valid() || exposures_wanted_;
-  if (!exposing_.valid() || exposing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  const Exposures found = exposing_.get();
+  facts_.effects_open = arriving_.exposures.valid() || arriving_.exposures_wanted;
+  if (!arriving_.exposures.valid() || arriving_.exposures.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const Exposures found = arriving_.exposures.get();
   facts_.effects_open = false;
-  for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = found.gain[i];
-  lumigraph_.SetGains(found.gain);
+  lumigraph_.SetExposures(found);
+  gl_.SetGains(found.gain);
   for (Effect& e : effects_.effects)
     if (e.name == "exposure") {
       e.on = found.Differ();
@@ -59,7 +59,7 @@ void Viewer::TakeExposures() {
 void Viewer::TakePhotos() {
   const auto start = Clock::now();
   while (SecondsSince(start) < kUploadTime_s) {
-    std::optional<PhotoLoader::Loaded> loaded = loader_.Take();
+    std::optional<PhotoLoader::Loaded> loaded = arriving_.loader.Take();
     if (!loaded) break;
     const Image8* first = loaded->photo.levels.empty() ? nullptr : &loaded->photo.levels.front();
     const Eigen::Vector2i planned = budget_.sizes_px[static_cast<std::size_t>(loaded->view.value)];
@@ -71,36 +71,36 @@ void Viewer::TakePhotos() {
       Say(loaded->error);
       continue;
     }
-    lumigraph_.Upload(loaded->view, loaded->photo);
+    gl_.Upload(loaded->view, loaded->photo);
     KeepForExposure(loaded->view, loaded->photo);
     if (settings_.Refines())
-      (*photos_)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
+      (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
     else
-      photos_missing_ = true;
-    new_photos_ = true;
+      rest_.photos_missing = true;
+    arriving_.new_photos = true;
   }
   if (facts_.photos_failed == facts_.photos_total)
-    throw InputError(scene_.image_folder, "none of the photos could be read: " + facts_.message);
-  facts_.photos_loaded = lumigraph_.photo_count();
-  facts_.photo_mb = static_cast<double>(lumigraph_.photo_bytes()) / kMb;
-  if (new_photos_ && (loader_.outstanding() == 0 || SecondsSince(last_refresh_) > kLoadedRefresh_s)) {
+    throw InputError(scene_.image_folder, "none of the photos could be read: " + message());
+  facts_.photos_loaded = gl_.photo_count();
+  facts_.photo_mb = static_cast<double>(gl_.photo_bytes()) / kMb;
+  if (arriving_.new_photos && (arriving_.loader.outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
     ++generation_;
-    new_photos_ = false;
-    last_refresh_ = Clock::now();
+    arriving_.new_photos = false;
+    arriving_.last_refresh = Clock::now();
   }
 }
 
 void Viewer::WishProxy(const std::string& name) {
-  if (name == facts_.proxy || proxy_loading_.valid()) return;
-  proxy_loading_ =
-      std::async(std::launch::async, [this, name, sources = lumigraph_.sources()] { return PrepareProxy(scene_, sources, name); });
+  if (name == facts_.proxy || arriving_.proxy.valid()) return;
+  arriving_.proxy =
+      std::async(std::launch::async, [this, name, sources = gl_.sources()] { return PrepareProxy(name, LoadProxy(scene_, name), sources); });
 }
 
 void Viewer::TakeProxy() {
-  facts_.proxy_loading = proxy_loading_.valid();
-  if (!facts_.proxy_loading || proxy_loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  facts_.proxy_loading = arriving_.proxy.valid();
+  if (!facts_.proxy_loading || arriving_.proxy.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   try {
-    SetProxy(proxy_loading_.get());
+    SetProxy(arriving_.proxy.get());
   } catch (const Error& e) {
     Complain(e);
   }

@@ -27,9 +27,9 @@ std::optional<Eigen::Vector3d> Viewer::PointAt(double x_px, double y_px) const {
   const Eigen::Vector2d scale = painter_.shown_size_px().cast<double>().cwiseQuotient(size_px_.cast<double>());
   const int x = std::clamp(static_cast<int>(x_px * scale.x()), 0, painter_.shown_size_px().x() - 1);
   const int y = std::clamp(static_cast<int>(y_px * scale.y()), 0, painter_.shown_size_px().y() - 1);
-  const double depth = static_cast<double>(lumigraph_.ReadDepth(painter_.shown(), x, y));
+  const double depth = static_cast<double>(gl_.ReadDepth(painter_.shown(), x, y));
   if (!(depth > 0)) return std::nullopt;
-  const RenderView view = MakeWindowView(navigator_.state(), size_px_.x(), size_px_.y());
+  const RenderView view = MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y());
   const Eigen::Matrix3d M = view.P.leftCols<3>();
   const auto ray = RayDirection(view.P, {x_px, y_px});
   if (!ray) return std::nullopt;
@@ -40,26 +40,25 @@ std::optional<Eigen::Vector3d> Viewer::PointAt(double x_px, double y_px) const {
 
 // What an orbit turns about: the picked point, else what stands in the middle of the picture, else the scene's centre.
 Eigen::Vector3d Viewer::Pivot() {
-  if (pivot_) return *pivot_;
+  if (steering_.pivot) return *steering_.pivot;
   if (const auto middle = PointAt(0.5 * size_px_.x(), 0.5 * size_px_.y())) return *middle;
   return scene_.normalized_from_world.Inverse() * Eigen::Vector3d::Zero();
 }
 
 void Viewer::Jump(int view, bool at_once) {
   const int n = static_cast<int>(scene_.views.size());
-  current_photo_ = (view % n + n) % n;
-  navigator_.FlyTo(StateOfView(scene_, ViewId{current_photo_}), at_once ? 0 : kFlight_s);
+  steering_.current_photo = (view % n + n) % n;
+  steering_.navigator.FlyTo(StateOfView(scene_, ViewId{steering_.current_photo}), at_once ? 0 : kFlight_s);
 }
 
 void Viewer::Key(int key) {
-  RadianceSettings& r = settings_.radiance;
-  const int current = current_photo_ >= 0 ? current_photo_ : NearestView(scene_, navigator_.state());
+  if (SeenKey(key, settings_.seen)) return;
+  if (PhotosKey(key, settings_.radiance)) return Say(settings_.radiance.k == 0 ? "all photos at every pixel" : fmt::format("{} photos a pixel", settings_.radiance.k));
+  const int current = steering_.current_photo >= 0 ? steering_.current_photo : NearestView(scene_, steering_.navigator.state());
   switch (key) {
     case GLFW_KEY_ESCAPE: return window_.Close();
-    case GLFW_KEY_F: settings_.seen = settings_.seen == Seen{} ? Seen{.show = Show::kFalseColor} : Seen{}; return;
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
     case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
-    case GLFW_KEY_G: settings_.seen = settings_.seen.flat ? Seen{} : Seen{.flat = true}; return;
     case GLFW_KEY_N:
       if (const auto at = std::find(facts_.proxies.begin(), facts_.proxies.end(), facts_.proxy); facts_.proxies.size() > 1) {
         const std::string next = at == facts_.proxies.end() || at + 1 == facts_.proxies.end() ? facts_.proxies.front() : *(at + 1);
@@ -76,62 +75,58 @@ void Viewer::Key(int key) {
       return;
     case GLFW_KEY_H: settings_.help = !settings_.help; return;
     case GLFW_KEY_TAB: settings_.panel = !settings_.panel; return;
-    case GLFW_KEY_LEFT_BRACKET: r.k = r.k == 0 ? kMaxBlend : std::max(1, r.k - 1); return Say(fmt::format("{} photos a pixel", r.k));
-    case GLFW_KEY_RIGHT_BRACKET:
-      r.k = r.k == 0 || r.k == kMaxBlend ? 0 : r.k + 1;
-      return Say(r.k == 0 ? "all photos at every pixel" : fmt::format("{} photos a pixel", r.k));
     case GLFW_KEY_LEFT: return Jump(current - 1, false);
     case GLFW_KEY_RIGHT: return Jump(current + 1, false);
     case GLFW_KEY_HOME:
-      pivot_.reset();
-      current_photo_ = -1;
-      return navigator_.FlyTo(home_, kFlight_s);
-    case GLFW_KEY_F12: return Screenshot(FreeScreenshotName(), false);
+      steering_.pivot.reset();
+      steering_.current_photo = -1;
+      return steering_.navigator.FlyTo(steering_.home, kFlight_s);
+    case GLFW_KEY_F12: return painter_.empty() ? void() : Screenshot(FreeScreenshotName(), false);
     default: return;
   }
 }
 
 // Returns whether the user moves the camera.
-bool Viewer::Steer(const WindowInput& input, double dt_s) {
+bool Viewer::Move(const WindowInput& input, double dt_s) {
   for (const int key : input.keys) Key(key);
   if (input.double_click_px) {
     if (const auto point = PointAt(input.double_click_px->x(), input.double_click_px->y())) {
-      pivot_ = point;
+      steering_.pivot = point;
       Say("orbits turn about this point");
     } else {
-      pivot_.reset();
+      steering_.pivot.reset();
     }
   }
-  if (input.drag_began || !drag_pivot_) drag_pivot_ = Pivot();
-  if (!window_.Dragging() && input.orbit_px.isZero()) drag_pivot_.reset();
+  if (input.drag_began || !steering_.drag_pivot) steering_.drag_pivot = Pivot();
+  if (!window_.Dragging() && input.orbit_px.isZero()) steering_.drag_pivot.reset();
   bool moved = false;
   if (!input.orbit_px.isZero()) {
-    navigator_.Orbit(drag_pivot_ ? *drag_pivot_ : Pivot(), -kOrbitPerPx * input.orbit_px.x(), kOrbitPerPx * input.orbit_px.y());
+    steering_.navigator.Orbit(steering_.drag_pivot ? *steering_.drag_pivot : Pivot(), -kOrbitPerPx * input.orbit_px.x(), kOrbitPerPx * input.orbit_px.y());
     moved = true;
   }
   if (!input.look_px.isZero()) {
-    navigator_.Look(kLookPerPx * input.look_px.x(), -kLookPerPx * input.look_px.y());
+    steering_.navigator.Look(kLookPerPx * input.look_px.x(), -kLookPerPx * input.look_px.y());
     moved = true;
   }
   if (!input.pan_px.isZero()) {
-    navigator_.Pan(Pivot(), -input.pan_px.x() / size_px_.x(), input.pan_px.y() / size_px_.y());
+    steering_.navigator.Pan(Pivot(), -input.pan_px.x() / size_px_.x(), input.pan_px.y() / size_px_.y());
     moved = true;
   }
   if (input.dolly_steps != 0) {
-    navigator_.Dolly(Pivot(), std::pow(0.9, input.dolly_steps));
+    steering_.navigator.Dolly(Pivot(), std::pow(0.9, input.dolly_steps));
     moved = true;
   }
   if (input.zoom_steps != 0) {
-    navigator_.Zoom(std::pow(0.93, input.zoom_steps));
+    steering_.navigator.Zoom(std::pow(0.93, input.zoom_steps));
     moved = true;
   }
   if (!input.fly.isZero()) {
     const double step = kFlySpeed * dt_s / scene_.normalized_from_world.scale;
-    navigator_.Fly(step * input.fly.x(), step * input.fly.y(), step * input.fly.z());
+    steering_.navigator.Fly(step * input.fly.x(), step * input.fly.y(), step * input.fly.z());
     moved = true;
   }
   if (moved) {
-    current_photo_ = -1;
+    steering_.current_photo = -1;
     playing_s_.reset();
   }
   return moved;
@@ -183,7 +178,7 @@ void Viewer::Grant(const PanelWishes& wishes) {
     }
     if (wishes.scrub_s && !path_.keys.empty()) {
       playing_s_.reset();
-      navigator_.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *wishes.scrub_s)));
+      steering_.navigator.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *wishes.scrub_s)));
       facts_.play_s = *wishes.scrub_s;
     }
     switch (wishes.record) {

@@ -1,14 +1,10 @@
-// The viewer's camera path and its playback, recording, and measuring.
-#include <epoxy/gl.h>
+// The viewer's camera path and its playback.
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "render/convert.h"
 #include "render/path/nerfstudio_path.h"
 #include "render/path/path_editing.h"
-#include "render/viewer/canvas.h"
-#include "render/viewer/setting_rules.h"
 #include "render/viewer/viewer_app.h"
 
 namespace lumi {
@@ -16,9 +12,6 @@ namespace {
 
 constexpr double kUsualGap_s = 2;        // between keys that are added one after another
 constexpr double kJump_s = 0.6;
-constexpr double kStep_ms = 40;          // of a job, before the window is looked at again
-constexpr double kJobPatience_s = 0.3;   // a job that the moving picture kept from working draws one of its pictures whole
-constexpr double kLiveFps = 30;
 constexpr double kKeyDepth = 0.05;       // normalised: of a key's frustum
 constexpr int kPathLines = 300;
 
@@ -26,7 +19,7 @@ constexpr int kPathLines = 300;
 
 // The window's camera as a key: what a frame of the path's shape would show.
 PathKey Viewer::CurrentKey(double time_s) const {
-  const ViewState& state = navigator_.state();
+  const ViewState& state = steering_.navigator.state();
   const int width = path_.width_px > 0 ? path_.width_px : size_px_.x(), height = path_.height_px > 0 ? path_.height_px : size_px_.y();
   PathKey key;
   key.cam_from_world = state.cam_from_world;
@@ -63,7 +56,7 @@ void Viewer::JumpToKey(int index) {
   settings_.selected_key = index;
   const PathKey& key = path_.keys[static_cast<std::size_t>(index)];
   facts_.play_s = key.time_s - path_.keys.front().time_s;
-  navigator_.FlyTo(StateOfKey(key), scripted_ ? 0 : kJump_s);
+  steering_.navigator.FlyTo(StateOfKey(key), script_.given ? 0 : kJump_s);
 }
 
 void Viewer::PathEdited() {
@@ -96,7 +89,7 @@ void Viewer::SavePath(const std::filesystem::path& file, bool nerfstudio) {
     WriteNerfstudioPath(wanted, path_, size_px_.x(), size_px_.y());
   else
     WriteCameraPath(wanted, path_);
-  if (!scripted_) Say("wrote " + wanted.string());
+  if (!script_.given) Say("wrote " + wanted.string());
 }
 
 void Viewer::StartPlaying() {
@@ -108,7 +101,7 @@ bool Viewer::Play(double dt_s) {
   bool changed = false;
   if (playing_s_ && path_.keys.empty()) playing_s_.reset();
   if (playing_s_) {
-    navigator_.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *playing_s_)));
+    steering_.navigator.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *playing_s_)));
     facts_.play_s = *playing_s_;
     if (*playing_s_ >= Duration(path_))
       playing_s_.reset();
@@ -157,145 +150,6 @@ void Viewer::DrawPath(const Overlay::Eye& eye) {
     }
   }
   overlay_.Lines(eye, lines);
-}
-
-std::filesystem::path Viewer::VideoName() const {
-  std::string name = settings_.video_file.data();
-  if (name.empty()) name = facts_.scene + ".mp4";
-  if (std::filesystem::path(name).extension() != ".mp4") name += ".mp4";
-  return name;
-}
-
-void Viewer::StartRecording(const std::filesystem::path& wanted) {
-  if (path_recording_ || live_recording_) throw UsageError("a recording is going on");
-  if (path_.keys.size() < 2) throw UsageError("a path to record has two keys or more");
-  auto r = std::make_unique<PathRecording>(PathRecording{nullptr, StripPainter(lumigraph_), path_, Request({1, 1}, accepted_), {}, 0});
-  r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(), path_.height_px > 0 ? path_.height_px : size_px_.y()};
-  r->recorder = std::make_unique<Recorder>(wanted, path_.fps);
-  facts_.recording_to = wanted.string();
-  playing_s_.reset();
-  path_recording_ = std::move(r);
-}
-
-void Viewer::StartLiveRecording(const std::filesystem::path& wanted) {
-  if (path_recording_ || live_recording_) throw UsageError("a recording is going on");
-  auto r = std::make_unique<LiveRecording>();
-  r->recorder = std::make_unique<Recorder>(wanted, kLiveFps);
-  r->start = Clock::now();
-  r->size_px = size_px_;
-  facts_.recording_to = wanted.string();
-  live_recording_ = std::move(r);
-}
-
-void Viewer::FinishRecording() {
-  if (live_recording_) live_recording_->recorder->Finish();
-}
-
-void Viewer::CancelRecording() {
-  if (path_recording_) path_recording_->recorder->Cancel();
-  if (live_recording_) live_recording_->recorder->Cancel();
-}
-
-// Called with what is seen in the bound framebuffer: drawn once more into one that nothing covers.
-void Viewer::StepLiveRecording() {
-  if (!live_recording_) return;
-  LiveRecording& r = *live_recording_;
-  if (r.recorder->state() == Recorder::State::kOpen) {
-    if (r.size_px != size_px_) {
-      // A video has one size.
-      r.recorder->Finish();
-      Say("the window's size changed: the recording ends here");
-    } else {
-      const long due = static_cast<long>(SecondsSince(r.start) * kLiveFps) + 1;
-      if (r.recorder->added() < due && !r.recorder->Full()) {
-        const Canvas canvas(size_px_);
-        Compose();
-        const Image8 seen = canvas.Read();
-        glBindFramebuffer(GL_FRAMEBUFFER, 0);
-        // As often as its time on the screen: the clip runs as the hand did. What the encoder has no room for comes later.
-        while (r.recorder->added() < due && !r.recorder->Full()) r.recorder->Add(seen);
-      }
-    }
-  }
-  if (!r.recorder->Ended()) return;
-  const std::unique_ptr<LiveRecording> ended = std::move(live_recording_);
-  try {
-    CloseRecording(*ended->recorder);
-  } catch (const Error& e) {
-    Complain(e);
-  }
-}
-
-void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
-  PathRecording& r = *path_recording_;
-  const int count = FrameCount(r.path);
-  facts_.recorded = static_cast<double>(r.recorder->encoded()) / std::max(1, count);
-  if (r.recorder->state() == Recorder::State::kOpen && !Loading()) {
-    if (!r.painter.busy() && r.next < count && !r.recorder->Full()) {
-      const double start = r.path.keys.front().time_s, t = count > 1 ? Duration(r.path) * r.next / (count - 1) : 0;
-      RenderRequest request = r.request;
-      request.view = MakeRenderView(PoseOnPath(r.path, start + t), r.size_px.x(), r.size_px.y());
-      // Where time plays, it plays in the video as well.
-      if (settings_.play_time) request.settings.time_s += t;
-      r.painter.Start(request);
-      ++r.next;
-    }
-    if (r.painter.busy()) {
-      painter_.Disturbed();
-      if (const auto picture = r.painter.Step(step_ms, undisturbed)) {
-        r.recorder->Add(ToRgb8(*picture));
-        if (r.next == count) r.recorder->Finish();
-      }
-    }
-  }
-  if (r.recorder->Ended()) {
-    const std::unique_ptr<PathRecording> ended = std::move(path_recording_);
-    CloseRecording(*ended->recorder);
-  }
-}
-
-void Viewer::CloseRecording(const Recorder& recorder) {
-  switch (recorder.state()) {
-    case Recorder::State::kWritten:
-      videos_.emplace_back(recorder.file().string(), recorder.encoded());
-      if (!scripted_) Say("wrote " + recorder.file().string());
-      break;
-    case Recorder::State::kFailed: throw MachineError(recorder.problem(), {}, facts_.recording_to);
-    default: Say("the recording was cancelled: nothing is left of it");
-  }
-}
-
-void Viewer::StartMeasuring() {
-  if (probe_.busy() || path_recording_) return;
-  probe_.Start(ViewId{NearestView(scene_, navigator_.state())}, accepted_);
-}
-
-// What is drawn beside the picture, a step a frame; while the picture itself is redrawn, it waits for a while.
-void Viewer::StepJobs() {
-  const bool undisturbed = !painter_.painted();
-  const bool step = undisturbed || SecondsSince(last_step_) > kJobPatience_s;
-  const double step_ms = undisturbed ? kStep_ms : 0;
-  try {
-    if (step && path_recording_) StepPathRecording(step_ms, undisturbed);
-    if (step && probe_.busy() && !path_recording_ && !Loading()) {
-      if (probe_.drawing()) painter_.Disturbed();
-      if (auto measured = probe_.Step(step_ms, undisturbed)) {
-        ShowDifference(measured->difference);
-        measured->difference = {};
-        errors_.push_back(*measured);
-        facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
-      }
-    }
-    if (undisturbed && !Working()) StepBudgetProbe();
-  } catch (const Error& e) {
-    path_recording_.reset();
-    Complain(e);
-  }
-  if (step) last_step_ = Clock::now();
-  facts_.measuring = probe_.busy();
-  facts_.recording = path_recording_ || live_recording_;
-  facts_.recording_live = live_recording_ != nullptr;
-  if (live_recording_) facts_.recorded = SecondsSince(live_recording_->start);
 }
 
 }  // namespace lumi

@@ -1,6 +1,7 @@
 // What the viewer does at rest: the picture by optimal weights at every pixel replaces that of the graphics processor when it is whole,
 // and goes as soon as anything else is to be seen.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "render/settings_json.h"
 #include "render/viewer/viewer_app.h"
@@ -34,72 +35,72 @@ std::optional<RenderRequest> Viewer::WantedRefinement() const {
   return Request(size_px_, optimal);
 }
 
-bool Viewer::RefinementOpen() const { return refinement_wanted_ && !refinement_ended_ && !path_recording_ && !probe_.busy(); }
+bool Viewer::RefinementOpen() const { return rest_.wanted && !rest_.ended && !jobs_.path_recording && !jobs_.probe.busy(); }
 
 void Viewer::StopRefining() {
-  if (!refiner_.busy()) return;
-  refiner_.Cancel();
-  ++refinements_cancelled_;
+  if (!rest_.refiner.busy()) return;
+  rest_.refiner.Cancel();
+  ++rest_.cancelled;
 }
 
 // After Paint. `moving`: the camera will have moved by the next picture.
 void Viewer::StepRefinement(bool changed, bool moving) {
   const std::optional<RenderRequest> wanted = WantedRefinement();
-  const bool same = wanted.has_value() == refinement_wanted_.has_value() && (!wanted || Same(*wanted, *refinement_wanted_)) &&
-                    refinement_generation_ == generation_;
+  const bool same = wanted.has_value() == rest_.wanted.has_value() && (!wanted || Same(*wanted, *rest_.wanted)) &&
+                    rest_.generation == generation_;
   if (!same) {
     StopRefining();
-    refined_.Clear();
-    refinement_ended_ = false;
-    refinement_wanted_ = wanted;
-    refinement_generation_ = generation_;
+    rest_.picture.Clear();
+    rest_.ended = false;
+    rest_.wanted = wanted;
+    rest_.generation = generation_;
   }
-  if (changed || moving || !same) resting_since_ = Clock::now();
-  if (path_recording_ || probe_.busy()) StopRefining();  // what is measured and recorded has the machine to itself
-  if (auto picture = refiner_.Take()) {
-    refinement_ended_ = true;
-    refinement_s_ = picture->seconds;
-    refinement_problem_ = picture->problem;
+  if (changed || moving || !same) rest_.since = Clock::now();
+  if (jobs_.path_recording || jobs_.probe.busy()) StopRefining();  // what is measured and recorded has the machine to itself
+  if (auto picture = rest_.refiner.Take()) {
+    rest_.ended = true;
+    rest_.seconds = picture->seconds;
+    rest_.problem = picture->problem;
     if (picture->problem.empty()) {
-      refined_.Set(picture->image);
-      ++refinements_;
+      rest_.picture.Set(picture->image);
+      ++rest_.pictures;
     } else {
       Say(picture->problem);
     }
   }
-  if (wanted && RefinementOpen() && !refiner_.busy() && KeepPhotos() && painter_.complete() && motion_.ToProbe() == nullptr &&
-      SecondsSince(resting_since_) >= kRest_s)
-    refiner_.Start({*wanted, lumigraph_.sources(), proxy_tracer_, lumigraph_.visibility(), photos_});
-  facts_.refined = !refined_.empty();
-  facts_.refining = refiner_.busy();
-  facts_.refined_fraction = refiner_.fraction();
-  facts_.refinement_s = refinement_s_;
+  if (wanted && RefinementOpen() && !rest_.refiner.busy() && KeepPhotos() && painter_.complete() && moving_.budget.ToProbe() == nullptr &&
+      SecondsSince(rest_.since) >= kRest_s)
+    rest_.refiner.Start({*wanted, gl_.sources(), proxy_tracer_, gl_.visibility(), rest_.photos});
+  facts_.refined = !rest_.picture.empty();
+  facts_.refining = rest_.refiner.busy();
+  facts_.refined_fraction = rest_.refiner.fraction();
+  facts_.refinement_s = rest_.seconds;
 }
 
 // Photos that nobody wanted to keep when they came are read once more.
 bool Viewer::KeepPhotos() {
   if (!Settled()) return false;
-  if (!photos_missing_) return true;
-  if (!photos_reader_) {
-    photos_ = std::make_shared<std::vector<Photo>>(scene_.views.size());
-    photos_reader_ = std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
+  if (!rest_.photos_missing) return true;
+  if (!rest_.photos_reader) {
+    rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
+    rest_.photos_reader = std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
   }
-  while (auto loaded = photos_reader_->Take())
-    if (lumigraph_.Has(loaded->view)) (*photos_)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
-  if (photos_reader_->outstanding() > 0) return false;
-  photos_reader_.reset();
-  photos_missing_ = false;
+  while (auto loaded = rest_.photos_reader->Take())
+    if (gl_.Has(loaded->view)) (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
+  if (rest_.photos_reader->outstanding() > 0) return false;
+  rest_.photos_reader.reset();
+  rest_.photos_missing = false;
   return true;
 }
 
 nlohmann::json Viewer::RefinementSummary() const {
   nlohmann::json j;
   j["on"] = settings_.Refines();
-  j["shown"] = !refined_.empty();
-  j["pictures"] = refinements_;
-  j["cancelled"] = refinements_cancelled_;
-  j["seconds"] = refinement_s_;
-  j["problem"] = refinement_problem_;
+  j["shown"] = !rest_.picture.empty();
+  j["pictures"] = rest_.pictures;
+  j["cancelled"] = rest_.cancelled;
+  j["seconds"] = rest_.seconds;
+  j["problem"] = rest_.problem;
   j["settings"] = ToJson(OptimalSettings(settings_.radiance));
   return j;
 }

@@ -157,7 +157,7 @@ void main() {{
 class Drawing {
  public:
   Drawing(const World& world, const RadianceSettings& settings)
-      : lumigraph_(world.scene, std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
+      : lumigraph_(MakeSources(world.scene), std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
         proxy_(world.proxy, world.scene.normalized_from_world) {
     lumigraph_.SetProxy(world.proxy);
     for (std::size_t i = 0; i < world.photos.size(); ++i) lumigraph_.Upload({static_cast<int>(i)}, world.photos[i]);

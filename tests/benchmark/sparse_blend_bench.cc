@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "render/convert.h"
 #include "render/cpu/layers.h"
 #include "render/cpu/photo_maps.h"
+#include "render/picture/convert.h"
 #include "render/radiance/sparse_plan.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/median.h"
@@ -222,7 +222,7 @@ struct Timing {
 
 // Frame and bare loop by turns, so that what else the machine does meets both; the ratio is the median of the pairs'.
 Timing Time(const World& w, const RenderRequest& request, double layers) {
-  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   const ViewSetup setup = MakeViewSetup(MakeSources(w.scene), request.view, request.settings, request.use);
   const PhotoLevels levels(w.photos);
   std::vector<double> frame, plan, blend, bare, ratio, cpu_ratio;
@@ -317,7 +317,7 @@ void ViewsTable(const World& many) {
     RenderRequest requests[2];
     std::vector<double> frame[2], plan[2], blend[2], ratio;
     for (int i = 0; i < 2; ++i) {
-      renderers[i] = MakeCpuRenderer(worlds[i]->scene, worlds[i]->proxy, worlds[i]->photos);
+      renderers[i] = MakeCpuRenderer(WorldOf(worlds[i]->scene, worlds[i]->proxy), worlds[i]->photos);
       requests[i] = Request(*worlds[i], 5, 25);
       requests[i].settings.epipoles = epipoles;
     }
@@ -342,7 +342,7 @@ void ViewsTable(const World& many) {
 }
 
 void PsnrTable(const World& w, std::vector<TestView> views) {
-  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   if (views.empty()) views.push_back({w.view, w.use, {}});
   const auto request = [&](const TestView& v, int grid) {
     RenderRequest r = Request(w, 4, grid);
@@ -389,7 +389,7 @@ void PsnrTable(const World& w, std::vector<TestView> views) {
 
 // For a profiler: one way only.
 void Repeat(const World& w, Sampling sampling) {
-  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest r = Request(w, 4, 25);
   r.settings.sampling = sampling;
   std::vector<double> ms, plan, cpu;
@@ -402,7 +402,7 @@ void Repeat(const World& w, Sampling sampling) {
 }
 
 void Pictures(const World& w, const std::string& folder) {
-  const auto renderer = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   for (const auto& [name, show] :
        {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
     for (const int sampling : {0, 1, 2}) {

@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 
 #include "render/effects/effects.h"
-#include "render/holdout.h"
-#include "render/renderer.h"
-#include "render/view_time.h"
+#include "render/holdout/holdout.h"
+#include "render/time/clock.h"
+#include "render/world/renderer.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
@@ -169,7 +169,7 @@ void StillScene(const fs::path& capture) {
   std::array<std::vector<double>, 2> medians, ratios;  // to the first of the same round: whatever else the machine does meets both
   for (std::size_t backend = 0; backend < medians.size(); ++backend) {
     std::vector<std::unique_ptr<Renderer>> renderers;
-    for (const auto& [name, scene] : scenes) renderers.push_back(backend == 0 ? MakeCpuRenderer(*scene, proxy, photos) : MakeGlRenderer(*scene, proxy, photos));
+    for (const auto& [name, scene] : scenes) renderers.push_back((backend == 0 ? MakeCpuRenderer : MakeGlRenderer)(WorldOf(*scene, proxy), photos));
     std::vector<std::vector<double>> ms(scenes.size());
     for (int round = -kWarmUp; round < kRounds; ++round)
       for (std::size_t i = 0; i < scenes.size(); ++i) {

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "render/convert.h"
 #include "render/photos/photo_set.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
-#include "render/renderer.h"
-#include "render/vanishing_point.h"
+#include "render/world/renderer.h"
+#include "render/world/vanishing_point.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
@@ -159,7 +159,7 @@ class Bench {
     const auto truth = Metric(view_, points);
     std::printf("%-52s %12s %12s %14s\n", "weights against those of true angles", "mean moved", "95 % moved", "picture dB");
     const std::vector<Photo> photos = LoadPhotos(scene_, {}, SilentProgress());
-    const auto metric = MakeCpuRenderer(scene_, proxy_, photos);
+    const auto metric = MakeCpuRenderer(lumi::WorldOf(scene_, proxy_), photos);
     RenderRequest request;
     request.view = view_;
     request.settings = settings_;
@@ -176,8 +176,10 @@ class Bench {
       const double focal = row.focal * camera_.FocalPx().x();
       const Spread s = Compare(truth, Vanishing(view_, Guess(row.tilt), focal, points));
       World w = WorldOf(scene_, proxy_, view_, Guess(row.tilt), focal, depth_);
-      metric->ReplaceCameras(w.sources);
-      metric->ReplaceProxy(w.proxy);
+      PictureWorld there = *lumi::WorldOf(scene_, w.proxy);
+      there.sources = w.sources;
+      there.occlusion = false;
+      metric->Enter(std::make_shared<const PictureWorld>(std::move(there)));
       RenderRequest own = request;
       own.view = w.view;
       own.show = Show::kColor;

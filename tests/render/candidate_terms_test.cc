@@ -5,7 +5,7 @@
 
 #include "render/cpu/blend.h"
 #include "render/cpu/candidate_blend.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "sparse_test_scene.h"
 
 namespace lumi {

@@ -10,7 +10,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/evaluate.h"
 #include "render/radiance/optimum.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 
 namespace lumi {
 namespace {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "capture.h"
-#include "render/convert.h"
 #include "render/cpu/blend.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "scene/image_difference/image_difference.h"
 
 namespace lumi {
@@ -11,7 +11,7 @@ namespace {
 
 TEST(CpuRenderer, AConstantColourWorldRendersConstant) {
   const test::Capture c = test::MakeCapture(8, 64, std::array<std::uint8_t, 3>{200, 30, 90});
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const int k : {0, 1, 4, 9}) {
     RenderRequest request;
     request.settings.k = k;
@@ -33,7 +33,7 @@ TEST(CpuRenderer, AConstantColourWorldRendersConstant) {
 
 TEST(CpuRenderer, APhotosOwnViewGivesThePhotoBackToItsBorders) {
   const test::Capture c = test::MakeCapture(8, 96);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (std::size_t i = 0; i < c.scene.views.size(); ++i) {
     RenderRequest request;
     request.view = MakeRenderView(c.scene, c.scene.views[i]);
@@ -52,7 +52,7 @@ TEST(CpuRenderer, TheOptimumWithAFinitePenaltyReadsNothingFromOutsideAPhoto) {
       for (int y = 0; y < level.height; ++y)
         for (int x = 0; x < level.width; ++x)
           if (x == 0 || y == 0 || x == level.width - 1 || y == level.height - 1) level.At(x, y, 0) = 255;
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   RenderRequest request;
   request.settings.similarity = Similarity::kFull;
   request.settings.correlation = Correlation::kFallingLeaves;
@@ -77,7 +77,7 @@ TEST(CpuRenderer, TheOptimumWithAFinitePenaltyReadsNothingFromOutsideAPhoto) {
 
 TEST(CpuRenderer, AHeldOutViewWithTheTrueProxyIsClose) {
   const test::Capture c = test::MakeCapture(13, 128);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   RenderRequest request;
   request.view = MakeRenderView(c.scene, c.scene.views[6]);
   request.use.assign(13, true);
@@ -89,7 +89,7 @@ TEST(CpuRenderer, AHeldOutViewWithTheTrueProxyIsClose) {
 
 TEST(CpuRenderer, FalseColourShowsOneCameraAtItsOwnView) {
   const test::Capture c = test::MakeCapture(5, 32);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   RenderRequest request;
   request.view = MakeRenderView(c.scene, c.scene.views[3]);
   request.show = Show::kFalseColor;
@@ -99,7 +99,7 @@ TEST(CpuRenderer, FalseColourShowsOneCameraAtItsOwnView) {
 
 TEST(CpuRenderer, TheSameBytesWhateverTheThreads) {
   const test::Capture c = test::MakeCapture(7, 160);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   RenderRequest request;
   request.view = MakeRenderView(c.scene.cameras[0], LookAt({1, 0.2, -4}, {0, 0, 0.5}, {0, -1, 0}));
   const ImageF a = renderer->Render(request), b = renderer->Render(request);

@@ -10,7 +10,7 @@
 #include "render/radiance/options.h"
 #include "render/radiance/optimum.h"
 #include "render/show/measure_map.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "sparse_test_scene.h"
 
 namespace lumi {

@@ -4,10 +4,10 @@
 
 #include <random>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/prefilter.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/image_difference/image_difference.h"
 #include "tests/render/oblique_floor.h"
 
@@ -64,7 +64,7 @@ TEST(Footprint, IsFiniteEdgeOn) {
 
 TEST(Prefilter, AnObliquePlaneIsNotAliased) {
   const test::ObliqueFloor f;
-  const auto renderer = MakeCpuRenderer(f.c.scene, f.c.proxy, f.c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(f.c.scene, f.c.proxy), f.c.photos);
   RenderRequest request;
   request.settings.k = 1;
   request.settings.field_of_view = false;  // no border fades: the photos alone are looked at

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "render/convert.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {
@@ -81,7 +81,7 @@ class GlHardCase : public test::GlTest {
   void LoadPainted(World world) {
     test::Paint(world, PaintOf);
     Load(std::move(world));
-    cpu_ = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos);
+    cpu_ = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos);
   }
   // From the middle half of the range: what negative weights take away is not clipped.
   static std::array<std::uint8_t, 3> PaintOf(std::size_t i) {

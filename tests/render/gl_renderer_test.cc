@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "render/convert.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
+#include "render/world/renderer.h"
 #include "scene/program/error.h"
 #include "tests/render/gl_test_scene.h"
 #include "tests/render/oblique_floor.h"
@@ -24,7 +24,7 @@ constexpr double kAgreementDb = 45.0;
 
 std::unique_ptr<Renderer> GlOrNull(const World& w, std::string& why) {
   try {
-    return MakeGlRenderer(w.scene, w.proxy, w.photos);
+    return MakeGlRenderer(WorldOf(w.scene, w.proxy), w.photos);
   } catch (const MachineError& e) {
     why = e.what();
     return nullptr;
@@ -39,7 +39,7 @@ std::unique_ptr<Renderer> GlOrNull(const World& w, std::string& why) {
 TEST(GlRenderer, AgreesWithTheCpu) {
   const World w = Photographed(10, 160);
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   struct Case {
     const char* name;
     RenderView view;
@@ -81,7 +81,7 @@ TEST(GlRenderer, PrefiltersAnObliquePlaneAsTheCpuDoes) {
   const test::ObliqueFloor f;
   const World w{f.c.scene, f.c.proxy, f.c.photos};
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest request;
   request.view = f.view;
   request.settings.prefilter = false;
@@ -148,7 +148,7 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
   }
   test::Photograph(w);
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest base;
   base.view = ArcView(0.93, 200, 150, 210);
   RenderRequest sparse = base;
@@ -242,7 +242,7 @@ TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
       w.proxy.faces.push_back({a + 1, a + kSide + 2, a + kSide + 1});
     }
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   for (const auto& [samples, sampling] : {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}}) {
     RenderRequest request;
     request.view = ArcView(0.93, 160, 120, 160);
@@ -257,7 +257,7 @@ TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
 TEST(GlRenderer, LeavesOutViewsThatAreNotUsed) {
   const World w = Photographed(6, 120);
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest request;
   request.view = ArcView(0.9, 120, 90, 120);
   request.use = {true, false, false, true, true, false};
@@ -320,7 +320,7 @@ TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
 TEST(GlRenderer, MoreCamerasThanAUniformBlockHolds) {
   const World w = Photographed(1100, 16, 6.0);
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest request;
   request.view = ArcView(2.3331, 48, 40, 50);
   EXPECT_GE(PsnrDb(gl->Render(request), cpu->Render(request)), kAgreementDb);
@@ -329,7 +329,7 @@ TEST(GlRenderer, MoreCamerasThanAUniformBlockHolds) {
 TEST(GlRenderer, PhotosOfEverySizeShareTheTextures) {
   const World w = test::WorldOfManySizes(40);  // more than there are texture units
   MAKE_GL_OR_SKIP(gl, w);
-  const auto cpu = MakeCpuRenderer(w.scene, w.proxy, w.photos);
+  const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
   RenderRequest request;
   request.view = ArcView(1.03, 120, 100, 110);
   EXPECT_GE(PsnrDb(gl->Render(request), cpu->Render(request)), kAgreementDb);

@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
-#include "render/convert.h"
 #include "render/cpu/blend.h"
+#include "render/picture/convert.h"
 #include "render/radiance/measures/prefilter.h"
 #include "render/radiance/weights.h"
 #include "tests/render/gl_test_scene.h"

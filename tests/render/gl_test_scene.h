@@ -198,7 +198,7 @@ class GlTest : public testing::Test {
     world_ = std::move(world);
     std::vector<Eigen::Vector2i> sizes(world_.scene.views.size(), Eigen::Vector2i(1, 1));
     for (std::size_t i = 0; i < world_.photos.size(); ++i) sizes[i] = {world_.photos[i].levels[0].width, world_.photos[i].levels[0].height};
-    lumigraph_ = std::make_unique<GlLumigraph>(world_.scene, sizes);
+    lumigraph_ = std::make_unique<GlLumigraph>(MakeSources(world_.scene), sizes);
     lumigraph_->SetProxy(world_.proxy);
     for (std::size_t i = 0; i < world_.photos.size(); ++i) lumigraph_->Upload({static_cast<int>(i)}, world_.photos[i]);
   }

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "render/radiance/weights.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "tests/render/gl_test_scene.h"
 
 namespace lumi {

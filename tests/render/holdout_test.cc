@@ -1,4 +1,4 @@
-#include "render/holdout.h"
+#include "render/holdout/holdout.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "capture.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -25,7 +25,7 @@ struct OnDisk {
 
 TEST(Holdout, BeatsTheNearestPhotoAndUsesNoHeldOutOne) {
   OnDisk d(17);
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   HoldoutOptions options;
   options.folder = d.folder / "out";
   const HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress());
@@ -41,7 +41,7 @@ TEST(Holdout, BeatsTheNearestPhotoAndUsesNoHeldOutOne) {
 
 TEST(Holdout, TheChoosingFoldDoesNotSeeTheReportingOne) {
   OnDisk d(17);
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   HoldoutOptions options;
   options.fold = Fold::kChoose;
   const HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress());
@@ -55,7 +55,7 @@ TEST(Holdout, TheChoosingFoldDoesNotSeeTheReportingOne) {
 
 TEST(Holdout, SmallerPicturesAreComparedWithSmallerPhotosAndPrefilteringPays) {
   OnDisk d(9);
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   HoldoutOptions options;
   options.width_px = 16;
   options.fold = Fold::kChoose;  // the middle of the arc: the ends would be dominated by what nobody saw
@@ -70,13 +70,13 @@ TEST(Holdout, APhotoTakenDarkerIsComparedAtItsOwnExposure) {
   HoldoutOptions options;
   options.settings.exposure = true;
   OnDisk d(17);
-  const auto as_taken = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto as_taken = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   const double psnr_db = EvaluateHoldout(d.capture.scene, *as_taken, options, SilentProgress()).views[1].psnr_db;
   Image8 dark = d.capture.photos[kHeldOut].levels[0];
   for (auto& value : dark.data) value = static_cast<std::uint8_t>(value / 2);
   WriteImage(d.folder / d.capture.scene.views[kHeldOut].name, dark);
   d.capture.scene.views[kHeldOut].gain = 0.5;
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   // Half the code values, half the error: 6 dB more, less what rounding takes.
   EXPECT_GT(EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).views[1].psnr_db, psnr_db + 3);
 }
@@ -85,7 +85,7 @@ TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
   OnDisk d(17);
   d.capture.scene.folder = d.folder;
   const Image8& photo = d.capture.photos[8].levels[0];
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   Image8 mask(photo.width, photo.height, 1);
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x) mask.At(x, y, 0) = 255;
@@ -162,7 +162,7 @@ TEST(TakeClock, SeveralCamerasAtOnceAskForAWindowOfTwoFrames) {
 
 TEST(Holdout, OnePhotoCannotBeHeldOut) {
   OnDisk d(1);
-  const auto renderer = MakeCpuRenderer(d.capture.scene, d.capture.proxy, d.capture.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
   EXPECT_THROW(EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress()), DataError);
 }
 

@@ -13,7 +13,7 @@
 #include "render/radiance/optimum/duplicates.h"
 #include "render/radiance/optimum/keep_largest.h"
 #include "render/radiance/reconstruct.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 
 namespace lumi {
 namespace {

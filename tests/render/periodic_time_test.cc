@@ -5,9 +5,9 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "render/convert.h"
-#include "render/renderer.h"
-#include "render/view_time.h"
+#include "render/picture/convert.h"
+#include "render/time/clock.h"
+#include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 
@@ -109,7 +109,7 @@ Image8 Rendered(Renderer& renderer, double x, double y, double time_s, bool time
 }
 
 TEST(PeriodicTime, WhatMovesStandsWhereItDoesAtAnyPhaseSeenFromAnywhere) {
-  const auto renderer = MakeCpuRenderer(Filmed().scene, Filmed().proxy, Filmed().photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(Filmed().scene, Filmed().proxy), Filmed().photos);
   constexpr double kCentroidPx = 1.5;
   double gain_db = 0, worst_px = 0;
   constexpr int kMoments = 8;
@@ -125,7 +125,7 @@ TEST(PeriodicTime, WhatMovesStandsWhereItDoesAtAnyPhaseSeenFromAnywhere) {
 }
 
 TEST(PeriodicTime, NothingJumpsWhereThePeriodEnds) {
-  const auto renderer = MakeCpuRenderer(Filmed().scene, Filmed().proxy, Filmed().photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(Filmed().scene, Filmed().proxy), Filmed().photos);
   // The end of the first turn: t = T - 0 and T + 0, and frames beside.
   const double end_s = std::ceil(kStart_s * kFps / kPeriodFrames) * kPeriodFrames / kFps;
   ASSERT_LT(std::min(PhaseOf(end_s + 1e-6), 1 - PhaseOf(end_s - 1e-6)), 1e-4);

@@ -1,4 +1,4 @@
-#include "render/render_command.h"
+#include "render/commands/render_command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +14,7 @@
 #include "render/tradeoff/tradeoff.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/files/video.h"
 #include "scene/image_difference/image_difference.h"
@@ -83,7 +84,7 @@ class RenderCommand : public testing::Test {
     o.decided = {"similarity"};
     return o;
   }
-  static Json Run(const RenderOptions& o) { return Json::parse(RunRender(o, SilentProgress())); }
+  static Json Run(const RenderOptions& o) { return ToJson(RunRender(o, SilentProgress())); }
   static double Psnr(const fs::path& a, const fs::path& b) { return Compare(ReadImage8(a), ReadImage8(b)).psnr_db; }
 
   static constexpr double kFirst_s = 10.25;
@@ -196,10 +197,11 @@ TEST_F(RenderCommand, FramesOfAnotherPhotosMeasureOrOfOtherPhotosAreRenderedAgai
   o.show = "weights";
   o.of = "view104";
   EXPECT_EQ(Run(o)["frames_reused"], 0);
-  const Json again = Run(o);
+  const RenderSummary summary = RunRender(o, SilentProgress());
+  const Json again = ToJson(summary);
   EXPECT_EQ(again["frames_reused"], 2);
   EXPECT_TRUE(again["ms_per_frame"].is_null());
-  EXPECT_THAT(DescribeRender(again.dump()), testing::HasSubstr("2 frames, all there already"));
+  EXPECT_THAT(Describe(summary), testing::HasSubstr("2 frames, all there already"));
   o.of = "view105";
   EXPECT_EQ(Run(o)["frames_reused"], 0);
   WriteImage(scene() / "images/view105.png", Image8(64, 48, 3, 90));
@@ -233,10 +235,10 @@ TEST_F(RenderCommand, OnlyPicturesAreComparedWithPhotos) {
     RenderOptions o = Options(show);
     o.view = "view104";
     o.show = show;
-    const Json j = Run(o);
+    const RenderSummary summary = RunRender(o, SilentProgress());
     const bool picture = show == "color" || show == "difference";
-    EXPECT_EQ(j["views"][0].contains("psnr_db"), picture) << show;
-    EXPECT_EQ(DescribeRender(j.dump()).find("PSNR") != std::string::npos, picture) << show;
+    EXPECT_EQ(ToJson(summary)["views"][0].contains("psnr_db"), picture) << show;
+    EXPECT_EQ(Describe(summary).find("PSNR") != std::string::npos, picture) << show;
   }
 }
 
@@ -253,7 +255,7 @@ TEST_F(RenderCommand, RefusesAPhaseThatIsNoNumber) {
 
 bool HasGl(const test::Capture& c) {
   try {
-    MakeGlRenderer(c.scene, c.proxy, c.photos);
+    MakeGlRenderer(WorldOf(c.scene, c.proxy), c.photos);
     return true;
   } catch (const MachineError&) {
     return false;
@@ -303,9 +305,9 @@ TEST_F(RenderCommand, PerViewTriangulatesThePointsInEachView) {
   o.output.clear();
   o.holdout = 4;
   o.proxy = "truth";
-  const Json truth = Json::parse(RunRender(o, SilentProgress()));
+  const Json truth = Run(o);
   o.proxy = "per-view";
-  const Json own = Json::parse(RunRender(o, SilentProgress()));
+  const Json own = Run(o);
   EXPECT_EQ(own["proxy"], "per-view");
   EXPECT_GT(own["coverage"], 0.95);
   EXPECT_GT(own["psnr_mean_db"].get<double>(), truth["psnr_mean_db"].get<double>() - 6);
@@ -314,11 +316,11 @@ TEST_F(RenderCommand, PerViewTriangulatesThePointsInEachView) {
   // Each frame its own: two views in one run are as they are alone.
   RenderOptions path = StandingStill("path");
   path.proxy = "per-view";
-  EXPECT_EQ(Json::parse(RunRender(path, SilentProgress()))["frames"], 2);
-  EXPECT_EQ(Json::parse(RunRender(path, SilentProgress()))["frames_reused"], 2);
+  EXPECT_EQ(Run(path)["frames"], 2);
+  EXPECT_EQ(Run(path)["frames_reused"], 2);
   if (!HasGl(capture_)) GTEST_SKIP() << "no OpenGL 4.3 here";
   o.backend = "gl";
-  const Json gl = Json::parse(RunRender(o, SilentProgress()));
+  const Json gl = Run(o);
   EXPECT_NEAR(gl["psnr_mean_db"].get<double>(), own["psnr_mean_db"].get<double>(), 0.3);
 }
 
@@ -464,7 +466,7 @@ TEST_F(RenderProjective, WhatNoPhotoOfTheWindowSeesIsFilledFromFartherAwayAndThe
   o.window_frames = 0;
   const double black = Run(o)["coverage"];
   EXPECT_LT(black, 0.9);
-  o.border = "fill";
+  o.border.fill = true;
   for (const char* backend : {"cpu", "gl"}) {
     if (std::string(backend) == "gl" && !HasGl(capture_)) continue;
     o.backend = backend;
@@ -474,7 +476,7 @@ TEST_F(RenderProjective, WhatNoPhotoOfTheWindowSeesIsFilledFromFartherAwayAndThe
     EXPECT_NEAR(j["coverage"].get<double>(), 1, 1e-6) << backend;
   }
   o.decided = {"fill-frames"};
-  o.border = "black";
+  o.border.fill = false;
   EXPECT_THROW(Run(o), UsageError);
 }
 

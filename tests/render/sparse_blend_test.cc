@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "render/convert.h"
+#include "render/picture/convert.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/parallel.h"
 #include "sparse_test_scene.h"
@@ -14,7 +14,7 @@ TEST(SparseBlend, AConstantColourWorldRendersConstant) {
   test::Capture c = test::MakeCapture(8, 64, std::array<std::uint8_t, 3>{200, 30, 90});
   for (const bool fine : {false, true}) {
     if (fine) c.proxy = test::Sheet(24);
-    const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+    const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     for (const Sampling sampling : kBoth)
       for (const int k : {1, 4, 9}) {
         const ImageF image = renderer->Render(test::SparseRequest(test::ViewOf(c, {1.3, 0.4, -4.2}, {0.1, 0, 0.5}), k, 9, sampling));
@@ -36,7 +36,7 @@ TEST(SparseBlend, AConstantColourWorldRendersConstant) {
 
 TEST(SparseBlend, AtASourceCameraThatPhotoHasNearlyAllTheWeight) {
   const test::Capture c = test::MakeCapture(9, 96);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const Sampling sampling : kBoth)
     for (std::size_t i = 0; i < c.scene.views.size(); ++i) {
       RenderRequest r = test::SparseRequest(MakeRenderView(c.scene, c.scene.views[i]), 4, 8, sampling);
@@ -56,7 +56,7 @@ TEST(SparseBlend, AtASourceCameraThatPhotoHasNearlyAllTheWeight) {
 TEST(SparseBlend, AtASourceCameraThatPhotoHasAllTheWeightOnAFineMeshToo) {
   test::Capture c = test::MakeCapture(9, 96);
   c.proxy = test::Sheet(40);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const Sampling sampling : kBoth)
     for (std::size_t i = 0; i < c.scene.views.size(); i += 2) {
       RenderRequest r = test::SparseRequest(MakeRenderView(c.scene, c.scene.views[i]), 4, 8, sampling);
@@ -94,7 +94,7 @@ TEST(SparseBlend, NothingIsTakenFromOutsideAPhoto) {
   c.scene.views[0].cam_from_world = LookAt({-0.3, 0, -3}, {-1.2, 0, 1}, {0, -1, 0});
   c.scene.views[1].cam_from_world = LookAt({0.3, 0, -3}, {1.2, 0.2, 1}, {0, -1, 0});
   UpdateFrameOfReference(c.scene);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   const RenderView view = MakeRenderView(Camera::Pinhole(160, 120, 70, 70, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
   for (const Sampling sampling : kBoth)
     for (const int grid : {3, 9, 30}) {
@@ -125,7 +125,7 @@ TEST(SparseBlend, NothingIsTakenFromOutsideAPhoto) {
 
 TEST(SparseBlend, ABoxBeforeAPlaneOccludesAsPerPixel) {
   const test::Capture c = test::MakeCapture(9, 160);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1.3, 0.4, -4.2), Eigen::Vector3d(-1.8, 0.9, -2.5)}) {
     RenderRequest exact = test::SparseRequest(test::ViewOf(c, eye), 4, 0, Sampling::kInterpolated);
     exact.settings.visibility = false;
@@ -159,7 +159,7 @@ TEST(SparseBlend, FacetsThatCrossAndFineMeshesInDepthShowTheNearest) {
   Append(before, sheets);
   for (const Mesh& proxy : {crossing, before}) {
     c.proxy = proxy;
-    const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+    const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     RenderRequest exact = test::SparseRequest(test::ViewOf(c, {1.6, 0.4, -4}, {0.5, 0.2, 1}), 1, 0, Sampling::kInterpolated);
     exact.settings.visibility = false;
     const Image8 reference = ToRgb8(renderer->Render(exact));
@@ -176,7 +176,7 @@ TEST(SparseBlend, ADenserGridConvergesToPerPixel) {
   test::Capture c = test::MakeCapture(13, 160);
   for (const bool fine : {false, true}) {
     if (fine) c.proxy = test::Sheet(40);
-    const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+    const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     const RenderView view = test::ViewOf(c, {0.9, 0.3, -3.8});
     for (const bool prefilter : {false, true}) {
       // What converges is the interpolation of smooth weights; occlusion edges stay sharper than any grid.
@@ -215,7 +215,7 @@ TEST(SparseBlend, TheOptimumsNegativeWeightsTakeAwayAsPerPixel) {
     std::fill(grey.data.begin(), grey.data.end(), static_cast<std::uint8_t>(i % 2 ? 90 : 160));
     c.photos[i].levels = BuildPyramid(grey);
   }
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   const RenderView view = test::ViewOf(c, {0.9, 0.3, -3.8});
   for (const bool fov : {true, false}) {
     RenderRequest r = test::SparseRequest(view, 16, 0, Sampling::kInterpolated);
@@ -240,7 +240,7 @@ TEST(SparseBlend, OversampledPhotosAreReadFromTheirPyramidAsPerPixel) {
   test::Capture c = test::MakeCapture(9, 256);
   for (const bool fine : {false, true}) {
     if (fine) c.proxy = test::Sheet(24);
-    const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+    const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     // A view of a fifth of the photos' pixels; levels vary over it.
     const RenderView view = MakeRenderView(c.scene.cameras[0].Scaled(51, 38), LookAt({1.5, 0.3, -3.2}, {0, 0, 0.5}, {0, -1, 0}));
     const Image8 reference = ToRgb8(renderer->Render(test::SparseRequest(view, 3, 0, Sampling::kInterpolated)));
@@ -262,7 +262,7 @@ TEST(SparseBlend, ExposuresAreDividedOut) {
     for (auto& level : c.photos[i].levels)
       for (auto& v : level.data) v = static_cast<std::uint8_t>(2 * v);
   }
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const int grid : {0, 9})
     for (const Sampling sampling : kBoth) {
       RenderRequest r = test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -4}), 3, grid, sampling);
@@ -282,7 +282,7 @@ TEST(SparseBlend, WithFieldOfViewOffAPhotoThatEndsLeavesItsShareMissing) {
   c.scene.views[0].cam_from_world = LookAt({-0.3, 0, -3}, {-0.5, 0, 1}, {0, -1, 0});
   c.scene.views[1].cam_from_world = LookAt({0.3, 0, -3}, {0.5, 0.2, 1}, {0, -1, 0});
   UpdateFrameOfReference(c.scene);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   const RenderView view = MakeRenderView(Camera::Pinhole(160, 120, 120, 120, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
   RenderRequest r = test::SparseRequest(view, 2, 9, Sampling::kCandidates);
   r.settings.field_of_view = false;
@@ -310,7 +310,7 @@ TEST(SparseBlend, WithFieldOfViewOffAPhotoThatEndsLeavesItsShareMissing) {
 
 TEST(SparseBlend, TheSameBytesWhateverTheThreads) {
   const test::Capture c = test::MakeCapture(7, 96);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const Sampling sampling : kBoth) {
     const RenderRequest r = test::SparseRequest(test::ViewOf(c, {1, 0.2, -4}), 4, 11, sampling);
     const ImageF a = renderer->Render(r);
@@ -323,7 +323,7 @@ TEST(SparseBlend, TheSameBytesWhateverTheThreads) {
 
 TEST(SparseBlend, StatisticsAndTessellation) {
   const test::Capture c = test::MakeCapture(7, 96);
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const Sampling sampling : kBoth) {
     RenderRequest r = test::SparseRequest(test::ViewOf(c, {1, 0.2, -4}), 4, 11, sampling);
     const ImageF plain = renderer->Render(r);

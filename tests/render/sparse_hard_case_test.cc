@@ -15,7 +15,7 @@ using Segment = std::array<Eigen::Vector2d, 2>;
 
 // Renders a proxy from a view by all paths, and holds every number to what weights and pictures may be.
 void ExpectSound(const test::Capture& c, const RenderView& view, const std::string& what) {
-  const auto renderer = MakeCpuRenderer(c.scene, c.proxy, c.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
   for (const int grid : {2, 9}) {
     for (const bool epipoles : {false, true}) {
       RenderRequest r = test::SparseRequest(view, 3, grid, Sampling::kInterpolated);
@@ -180,7 +180,7 @@ TEST(HardCase, OneCameraAndNoCameraThatSees) {
   test::Capture none = test::MakeCapture(3, 32);
   for (auto& v : none.scene.views) v.cam_from_world = LookAt({0, 0, -9}, {0, 0, -20}, {0, -1, 0});
   ExpectSound(none, test::ViewOf(none, {0.2, 0.1, -4}), "all look away");
-  const auto renderer = MakeCpuRenderer(none.scene, none.proxy, none.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(none.scene, none.proxy), none.photos);
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates}) {
     const ImageF image = renderer->Render(test::SparseRequest(test::ViewOf(none, {0.2, 0.1, -4}), 3, 9, sampling));
     EXPECT_TRUE(std::all_of(image.data.begin(), image.data.end(), [](float v) { return v == 0; }));
@@ -209,7 +209,7 @@ TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
     ways.push_back(r.settings);
   }
   const auto pictures = [&](const test::Capture& capture, const RenderView& view) {
-    const auto renderer = MakeCpuRenderer(capture.scene, capture.proxy, capture.photos);
+    const auto renderer = MakeCpuRenderer(WorldOf(capture.scene, capture.proxy), capture.photos);
     std::vector<ImageF> out;
     for (const RadianceSettings& settings : ways) {
       RenderRequest r;

@@ -6,7 +6,7 @@
 #include "capture.h"
 #include "render/radiance/sparse/raster.h"
 #include "render/radiance/sparse_plan.h"
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 
 namespace lumi::test {
 

@@ -1,3 +1,4 @@
+#include "render/tradeoff/properties.h"
 #include "render/tradeoff/tradeoff.h"
 
 #include <gmock/gmock.h>
@@ -357,9 +358,6 @@ class FakeRenderer : public Renderer {
     if (!r.settings.Sparse()) std::this_thread::sleep_for(std::chrono::milliseconds(60));
     return ImageF(4, 3, 4);
   }
-  void ReplaceProxy(const Mesh&) override {}
-  void ReplaceCameras(const Sources&) override {}
-  void PhotoReplaced(ViewId, int) override {}
   std::string Device() const override { return "fake"; }
 };
 
@@ -535,7 +533,7 @@ TEST(Ablation, ShowsARowForEachOptimisation) {
 TEST(Properties, EachHasItsFigure) {
   SceneOnDisk d("properties", 13);
   MeasureOptions o = d.Options("out");
-  const Json j = Json::parse(RunProperties(o, SilentProgress()));
+  const Json j = ToJson(RunProperties(o, SilentProgress()));
   ASSERT_EQ(j["properties"].size(), 9u);
   const auto figure = [&](const char* property, const char* key) {
     for (const Json& row : j["properties"])

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "projective_capture.h"
-#include "render/per_view.h"
 #include "render/radiance/frame_plan.h"
-#include "render/vanishing_point.h"
+#include "render/world/per_view_proxy.h"
+#include "render/world/vanishing_point.h"
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
 

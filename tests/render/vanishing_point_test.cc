@@ -1,4 +1,4 @@
-#include "render/vanishing_point.h"
+#include "render/world/vanishing_point.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <random>
 
 #include "projective_capture.h"
-#include "render/border_fill.h"
-#include "render/per_view.h"
+#include "render/picture/border_fill.h"
+#include "render/world/per_view_proxy.h"
 #include "scene/geometry/angle.h"
 
 namespace lumi {

@@ -22,7 +22,7 @@
 #include "render/viewer/refiner.h"
 #include "render/viewer/script.h"
 #include "render/viewer/setting_rules.h"
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
@@ -199,7 +199,7 @@ TEST(Script, SetTakesEveryOptionOfTheReconstruction) {
   EXPECT_EQ(steps[0].value, "7");
   EXPECT_EQ(steps[1].value, "0.5,4");
   EXPECT_EQ(steps[5].word, "a b.mp4");
-  for (const SettingOption& o : SettingOptions()) {
+  for (const Option& o : Options()) {
     const auto again = ParseScript("set " + o.name + " " + o.fallback);
     ASSERT_EQ(again.size(), 1U);
     EXPECT_EQ(again[0].word, o.name);
@@ -402,7 +402,7 @@ class Refining : public testing::Test {
     r.request.settings.accuracy = 1e-6;
     return r;
   }
-  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(r.request); }
+  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(r.request); }
   static std::optional<RefinedPicture> Finished(Refiner& refiner) {
     for (const auto start = std::chrono::steady_clock::now(); SecondsSince(start) < kPatience_s;) {
       if (auto picture = refiner.Take()) return picture;

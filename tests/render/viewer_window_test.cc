@@ -8,13 +8,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "render/convert.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
-#include "render/renderer.h"
+#include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "render/show/measure_map.h"
 #include "render/viewer/navigation.h"
+#include "render/world/renderer.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"
@@ -88,7 +88,7 @@ class ViewerWindow : public testing::Test {
     request.view = MakeWindowView(state, width, height);
     request.settings = settings;
     request.show = show;
-    return MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
+    return MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(request);
   }
 
   static RadianceSettings SettingsOf(const nlohmann::json& j) {
@@ -238,7 +238,7 @@ TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
   const auto wanted = SamplePath(path, 160, 120);
   RenderRequest request;
   request.settings = SettingsOf(r.json["settings"]);
-  const auto renderer = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos);
   std::size_t frames = 0;
   for (auto frame = video.Next(); frame; frame = video.Next()) {
     ASSERT_LT(frames, wanted.size());
@@ -286,7 +286,7 @@ TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {
     request.settings = SettingsOf(e["settings"]);
     request.use.assign(world_.scene.views.size(), true);
     request.use[3] = false;
-    const ImageF image = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
+    const ImageF image = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(request);
     EXPECT_NEAR(e["psnr_db"].get<double>(), Compare(ToRgb8(image), world_.photos[3].levels[0]).psnr_db, kSameErrorDb);
     EXPECT_NEAR(e["coverage"].get<double>(), Coverage(image), 1e-3);
   }
@@ -434,7 +434,7 @@ TEST_F(ViewerWindow, ABudgetIsHeldWithSettingsOfItsOwnAndAtRestTheUsersAreDrawn)
   RenderRequest request;
   request.view = SamplePath(ReadCameraPath(folder_ / "path.json"), 320, 240).back();
   request.settings = SettingsOf(r.json["settings"]);
-  const auto renderer = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos);
   EXPECT_GE(CoveredPsnrDb(ReadImage8(shot), renderer->Render(request)), kAgreementDb);
   // Where a budget is held, rest is refined unless that is switched off.
   request.settings = SettingsOf(r.json["refined"]["settings"]);
@@ -468,7 +468,7 @@ TEST_F(ViewerWindow, AtRestThePictureIsTheOptimumOfEveryPixel) {
   RenderRequest request;
   request.view = MakeRenderView(ReadCameraPath(file("path.json")).keys.at(0), 320, 240);
   request.settings = SettingsOf(summary["settings"]);
-  const auto renderer = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos);
+  const auto renderer = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos);
   const ImageF optimum = renderer->Render(request);
   EXPECT_GE(CoveredPsnrDb(ReadImage8(file("refined.png")), optimum), kRefinedDb);
   EXPECT_EQ(Compare(ReadImage8(file("again.png")), ReadImage8(file("refined.png"))).mse, 0);
@@ -498,7 +498,7 @@ TEST_F(ViewerWindow, TheOptimumOfEveryPixelIsDrawnFromSamplesUntilItIsRefined) {
   RenderRequest request;
   request.view = MakeRenderView(ReadCameraPath(file("path.json")).keys.at(0), 240, 180);
   request.settings = SettingsOf(r.json["refined"]["settings"]);
-  const ImageF optimum = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
+  const ImageF optimum = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(request);
   EXPECT_GE(CoveredPsnrDb(ReadImage8(file("refined.png")), optimum), kRefinedDb);
 }
 
@@ -520,7 +520,7 @@ TEST_F(ViewerWindow, AMoveGivesUpThePictureThatIsBeingRefined) {
   RenderRequest request;
   request.view = MakeRenderView(ReadCameraPath(file("path.json")).keys.at(0), 1000, 750);
   request.settings = SettingsOf(r.json["refined"]["settings"]);
-  const ImageF optimum = MakeCpuRenderer(world_.scene, world_.proxy, world_.photos)->Render(request);
+  const ImageF optimum = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(request);
   EXPECT_GE(CoveredPsnrDb(ReadImage8(file("last.png")), optimum), kRefinedDb);
 }
 

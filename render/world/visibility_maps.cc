@@ -1,4 +1,4 @@
-#include "render/visibility_maps.h"
+#include "render/world/visibility_maps.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

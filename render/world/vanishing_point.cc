@@ -1,4 +1,4 @@
-#include "render/vanishing_point.h"
+#include "render/world/vanishing_point.h"
 
 #include <Eigen/LU>
 #include <cmath>

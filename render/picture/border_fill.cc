@@ -1,4 +1,4 @@
-#include "render/border_fill.h"
+#include "render/picture/border_fill.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,15 +1,15 @@
-#include "render/holdout.h"
+#include "render/holdout/holdout.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
-#include "render/convert.h"
-#include "render/output_name.h"
+#include "render/picture/convert.h"
+#include "render/picture/output_name.h"
 #include "render/radiance/measures/time.h"
-#include "render/vanishing_point.h"
-#include "render/view_time.h"
+#include "render/time/clock.h"
+#include "render/world/vanishing_point.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
@@ -127,20 +127,37 @@ std::optional<double> Mean(const std::vector<HoldoutView>& views, std::optional<
 
 }  // namespace
 
+DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px) {
+  DesiredViews wanted{{}, std::vector<bool>(scene.views.size(), true)};
+  for (const ViewId id : FoldViews(scene, n, fold)) {
+    wanted.use[static_cast<std::size_t>(id.value)] = false;
+    wanted.views.push_back(HeldOutView(scene, scene.views[static_cast<std::size_t>(id.value)], width_px));
+  }
+  if (std::count(wanted.use.begin(), wanted.use.end(), true) == 0) wanted.use.clear();
+  return wanted;
+}
+
+std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold) {
+  std::vector<bool> use(scene.views.size(), true);
+  const auto exclude = [&](Fold which, std::vector<bool>& from) {
+    for (const ViewId id : FoldViews(scene, n, which)) from[static_cast<std::size_t>(id.value)] = false;
+  };
+  exclude(fold, use);
+  if (fold == Fold::kChoose) {
+    std::vector<bool> strict = use;
+    exclude(Fold::kReport, strict);
+    if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(use.size())) use = strict;
+  }
+  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout", scene.folder);
+  return use;
+}
+
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& sink) {
   const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
   if (held_out.empty() || scene.views.size() < 2)
     throw DataError("too few photos to hold any out: " + std::to_string(scene.views.size()),
                     "lower --holdout, or add photos");
-  std::vector<bool> use(scene.views.size(), true);
-  for (const ViewId id : held_out) use[static_cast<std::size_t>(id.value)] = false;
-  // What is chosen must not have seen the photos that are reported on, unless that leaves too little to render from.
-  if (options.fold == Fold::kChoose) {
-    std::vector<bool> strict = use;
-    for (const ViewId id : FoldViews(scene, options.n, Fold::kReport)) strict[static_cast<std::size_t>(id.value)] = false;
-    if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(use.size())) use = strict;
-  }
-  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout");
+  const std::vector<bool> use = PhotosWithout(scene, options.n, options.fold);
 
   HoldoutSummary summary;
   Progress progress(sink, "rendering held-out photos", static_cast<long>(held_out.size()));

@@ -1,76 +1,12 @@
-#include "render/per_view.h"
+#include "render/world/per_view_proxy.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
-#include "render/vanishing_point.h"
-#include "render/view_time.h"
+#include "render/world/vanishing_point.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {
-namespace {
-
-// The moment of each photo: its time, its frame, or its place among the names.
-std::vector<double> Moments(const Scene& scene) {
-  const auto all = [&](auto&& has) { return std::all_of(scene.views.begin(), scene.views.end(), has); };
-  const bool timed = all([](const View& v) { return v.time_s.has_value(); }), framed = all([](const View& v) { return v.frame_index.has_value(); });
-  std::vector<double> moments;
-  for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const View& v = scene.views[i];
-    moments.push_back(timed ? *v.time_s : kAssumedFrame_s * (framed ? static_cast<double>(*v.frame_index) : static_cast<double>(i)));
-  }
-  return moments;
-}
-
-}  // namespace
-
-PhotoOrder::PhotoOrder(const Scene& scene) : views_(scene.views.size()) {
-  const std::vector<double> moments = Moments(scene);
-  std::iota(views_.begin(), views_.end(), 0);
-  std::stable_sort(views_.begin(), views_.end(), [&](int a, int b) { return moments[static_cast<std::size_t>(a)] < moments[static_cast<std::size_t>(b)]; });
-  for (const int v : views_) times_.push_back(moments[static_cast<std::size_t>(v)]);
-}
-
-int PhotoOrder::RankAt(double time_s) const {
-  const auto after = std::lower_bound(times_.begin(), times_.end(), time_s);
-  if (after == times_.end()) return count() - 1;
-  const int rank = static_cast<int>(after - times_.begin());
-  return rank > 0 && time_s - times_[static_cast<std::size_t>(rank - 1)] < *after - time_s ? rank - 1 : rank;
-}
-
-std::pair<int, int> PhotoOrder::Around(std::optional<double> time_s, int reach) const {
-  if (reach < 0 || !time_s) return {0, count() - 1};
-  const int rank = RankAt(*time_s);
-  return {std::max(0, rank - reach), std::min(count() - 1, rank + reach)};
-}
-
-void GiveTimes(Scene& scene) {
-  const std::vector<double> moments = Moments(scene);
-  for (std::size_t i = 0; i < moments.size(); ++i) scene.views[i].time_s = moments[i];
-}
-
-int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided, RadianceSettings& settings) {
-  constexpr int kUsualReach = 5;            // 11 frames (sec. 6.4.3)
-  constexpr double kPathTimeLeast = 0.005;  // less, and a photo ends within a pixel; more, and its neighbours show through it
-  const bool video = std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
-  const int reach = wanted.value_or(video || along_path ? kUsualReach : -1);
-  if (reach < 0) return reach;
-  GiveTimes(scene);
-  const double frame_s = ClockOf(scene).frame_s;
-  const auto open = [&](const char* name) { return decided.count(name) == 0; };
-  if (open("time")) settings.time = true;
-  if (open("time-window-s") && frame_s > 0) settings.time_window_s = (2 * reach + 1) * frame_s;
-  if (open("time-core")) settings.time_core = 0;
-  // A photo's own view gives the photo back; a frame of a path passes from one to another where it ends.
-  if (open("time-least") && along_path) settings.time_least = kPathTimeLeast;
-  // Frames that nobody looked at may be the ones in which the photos end.
-  if (open("fov")) settings.field_of_view = true;
-  decided.insert({"time", "time-window-s", "fov"});
-  return reach;
-}
-
 PerViewProxy::PerViewProxy(const Scene& scene, const PerViewOptions& options)
     : scene_(scene), options_(options), order_(scene), seen_(scene.views.size()), plane_at_infinity_(PlaneAtInfinity(scene)) {
   if (!plane_at_infinity_)
@@ -151,6 +87,7 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
     world.proxy.faces = {{0, 1, 2}, {0, 2, 3}};
     return world;
   }
+  TakeFields(world.sources);
   world.proxy.faces = own.triangles;
   for (std::size_t i = 0; i < own.vertices.size(); ++i) world.proxy.vertices.push_back(frame->At(own.x_px[i], own.kappa[i]));
   return world;

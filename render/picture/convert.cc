@@ -1,4 +1,4 @@
-#include "render/convert.h"
+#include "render/picture/convert.h"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
+#include "render/world/renderer.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -51,6 +51,17 @@ ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& us
 RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2i& size_px);
 // The same at most this wide (0: at its own size).
 RenderView HeldOutView(const Scene& scene, const View& view, int width_px);
+
+// What will be rendered, and from which photos (empty: all).
+struct DesiredViews {
+  std::vector<RenderView> views;
+  std::vector<bool> use;
+};
+// A fold's views at most this wide, from all other photos; from all where nothing is left.
+DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px);
+// The photos that a fold is rendered from: none of its own; for the choosing fold nor any of the reporting one (what is chosen must not have
+// seen the photos that are reported on), unless that leaves less than half of all. Throws DataError where nothing is left.
+std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold);
 
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& progress);
 

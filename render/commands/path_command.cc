@@ -1,0 +1,176 @@
+// lumi-render along a path: frames as pictures and a video.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "render/commands/render_job.h"
+#include "render/path/camera_path.h"
+#include "render/path/matrix_path.h"
+#include "render/picture/convert.h"
+#include "render/time/clock.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/files/video.h"
+#include "scene/geometry/median.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kDefaultPathWidth = 1024;
+
+CameraPath RequestedPath(const RenderJob& job) {
+  const RenderOptions& o = job.options;
+  return o.path.empty() ? PathThroughPhotos(job.scene(), o.seconds, o.fps) : ReadCameraPath(o.path);
+}
+
+double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrices->fps : RequestedPath(job).fps; }
+
+std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
+  const RenderOptions& o = job.options;
+  const double aspect = static_cast<double>(path.height_px) / path.width_px;
+  const int width = o.width_px > 0    ? o.width_px
+                    : o.height_px > 0 ? std::max(1, static_cast<int>(std::lround(o.height_px / aspect)))
+                                      : path.width_px;
+  const int height = o.height_px > 0  ? o.height_px
+                     : o.width_px > 0 ? std::max(1, static_cast<int>(std::lround(width * aspect)))
+                                      : path.height_px;
+  return MatrixViews(job.scene(), path, width, height);
+}
+
+std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
+  const RenderOptions& o = job.options;
+  const Camera& first = job.scene().CameraOf(job.scene().views.front());
+  int width = o.width_px > 0 ? o.width_px : path.width_px > 0 ? path.width_px : 0;
+  int height = o.height_px > 0 ? o.height_px : path.height_px > 0 && o.width_px == 0 ? path.height_px : 0;
+  const double aspect = static_cast<double>(first.height_px) / first.width_px;
+  if (width == 0)
+    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
+  if (height == 0) height = static_cast<int>(std::lround(width * aspect));
+  std::vector<RenderView> views = SamplePath(path, width, height);
+  // The path's clock begins at the scene's first moment.
+  const std::optional<double> first_time = FirstTime(job.scene());
+  for (RenderView& v : views)
+    v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;
+  return views;
+}
+
+ImageF Opaque(const Image8& rgb) {
+  ImageF image(rgb.width, rgb.height, 4, 1.0F);
+  for (int y = 0; y < rgb.height; ++y)
+    for (int x = 0; x < rgb.width; ++x)
+      for (int c = 0; c < 3; ++c) image.At(x, y, c) = static_cast<float>(rgb.At(x, y, c)) / 255.0F;
+  return image;
+}
+
+// Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied
+// by alpha.
+Image8 FrameOnDisk(const std::filesystem::path& file) {
+  if (file.extension() == ".exr") return ToRgb8(ReadImageF(file));
+  const Image8 rgba = ReadImage8(file, 4);
+  Image8 rgb(rgba.width, rgba.height, 3);
+  for (int y = 0; y < rgb.height; ++y)
+    for (int x = 0; x < rgb.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        rgb.At(x, y, c) = static_cast<std::uint8_t>((rgba.At(x, y, c) * rgba.At(x, y, 3) + 127) / 255);
+  return rgb;
+}
+
+// What the frames depend on: those of another text are not kept.
+std::string FrameFingerprint(const RenderJob& job, double fps) {
+  const RenderOptions& o = job.options;
+  const Lumigraph& l = job.lumigraph;
+  const Scene& scene = job.scene();
+  const Eigen::Vector2i size = job.wanted.views.front().size_px;
+  std::string text =
+      fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n", SettingsText(l.settings()),
+                  l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
+  text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
+                      o.nominal_focal_px);
+  text += fmt::format("scene {} manifest {} proxy {}\n",
+                      Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
+                      Fingerprint(scene.folder / "lumigraph.json"),
+                      l.one_mesh() ? Fingerprint(ProxyPath(scene.folder, l.proxy_name())) : l.proxy_name());
+  // The photos alone: an image folder may hold these frames, too.
+  for (const View& v : scene.views) text += fmt::format("photo {} {}\n", v.name, Fingerprint(scene.ImagePath(v)));
+  for (const RenderView& v : job.wanted.views) {
+    text += fmt::format("frame {} {}", v.time_s ? fmt::format("{}", *v.time_s) : "-", v.gain);
+    for (int i = 0; i < 12; ++i) text += fmt::format(" {}", v.P(i / 4, i % 4));
+    text += '\n';
+  }
+  return text;
+}
+
+// Frames that an earlier run with the same scene, path and settings finished are kept.
+void KeepOrClear(const std::filesystem::path& output, const std::string& wanted) {
+  const std::filesystem::path folder = output / "frames", stamp = folder / "frames.txt";
+  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) return;
+  std::error_code ec;
+  std::filesystem::remove_all(folder, ec);
+  std::filesystem::create_directories(folder);
+  // The marker first: an interrupted run's folder is ours too.
+  WriteTextAtomically(output / kRenderMarker, "{}\n");
+  WriteTextAtomically(stamp, wanted);
+}
+
+}  // namespace
+
+DesiredViews FramesWanted(const RenderJob& job) {
+  return {job.matrices ? FramesOf(job, *job.matrices) : FramesOf(job, RequestedPath(job)), {}};
+}
+
+void RenderPath(RenderJob& job) {
+  const RenderOptions& o = job.options;
+  const std::vector<RenderView>& views = job.wanted.views;
+  const double fps = FramesPerSecond(job);
+  if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
+  std::optional<VideoWriter> video;
+  const std::filesystem::path video_file = o.to_video() ? o.output : o.output / "path.mp4";
+  if (o.to_video() || o.video) video.emplace(video_file, fps);
+
+  PathFigures& figures = job.summary.path.emplace();
+  figures.size_px = views.front().size_px;
+  figures.filled = o.border.fill && !job.lumigraph.one_mesh();
+  Progress progress(job.sink, "rendering frames", static_cast<long>(views.size()));
+  std::vector<double> times;
+  double filled = 0, window = 0, wider = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
+                                file = stem.string() + "." + o.format;
+    if (!o.to_video() && std::filesystem::exists(file)) {
+      ++figures.reused;
+      if (video) video->Add(FrameOnDisk(file));
+      progress.Step();
+      continue;
+    }
+    RenderRequest request = job.Request(views[i]);
+    request.use = job.lumigraph.InWindow(request.view, {});
+    const auto start = std::chrono::steady_clock::now();
+    const ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
+    times.push_back(1000 * SecondsSince(start));
+    filled += Coverage(image);
+    const RenderStatistics seen = job.renderer->Statistics();
+    window += seen.window_coverage;
+    wider += seen.wider_coverage;
+    if (!o.to_video()) job.Write(stem, image);
+    if (video) video->Add(ToRgb8(image));
+    progress.Step();
+  }
+  if (video) {
+    video->Finish();
+    figures.video = video_file.generic_string();
+  }
+  job.summary.frames = static_cast<long>(views.size());
+  if (times.empty()) return;
+  const auto n = static_cast<double>(times.size());
+  job.summary.coverage = filled / n;
+  figures.coverage_window = window / n;
+  figures.coverage_wider = wider / n;
+  job.summary.ms_per_frame = Median(times);
+}
+
+}  // namespace lumi

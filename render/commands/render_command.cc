@@ -1,0 +1,159 @@
+#include "render/commands/render_command.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "render/commands/render_job.h"
+#include "render/path/matrix_path.h"
+#include "render/picture/convert.h"
+#include "render/show/camera_configuration.h"
+#include "render/show/measure_map.h"
+#include "render/show/proxy_picture.h"
+#include "render/tradeoff/sweep.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+
+RenderRequest RenderJob::Request(const RenderView& view) const {
+  RenderRequest request;
+  request.view = view;
+  request.settings = lumigraph.At(view);
+  request.show = options.show == "false-color"    ? Show::kFalseColor
+                 : options.show == "tessellation" ? Show::kTessellation
+                                                  : Show::kColor;
+  return request;
+}
+
+ImageF RenderJob::Picture(const RenderRequest& request) {
+  if (options.show == "proxy") {
+    const PictureWorld world = lumigraph.For(request.view);
+    return DrawProxy(world.sources, world.proxy, world.view);
+  }
+  if (const auto measure = MeasureFromName(options.show)) {
+    MeasureMap map = lumigraph.MapOf(request, *measure, options.of.empty() ? -1 : ViewCalled(scene(), options.of));
+    summary.scale = {options.show, map.low, map.high, map.unit};
+    return std::move(map.image);
+  }
+  ImageF image = renderer->Render(request);
+  const RenderStatistics statistics = renderer->Statistics();
+  summary.samples += statistics.samples;
+  summary.optimum += statistics.optimum;
+  return image;
+}
+
+Image8 RenderJob::CamerasAround(const RenderView& view) const {
+  return DrawCameraConfiguration(scene(), lumigraph.For(view).proxy, view, kConfigurationSide);
+}
+
+void RenderJob::Write(const std::filesystem::path& stem, const ImageF& image) const {
+  const std::filesystem::path file = stem.string() + "." + options.format;
+  if (options.format == "exr")
+    WriteImage(file, image);
+  else
+    WriteImage(file, options.format == "jpg" ? ToRgb8(image) : ToRgba8(image));
+}
+
+namespace {
+
+// --path of matrices; without --path the photos' own where there are no poses.
+std::optional<MatrixPath> MatricesOf(const RenderOptions& o, const Lumigraph& lumigraph) {
+  if (!o.along_path()) return std::nullopt;
+  if (!lumigraph.metric() && o.path.empty() && o.decided.contains("seconds"))
+    throw UsageError("--seconds is of a path between poses, which this scene does not have: a frame a photo");
+  return MatrixPathFor(lumigraph.scene(), o.path, o.fps);
+}
+
+DesiredViews WantedBy(const RenderJob& job) {
+  if (job.options.holdout != 0) return HeldOutWanted(job);
+  return job.options.view.empty() ? FramesWanted(job) : ViewWanted(job);
+}
+
+// --budget-ms: the settings for frames like the first one. What the user decided stays.
+void KeepBudget(RenderJob& job) {
+  if (!job.options.budget_ms) return;
+  Lumigraph& lumigraph = job.lumigraph;
+  RenderRequest request;
+  request.view = job.wanted.views.front();
+  request.settings = lumigraph.At(request.view);
+  request.use = job.wanted.use;
+  job.summary.budget_ms = *job.options.budget_ms;
+  job.summary.budget =
+      ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
+                      Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
+  lumigraph.SetSettings(job.summary.budget->settings);
+  for (Effect& e : lumigraph.effects())
+    if (const bool on = lumigraph.settings().resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
+      e.on = on;
+      e.decided_by.clear();
+      e.evidence = "chosen with the budget";
+    }
+}
+
+void MeasureCosts(RenderJob& job) {
+  const RenderView& first = job.wanted.views.front();
+  EffectChoice choice{job.lumigraph.At(first), job.lumigraph.effects()};
+  MeasureEffects(*job.renderer, first, job.wanted.use, choice);
+  job.lumigraph.effects() = std::move(choice.effects);
+}
+
+void Prepare(RenderJob& job) {
+  const RenderOptions& o = job.options;
+  Lumigraph& lumigraph = job.lumigraph;
+  if (!o.view.empty()) ViewCalled(job.scene(), o.view);
+  job.matrices = MatricesOf(o, lumigraph);
+  if (!lumigraph.metric() && o.show == "cameras")
+    throw UsageError(
+        fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
+  lumigraph.MakePictures(o.proxy, job.matrices.has_value());
+  lumigraph.ReadPhotos(job.sink);
+  job.wanted = WantedBy(job);
+  lumigraph.ChooseMeasures(job.wanted.views, job.wanted.use);
+  job.renderer = lumigraph.NewRenderer(o.backend == "gl" ? MakeGlRenderer : MakeCpuRenderer);
+  KeepBudget(job);
+  if (o.show == "tessellation" && !HasSamples(lumigraph.settings()))
+    job.sink.Message("the budget is kept without sparse samples: --show tessellation has none to show");
+  MeasureCosts(job);
+}
+
+void Summarise(RenderJob& job) {
+  const Lumigraph& lumigraph = job.lumigraph;
+  RenderSummary& s = job.summary;
+  s.proxy = lumigraph.proxy_name();
+  if (!lumigraph.metric()) s.frame = Name(job.scene().frame);
+  s.window_frames = lumigraph.reach();
+  s.device = job.renderer->Device();
+  s.settings = lumigraph.settings();
+  s.own_times = lumigraph.own_times();
+  s.backend = job.options.backend;
+  s.effects = lumigraph.effects();
+  if (2 * s.optimum.small_sums > s.optimum.samples)
+    job.sink.Message(
+        fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x "
+                    "--r-max-deg, and the "
+                    "optimum falls back to the local mean; a larger --r-max-deg gives it something to say",
+                    100.0 * static_cast<double>(s.optimum.small_sums) / static_cast<double>(s.optimum.samples)));
+}
+
+}  // namespace
+
+RenderSummary RunRender(const RenderOptions& o, ProgressSink& sink) {
+  RequireConsistent(o);
+  const bool to_folder = !o.output.empty() && !o.to_video();
+  if (to_folder) RequireOurFolder(o.output, kRenderMarker);
+  RenderJob job{o, sink, Lumigraph(o, sink), {}, {}, {}, {}};
+  Prepare(job);
+  if (o.holdout != 0)
+    RenderHeldOut(job);
+  else if (!o.view.empty())
+    RenderOneView(job);
+  else
+    RenderPath(job);
+  Summarise(job);
+  if (to_folder) WriteTextAtomically(o.output / kRenderMarker, JsonText(job.summary, 2) + "\n");
+  return std::move(job.summary);
+}
+
+}  // namespace lumi

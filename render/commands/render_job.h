@@ -1,0 +1,48 @@
+// One run of lumi-render: the lumigraph it opened, its renderer, and what it did so far. render_command.cc prepares it;
+// path_command.cc, view_command.cc and holdout_command.cc each do one of the three things that it may be asked for.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "render/commands/render_options.h"
+#include "render/commands/render_summary.h"
+#include "scene/files/matrix_path.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+constexpr const char* kRenderMarker = "render.json";  // what makes an output folder ours
+constexpr int kConfigurationSide = 640;               // of each of the panels of --show cameras
+
+struct RenderJob {
+  const RenderOptions& options;
+  ProgressSink& sink;
+  Lumigraph lumigraph;
+  std::optional<MatrixPath> matrices;  // of a path of projection matrices
+  DesiredViews wanted;
+  std::unique_ptr<Renderer> renderer;
+  RenderSummary summary;
+
+  const Scene& scene() const { return lumigraph.scene(); }
+  // A picture of this view, as the options want it.
+  RenderRequest Request(const RenderView& view) const;
+  // The renderer's picture, the proxy, or a measure. Counts samples.
+  ImageF Picture(const RenderRequest& request);
+  Image8 CamerasAround(const RenderView& view) const;  // --show cameras
+  void Write(const std::filesystem::path& stem, const ImageF& image) const;
+};
+
+// The frames of a path, at the size that is wanted.
+DesiredViews FramesWanted(const RenderJob& job);
+void RenderPath(RenderJob& job);
+
+// The camera of --view.
+DesiredViews ViewWanted(const RenderJob& job);
+void RenderOneView(RenderJob& job);
+
+DesiredViews HeldOutWanted(const RenderJob& job);
+void RenderHeldOut(RenderJob& job);
+
+}  // namespace lumi

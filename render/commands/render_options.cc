@@ -1,0 +1,71 @@
+#include "render/commands/render_options.h"
+
+#include <cmath>
+
+#include "render/tradeoff/sweep.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+void RequireTogether(const RenderOptions& o) {
+  if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.backend == "gl" && (!o.budget_ms || o.decided.count("grid") > 0)) RequireDrawnByGl(o.settings);
+  if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
+    throw UsageError("--budget-ms must be above 0");
+  if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
+  if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
+  if (!o.path.empty() && (o.holdout != 0 || !o.view.empty()))
+    throw UsageError("--path goes with neither --holdout nor --view");
+  if (o.show == "cameras" && o.view.empty() && o.path.empty())
+    throw UsageError("--show cameras needs --view or --path: the virtual view that is drawn among them");
+  if (!o.of.empty() && !MeasureFromName(o.show))
+    throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
+  if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
+  if (o.show == "difference" && o.view.empty())
+    throw UsageError("--show difference needs --view: the photo to compare with");
+}
+
+void RequireNothingIgnored(const RenderOptions& o) {
+  const auto given = [&](const char* name) { return o.decided.count(name) > 0; };
+  if (o.phase && !std::isfinite(*o.phase)) throw UsageError("--phase must be a number");
+  if (o.settings.Sparse() && !o.budget_ms && !HasSamples(o.settings))
+    throw UsageError("--grid with --k all needs --sampling interpolated: all photos are candidates at every pixel");
+  if (o.show == "tessellation" && !o.budget_ms && !HasSamples(o.settings))
+    throw UsageError("--show tessellation needs --grid: there are no sparse samples to show");
+  if (o.holdout != 0 && o.height_px > 0) throw UsageError("--holdout keeps the photos' aspect: --width, not --height");
+  if (o.holdout != 0 && given("format")) throw UsageError("--holdout writes JPEG: --format does not go with it");
+  if (o.holdout == 0 && given("fold")) throw UsageError("--fold goes with --holdout");
+  if (o.video && !o.along_path()) throw UsageError("--video shows a path, not --view or --holdout");
+  for (const char* name : {"seconds", "fps"})
+    if (given(name) && (!o.path.empty() || !o.along_path()))
+      throw UsageError(std::string("--") + name +
+                       " is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("format") && o.to_video()) throw UsageError("--format is of pictures: -o names a video");
+  if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
+    throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");
+  if (given("fill-frames") && !o.border.fill) throw UsageError("--fill-frames goes with --border fill");
+  if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
+  if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxPictureSide || o.height_px > kMaxPictureSide)
+    throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
+  if (!(o.seconds > 0 && o.seconds <= 3600) || !(o.fps > 0 && o.fps <= 240))
+    throw UsageError("--seconds takes up to 3600, --fps up to 240");
+}
+
+}  // namespace
+
+const std::vector<std::string>& ShowNames() {
+  static const std::vector<std::string> names = {
+      "color",      "false-color", "tessellation",  "weights",    "angle",   "fov",  "resolution",
+      "visibility", "time",        "dissimilarity", "difference", "cameras", "proxy"};
+  return names;
+}
+
+void RequireConsistent(const RenderOptions& o) {
+  RequireTogether(o);
+  RequireNothingIgnored(o);
+  if (o.output.empty() && o.holdout == 0) throw UsageError("-o says where the pictures go");
+  if (o.to_video() && !o.along_path()) throw UsageError("a video needs a path, not --view or --holdout");
+}
+
+}  // namespace lumi

@@ -1,0 +1,41 @@
+// What lumi-render is asked for.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/lumigraph/lumigraph.h"
+
+namespace lumi {
+
+struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ... of the line, too
+  std::string proxy;                       // name, per-view, or empty: the active one
+  std::filesystem::path output;            // a folder, or a file ending in .mp4 for a path
+  std::filesystem::path path;              // camera path JSON; empty: through the photos' own cameras
+  std::string view;                        // this photo's own camera
+  bool leave_out = false;                  // with `view`: the photo itself is not used
+  int holdout = 0;                         // N, 0: no
+  std::string fold = "report";             // report, choose
+  int width_px = 0, height_px = 0;         // 0: the photo's (view, holdout), or 1024 wide (path)
+  double seconds = 12;                     // of the path through the photos
+  double fps = 30;
+  std::string backend = "cpu";      // cpu, gl
+  std::string show = "color";       // one of ShowNames(); difference goes with `view`
+  std::string of;                   // the photo that a measure is shown of; empty: the one that weighs most
+  std::string format = "png";       // png, jpg, exr
+  bool video = false;               // a path's frames also as OUT/path.mp4
+  std::optional<double> budget_ms;  // a frame; settings that nobody decided then follow the scene's front or a probe
+
+  bool to_video() const { return output.extension() == ".mp4"; }
+  bool along_path() const { return holdout == 0 && view.empty(); }
+};
+
+// color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.
+const std::vector<std::string>& ShowNames();
+
+// Throws UsageError for what does not fit together, or would be passed over in silence.
+void RequireConsistent(const RenderOptions& options);
+
+}  // namespace lumi

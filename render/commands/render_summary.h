@@ -1,0 +1,71 @@
+// What lumi-render did: of a path, one view, or the held-out photos.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/effects/effects.h"
+#include "render/holdout/holdout.h"
+#include "render/tradeoff/budget.h"
+
+namespace lumi {
+
+struct PathFigures {
+  long reused = 0;  // frames that were there already
+  Eigen::Vector2i size_px = {0, 0};
+  bool filled = false;  // --border fill: what was seen, shares of the pixels
+  std::optional<double> coverage_window, coverage_wider;
+  std::string video;  // empty: none
+};
+
+struct ViewFigures {
+  std::string name;
+  std::optional<double> time_s;
+  // Of pictures, not of heat maps and false colours.
+  std::optional<double> psnr_db, ssim, mean_absolute_difference, mean_absolute_difference_seen;
+};
+
+struct HoldoutFigures {
+  int n = 0;
+  std::string fold;
+  HoldoutSummary errors;
+};
+
+// Of a heat map's colours.
+struct MeasureScale {
+  std::string measure;
+  double low = 0, high = 0;
+  std::string unit;
+};
+
+struct RenderSummary {
+  long frames = 0;
+  std::optional<double> ms_per_frame, coverage;  // nullopt: all frames were there already
+  std::optional<PathFigures> path;               // one of the three
+  std::optional<ViewFigures> view;
+  std::optional<HoldoutFigures> holdout;
+  std::string proxy;
+  std::string frame;       // of a scene without a metric
+  int window_frames = -1;  // photos to either side in time; -1: all
+  std::string device;
+  RadianceSettings settings;
+  bool own_times = true;  // each frame of its own moment: time-s would stop them all
+  std::string backend;
+  double budget_ms = 0;
+  std::optional<BudgetChoice> budget;
+  std::optional<MeasureScale> scale;
+  std::vector<Effect> effects;
+  long samples = 0;       // of all frames rendered: rays at which weights were computed ...
+  OptimumCounts optimum;  // ... and what the optimum says of them
+};
+
+nlohmann::ordered_json ToJson(const RenderSummary& summary);
+// The same as text, indented or (indent < 0) in one line.
+std::string JsonText(const RenderSummary& summary, int indent = -1);
+std::string SettingsText(const RadianceSettings& settings);
+// A few lines for people.
+std::string Describe(const RenderSummary& summary);
+
+}  // namespace lumi

@@ -1,0 +1,82 @@
+// lumi-render --view: a photo's own camera.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "render/commands/render_job.h"
+#include "render/picture/convert.h"
+#include "render/picture/output_name.h"
+#include "scene/files/image_io.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace {
+
+// Mean absolute difference (code values) over the pixels where anything is seen: is a photo given back at its camera?
+double SeenDifference(const ImageF& image, const Image8& photo) {
+  double sum = 0, n = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const float alpha = image.At(x, y, 3);
+      if (!(alpha > 0)) continue;
+      for (int c = 0; c < 3; ++c) sum += std::abs(255.0 * image.At(x, y, c) / alpha - photo.At(x, y, c));
+      n += 3;
+    }
+  return n > 0 ? sum / n : 0;
+}
+
+}  // namespace
+
+DesiredViews ViewWanted(const RenderJob& job) {
+  const RenderOptions& o = job.options;
+  const auto id = static_cast<std::size_t>(ViewCalled(job.scene(), o.view));
+  const View& view = job.scene().views[id];
+  Eigen::Vector2i size = SizePx(job.scene(), view);
+  if (o.width_px > 0 || o.height_px > 0) {
+    const double aspect = static_cast<double>(size.y()) / size.x();
+    const int width = o.width_px > 0 ? o.width_px : static_cast<int>(std::lround(o.height_px / aspect));
+    const int height = o.height_px > 0 ? o.height_px : static_cast<int>(std::lround(width * aspect));
+    size = {std::max(1, width), std::max(1, height)};
+  }
+  DesiredViews wanted{{PhotosView(job.scene(), view, size)}, {}};
+  if (o.leave_out) {
+    wanted.use.assign(job.scene().views.size(), true);
+    wanted.use[id] = false;
+  }
+  return wanted;
+}
+
+void RenderOneView(RenderJob& job) {
+  const RenderOptions& o = job.options;
+  const View& view = job.scene().views[static_cast<std::size_t>(ViewCalled(job.scene(), o.view))];
+  RenderRequest request = job.Request(job.wanted.views.front());
+  request.use = job.wanted.use;
+  const auto start = std::chrono::steady_clock::now();
+  const ImageF image = job.Picture(request);
+  job.summary.ms_per_frame = 1000 * SecondsSince(start);
+  job.summary.frames = 1;
+  job.summary.coverage = Coverage(image);
+  ViewFigures& figures = job.summary.view.emplace();
+  figures.name = view.name;
+  if (request.settings.time) figures.time_s = request.settings.time_s;
+  Image8 photo, rendered;
+  // Heat maps and false colours are no picture of what was photographed.
+  if (o.show == "color" || o.show == "difference") {
+    photo = Resize(ReadImage8(job.scene().ImagePath(view), 3), image.width, image.height);
+    rendered = ToRgb8(image);
+    const ImageDifference d = Compare(rendered, photo);
+    figures.psnr_db = d.psnr_db;
+    figures.ssim = d.ssim;
+    figures.mean_absolute_difference = d.mean_absolute;
+    figures.mean_absolute_difference_seen = SeenDifference(image, photo);
+  }
+  const std::filesystem::path stem = o.output / OutputName(view.name);
+  if (o.show == "cameras" || o.show == "difference")
+    WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
+               o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
+  else
+    job.Write(stem, image);
+}
+
+}  // namespace lumi

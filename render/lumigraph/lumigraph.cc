@@ -1,0 +1,141 @@
+#include "render/lumigraph/lumigraph.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "render/picture/output_name.h"
+#include "render/time/clock.h"
+#include "render/time/photo_window.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+
+Lumigraph::Lumigraph(const LumigraphOptions& options, ProgressSink& sink)
+    : options_(options), settings_(options.settings), decided_(options.decided) {
+  ApplyEffectList(options_.effects, settings_, decided_);
+  OpenOptions open;
+  open.rescale_cameras = options_.rescale_cameras;
+  scene_ = OpenScene(options_.scene, open, sink);
+  if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", options_.scene);
+}
+
+// What needs distances, or angles that are true.
+void Lumigraph::RequireNothingMetric(const std::string& proxy) const {
+  const std::string frame(Name(scene_.frame));
+  if (!proxy.empty() && proxy != kPerViewProxy)
+    throw UsageError(fmt::format("a {} scene is rendered with each view's own proxy: --proxy per-view", frame));
+  if (options_.decided.contains("resolution") && options_.settings.resolution == Resolution::kDistance)
+    throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame),
+                     "use --resolution jacobian");
+}
+
+void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
+  if (!metric()) RequireNothingMetric(proxy);
+  const std::set<std::string> asked = decided_;
+  const auto decide = [&](const char* why) {
+    for (const std::string& name : decided_)
+      if (!asked.contains(name)) why_.emplace(name, why);
+  };
+  if (along_matrices || !metric())
+    reach_ = TakeWindow(scene_, options_.window_frames, along_matrices, decided_, settings_);
+  decide("so for pictures of a window in time");
+  if (proxy == kPerViewProxy || !metric()) {
+    proxy_name_ = kPerViewProxy;
+    PerViewOptions own;
+    own.nominal_focal_px = options_.nominal_focal_px;
+    per_view_.emplace(scene_, own);
+    // What a photo sees of a surface made for another view is not known.
+    if (decided_.contains("visibility") && settings_.visibility)
+      throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
+    settings_.visibility = false;
+    decided_.insert("visibility");
+    decide("so for a proxy of each view");
+  } else {
+    if (options_.border.fill || options_.nominal_focal_px > 0)
+      throw UsageError("--border fill and --nominal-focal-px are of pictures that have a proxy of their own",
+                       "add --proxy per-view");
+    mesh_ = LoadProxy(scene_, proxy);
+    proxy_name_ = proxy.empty() ? scene_.active_proxy : proxy;
+  }
+  TakeClock(scene_, decided_.contains("time-window-s"), settings_);
+  own_times_ = !options_.phase && !decided_.contains("time-s");
+  if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
+  if (!options_.phase) return;
+  if (!(settings_.period_s > 0))
+    throw DataError("the scene has no period, so that --phase says nothing", "use --time-s", options_.scene);
+  settings_.time_s = *options_.phase * settings_.period_s;
+}
+
+void Lumigraph::ReadPhotos(ProgressSink& sink) {
+  if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
+  if (!decided_.contains("exposure") || settings_.exposure)
+    SetExposures(one_mesh() ? EstimateExposures(scene_, photos_) : EstimateExposures(scene_, sink));
+}
+
+void Lumigraph::SetExposures(const Exposures& exposures) {
+  gain_spread_ = exposures.Differ() ? exposures.spread : 1;
+  for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = exposures.gain[i];
+}
+
+void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
+  const auto world = [&](const RenderView& view) {
+    PictureWorld w = For(view);
+    for (std::size_t i = 0; i < w.photos.size(); ++i)
+      w.use[i] = w.use[i] && (use.empty() || use[static_cast<std::size_t>(w.photos[i])]);
+    return w;
+  };
+  EffectChoice choice = one_mesh() ? ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread_)
+                                   : ChooseEffects(scene_, desired, world, settings_, decided_, gain_spread_);
+  settings_ = choice.settings;
+  if (!metric() && settings_.resolution == Resolution::kDistance) settings_.resolution = Resolution::kJacobian;
+  effects_ = std::move(choice.effects);
+  for (Effect& e : effects_)
+    if (const auto why = why_.find(e.name); why != why_.end()) e.decided_by = why->second;
+}
+
+EffectChoice Lumigraph::MeasuresCalledFor(const std::vector<RenderView>& desired) const {
+  return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, gain_spread_);
+}
+
+RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const {
+  return own_times_ ? AtTimeOf(settings, view) : settings;
+}
+
+PictureWorld Lumigraph::For(const RenderView& view) const {
+  if (per_view_) return per_view_->For(view, reach_);
+  PictureWorld world = *WorldOf(scene_, mesh_);
+  world.view = view;
+  return world;
+}
+
+std::vector<bool> Lumigraph::InWindow(const RenderView& view, const std::vector<bool>& use) const {
+  if (per_view_ || reach_ < 0) return use;
+  const PhotoOrder order(scene_);
+  const auto [first, last] = order.Around(view.time_s, reach_);
+  std::vector<bool> within(scene_.views.size(), false);
+  for (int rank = first; rank <= last; ++rank) {
+    const auto v = static_cast<std::size_t>(order.view(rank));
+    within[v] = use.empty() || use[v];
+  }
+  return within;
+}
+
+std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const {
+  if (per_view_) return MakePerViewRenderer(scene_, *per_view_, make, reach_, options_.border);
+  return NewRenderer(make, mesh_);
+}
+
+MeasureMap Lumigraph::MapOf(const RenderRequest& request, Measure measure, int photo) const {
+  return per_view_ ? RenderMeasureMap(For(request.view), request, measure, photo)
+                   : RenderMeasureMap(scene_, mesh_, request, measure, photo);
+}
+
+int ViewCalled(const Scene& scene, const std::string& name) {
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    if (scene.views[i].name == name || OutputName(scene.views[i].name) == name) return static_cast<int>(i);
+  throw UsageError("no photo is called " + name, "the first is " + scene.views.front().name);
+}
+
+}  // namespace lumi

@@ -1,0 +1,117 @@
+// A lumigraph: a scene opened for rendering, with its proxy (one mesh, or one a picture), photos, exposures, clock, and
+// the measures that were chosen for it. Whoever makes pictures opens this one; what differs is where the views come
+// from.
+//
+//   Lumigraph lumigraph(options, sink);
+//   lumigraph.MakePictures("", false);
+//   lumigraph.ReadPhotos(sink);
+//   lumigraph.ChooseMeasures(views, {});
+//   const auto renderer = lumigraph.NewRenderer(MakeCpuRenderer);
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "render/effects/effects.h"
+#include "render/effects/exposure.h"
+#include "render/lumigraph/per_view_renderer.h"
+#include "render/photos/photo_set.h"
+#include "render/radiance/settings.h"
+#include "render/show/measure_map.h"
+#include "render/world/per_view_proxy.h"
+#include "render/world/renderer.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct LumigraphOptions {
+  std::filesystem::path scene;
+  RadianceSettings settings;      // from --settings and the line
+  std::string effects = "auto";   // auto, none, or a list of EffectNames()
+  std::set<std::string> decided;  // options and effects that the user spoke about
+  std::optional<double> phase;    // of the scene's period, instead of a time
+  std::optional<int>
+      window_frames;  // photos to either side in time that a picture may use, -1: all; default: 5 for videos, else all
+  double nominal_focal_px =
+      0;  // of pictures with a proxy of their own, where the scene has no metric; 0: 1.2 x their longer side
+  BorderOptions border;  // of pictures with a proxy of their own
+  bool rescale_cameras = false;
+};
+
+class Lumigraph {
+ public:
+  // Opens the scene. Throws UsageError for effects that there are not, and for what needs distances in a scene without
+  // a metric; DataError for a scene without photos.
+  Lumigraph(const LumigraphOptions& options, ProgressSink& sink);
+  Lumigraph(const Lumigraph&) = delete;
+  Lumigraph& operator=(const Lumigraph&) = delete;
+  // Clock and proxy (a name, per-view, or empty: the active one); along_matrices: for the frames of a path of
+  // projection matrices, or of a scene without a metric. Throws UsageError for options that do not go with the proxy,
+  // InputError for a mesh that cannot be read, DataError (PerViewProxy).
+  void MakePictures(const std::string& proxy, bool along_matrices);
+  // The photos, where every picture may use them all, and their exposures, unless the user decided that they do not
+  // count.
+  void ReadPhotos(ProgressSink& sink);
+  void SetExposures(const Exposures& exposures);
+  // The measures that these views, of these photos (empty: all), call for, where nobody decided otherwise; settings()
+  // has them then.
+  void ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use);
+  // What the data alone call for.
+  EffectChoice MeasuresCalledFor(const std::vector<RenderView>& desired) const;
+
+  const Scene& scene() const { return scene_; }
+  bool metric() const { return scene_.frame == Frame::kMetric; }
+  bool one_mesh() const { return !per_view_; }
+  const Mesh& mesh() const { return mesh_; }  // of one_mesh()
+  const std::string& proxy_name() const { return proxy_name_; }
+  const std::vector<Photo>& photos() const { return photos_; }  // of one_mesh(); else pictures read their own
+  int reach() const { return reach_; }  // photos to either side in time that a picture may use; -1: all
+
+  const RadianceSettings& settings() const { return settings_; }
+  void SetSettings(const RadianceSettings& settings) { settings_ = settings; }
+  const std::set<std::string>& decided() const { return decided_; }
+  const std::vector<Effect>& effects() const { return effects_; }
+  std::vector<Effect>& effects() { return effects_; }
+  bool own_times() const { return own_times_; }  // a picture is of its view's moment; else all are of settings().time_s
+  // Settings for this view: at its moment.
+  RadianceSettings At(const RenderView& view, const RadianceSettings& settings) const;
+  RadianceSettings At(const RenderView& view) const { return At(view, settings_); }
+
+  // What a picture of this view is blended from.
+  PictureWorld For(const RenderView& view) const;
+  // Those of `use` (empty: all photos) that a picture of this view may be made of.
+  std::vector<bool> InWindow(const RenderView& view, const std::vector<bool>& use) const;
+  // Of its photos, over its proxy or (mesh) over another one. The lumigraph must outlive the renderer.
+  std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make) const;
+  std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
+    return make(WorldOf(scene_, mesh), photos_);
+  }
+  MeasureMap MapOf(const RenderRequest& request, Measure measure, int photo) const;
+
+ private:
+  void RequireNothingMetric(const std::string& proxy) const;
+
+  const LumigraphOptions options_;
+  RadianceSettings settings_;
+  std::set<std::string> decided_;           // by the user, or by what pictures are made of
+  std::map<std::string, std::string> why_;  // of the latter
+  Scene scene_;
+  std::string proxy_name_;
+  Mesh mesh_;
+  std::optional<PerViewProxy> per_view_;  // instead of mesh_
+  int reach_ = -1;
+  bool own_times_ = true;
+  std::vector<Photo> photos_;
+  double gain_spread_ = 1;  // of the photos' exposures; 1 where they agree
+  std::vector<Effect> effects_;
+};
+
+// The view called so: by its photo's name, or OutputName of it. Throws UsageError.
+int ViewCalled(const Scene& scene, const std::string& name);
+
+}  // namespace lumi

@@ -1,0 +1,33 @@
+#include "render/time/photo_window.h"
+
+#include <algorithm>
+
+#include "render/time/clock.h"
+#include "render/time/photo_order.h"
+
+namespace lumi {
+
+int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided,
+               RadianceSettings& settings) {
+  constexpr int kUsualReach = 5;  // 11 frames (sec. 6.4.3)
+  constexpr double kPathTimeLeast =
+      0.005;  // less, and a photo ends within a pixel; more, and its neighbours show through it
+  const bool video =
+      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s || v.frame_index; });
+  const int reach = wanted.value_or(video || along_path ? kUsualReach : -1);
+  if (reach < 0) return reach;
+  GiveTimes(scene);
+  const double frame_s = ClockOf(scene).frame_s;
+  const auto open = [&](const char* name) { return decided.count(name) == 0; };
+  if (open("time")) settings.time = true;
+  if (open("time-window-s") && frame_s > 0) settings.time_window_s = (2 * reach + 1) * frame_s;
+  if (open("time-core")) settings.time_core = 0;
+  // A photo's own view gives the photo back; a frame of a path passes from one to another where it ends.
+  if (open("time-least") && along_path) settings.time_least = kPathTimeLeast;
+  // Frames that nobody looked at may be the ones in which the photos end.
+  if (open("fov")) settings.field_of_view = true;
+  decided.insert({"time", "time-window-s", "fov"});
+  return reach;
+}
+
+}  // namespace lumi

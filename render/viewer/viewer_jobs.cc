@@ -1,0 +1,176 @@
+// What the viewer draws beside the picture: videos, and a photo's view that an error is measured at.
+#include <epoxy/gl.h>
+
+#include <cmath>
+
+#include "render/picture/convert.h"
+#include "render/viewer/canvas.h"
+#include "render/viewer/setting_rules.h"
+#include "render/viewer/viewer_app.h"
+
+namespace lumi {
+namespace {
+
+constexpr double kStep_ms = 40;          // of a job, before the window is looked at again
+constexpr double kJobPatience_s = 0.3;   // a job that the moving picture kept from working draws one of its pictures whole
+constexpr double kLiveFps = 30;
+
+}  // namespace
+
+std::filesystem::path Viewer::VideoName() const {
+  std::string name = settings_.video_file.data();
+  if (name.empty()) name = facts_.scene + ".mp4";
+  if (std::filesystem::path(name).extension() != ".mp4") name += ".mp4";
+  return name;
+}
+
+void Viewer::StartRecording(const std::filesystem::path& wanted) {
+  if (jobs_.path_recording || jobs_.live_recording) throw UsageError("a recording is going on");
+  if (path_.keys.size() < 2) throw UsageError("a path to record has two keys or more");
+  auto r = std::make_unique<PathRecording>(PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, drawn_.settings), {}, 0});
+  r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(), path_.height_px > 0 ? path_.height_px : size_px_.y()};
+  r->recorder = std::make_unique<Recorder>(wanted, path_.fps);
+  facts_.recording_to = wanted.string();
+  playing_s_.reset();
+  jobs_.path_recording = std::move(r);
+}
+
+void Viewer::StartLiveRecording(const std::filesystem::path& wanted) {
+  if (jobs_.path_recording || jobs_.live_recording) throw UsageError("a recording is going on");
+  auto r = std::make_unique<LiveRecording>();
+  r->recorder = std::make_unique<Recorder>(wanted, kLiveFps);
+  r->start = Clock::now();
+  r->size_px = size_px_;
+  facts_.recording_to = wanted.string();
+  jobs_.live_recording = std::move(r);
+}
+
+void Viewer::FinishRecording() {
+  if (jobs_.live_recording) jobs_.live_recording->recorder->Finish();
+}
+
+void Viewer::CancelRecording() {
+  if (jobs_.path_recording) jobs_.path_recording->recorder->Cancel();
+  if (jobs_.live_recording) jobs_.live_recording->recorder->Cancel();
+}
+
+// Called with what is seen in the bound framebuffer: drawn once more into one that nothing covers.
+void Viewer::StepLiveRecording() {
+  if (!jobs_.live_recording) return;
+  LiveRecording& r = *jobs_.live_recording;
+  if (r.recorder->state() == Recorder::State::kOpen) {
+    if (r.size_px != size_px_) {
+      // A video has one size.
+      r.recorder->Finish();
+      Say("the window's size changed: the recording ends here");
+    } else {
+      const long due = static_cast<long>(SecondsSince(r.start) * kLiveFps) + 1;
+      if (r.recorder->added() < due && !r.recorder->Full()) {
+        const Canvas canvas(size_px_);
+        Compose();
+        const Image8 seen = canvas.Read();
+        glBindFramebuffer(GL_FRAMEBUFFER, 0);
+        // As often as its time on the screen: the clip runs as the hand did. What the encoder has no room for comes later.
+        while (r.recorder->added() < due && !r.recorder->Full()) r.recorder->Add(seen);
+      }
+    }
+  }
+  if (!r.recorder->Ended()) return;
+  const std::unique_ptr<LiveRecording> ended = std::move(jobs_.live_recording);
+  try {
+    CloseRecording(*ended->recorder);
+  } catch (const Error& e) {
+    Complain(e);
+  }
+}
+
+void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
+  PathRecording& r = *jobs_.path_recording;
+  const int count = FrameCount(r.path);
+  facts_.recorded = static_cast<double>(r.recorder->encoded()) / std::max(1, count);
+  if (r.recorder->state() == Recorder::State::kOpen && !Loading()) {
+    if (!r.painter.busy() && r.next < count && !r.recorder->Full()) {
+      const double start = r.path.keys.front().time_s, t = count > 1 ? Duration(r.path) * r.next / (count - 1) : 0;
+      RenderRequest request = r.request;
+      request.view = MakeRenderView(PoseOnPath(r.path, start + t), r.size_px.x(), r.size_px.y());
+      // Where time plays, it plays in the video as well.
+      if (settings_.play_time) request.settings.time_s += t;
+      r.painter.Start(request);
+      ++r.next;
+    }
+    if (r.painter.busy()) {
+      painter_.Disturbed();
+      if (const auto picture = r.painter.Step(step_ms, undisturbed)) {
+        r.recorder->Add(ToRgb8(*picture));
+        if (r.next == count) r.recorder->Finish();
+      }
+    }
+  }
+  if (r.recorder->Ended()) {
+    const std::unique_ptr<PathRecording> ended = std::move(jobs_.path_recording);
+    CloseRecording(*ended->recorder);
+  }
+}
+
+void Viewer::CloseRecording(const Recorder& recorder) {
+  switch (recorder.state()) {
+    case Recorder::State::kWritten:
+      jobs_.videos.emplace_back(recorder.file().string(), recorder.encoded());
+      if (!script_.given) Say("wrote " + recorder.file().string());
+      break;
+    case Recorder::State::kFailed: throw MachineError(recorder.problem(), {}, facts_.recording_to);
+    default: Say("the recording was cancelled: nothing is left of it");
+  }
+}
+
+void Viewer::StartMeasuring() {
+  if (jobs_.probe.busy() || jobs_.path_recording) return;
+  jobs_.probe.Start(ViewId{NearestView(scene_, steering_.navigator.state())}, drawn_.settings);
+}
+
+// What is drawn beside the picture, a step a frame; while the picture itself is redrawn, it waits for a while.
+void Viewer::StepJobs() {
+  const bool undisturbed = !painter_.painted();
+  const bool step = undisturbed || SecondsSince(jobs_.last_step) > kJobPatience_s;
+  const double step_ms = undisturbed ? kStep_ms : 0;
+  try {
+    if (step && jobs_.path_recording) StepPathRecording(step_ms, undisturbed);
+    if (step && jobs_.probe.busy() && !jobs_.path_recording && !Loading()) {
+      if (jobs_.probe.drawing()) painter_.Disturbed();
+      if (auto measured = jobs_.probe.Step(step_ms, undisturbed)) {
+        ShowDifference(measured->difference);
+        measured->difference = {};
+        jobs_.errors.push_back(*measured);
+        facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
+      }
+    }
+    if (undisturbed && !Working()) StepBudgetProbe();
+  } catch (const Error& e) {
+    jobs_.path_recording.reset();
+    Complain(e);
+  }
+  if (step) jobs_.last_step = Clock::now();
+  facts_.measuring = jobs_.probe.busy();
+  facts_.recording = jobs_.path_recording || jobs_.live_recording;
+  facts_.recording_live = jobs_.live_recording != nullptr;
+  if (jobs_.live_recording) facts_.recorded = SecondsSince(jobs_.live_recording->start);
+}
+
+bool Viewer::RunRecordingStatement(const ScriptStep& s) {
+  switch (s.verb) {
+    case ScriptVerb::kRecord:
+    case ScriptVerb::kRecordStart:
+      // By the settings that the statements before asked for.
+      if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused))) return false;
+      if (!script_.waiting) StartRecording(s.word);
+      script_.waiting = true;
+      return s.verb == ScriptVerb::kRecordStart || !jobs_.path_recording;
+    case ScriptVerb::kRecordLive: StartLiveRecording(s.word); return true;
+    case ScriptVerb::kRecordStop: FinishRecording(); break;
+    case ScriptVerb::kRecordCancel: CancelRecording(); break;
+    default: break;
+  }
+  return !jobs_.live_recording && !jobs_.path_recording;
+}
+
+}  // namespace lumi
