@@ -124,7 +124,7 @@ std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, doubl
   const auto fine = MeasureGradients(photo, x, y, sigma(kFineSigma), window, 1, noise_sigma);
   // A little of the noise stays: the logarithm of nothing is no measure of anything.
   const auto left = [](const Gradients& g) { return std::max(g.weaker - g.noise, 0.25 * g.noise); };
-  return FineDetail{std::log(left(*fine) / left(*coarse)), fine->weaker / fine->noise};
+  return FineDetail{std::log(left(*fine) / left(*coarse)), std::log(left(*fine) * step_px * step_px / (coarse->mean * coarse->mean)), fine->weaker / fine->noise};
 }
 
 }  // namespace lumi

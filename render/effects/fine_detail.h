@@ -13,7 +13,8 @@ namespace lumi {
 double NoiseSigma(const Image8& photo);
 
 struct FineDetail {
-  double log_ratio = 0;     // fine over coarse, natural logarithm; both less what noise makes of them
+  double log_ratio = 0;      // fine over coarse, natural logarithm; both less what noise makes of them
+  double log_fine = 0;       // fine detail over the brightness, which contrast changes too
   double fine_to_noise = 0;  // below about 4, a patch without texture
 };
 

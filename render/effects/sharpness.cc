@@ -14,23 +14,26 @@ namespace lumi {
 namespace {
 
 constexpr int kColumns = 6, kRows = 4;
-constexpr int kSightsAView = 600;
-constexpr double kSameScale = 2.2;   // photos whose pixels at a point differ by more are not compared there
-constexpr double kSameSideRad = 0.35;  // nor are those that look at it from directions farther apart: foreshortening, gloss
-constexpr double kTexture = 4;       // fine detail over noise, of the photo that shows most of it
-constexpr double kHuber = 1;         // log units: occlusions and highlights lie beyond
-constexpr double kCellPrior = 8;     // sights: a cell with as many counts half
-constexpr double kEnough = 20;       // sights: fewer say nothing of a photo
-// Log units: what photos taken alike differ by through view-dependence, and what is clearly more.
-constexpr double kAlike = 0.12, kClearly = 0.3;
+constexpr int kSightsAView = 500;
+constexpr std::ptrdiff_t kCompared = 4;  // so many of a group are measured, also where most of its photos have enough
+constexpr double kSameScale = 2.2;       // photos whose pixels at a point differ by more are not compared there
+constexpr double kSameSideRad = 0.35;    // nor are those that look at it from directions farther apart: foreshortening, gloss
+constexpr double kTexture = 4;           // fine detail over noise, of the photo that shows most of it
+constexpr double kHuber = 1;             // log units: occlusions and highlights lie beyond
+constexpr double kCellPrior = 8;         // sights: a cell with as many counts half
+constexpr double kEnough = 20;           // sights: fewer say nothing of a photo
+// Log units: what photos taken alike differ by through view-dependence, and what is clearly more: a third of the energy.
+constexpr double kAlike = 0.12, kClearly = 0.4;
+// Log units: photos' contrasts (exposure, haze, gloss) differ by as much; fine detail that misses more is missing because of blur.
+constexpr double kContrast = 1.5;
 
 // A point seen by a photo, among photos from about the same side whose pixels are of about the same size there.
 struct Sight {
   std::uint32_t group = 0, view = 0;
   float u = 0, v = 0;  // in the photo, fractions of its width and height
   double step_px = 1;   // a pixel of the coarsest of the group, in pixels of the photo's level 0
-  double log_ratio = NAN;
-  double fine_to_noise = 0;
+  bool wanted = true;   // to be measured; others stand in the group as what the photo is compared with
+  std::optional<FineDetail> detail;
 
   std::size_t Cell() const {
     const auto index = [](float share, int count) { return std::clamp(static_cast<int>(share * static_cast<float>(count)), 0, count - 1); };
@@ -71,14 +74,20 @@ void AppendGroups(std::vector<Look>& track, std::size_t& groups, std::vector<Sig
       return look.pixel_size * kSameScale >= first.pixel_size && (look.direction - first.direction).norm() <= kSameSideRad;
     };
     if (std::count_if(track.begin(), track.end(), comparable) >= 2) {
+      const auto begin = static_cast<std::ptrdiff_t>(sights.size());
       for (const Look& look : track)
         if (comparable(look)) {
           sights.push_back(look.sight);
           sights.back().group = static_cast<std::uint32_t>(groups);
           sights.back().step_px = first.pixel_size / look.pixel_size;
-          ++taken[look.sight.view];
         }
       ++groups;
+      // Those that have least are measured.
+      std::stable_sort(sights.begin() + begin, sights.end(), [&](const Sight& x, const Sight& y) { return taken[x.view] < taken[y.view]; });
+      for (auto s = sights.begin() + begin; s != sights.end(); ++s) {
+        s->wanted = s - sights.begin() - begin < kCompared || taken[s->view] < kSightsAView;
+        if (s->wanted) ++taken[s->view];
+      }
     }
     std::erase_if(track, comparable);
   }
@@ -110,7 +119,8 @@ std::vector<Sight> ChooseSights(const Scene& scene, const std::vector<double>& s
 template <typename PhotoOf>
 void MeasureSights(std::size_t views, const PhotoOf& photo_of, std::vector<Sight>& sights) {
   std::vector<std::vector<std::size_t>> of_view(views);
-  for (std::size_t i = 0; i < sights.size(); ++i) of_view[sights[i].view].push_back(i);
+  for (std::size_t i = 0; i < sights.size(); ++i)
+    if (sights[i].wanted) of_view[sights[i].view].push_back(i);
   ParallelFor(views, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)
       photo_of(v, [&](const Photo& photo) {
@@ -119,45 +129,50 @@ void MeasureSights(std::size_t views, const PhotoOf& photo_of, std::vector<Sight
         const double noise = NoiseSigma(image);
         for (const std::size_t i : of_view[v]) {
           Sight& s = sights[i];
-          const auto detail = MeasureFineDetail(image, static_cast<double>(s.u) * image.width, static_cast<double>(s.v) * image.height, s.step_px, noise);
-          if (!detail) continue;
-          s.log_ratio = detail->log_ratio;
-          s.fine_to_noise = detail->fine_to_noise;
+          s.detail = MeasureFineDetail(image, static_cast<double>(s.u) * image.width, static_cast<double>(s.v) * image.height, s.step_px, noise);
         }
       });
   });
 }
 
-// Leaves the sights that say something: measured, in groups of two and more of which one at least shows texture.
+// Leaves the groups that say something: of two and more that were measured, of which one at least shows texture.
 void DropPlainGroups(std::size_t groups, std::vector<Sight>& sights) {
   std::vector<int> count(groups, 0);
   std::vector<double> texture(groups, 0.0);
   for (const Sight& s : sights) {
-    if (std::isnan(s.log_ratio)) continue;
+    if (!s.detail) continue;
     ++count[s.group];
-    texture[s.group] = std::max(texture[s.group], s.fine_to_noise);
+    texture[s.group] = std::max(texture[s.group], s.detail->fine_to_noise);
   }
-  std::erase_if(sights, [&](const Sight& s) { return std::isnan(s.log_ratio) || count[s.group] < 2 || texture[s.group] < kTexture; });
+  std::erase_if(sights, [&](const Sight& s) { return count[s.group] < 2 || texture[s.group] < kTexture; });
 }
 
-// log_ratio = a_point + b_photo + c_cell, and how well the sum of the last two is known (one standard deviation).
+// A measure of the sights = a_point + b_photo + c_cell, and how well the sum of the last two is known (one standard deviation).
 struct CellFit {
   std::vector<double> photo_weight;  // sights
+  double spread = 0;                 // of one sight, one standard deviation
   std::vector<double> b, error;      // one a cell of each photo
 };
 
-CellFit FitCells(const std::vector<Sight>& sights, std::size_t groups, std::size_t views) {
+using Measure = double FineDetail::*;
+
+CellFit FitCells(const std::vector<Sight>& sights, Measure measure, std::size_t groups, std::size_t views) {
   std::vector<PhotoSample> samples;
-  for (const Sight& s : sights) samples.push_back({s.group, s.view, s.log_ratio});
+  std::vector<std::size_t> cell_of;
+  for (const Sight& s : sights) {
+    if (!s.detail) continue;
+    samples.push_back({s.group, s.view, *s.detail.*measure});
+    cell_of.push_back(s.view * kCells + s.Cell());
+  }
   const PointPhotoFit photos = FitPointsAndPhotos(samples, groups, views, {kHuber});
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    samples[i].log_value -= photos.log_photo[sights[i].view];
-    samples[i].photo = sights[i].view * kCells + sights[i].Cell();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].log_value -= photos.log_photo[samples[i].photo];
+    samples[i].photo = cell_of[i];
   }
   const PointPhotoFit cells = FitPointsAndPhotos(samples, groups, views * kCells, {kHuber, kCellPrior});
   const double weight = std::accumulate(photos.weight_sum.begin(), photos.weight_sum.end(), 0.0);
   const double variance = std::accumulate(photos.square_sum.begin(), photos.square_sum.end(), 0.0) / std::max(1.0, weight);
-  CellFit fit{photos.weight_sum, {}, {}};
+  CellFit fit{photos.weight_sum, std::sqrt(variance), {}, {}};
   for (std::size_t v = 0; v < views; ++v)
     for (std::size_t c = v * kCells; c < (v + 1) * kCells; ++c) {
       fit.b.push_back(photos.log_photo[v] + cells.log_photo[c]);
@@ -166,47 +181,63 @@ CellFit FitCells(const std::vector<Sight>& sights, std::size_t groups, std::size
   return fit;
 }
 
+// How far photos are below the sharpest ones of the same points, log units: 0 where nothing is known.
+struct Deficit {
+  std::vector<double> photo, photo_error;
+  std::vector<double> cell;
+  std::vector<bool> known;
+};
+
+Deficit FindDeficit(const std::vector<Sight>& sights, Measure measure, std::size_t groups, std::size_t views) {
+  const CellFit fit = FitCells(sights, measure, groups, views);
+  // The sharpest of each group, as far as that is sure: the largest of many that are known badly would be too large.
+  std::vector<double> sharpest(groups, -INFINITY), sum(views * kCells, 0.0), count(views * kCells, 0.0);
+  for (const Sight& s : sights) {
+    const std::size_t c = s.view * kCells + s.Cell();
+    if (fit.photo_weight[s.view] >= kEnough) sharpest[s.group] = std::max(sharpest[s.group], fit.b[c] - fit.error[c]);
+  }
+  for (const Sight& s : sights) {
+    const std::size_t c = s.view * kCells + s.Cell();
+    if (!(fit.photo_weight[s.view] >= kEnough)) continue;
+    sum[c] += sharpest[s.group] - fit.b[c];
+    ++count[c];
+  }
+  Deficit out{std::vector<double>(views, 0.0), std::vector<double>(views, 0.0), std::vector<double>(views * kCells, 0.0), std::vector<bool>(views, false)};
+  for (std::size_t v = 0; v < views; ++v) {
+    const auto first = static_cast<std::ptrdiff_t>(v * kCells), last = first + static_cast<std::ptrdiff_t>(kCells);
+    const double n = std::accumulate(count.begin() + first, count.begin() + last, 0.0);
+    if (n == 0) continue;
+    out.known[v] = true;
+    out.photo[v] = std::accumulate(sum.begin() + first, sum.begin() + last, 0.0) / n;
+    out.photo_error[v] = fit.spread / std::sqrt(fit.photo_weight[v]);
+    for (std::size_t c = v * kCells; c < (v + 1) * kCells; ++c) out.cell[c] = (sum[c] + kCellPrior * out.photo[v]) / (count[c] + kCellPrior);
+  }
+  return out;
+}
+
 Sharpness Estimate(std::size_t views, std::size_t groups, std::vector<Sight> sights) {
   Sharpness out;
   out.grid.assign(views, {kColumns, kRows, std::vector<float>(kCells, 1.0F)});
   out.of_photo.assign(views, 1.0);
   DropPlainGroups(groups, sights);
   if (sights.empty()) return out;
-  const CellFit fit = FitCells(sights, groups, views);
-
-  // The sharpest of each group, as far as that is sure: the largest of many that are known badly would be too large.
-  std::vector<double> sharpest(groups, -INFINITY);
-  for (const Sight& s : sights) {
-    const std::size_t c = s.view * kCells + s.Cell();
-    if (fit.photo_weight[s.view] >= kEnough) sharpest[s.group] = std::max(sharpest[s.group], fit.b[c] - fit.error[c]);
-  }
-  std::vector<double> sum(views * kCells, 0.0), count(views * kCells, 0.0);
-  for (const Sight& s : sights) {
-    const std::size_t c = s.view * kCells + s.Cell();
-    if (!(fit.photo_weight[s.view] >= kEnough)) continue;
-    sum[c] += fit.b[c] - sharpest[s.group];
-    ++count[c];
-  }
+  const Deficit ratio = FindDeficit(sights, &FineDetail::log_ratio, groups, views), fine = FindDeficit(sights, &FineDetail::log_fine, groups, views);
+  // A photo that has neither fine nor coarse detail left does not show it by their ratio.
+  const auto worse = [](double by_ratio, double by_fine) { return std::max(by_ratio, by_fine - kContrast); };
+  const auto value = [](double deficit) { return std::exp(-std::max(0.0, deficit - kAlike)); };
   std::vector<double> unsharp;
-  double known = 0;
   for (std::size_t v = 0; v < views; ++v) {
-    const auto first = static_cast<std::ptrdiff_t>(v * kCells);
-    const double n = std::accumulate(count.begin() + first, count.begin() + first + kCells, 0.0);
-    if (n == 0) continue;
-    ++known;
-    const double mean = std::accumulate(sum.begin() + first, sum.begin() + first + kCells, 0.0) / n;
-    const auto value = [](double log_share) { return std::exp(std::min(0.0, log_share + kAlike)); };
-    out.of_photo[v] = value(mean);
-    if (mean < -kClearly) unsharp.push_back(out.of_photo[v]);
-    for (std::size_t c = 0; c < kCells; ++c) {
-      const std::size_t i = v * kCells + c;
-      out.grid[v].value[c] = static_cast<float>(value((sum[i] + kCellPrior * mean) / (count[i] + kCellPrior)));
-    }
+    const double deficit = worse(ratio.photo[v], fine.photo[v]);
+    out.of_photo[v] = value(deficit);
+    if (deficit - 2 * ratio.photo_error[v] > kClearly) unsharp.push_back(out.of_photo[v]);
+    for (std::size_t c = 0; c < kCells; ++c)
+      out.grid[v].value[c] = static_cast<float>(value(worse(ratio.cell[v * kCells + c], fine.cell[v * kCells + c])));
   }
   if (unsharp.empty()) return out;
-  out.share = static_cast<double>(unsharp.size()) / known;
-  std::nth_element(unsharp.begin(), unsharp.begin() + static_cast<std::ptrdiff_t>(unsharp.size() / 2), unsharp.end());
-  out.typical = unsharp[unsharp.size() / 2];
+  out.share = static_cast<double>(unsharp.size()) / static_cast<double>(std::count(ratio.known.begin(), ratio.known.end(), true));
+  const auto middle = unsharp.begin() + static_cast<std::ptrdiff_t>(unsharp.size() / 2);
+  std::nth_element(unsharp.begin(), middle, unsharp.end());
+  out.typical = *middle;
   return out;
 }
 
