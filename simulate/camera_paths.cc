@@ -176,7 +176,9 @@ double ZoomAt(const PathDescription& path, double frame) {
   return zoom;
 }
 
-std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first) {
+namespace {
+
+std::vector<PlannedView> ViewsTaken(const SceneDescription& scene, int views, bool first) {
   std::vector<PlannedView> all;
   double start_s = 0;
   for (std::size_t p = 0; p < scene.paths.size(); ++p) {
@@ -211,6 +213,16 @@ std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, boo
     chosen.push_back(all[static_cast<std::size_t>(std::floor(at + 0.5))]);
   }
   return chosen;
+}
+
+}  // namespace
+
+std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first) {
+  std::vector<PlannedView> taken = ViewsTaken(scene, views, first);
+  // The second of each so many: photo 0 and, where their number is even, most that a hold-out takes stay sharp.
+  const auto every = static_cast<std::size_t>(scene.effects.motion_blur_every);
+  for (std::size_t i = 0; i < taken.size(); ++i) taken[i].blurred = i % every == 1 % every;
+  return taken;
 }
 
 }  // namespace lumi

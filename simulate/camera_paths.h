@@ -28,10 +28,12 @@ struct PlannedView {
   double frame = 0;  // within its path
   int camera = 0;
   double time_s = 0;
+  bool blurred = true;  // where the scene has motion blur
 };
 
 // All views of all paths, or `views` of them (0: all): evenly spread; the first ones of a scene that repeats
-// itself, or where `first` asks for them. Throws UsageError when there are fewer.
+// itself, or where `first` asks for them. Which of them are blurred goes by their places among those taken. Throws
+// UsageError when there are fewer.
 std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first = false);
 
 }  // namespace lumi

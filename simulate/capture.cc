@@ -84,6 +84,8 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   if (options.video) wanted.options["video"] = "true";
   if (options.shake) wanted.options["shake"] = fmt::format("{}", *options.shake);
   if (options.steady) wanted.options["steady"] = "true";
+  if (options.blur_s) wanted.options["blur_s"] = fmt::format("{}", *options.blur_s);
+  if (options.blur_every != 0) wanted.options["blur_every"] = std::to_string(options.blur_every);
   if (scene.fixed_video || !scene.videos.empty()) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
   if (!options.at_file.empty()) wanted.inputs[options.at_file.string()] = Fingerprint(options.at_file);
   wanted.inputs[source.name.string()] = TextFingerprint(source.text);
@@ -153,6 +155,7 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
                   const fs::path& folder, ProgressSink& sink, TraceCounters& counters) {
   Progress progress(sink, "Rendering views", static_cast<long>(views.size()));
   std::mutex mutex;
+  std::vector<std::string> blur(views.size());
   // Photos side by side, so that one is encoded while the next is traced.
   ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -162,6 +165,8 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
       WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
       WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
       WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
+      const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
+      blur[i] = fmt::format("{},{:.3f},{:.3f},{:.3f}\n", views[i].name, median, low, high);
       if (!view.moving.empty()) WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
       {
         const std::lock_guard lock(mutex);
@@ -172,6 +177,8 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
       progress.Step();
     }
   });
+  if (scene.effects.motion_blur_s)
+    WriteTextAtomically(folder / "truth" / "blur.csv", fmt::format("name,median_px,low_px,high_px\n{}", fmt::join(blur, "")));
 }
 
 // The photos as a video, in their order.
@@ -303,6 +310,8 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   if (options.shake && options.steady) return "--shake and --steady do not go together";
   if (!options.at_file.empty() && (options.shake || options.steady || options.video))
     return "--at does not go with --shake, --steady and --video: it names its views";
+  if (options.blur_s && !(*options.blur_s >= 0)) return "--blur-s must be >= 0";
+  if (options.blur_every < 0) return "--blur-every must be >= 1";
   return std::nullopt;
 }
 
@@ -317,6 +326,10 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       throw UsageError("--shake: nothing shakes the camera on this scene's path", "walk and drive can be shaken, and a wave with a hand");
     for (PathDescription& path : scene.paths) path = WithShake(std::move(path), *options.shake);
   }
+  if (options.blur_s) scene.effects.motion_blur_s = *options.blur_s > 0 ? options.blur_s : std::nullopt;
+  if (options.blur_every != 0) scene.effects.motion_blur_every = options.blur_every;
+  if (options.blur_every != 0 && !scene.effects.motion_blur_s)
+    throw UsageError("--blur-every: this scene has no motion blur", "give it an exposure time: --blur-s 0.08");
   const SceneDescription steady = Steady(scene);
   const bool shaken = std::any_of(scene.paths.begin(), scene.paths.end(), IsShaken) && !options.steady;
   if (options.steady) scene = steady;

@@ -41,6 +41,11 @@ int main(int argc, char** argv) {
   program.app().add_option_function<double>("--shake", [&](double scale) { options.shake = scale; },
                                             "So many times the shake of the scene's path; a drive without any is shaken like a walk; 0: none");
   program.app().add_flag("--steady", options.steady, "The ideal path, truth for a stabilised video: without shake, rolling shutter and noise");
+  program.app().add_option_function<double>("--blur-s", [&](double seconds) { options.blur_s = seconds; },
+                                            "Motion blur: exposure time in seconds, 0: none [default: as described]");
+  program.app()
+      .add_option("--blur-every", options.blur_every, "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
+      ->check(CLI::PositiveNumber);
   return program.Run(
       argc, argv,
       [&] {

@@ -243,6 +243,7 @@ EffectsDescription ParseEffects(const nlohmann::json& node, const ParseContext& 
   read("skew_px", effects.skew_px, Range::kAny);
   read("noise_sigma", effects.noise_sigma, Range::kNotNegative);
   read("motion_blur_s", effects.motion_blur_s, Range::kNotNegative);
+  effects.motion_blur_every = reader.Integer("motion_blur_every", 1, 1);
   read("rolling_shutter_s", effects.rolling_shutter_s, Range::kNotNegative);
   read("exposure_stops", effects.exposure_stops, Range::kNotNegative);
   effects.exposure_period_s = reader.Number("exposure_period_s", 10, Range::kPositive);

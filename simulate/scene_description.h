@@ -147,6 +147,7 @@ struct EffectsDescription {
   std::optional<double> skew_px;
   std::optional<double> noise_sigma;        // code values of 255
   std::optional<double> motion_blur_s;      // exposure time
+  int motion_blur_every = 1;                // of each so many photos the second one is blurred; 1: all are
   std::optional<double> rolling_shutter_s;  // from the first row to the last
   std::optional<double> exposure_stops;     // drift: amplitude
   double exposure_period_s = 10;

@@ -62,8 +62,6 @@ ViewRenderer::ViewRenderer(const SceneDescription& scene, const Tracer& tracer, 
     cameras_.push_back(width_px == 0 ? camera : camera.Scaled(width_px, height));
     skews_px_.push_back(scene.effects.skew_px ? *scene.effects.skew_px * scale : 0.0);
   }
-  samples_ = scene.samples_per_pixel;
-  if (scene.effects.motion_blur_s) samples_ = std::max(samples_, kBlurSamples);
   if (tracer.HasMovingParts() && scene.period_s)
     for (int i = 0; i < sweep; ++i) sweep_.push_back(tracer.PartsAt(*scene.period_s * i / sweep));
 }
@@ -107,12 +105,41 @@ std::uint8_t ViewRenderer::MovingAt(const Vector2d& x_px, const std::vector<Mome
   return 0;
 }
 
+double ViewRenderer::BlurSeconds(const PlannedView& view) const {
+  return view.blurred ? scene_.effects.motion_blur_s.value_or(0) : 0;
+}
+
+std::array<double, 3> ViewRenderer::BlurPx(const PlannedView& view, const ImageF& depth) const {
+  const double blur_s = BlurSeconds(view);
+  if (blur_s == 0) return {};
+  constexpr int kStep = 4;  // every fourth pixel of every fourth row
+  const TrueCamera truth = CameraOf(view);
+  TraceCounters unused;
+  const Moment first = MomentAt(view, -0.5 * blur_s, unused), last = MomentAt(view, 0.5 * blur_s, unused);
+  std::vector<double> px;
+  for (int y = kStep / 2; y < depth.height; y += kStep)
+    for (int x = kStep / 2; x < depth.width; x += kStep) {
+      const auto direction = NormalizedWithSkew(truth.camera, truth.skew_px, Vector2d(x + 0.5, y + 0.5));
+      const double z = static_cast<double>(depth.At(x, y, 0));
+      if (!direction || !(z > 0)) continue;
+      const Vector3d x_in_world = truth.cam_from_world.Inverse() * (z * direction->homogeneous());
+      const auto at = [&](const Moment& m) { return truth.camera.Project(m.world_from_cam.transpose() * (x_in_world - m.centre)); };
+      const auto from = at(first), to = at(last);
+      if (from && to) px.push_back((*to - *from).norm());
+    }
+  if (px.empty()) return {};
+  std::sort(px.begin(), px.end());
+  return {px[px.size() / 10], px[px.size() / 2], px[px.size() * 9 / 10]};
+}
+
 RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counters) const {
   const TrueCamera truth = CameraOf(view);
   const Camera& camera = truth.camera;
   const int width = camera.width_px, height = camera.height_px;
   const EffectsDescription& effects = scene_.effects;
-  const int side = static_cast<int>(std::lround(std::sqrt(samples_)));
+  const double blur_s = BlurSeconds(view);
+  const int samples = blur_s > 0 ? std::max(scene_.samples_per_pixel, kBlurSamples) : scene_.samples_per_pixel;
+  const int side = static_cast<int>(std::lround(std::sqrt(samples)));
   // One sample stands for 1 / side of a pixel.
   const double sample_angle = 1 / (camera.FocalPx().maxCoeff() * side);
 
@@ -125,9 +152,8 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
   // Moments of the samples of one row; last in line, the middle of the exposure.
   const auto moments_of_row = [&](double row_s, TraceCounters& count) {
     std::vector<Moment> moments;
-    if (effects.motion_blur_s)
-      for (int s = 0; s < samples_; ++s)
-        moments.push_back(MomentAt(view, row_s + *effects.motion_blur_s * TimeShare(s, samples_), count));
+    if (blur_s > 0)
+      for (int s = 0; s < samples; ++s) moments.push_back(MomentAt(view, row_s + blur_s * TimeShare(s, samples), count));
     moments.push_back(MomentAt(view, row_s, count));
     return moments;
   };
@@ -170,16 +196,16 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
       const std::vector<Moment>& moments = effects.rolling_shutter_s ? of_row : of_view;
       for (int x = 0; x < width; ++x) {
         Rgb sum = Rgb::Zero();
-        for (int s = 0; s < samples_; ++s) {
+        for (int s = 0; s < samples; ++s) {
           const Moment& moment = moments.size() > 1 ? moments[static_cast<std::size_t>(s)] : moments.back();
           const auto ray = ray_through(moment, Vector2d(x, y) + SampleOffset(s, side));
           if (!ray) continue;
-          Shader::Query query{*ray, sample_angle, s, samples_, 0, &moment.parts};
+          Shader::Query query{*ray, sample_angle, s, samples, 0, &moment.parts};
           query.random = HashBits(static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(view.frame_index),
                                   static_cast<std::uint32_t>(y * width + x), static_cast<std::uint32_t>(s));
           sum += shader_.Radiance(query, count.rays);
         }
-        expose(x, y, sum / static_cast<float>(samples_), count);
+        expose(x, y, sum / static_cast<float>(samples), count);
 
         const Moment& middle = moments.back();
         const auto ray = ray_through(middle, Vector2d(x + 0.5, y + 0.5));

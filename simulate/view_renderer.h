@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 
@@ -47,9 +48,13 @@ class ViewRenderer {
   TrueCamera CameraOf(const PlannedView& view) const;
   // Tiles in parallel. The same on any number of threads.
   RenderedView Render(const PlannedView& view, TraceCounters& counters) const;
+  // How far the image of what stands still moves during the exposure, in pixels: the 10th, 50th and 90th percentile over the
+  // photo. 0 of a sharp one. `depth`: RenderedView::depth.
+  std::array<double, 3> BlurPx(const PlannedView& view, const ImageF& depth) const;
 
  private:
   struct Moment;  // camera and moving parts while one sample is taken
+  double BlurSeconds(const PlannedView& view) const;
   Moment MomentAt(const PlannedView& view, double offset_s, TraceCounters& counters) const;
   using RayThrough = std::function<std::optional<Ray>(const Moment&, const Eigen::Vector2d& x_px)>;
   std::uint8_t MovingAt(const Eigen::Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through, long& rays) const;
@@ -60,7 +65,6 @@ class ViewRenderer {
   std::uint64_t seed_;
   std::vector<Camera> cameras_;  // at the size that is rendered
   std::vector<double> skews_px_;
-  int samples_ = 1;
   std::vector<PartPoses> sweep_;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "render/cpu/blend.h"
+#include "render/effects/point_photo_fit.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -14,14 +15,6 @@ namespace {
 constexpr float kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
 constexpr int kPointsAView = 400;
 constexpr double kHuber = 0.1;                    // log units: highlights and occlusions lie beyond
-constexpr int kRounds = 12;
-
-struct Sample {
-  std::size_t point, view;
-  double log_value;
-};
-
-double Huber(double residual) { return std::abs(residual) <= kHuber ? 1.0 : kHuber / std::abs(residual); }
 
 // Of each sight of each point, [0, 255]; not a number where its photo is not there.
 using TrackColors = std::vector<std::vector<Eigen::Vector3f>>;
@@ -65,7 +58,7 @@ Exposures Estimate(const Scene& scene, const TrackColors& colors) {
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scene.points[a].track.size() > scene.points[b].track.size(); });
   std::vector<int> taken(n, 0);
-  std::vector<Sample> samples;
+  std::vector<PhotoSample> samples;
   for (const std::size_t p : order) {
     const auto& track = scene.points[p].track;
     if (track.size() < 2) break;
@@ -82,49 +75,19 @@ Exposures Estimate(const Scene& scene, const TrackColors& colors) {
     if (samples.size() - first < 2)
       samples.resize(first);
     else
-      for (std::size_t i = first; i < samples.size(); ++i) ++taken[samples[i].view];
+      for (std::size_t i = first; i < samples.size(); ++i) ++taken[samples[i].photo];
   }
   if (samples.empty()) return out;
 
-  // Alternating, with Huber weights: points given gains, gains given points. Sparse and well conditioned where tracks overlap.
-  std::vector<double> level(scene.points.size(), 0.0), log_gain(n, 0.0), weight_sum(n), square_sum(n);
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<double> sum(scene.points.size(), 0.0), count(scene.points.size(), 0.0);
-    for (const Sample& s : samples) {
-      const double w = round == 0 ? 1 : Huber(s.log_value - level[s.point] - log_gain[s.view]);
-      sum[s.point] += w * (s.log_value - log_gain[s.view]);
-      count[s.point] += w;
-    }
-    for (std::size_t p = 0; p < level.size(); ++p)
-      if (count[p] > 0) level[p] = sum[p] / count[p];
-    std::vector<double> total(n, 0.0);
-    std::fill(weight_sum.begin(), weight_sum.end(), 0.0);
-    std::fill(square_sum.begin(), square_sum.end(), 0.0);
-    for (const Sample& s : samples) {
-      const double residual = s.log_value - level[s.point] - log_gain[s.view], w = Huber(residual);
-      total[s.view] += w * (s.log_value - level[s.point]);
-      weight_sum[s.view] += w;
-      square_sum[s.view] += w * residual * residual;
-    }
-    double mean = 0, known = 0;
-    for (std::size_t v = 0; v < n; ++v)
-      if (weight_sum[v] > 0) {
-        log_gain[v] = total[v] / weight_sum[v];
-        mean += log_gain[v];
-        ++known;
-      }
-    for (std::size_t v = 0; v < n; ++v)
-      if (weight_sum[v] > 0) log_gain[v] -= mean / std::max(1.0, known);
-  }
-
+  const PointPhotoFit fit = FitPointsAndPhotos(samples, scene.points.size(), n, {kHuber});
   constexpr double kEnough = 20;  // samples: fewer say nothing of a photo
   double low = 0, high = 0, error = 0;
   for (std::size_t v = 0; v < n; ++v) {
-    if (weight_sum[v] < kEnough) continue;
-    out.gain[v] = std::exp(log_gain[v]);
-    low = std::min(low, log_gain[v]);
-    high = std::max(high, log_gain[v]);
-    error = std::max(error, std::sqrt(square_sum[v] / weight_sum[v] / weight_sum[v]));
+    if (fit.weight_sum[v] < kEnough) continue;
+    out.gain[v] = std::exp(fit.log_photo[v]);
+    low = std::min(low, fit.log_photo[v]);
+    high = std::max(high, fit.log_photo[v]);
+    error = std::max(error, std::sqrt(fit.square_sum[v] / fit.weight_sum[v] / fit.weight_sum[v]));
   }
   out.spread = std::exp(high - low);
   out.noise = std::exp(2 * 2.6 * error);  // 99 % of a normal error, at both ends

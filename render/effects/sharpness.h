@@ -1,0 +1,37 @@
+// How sharp each photo is, place by place, against the other photos that see the same scene points: what a hand that moved or a
+// lens out of focus has left of the fine detail. From the photos around the points, by the robust model of the exposures:
+// log (fine over coarse detail) = a_point + b_photo.
+#pragma once
+
+#include <vector>
+
+#include "render/photos/photo_set.h"
+#include "scene/model/scene.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+// A value for each place of a photo: cells row by row from the top left, bilinear between their centres, constant beyond.
+struct PhotoGrid {
+  int columns = 1, rows = 1;
+  std::vector<float> value = {1.0F};
+
+  float At(float u, float v) const;  // fractions of the photo's width and height
+};
+
+struct Sharpness {
+  // One a view, all of one size. Values in (0, 1]: the share of the energy of fine detail that the photo has there, of what the
+  // sharpest photos of the same points have. 1 where that cannot be told from chance, or nothing is known: photos that are not
+  // there, without texture, or without points that others see too.
+  std::vector<PhotoGrid> grid;
+  std::vector<double> of_photo;  // the same for each photo as a whole
+  double share = 0;              // of the photos: those that are clearly unsharp
+  double typical = 1;            // the median value of those
+  bool Differ() const { return share > 0; }
+};
+
+Sharpness EstimateSharpness(const Scene& scene, const std::vector<Photo>& photos);
+// The same for photos that are not in memory: each is read once, and no more at a time than there are threads.
+Sharpness EstimateSharpness(const Scene& scene, ProgressSink& progress);
+
+}  // namespace lumi
