@@ -183,6 +183,7 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
   ForEachEffect([&]<typename M> {
     Effect effect;
     effect.name = M::kName;
+    effect.from_photos = FromPhotos<M>;
     facts.asked = decided.count(effect.name) > 0;
     facts.field = &(*fields)[MeasureList::IndexOf<M>()];
     typename M::Settings chosen = choice.settings;

@@ -14,6 +14,7 @@ namespace lumi {
 struct Effect {
   std::string name;       // a measure's kName
   bool on = false;
+  bool from_photos = false;  // the photos' pixels tell, not the rays of the views to come
   std::string evidence;   // a line for people
   std::string decided_by; // what decided instead of the evidence, for people; empty: nothing did
   double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off

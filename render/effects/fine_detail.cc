@@ -11,7 +11,7 @@ namespace {
 // are averaged.
 constexpr double kFineSigma = 0.8, kCoarseSigma = 2.4, kWindowSigma = 4;
 constexpr double kPixelVariance = 1.0 / 12;       // of a pixel's own square
-constexpr double kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
+constexpr double kDarkestLit = 16, kBrightestLit = 240;  // code values: noise below, clipping above
 constexpr double kLeastNoise = 0.3;                // code values: rounding, averaged over three channels
 
 float Grey(const std::uint8_t* p) { return static_cast<float>(p[0] + p[1] + p[2]) / 3.0F; }
@@ -107,7 +107,7 @@ double NoiseSigma(const Image8& photo) {
         }
       }
       mean /= kBlock * kBlock;
-      if (mean > kDarkest && mean < kBrightest) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
+      if (mean > kDarkestLit && mean < kBrightestLit) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
     }
   if (sigmas.empty()) return kLeastNoise;
   const auto at = static_cast<std::ptrdiff_t>(kFlattest * static_cast<double>(sigmas.size()));
@@ -120,7 +120,7 @@ std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, doubl
   const auto sigma = [&](double steps) { return std::sqrt(step_px * step_px * (steps * steps + kPixelVariance) - kPixelVariance); };
   const double window = kWindowSigma * step_px;
   const auto coarse = MeasureGradients(photo, x, y, sigma(kCoarseSigma), window, 2, noise_sigma);
-  if (!coarse || coarse->mean < kDarkest || coarse->mean > kBrightest) return std::nullopt;
+  if (!coarse || coarse->mean < kDarkestLit || coarse->mean > kBrightestLit) return std::nullopt;
   const auto fine = MeasureGradients(photo, x, y, sigma(kFineSigma), window, 1, noise_sigma);
   // A little of the noise stays: the logarithm of nothing is no measure of anything.
   const auto left = [](const Gradients& g) { return std::max(g.weaker - g.noise, 0.25 * g.noise); };

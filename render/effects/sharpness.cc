@@ -13,13 +13,13 @@
 namespace lumi {
 namespace {
 
-constexpr int kColumns = 6, kRows = 4;
+constexpr int kGridColumns = 6, kGridRows = 4;
 constexpr int kSightsAView = 500;
 constexpr std::ptrdiff_t kCompared = 4;  // so many of a group are measured, also where most of its photos have enough
 constexpr double kSameScale = 2.2;       // photos whose pixels at a point differ by more are not compared there
 constexpr double kSameSideRad = 0.35;    // nor are those that look at it from directions farther apart: foreshortening, gloss
 constexpr double kTexture = 4;           // fine detail over noise, of the photo that shows most of it
-constexpr double kHuber = 1;             // log units: occlusions and highlights lie beyond
+constexpr double kDetailHuber = 1;             // log units: occlusions and highlights lie beyond
 constexpr double kCellPrior = 8;         // sights: a cell with as many counts half
 constexpr double kEnough = 20;           // sights: fewer say nothing of a photo
 // Log units: what photos taken alike differ by through view-dependence, and what is clearly more: a third of the energy.
@@ -37,10 +37,10 @@ struct Sight {
 
   std::size_t Cell() const {
     const auto index = [](float share, int count) { return std::clamp(static_cast<int>(share * static_cast<float>(count)), 0, count - 1); };
-    return static_cast<std::size_t>(index(v, kRows) * kColumns + index(u, kColumns));
+    return static_cast<std::size_t>(index(v, kGridRows) * kGridColumns + index(u, kGridColumns));
   }
 };
-constexpr std::size_t kCells = static_cast<std::size_t>(kColumns) * kRows;
+constexpr std::size_t kCells = static_cast<std::size_t>(kGridColumns) * kGridRows;
 
 // A photo's view of a point: how large its pixels are there, and from where it looks.
 struct Look {
@@ -164,12 +164,12 @@ CellFit FitCells(const std::vector<Sight>& sights, Measure measure, std::size_t 
     samples.push_back({s.group, s.view, *s.detail.*measure});
     cell_of.push_back(s.view * kCells + s.Cell());
   }
-  const PointPhotoFit photos = FitPointsAndPhotos(samples, groups, views, {kHuber});
+  const PointPhotoFit photos = FitPointsAndPhotos(samples, groups, views, {kDetailHuber});
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i].log_value -= photos.log_photo[samples[i].photo];
     samples[i].photo = cell_of[i];
   }
-  const PointPhotoFit cells = FitPointsAndPhotos(samples, groups, views * kCells, {kHuber, kCellPrior});
+  const PointPhotoFit cells = FitPointsAndPhotos(samples, groups, views * kCells, {kDetailHuber, kCellPrior});
   const double weight = std::accumulate(photos.weight_sum.begin(), photos.weight_sum.end(), 0.0);
   const double variance = std::accumulate(photos.square_sum.begin(), photos.square_sum.end(), 0.0) / std::max(1.0, weight);
   CellFit fit{photos.weight_sum, std::sqrt(variance), {}, {}};
@@ -217,7 +217,7 @@ Deficit FindDeficit(const std::vector<Sight>& sights, Measure measure, std::size
 
 Sharpness Estimate(std::size_t views, std::size_t groups, std::vector<Sight> sights) {
   Sharpness out;
-  out.grid.assign(views, {kColumns, kRows, std::vector<float>(kCells, 1.0F)});
+  out.grid.assign(views, {kGridColumns, kGridRows, std::vector<float>(kCells, 1.0F)});
   out.of_photo.assign(views, 1.0);
   DropPlainGroups(groups, sights);
   if (sights.empty()) return out;
@@ -250,15 +250,6 @@ Sharpness Estimate(const Scene& scene, const std::vector<double>& shrunk, const 
 }
 
 }  // namespace
-
-float PhotoGrid::At(float u, float v) const {
-  const auto place = [](float share, int count) { return std::clamp(share * static_cast<float>(count) - 0.5F, 0.0F, static_cast<float>(count - 1)); };
-  const float x = place(u, columns), y = place(v, rows);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y), x1 = std::min(x0 + 1, columns - 1), y1 = std::min(y0 + 1, rows - 1);
-  const float a = x - static_cast<float>(x0), b = y - static_cast<float>(y0);
-  const auto at = [&](int column, int row) { return value[static_cast<std::size_t>(row * columns + column)]; };
-  return (1 - b) * ((1 - a) * at(x0, y0) + a * at(x1, y0)) + b * ((1 - a) * at(x0, y1) + a * at(x1, y1));
-}
 
 Sharpness EstimateSharpness(const Scene& scene, const std::vector<Photo>& photos) {
   std::vector<double> shrunk(scene.views.size(), 1.0);

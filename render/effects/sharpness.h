@@ -6,18 +6,11 @@
 #include <vector>
 
 #include "render/photos/photo_set.h"
+#include "scene/model/photo_grid.h"
 #include "scene/model/scene.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
-
-// A value for each place of a photo: cells row by row from the top left, bilinear between their centres, constant beyond.
-struct PhotoGrid {
-  int columns = 1, rows = 1;
-  std::vector<float> value = {1.0F};
-
-  float At(float u, float v) const;  // fractions of the photo's width and height
-};
 
 struct Sharpness {
   // One a view, all of one size. Values in (0, 1]: the share of the energy of fine detail that the photo has there, of what the

@@ -35,8 +35,7 @@ class GlLumigraph {
   // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made elsewhere as
   // they take their time. Both are shared, not copied.
   void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer = nullptr);
-  void SetGains(const std::vector<double>& gains);   // one a view: the photos' exposures, where they became known later
-  void SetCameras(const Sources& cameras);           // as many; a proxy in their world must follow
+  void SetCameras(const Sources& cameras);           // as many, where poses, exposures or grids changed; a proxy in their world must follow
   void Upload(ViewId view, const Photo& photo);      // may replace one, no larger than was planned
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }

@@ -38,11 +38,6 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
   SetProxy(proxy, std::make_shared<const VisibilityMaps>(ProxyVisibility(sources_, proxy)));
 }
 
-void GlLumigraph::SetGains(const std::vector<double>& gains) {
-  if (gains.size() != sources_.views.size()) throw std::invalid_argument("SetGains: one gain a view is wanted");
-  for (std::size_t j = 0; j < gains.size(); ++j) sources_.views[j].gain = gains[j];
-}
-
 void GlLumigraph::SetCameras(const Sources& cameras) {
   if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("SetCameras: as many cameras as photos are wanted");
   sources_ = cameras;

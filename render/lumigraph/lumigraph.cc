@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "render/picture/output_name.h"
+#include "render/radiance/options.h"
 #include "render/time/clock.h"
 #include "render/time/photo_window.h"
 #include "scene/files/scene_folder.h"
@@ -70,13 +71,13 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
 
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
-  if (!decided_.contains("exposure") || settings_.exposure)
-    SetExposures(one_mesh() ? EstimateExposures(scene_, photos_) : EstimateExposures(scene_, sink));
+  const auto wanted = [&](std::string_view effect) { return !decided_.contains(std::string(effect)) || IsOn(settings_, effect); };
+  SetEstimates(EstimateFromPhotos(scene_, one_mesh() ? &photos_ : nullptr, wanted, sink));
 }
 
-void Lumigraph::SetExposures(const Exposures& exposures) {
-  gain_spread_ = exposures.Differ() ? exposures.spread : 1;
-  for (std::size_t i = 0; i < scene_.views.size(); ++i) scene_.views[i].gain = exposures.gain[i];
+void Lumigraph::SetEstimates(const PhotoEstimates& estimates) {
+  gain_spread_ = estimates.GainSpread();
+  Apply(estimates, scene_);
 }
 
 void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
@@ -98,6 +99,8 @@ void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std
 EffectChoice Lumigraph::MeasuresCalledFor(const std::vector<RenderView>& desired) const {
   return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, gain_spread_);
 }
+
+EffectChoice Lumigraph::MeasuresCalledForByPhotos() const { return ChooseEffects(scene_, {}, {}, settings_, {}, gain_spread_); }
 
 RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const {
   return own_times_ ? AtTimeOf(settings, view) : settings;

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "render/effects/effects.h"
-#include "render/effects/exposure.h"
+#include "render/effects/estimates.h"
 #include "render/lumigraph/per_view_renderer.h"
 #include "render/photos/photo_set.h"
 #include "render/radiance/settings.h"
@@ -54,15 +54,17 @@ class Lumigraph {
   // projection matrices, or of a scene without a metric. Throws UsageError for options that do not go with the proxy,
   // InputError for a mesh that cannot be read, DataError (PerViewProxy).
   void MakePictures(const std::string& proxy, bool along_matrices);
-  // The photos, where every picture may use them all, and their exposures, unless the user decided that they do not
-  // count.
+  // The photos, where every picture may use them all, and what is read off them, unless the user decided that it does
+  // not count.
   void ReadPhotos(ProgressSink& sink);
-  void SetExposures(const Exposures& exposures);
+  void SetEstimates(const PhotoEstimates& estimates);
   // The measures that these views, of these photos (empty: all), call for, where nobody decided otherwise; settings()
   // has them then.
   void ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use);
   // What the data alone call for.
   EffectChoice MeasuresCalledFor(const std::vector<RenderView>& desired) const;
+  // Of these, the ones that the photos alone tell (Effect::from_photos); the others' evidence is of no ray.
+  EffectChoice MeasuresCalledForByPhotos() const;
 
   const Scene& scene() const { return scene_; }
   bool metric() const { return scene_.frame == Frame::kMetric; }

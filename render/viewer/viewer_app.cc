@@ -189,7 +189,7 @@ void Viewer::Steer(const WindowInput& input, double dt_s) {
   facts_.frame_ms = facts_.frame_ms == 0 ? frame_ms() : facts_.frame_ms + kSmoothing * (frame_ms() - facts_.frame_ms);
   TakePhotos();
   TakeProxy();
-  TakeExposures();
+  TakeEstimates();
   steering_.moving = Move(input, dt_s);
   steering_.moving |= steering_.navigator.Tick(dt_s);
   steering_.moving |= Play(dt_s);

@@ -81,7 +81,7 @@ class Viewer final : public ViewSession {
   void TakeProxy();
   void WishProxy(const std::string& name);
   void KeepForExposure(ViewId view, const Photo& photo);
-  void TakeExposures();
+  void TakeEstimates();
   bool Move(const WindowInput& input, double dt_s);
   void Key(int key);
   void Jump(int view, bool at_once);
@@ -111,7 +111,7 @@ class Viewer final : public ViewSession {
   void DrawPath(const Overlay::Eye& eye);
   std::filesystem::path FreeScreenshotName() const;
   bool Loading() const { return arriving_.loader.outstanding() > 0 || arriving_.new_photos; }
-  bool Settled() const { return !Loading() && !arriving_.exposures.valid() && !arriving_.exposures_wanted; }  // nothing changes by itself
+  bool Settled() const { return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted; }  // nothing changes by itself
   bool Working() const { return jobs_.probe.busy() || jobs_.path_recording || jobs_.live_recording; }
 
   // viewer_refine.cc: optimal weights at rest.
@@ -163,8 +163,8 @@ class Viewer final : public ViewSession {
   struct Arrivals {
     PhotoLoader loader;
     std::vector<Photo> small_photos = {};              // until exposures are known
-    std::future<Exposures> exposures = {};
-    bool exposures_wanted = true;
+    std::future<PhotoEstimates> estimates = {};
+    bool estimates_wanted = true;
     std::future<PreparedProxy> proxy = {};
     bool new_photos = false;
     Clock::time_point last_refresh = Clock::now() - std::chrono::hours(1);

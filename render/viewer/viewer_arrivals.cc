@@ -26,7 +26,7 @@ void Viewer::SetProxy(PreparedProxy proxy) {
 
 // A small copy, for the photos' exposures.
 void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
-  if (!arriving_.exposures_wanted) return;
+  if (!arriving_.estimates_wanted) return;
   std::size_t level = 0;
   while (level + 1 < photo.levels.size() && std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide) ++level;
   Photo& kept = arriving_.small_photos[static_cast<std::size_t>(view.value)];
@@ -34,25 +34,35 @@ void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
   kept.level0_shift = photo.level0_shift + static_cast<int>(level);
 }
 
-// When all photos are there, their exposures are compared: on another thread, then drawn with.
-void Viewer::TakeExposures() {
-  if (arriving_.exposures_wanted && !arriving_.exposures.valid() && arriving_.loader.outstanding() == 0) {
-    arriving_.exposures_wanted = false;
-    arriving_.exposures = std::async(std::launch::async, [this, photos = std::move(arriving_.small_photos)] { return EstimateExposures(scene_, photos); });
+// When all photos are there, they are compared: on another thread, then drawn with. Exposures are seen in small copies; what else is
+// read off the photos wants them as they are, and reads them again.
+void Viewer::TakeEstimates() {
+  if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader.outstanding() == 0) {
+    arriving_.estimates_wanted = false;
+    const auto wanted = [decided = decided_](std::string_view effect) { return !decided.contains(std::string(effect)); };
+    arriving_.estimates = std::async(std::launch::async, [this, wanted, photos = std::move(arriving_.small_photos)] {
+      const auto exposure = [](std::string_view effect) { return effect == measure::Exposure::kName; };
+      const auto others = [&](std::string_view effect) { return !exposure(effect) && wanted(effect); };
+      PhotoEstimates found = EstimateFromPhotos(scene_, nullptr, others, SilentProgress());
+      found.exposures = EstimateFromPhotos(scene_, &photos, exposure, SilentProgress()).exposures;
+      return found;
+    });
   }
-  facts_.effects_open = arriving_.exposures.valid() || arriving_.exposures_wanted;
-  if (!arriving_.exposures.valid() || arriving_.exposures.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  const Exposures found = arriving_.exposures.get();
+  facts_.effects_open = arriving_.estimates.valid() || arriving_.estimates_wanted;
+  if (!arriving_.estimates.valid() || arriving_.estimates.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  lumigraph_.SetEstimates(arriving_.estimates.get());
   facts_.effects_open = false;
-  lumigraph_.SetExposures(found);
-  gl_.SetGains(found.gain);
-  for (Effect& e : effects_.effects)
-    if (e.name == "exposure") {
-      e.on = found.Differ();
-      e.evidence = e.on ? fmt::format("photos of one point differ by a factor of up to {:.2f}", found.spread) : "photos of one point agree";
+  gl_.SetCameras(MakeSources(scene_));
+  const EffectChoice seen = lumigraph_.MeasuresCalledForByPhotos();
+  for (std::size_t i = 0; i < effects_.effects.size(); ++i) {
+    if (!seen.effects[i].from_photos) continue;
+    effects_.effects[i] = seen.effects[i];
+    if (options_.effects == "auto" && !decided_.contains(seen.effects[i].name)) {
+      SwitchEffect(settings_.radiance, seen.effects[i].name, seen.effects[i].on);
+      if (seen.effects[i].on) ++generation_;
     }
+  }
   facts_.effects = effects_.effects;
-  if (options_.effects == "auto" && decided_.count("exposure") == 0) SwitchEffect(settings_.radiance, "exposure", found.Differ());
   if (settings_.radiance.exposure) ++generation_;
 }
 

@@ -21,7 +21,7 @@ struct Shot {
   bool plain = false;                  // of a wall without anything on it
 };
 
-constexpr int kWidth = 192, kHeight = 144;
+constexpr int kPlazaWidth = 192, kPlazaHeight = 144;
 constexpr double kFocalPx = 170;
 
 // Cells of grey over three octaves, the finest about two pixels wide.
@@ -76,7 +76,7 @@ struct WallCapture {
     for (std::size_t v = 0; v < shots.size(); ++v) {
       const Shot& shot = shots[v];
       const double s = 1.0 / shot.shrink;
-      scene.cameras.push_back(Camera::Pinhole(kWidth / shot.shrink, kHeight / shot.shrink, s * kFocalPx, s * kFocalPx, 0.5 * s * kWidth, 0.5 * s * kHeight));
+      scene.cameras.push_back(Camera::Pinhole(kPlazaWidth / shot.shrink, kPlazaHeight / shot.shrink, s * kFocalPx, s * kFocalPx, 0.5 * s * kPlazaWidth, 0.5 * s * kPlazaHeight));
       View view;
       view.name = "view" + std::to_string(100 + v) + ".png";
       view.camera = {static_cast<int>(v)};

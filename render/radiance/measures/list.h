@@ -53,6 +53,9 @@ concept Mapped = requires { M::kHeatMapUnit; };
 // A measure that reads something of its own off the photos.
 template <typename M>
 concept Estimated = requires { &M::Estimate; };
+// Its evidence is in the photos' pixels, not in the rays of views.
+template <typename M>
+concept FromPhotos = Estimated<M> || std::is_same_v<M, measure::Exposure>;
 
 template <typename F>
 constexpr void ForEachTerm(F&& f) {

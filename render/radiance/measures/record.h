@@ -21,7 +21,8 @@
 //                     it is evaluated while the measure is off
 //
 // and, if it is an effect, Evidence: Look(ray) at rays of the views to come, then Decide(facts). A measure that needs something of the
-// photos themselves has Estimate(scene, photos), which leaves a PhotoGrid in each view; sight.field() reads it.
+// photos themselves has Estimate(scene, photos, sink): a PhotoGrid for each view, or none where the photos do not differ; sight.field()
+// reads it (photos: nullptr where they are not in memory, and the estimator reads them).
 //
 // A value must be continuous in the point and in the view, kOwn for a photo that is the view, and finite wherever the proxy can be.
 // A factor of f v, as field of view and visibility are, is a gate; gates are few, and each kernel knows them by name (dissimilarity.h).
