@@ -8,6 +8,7 @@
 
 #include "render/effects/fine_detail.h"
 #include "render/effects/point_photo_fit.h"
+#include "render/radiance/measures/sharpness.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -266,6 +267,11 @@ Sharpness EstimateSharpness(const Scene& scene, ProgressSink& sink) {
     measure(LoadPhoto(scene, {static_cast<std::int32_t>(v)}, options));
     progress.Step();
   });
+}
+
+std::vector<PhotoGrid> measure::Sharpness::Estimate(const Scene& scene, const std::vector<Photo>* photos, ProgressSink& sink) {
+  lumi::Sharpness found = photos ? EstimateSharpness(scene, *photos) : EstimateSharpness(scene, sink);
+  return found.Differ() ? std::move(found.grid) : std::vector<PhotoGrid>();
 }
 
 }  // namespace lumi

@@ -12,6 +12,7 @@
 #include "render/radiance/measures/field_of_view.h"
 #include "render/radiance/measures/prefilter.h"
 #include "render/radiance/measures/resolution.h"
+#include "render/radiance/measures/sharpness.h"
 #include "render/radiance/measures/time.h"
 #include "render/radiance/measures/visibility.h"
 
@@ -36,7 +37,7 @@ struct MeasureListOf {
   }
 };
 
-using MeasureList = MeasureListOf<measure::Angle, measure::FieldOfView, measure::Resolution, measure::Visibility, measure::Time,
+using MeasureList = MeasureListOf<measure::Angle, measure::FieldOfView, measure::Resolution, measure::Visibility, measure::Time, measure::Sharpness,
                                measure::Exposure, measure::Prefilter>;
 
 // A term of h, the angle aside: it grows by Factor 2 r_max |kOwn - Value|.
