@@ -14,29 +14,34 @@ namespace lumi {
 namespace {
 
 constexpr int kColumns = 6, kRows = 4;
-constexpr int kSightsAView = 500;
+constexpr int kSightsAView = 400;
 constexpr std::ptrdiff_t kCompared = 4;  // so many of a group are measured, also where most of its photos have enough
 constexpr double kSameScale = 2.2;       // photos whose pixels at a point differ by more are not compared there
-constexpr double kSameSideRad = 0.35;    // nor are those that look at it from directions farther apart: foreshortening, gloss
-constexpr double kTexture = 4;           // fine detail over noise, of the photo that shows most of it
-constexpr double kHuber = 1;             // log units: occlusions and highlights lie beyond
-constexpr double kCellPrior = 8;         // sights: a cell with as many counts half
-constexpr double kEnough = 20;           // sights: fewer say nothing of a photo
-// Log units: what photos taken alike differ by through view-dependence, and what is clearly more: a third of the energy.
+constexpr double kSameSideRad =
+    0.35;                         // nor are those that look at it from directions farther apart: foreshortening, gloss
+constexpr double kTexture = 4;    // fine detail over noise, of the photo that shows most of it
+constexpr double kHuber = 1;      // log units: occlusions and highlights lie beyond
+constexpr double kCellPrior = 8;  // sights: a cell with as many counts half
+constexpr double kEnough = 20;    // sights: fewer say nothing of a photo
+// Log units: what photos taken alike differ by through view-dependence, and what is clearly more: a third of the
+// energy.
 constexpr double kAlike = 0.12, kClearly = 0.4;
-// Log units: photos' contrasts (exposure, haze, gloss) differ by as much; fine detail that misses more is missing because of blur.
+// Log units: photos' contrasts (exposure, haze, gloss) differ by as much; fine detail that misses more is missing
+// because of blur.
 constexpr double kContrast = 1.5;
 
 // A point seen by a photo, among photos from about the same side whose pixels are of about the same size there.
 struct Sight {
   std::uint32_t group = 0, view = 0;
   float u = 0, v = 0;  // in the photo, fractions of its width and height
-  double step_px = 1;   // a pixel of the coarsest of the group, in pixels of the photo's level 0
-  bool wanted = true;   // to be measured; others stand in the group as what the photo is compared with
+  double step_px = 1;  // a pixel of the coarsest of the group, in pixels of the photo's level 0
+  bool wanted = true;  // to be measured; others stand in the group as what the photo is compared with
   std::optional<FineDetail> detail;
 
   std::size_t Cell() const {
-    const auto index = [](float share, int count) { return std::clamp(static_cast<int>(share * static_cast<float>(count)), 0, count - 1); };
+    const auto index = [](float share, int count) {
+      return std::clamp(static_cast<int>(share * static_cast<float>(count)), 0, count - 1);
+    };
     return static_cast<std::size_t>(index(v, kRows) * kColumns + index(u, kColumns));
   }
 };
@@ -45,7 +50,7 @@ constexpr std::size_t kCells = static_cast<std::size_t>(kColumns) * kRows;
 // A photo's view of a point: how large its pixels are there, and from where it looks.
 struct Look {
   Sight sight;
-  double pixel_size = 1;                               // world units; without a metric all count as equal
+  double pixel_size = 1;                                // world units; without a metric all count as equal
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit
 };
 
@@ -71,7 +76,8 @@ void AppendGroups(std::vector<Look>& track, std::size_t& groups, std::vector<Sig
   while (track.size() >= 2) {
     const Look first = track[0];
     const auto comparable = [&](const Look& look) {
-      return look.pixel_size * kSameScale >= first.pixel_size && (look.direction - first.direction).norm() <= kSameSideRad;
+      return look.pixel_size * kSameScale >= first.pixel_size &&
+             (look.direction - first.direction).norm() <= kSameSideRad;
     };
     if (std::count_if(track.begin(), track.end(), comparable) >= 2) {
       const auto begin = static_cast<std::ptrdiff_t>(sights.size());
@@ -83,7 +89,8 @@ void AppendGroups(std::vector<Look>& track, std::size_t& groups, std::vector<Sig
         }
       ++groups;
       // Those that have least are measured.
-      std::stable_sort(sights.begin() + begin, sights.end(), [&](const Sight& x, const Sight& y) { return taken[x.view] < taken[y.view]; });
+      std::stable_sort(sights.begin() + begin, sights.end(),
+                       [&](const Sight& x, const Sight& y) { return taken[x.view] < taken[y.view]; });
       for (auto s = sights.begin() + begin; s != sights.end(); ++s) {
         s->wanted = s - sights.begin() - begin < kCompared || taken[s->view] < kSightsAView;
         if (s->wanted) ++taken[s->view];
@@ -93,18 +100,23 @@ void AppendGroups(std::vector<Look>& track, std::size_t& groups, std::vector<Sig
   }
 }
 
-// Long tracks first: they tie most photos together. `shrunk`: how many pixels of each view's camera a pixel of its photo has.
+// Long tracks first: they tie most photos together. `shrunk`: how many pixels of each view's camera a pixel of its
+// photo has.
 std::vector<Sight> ChooseSights(const Scene& scene, const std::vector<double>& shrunk, std::size_t& groups) {
   std::vector<std::size_t> order(scene.points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scene.points[a].track.size() > scene.points[b].track.size(); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return scene.points[a].track.size() > scene.points[b].track.size();
+  });
   std::vector<int> taken(scene.views.size(), 0);
   std::vector<Sight> sights;
   std::vector<Look> track;
   groups = 0;
   for (const std::size_t p : order) {
     const Point& point = scene.points[p];
-    const auto wanted = [&](const Observation& o) { return taken[static_cast<std::size_t>(o.view.value)] < kSightsAView; };
+    const auto wanted = [&](const Observation& o) {
+      return taken[static_cast<std::size_t>(o.view.value)] < kSightsAView;
+    };
     if (std::none_of(point.track.begin(), point.track.end(), wanted)) continue;
     track.clear();
     for (const Observation& o : point.track) {
@@ -129,7 +141,8 @@ void MeasureSights(std::size_t views, const PhotoOf& photo_of, std::vector<Sight
         const double noise = NoiseSigma(image);
         for (const std::size_t i : of_view[v]) {
           Sight& s = sights[i];
-          s.detail = MeasureFineDetail(image, static_cast<double>(s.u) * image.width, static_cast<double>(s.v) * image.height, s.step_px, noise);
+          s.detail = MeasureFineDetail(image, static_cast<double>(s.u) * image.width,
+                                       static_cast<double>(s.v) * image.height, s.step_px, noise);
         }
       });
   });
@@ -147,7 +160,8 @@ void DropPlainGroups(std::size_t groups, std::vector<Sight>& sights) {
   std::erase_if(sights, [&](const Sight& s) { return count[s.group] < 2 || texture[s.group] < kTexture; });
 }
 
-// A measure of the sights = a_point + b_photo + c_cell, and how well the sum of the last two is known (one standard deviation).
+// A measure of the sights = a_point + b_photo + c_cell, and how well the sum of the last two is known (one standard
+// deviation).
 struct CellFit {
   std::vector<double> photo_weight;  // sights
   double spread = 0;                 // of one sight, one standard deviation
@@ -171,7 +185,8 @@ CellFit FitCells(const std::vector<Sight>& sights, Measure measure, std::size_t 
   }
   const PointPhotoFit cells = FitPointsAndPhotos(samples, groups, views * kCells, {kHuber, kCellPrior});
   const double weight = std::accumulate(photos.weight_sum.begin(), photos.weight_sum.end(), 0.0);
-  const double variance = std::accumulate(photos.square_sum.begin(), photos.square_sum.end(), 0.0) / std::max(1.0, weight);
+  const double variance =
+      std::accumulate(photos.square_sum.begin(), photos.square_sum.end(), 0.0) / std::max(1.0, weight);
   CellFit fit{photos.weight_sum, std::sqrt(variance), {}, {}};
   for (std::size_t v = 0; v < views; ++v)
     for (std::size_t c = v * kCells; c < (v + 1) * kCells; ++c) {
@@ -202,7 +217,8 @@ Deficit FindDeficit(const std::vector<Sight>& sights, Measure measure, std::size
     sum[c] += sharpest[s.group] - fit.b[c];
     ++count[c];
   }
-  Deficit out{std::vector<double>(views, 0.0), std::vector<double>(views, 0.0), std::vector<double>(views * kCells, 0.0), std::vector<bool>(views, false)};
+  Deficit out{std::vector<double>(views, 0.0), std::vector<double>(views, 0.0),
+              std::vector<double>(views * kCells, 0.0), std::vector<bool>(views, false)};
   for (std::size_t v = 0; v < views; ++v) {
     const auto first = static_cast<std::ptrdiff_t>(v * kCells), last = first + static_cast<std::ptrdiff_t>(kCells);
     const double n = std::accumulate(count.begin() + first, count.begin() + last, 0.0);
@@ -210,7 +226,8 @@ Deficit FindDeficit(const std::vector<Sight>& sights, Measure measure, std::size
     out.known[v] = true;
     out.photo[v] = std::accumulate(sum.begin() + first, sum.begin() + last, 0.0) / n;
     out.photo_error[v] = fit.spread / std::sqrt(fit.photo_weight[v]);
-    for (std::size_t c = v * kCells; c < (v + 1) * kCells; ++c) out.cell[c] = (sum[c] + kCellPrior * out.photo[v]) / (count[c] + kCellPrior);
+    for (std::size_t c = v * kCells; c < (v + 1) * kCells; ++c)
+      out.cell[c] = (sum[c] + kCellPrior * out.photo[v]) / (count[c] + kCellPrior);
   }
   return out;
 }
@@ -221,7 +238,8 @@ Sharpness Estimate(std::size_t views, std::size_t groups, std::vector<Sight> sig
   out.of_photo.assign(views, 1.0);
   DropPlainGroups(groups, sights);
   if (sights.empty()) return out;
-  const Deficit ratio = FindDeficit(sights, &FineDetail::log_ratio, groups, views), fine = FindDeficit(sights, &FineDetail::log_fine, groups, views);
+  const Deficit ratio = FindDeficit(sights, &FineDetail::log_ratio, groups, views),
+                fine = FindDeficit(sights, &FineDetail::log_fine, groups, views);
   // A photo that has neither fine nor coarse detail left does not show it by their ratio.
   const auto worse = [](double by_ratio, double by_fine) { return std::max(by_ratio, by_fine - kContrast); };
   const auto value = [](double deficit) { return std::exp(-std::max(0.0, deficit - kAlike)); };
@@ -234,7 +252,8 @@ Sharpness Estimate(std::size_t views, std::size_t groups, std::vector<Sight> sig
       out.grid[v].value[c] = static_cast<float>(value(worse(ratio.cell[v * kCells + c], fine.cell[v * kCells + c])));
   }
   if (unsharp.empty()) return out;
-  out.share = static_cast<double>(unsharp.size()) / static_cast<double>(std::count(ratio.known.begin(), ratio.known.end(), true));
+  out.share = static_cast<double>(unsharp.size()) /
+              static_cast<double>(std::count(ratio.known.begin(), ratio.known.end(), true));
   const auto middle = unsharp.begin() + static_cast<std::ptrdiff_t>(unsharp.size() / 2);
   std::nth_element(unsharp.begin(), middle, unsharp.end());
   out.typical = *middle;
@@ -252,9 +271,12 @@ Sharpness Estimate(const Scene& scene, const std::vector<double>& shrunk, const 
 }  // namespace
 
 float PhotoGrid::At(float u, float v) const {
-  const auto place = [](float share, int count) { return std::clamp(share * static_cast<float>(count) - 0.5F, 0.0F, static_cast<float>(count - 1)); };
+  const auto place = [](float share, int count) {
+    return std::clamp(share * static_cast<float>(count) - 0.5F, 0.0F, static_cast<float>(count - 1));
+  };
   const float x = place(u, columns), y = place(v, rows);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y), x1 = std::min(x0 + 1, columns - 1), y1 = std::min(y0 + 1, rows - 1);
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y), x1 = std::min(x0 + 1, columns - 1),
+            y1 = std::min(y0 + 1, rows - 1);
   const float a = x - static_cast<float>(x0), b = y - static_cast<float>(y0);
   const auto at = [&](int column, int row) { return value[static_cast<std::size_t>(row * columns + column)]; };
   return (1 - b) * ((1 - a) * at(x0, y0) + a * at(x1, y0)) + b * ((1 - a) * at(x0, y1) + a * at(x1, y1));
@@ -263,7 +285,8 @@ float PhotoGrid::At(float u, float v) const {
 Sharpness EstimateSharpness(const Scene& scene, const std::vector<Photo>& photos) {
   std::vector<double> shrunk(scene.views.size(), 1.0);
   for (std::size_t v = 0; v < shrunk.size(); ++v)
-    if (!photos[v].levels.empty()) shrunk[v] = static_cast<double>(SizePx(scene, scene.views[v]).x()) / photos[v].levels[0].width;
+    if (!photos[v].levels.empty())
+      shrunk[v] = static_cast<double>(SizePx(scene, scene.views[v]).x()) / photos[v].levels[0].width;
   return Estimate(scene, shrunk, [&](std::size_t v, auto&& measure) { measure(photos[v]); });
 }
 
