@@ -10,9 +10,9 @@ namespace {
 // In steps: sigma of the smoothing that goes with the fine and with the coarse derivative, and of the window over which
 // energies are averaged.
 constexpr double kFineSigma = 0.8, kCoarseSigma = 2.4, kWindowSigma = 4;
-constexpr double kPixelVariance = 1.0 / 12;        // of a pixel's own square
-constexpr double kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
-constexpr double kLeastNoise = 0.3;                // code values: rounding, averaged over three channels
+constexpr double kPixelVariance = 1.0 / 12;  // of a pixel's own square
+constexpr double kTooDark = 16, kTooBright = 240;  // code values: noise below, clipping above
+constexpr double kLeastNoise = 0.3;          // code values: rounding, averaged over three channels
 
 float Grey(const std::uint8_t* p) { return static_cast<float>(p[0] + p[1] + p[2]) / 3.0F; }
 
@@ -126,7 +126,7 @@ double NoiseSigma(const Image8& photo) {
         }
       }
       mean /= kBlock * kBlock;
-      if (mean > kDarkest && mean < kBrightest) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
+      if (mean > kTooDark && mean < kTooBright) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
     }
   if (sigmas.empty()) return kLeastNoise;
   const auto at = static_cast<std::ptrdiff_t>(kFlattest * static_cast<double>(sigmas.size()));
@@ -142,7 +142,7 @@ std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, doubl
   };
   const double window = kWindowSigma * step_px;
   const auto coarse = MeasureGradients(photo, x, y, sigma(kCoarseSigma), window, 3, noise_sigma);
-  if (!coarse || coarse->mean < kDarkest || coarse->mean > kBrightest) return std::nullopt;
+  if (!coarse || coarse->mean < kTooDark || coarse->mean > kTooBright) return std::nullopt;
   const auto fine = MeasureGradients(photo, x, y, sigma(kFineSigma), window, 1, noise_sigma);
   // A little of the noise stays: the logarithm of nothing is no measure of anything.
   const auto left = [](const Gradients& g) { return std::max(g.weaker - g.noise, 0.25 * g.noise); };

@@ -257,6 +257,19 @@ TEST(Sharpness, APhotoThatIsNotThereCountsAsSharp) {
   EXPECT_NEAR(s.share, 1.0 / 5, 1e-9);
 }
 
+TEST(Sharpness, NeedsNoMetric) {
+  std::vector<Shot> shots(6);
+  shots[1] = shots[4] = Moved(6, 0.7);
+  WallCapture capture(shots);
+  for (View& view : capture.scene.views) {
+    view.P = MakeRenderView(capture.scene, view).P;
+    view.size_px = {kWidth, kHeight};
+  }
+  capture.scene.frame = Frame::kProjective;
+  const Sharpness s = capture.Estimate();
+  for (std::size_t v = 0; v < shots.size(); ++v) EXPECT_EQ(s.of_photo[v] < 0.7, v % 3 == 1) << v;
+}
+
 TEST(Sharpness, PhotosReadOneByOneGiveTheSame) {
   std::vector<Shot> shots(4);
   shots[2] = Moved(5, 0.4);
