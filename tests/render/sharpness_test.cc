@@ -21,8 +21,8 @@ struct Shot {
   bool plain = false;       // of a wall without anything on it
 };
 
-constexpr int kWidth = 192, kHeight = 144;
-constexpr double kFocalPx = 170;
+constexpr int kWallWidth = 192, kWallHeight = 144;
+constexpr double kWallFocalPx = 170;
 
 // Cells of grey over three octaves, the finest about two pixels wide.
 double Wall(const Eigen::Vector2d& x) {
@@ -80,8 +80,8 @@ struct WallCapture {
     for (std::size_t v = 0; v < shots.size(); ++v) {
       const Shot& shot = shots[v];
       const double s = 1.0 / shot.shrink;
-      scene.cameras.push_back(Camera::Pinhole(kWidth / shot.shrink, kHeight / shot.shrink, s * kFocalPx, s * kFocalPx,
-                                              0.5 * s * kWidth, 0.5 * s * kHeight));
+      scene.cameras.push_back(Camera::Pinhole(kWallWidth / shot.shrink, kWallHeight / shot.shrink, s * kWallFocalPx,
+                                              s * kWallFocalPx, 0.5 * s * kWallWidth, 0.5 * s * kWallHeight));
       View view;
       view.name = "view" + std::to_string(100 + v) + ".png";
       view.camera = {static_cast<int>(v)};
@@ -263,7 +263,7 @@ TEST(Sharpness, NeedsNoMetric) {
   WallCapture capture(shots);
   for (View& view : capture.scene.views) {
     view.P = MakeRenderView(capture.scene, view).P;
-    view.size_px = {kWidth, kHeight};
+    view.size_px = {kWallWidth, kWallHeight};
   }
   capture.scene.frame = Frame::kProjective;
   const Sharpness s = capture.Estimate();
