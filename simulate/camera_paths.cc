@@ -219,7 +219,7 @@ std::vector<PlannedView> ViewsTaken(const SceneDescription& scene, int views, bo
 
 std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first) {
   std::vector<PlannedView> taken = ViewsTaken(scene, views, first);
-  // The second of each so many: photo 0 and, where their number is even, most that a hold-out takes stay sharp.
+  // The second of each so many: photos 0, N, 2N ..., which a hold-out takes, stay sharp where N is a multiple of that.
   const auto every = static_cast<std::size_t>(scene.effects.motion_blur_every);
   for (std::size_t i = 0; i < taken.size(); ++i) taken[i].blurred = i % every == 1 % every;
   return taken;

@@ -178,7 +178,8 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
     }
   });
   if (scene.effects.motion_blur_s)
-    WriteTextAtomically(folder / "truth" / "blur.csv", fmt::format("name,median_px,low_px,high_px\n{}", fmt::join(blur, "")));
+    WriteTextAtomically(folder / "truth" / "blur.csv",
+                        fmt::format("name,median_px,low_px,high_px\n{}", fmt::join(blur, "")));
 }
 
 // The photos as a video, in their order.

@@ -44,7 +44,8 @@ int main(int argc, char** argv) {
   program.app().add_option_function<double>("--blur-s", [&](double seconds) { options.blur_s = seconds; },
                                             "Motion blur: exposure time in seconds, 0: none [default: as described]");
   program.app()
-      .add_option("--blur-every", options.blur_every, "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
+      .add_option("--blur-every", options.blur_every,
+                  "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
       ->check(CLI::PositiveNumber);
   return program.Run(
       argc, argv,

@@ -123,7 +123,9 @@ std::array<double, 3> ViewRenderer::BlurPx(const PlannedView& view, const ImageF
       const double z = static_cast<double>(depth.At(x, y, 0));
       if (!direction || !(z > 0)) continue;
       const Vector3d x_in_world = truth.cam_from_world.Inverse() * (z * direction->homogeneous());
-      const auto at = [&](const Moment& m) { return truth.camera.Project(m.world_from_cam.transpose() * (x_in_world - m.centre)); };
+      const auto at = [&](const Moment& m) {
+        return truth.camera.Project(m.world_from_cam.transpose() * (x_in_world - m.centre));
+      };
       const auto from = at(first), to = at(last);
       if (from && to) px.push_back((*to - *from).norm());
     }
@@ -153,7 +155,8 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
   const auto moments_of_row = [&](double row_s, TraceCounters& count) {
     std::vector<Moment> moments;
     if (blur_s > 0)
-      for (int s = 0; s < samples; ++s) moments.push_back(MomentAt(view, row_s + blur_s * TimeShare(s, samples), count));
+      for (int s = 0; s < samples; ++s)
+        moments.push_back(MomentAt(view, row_s + blur_s * TimeShare(s, samples), count));
     moments.push_back(MomentAt(view, row_s, count));
     return moments;
   };

@@ -48,8 +48,8 @@ class ViewRenderer {
   TrueCamera CameraOf(const PlannedView& view) const;
   // Tiles in parallel. The same on any number of threads.
   RenderedView Render(const PlannedView& view, TraceCounters& counters) const;
-  // How far the image of what stands still moves during the exposure, in pixels: the 10th, 50th and 90th percentile over the
-  // photo. 0 of a sharp one. `depth`: RenderedView::depth.
+  // How far the image of what stands still moves during the exposure, in pixels: the 10th, 50th and 90th percentile
+  // over the photo. 0 of a sharp one. `depth`: RenderedView::depth.
   std::array<double, 3> BlurPx(const PlannedView& view, const ImageF& depth) const;
 
  private:

@@ -7,12 +7,12 @@
 namespace lumi {
 namespace {
 
-// In steps: sigma of the smoothing that goes with the fine and with the coarse derivative, and of the window over which energies
-// are averaged.
+// In steps: sigma of the smoothing that goes with the fine and with the coarse derivative, and of the window over which
+// energies are averaged.
 constexpr double kFineSigma = 0.8, kCoarseSigma = 2.4, kWindowSigma = 4;
-constexpr double kPixelVariance = 1.0 / 12;       // of a pixel's own square
-constexpr double kDarkestLit = 16, kBrightestLit = 240;  // code values: noise below, clipping above
-constexpr double kLeastNoise = 0.3;                // code values: rounding, averaged over three channels
+constexpr double kPixelVariance = 1.0 / 12;  // of a pixel's own square
+constexpr double kTooDark = 16, kTooBright = 240;  // code values: noise below, clipping above
+constexpr double kLeastNoise = 0.3;          // code values: rounding, averaged over three channels
 
 float Grey(const std::uint8_t* p) { return static_cast<float>(p[0] + p[1] + p[2]) / 3.0F; }
 
@@ -42,10 +42,12 @@ struct Kernels {
   }
 };
 
-float Dot(const std::vector<float>& kernel, const float* values, std::size_t stride) {
-  float sum = 0;
-  for (std::size_t k = 0; k < kernel.size(); ++k) sum += kernel[k] * values[k * stride];
-  return sum;
+// out[i] += factor * values[stride * i]
+void AddScaled(float factor, const float* values, std::size_t stride, std::vector<float>& out) {
+  if (stride == 1)
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += factor * values[i];
+  else
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += factor * values[stride * i];
 }
 
 struct Gradients {
@@ -55,36 +57,51 @@ struct Gradients {
 };
 
 // Of the photo smoothed by `sigma`, at every `hop`th pixel within 2 `window` of (x, y). nullopt where the photo ends.
-std::optional<Gradients> MeasureGradients(const Image8& photo, double x, double y, double sigma, double window, int hop, double noise_sigma) {
+std::optional<Gradients> MeasureGradients(const Image8& photo, double x, double y, double sigma, double window, int hop,
+                                          double noise_sigma) {
   const Kernels kernels(sigma);
   const int steps = static_cast<int>(std::ceil(2 * window / hop)), reach = hop * steps, border = reach + kernels.radius;
   const int cx = static_cast<int>(std::floor(x)), cy = static_cast<int>(std::floor(y));
   if (cx < border || cy < border || cx + border >= photo.width || cy + border >= photo.height) return std::nullopt;
 
-  const auto side = static_cast<std::size_t>(2 * border + 1), columns = static_cast<std::size_t>(2 * steps + 1), h = static_cast<std::size_t>(hop);
-  std::vector<float> grey(side), smooth(side * columns), slope(side * columns);
+  const auto side = static_cast<std::size_t>(2 * border + 1), columns = static_cast<std::size_t>(2 * steps + 1),
+             h = static_cast<std::size_t>(hop);
+  std::vector<float> grey(side * side);
   for (std::size_t j = 0; j < side; ++j) {
     const std::uint8_t* row = photo.Row(cy - border + static_cast<int>(j)) + 3 * (cx - border);
-    for (std::size_t i = 0; i < side; ++i) grey[i] = Grey(row + 3 * i);
+    for (std::size_t i = 0; i < side; ++i) grey[j * side + i] = Grey(row + 3 * i);
+  }
+  const auto weight = [&](int c, std::size_t i, double at) {
+    const double d = c - reach + static_cast<double>(h * i) + 0.5 - at;
+    return std::exp(-0.5 * d * d / (window * window));
+  };
+  std::vector<double> weight_x(columns);
+  for (std::size_t i = 0; i < columns; ++i) weight_x[i] = weight(cx, i, x);
+  // Down the columns, then along the rows.
+  std::vector<float> smooth(side), slope(side), gx(columns), gy(columns);
+  double xx = 0, xy = 0, yy = 0, sum = 0, mean = 0;
+  for (std::size_t j = 0; j < columns; ++j) {
+    for (std::vector<float>* sums : {&smooth, &slope, &gx, &gy}) std::fill(sums->begin(), sums->end(), 0.0F);
+    for (std::size_t k = 0; k < kernels.smooth.size(); ++k) {
+      AddScaled(kernels.smooth[k], &grey[(h * j + k) * side], 1, smooth);
+      AddScaled(kernels.slope[k], &grey[(h * j + k) * side], 1, slope);
+    }
+    for (std::size_t k = 0; k < kernels.smooth.size(); ++k) {
+      AddScaled(kernels.slope[k], &smooth[k], h, gx);
+      AddScaled(kernels.smooth[k], &slope[k], h, gy);
+    }
+    const double weight_y = weight(cy, j, y);
     for (std::size_t i = 0; i < columns; ++i) {
-      smooth[j * columns + i] = Dot(kernels.smooth, &grey[h * i], 1);
-      slope[j * columns + i] = Dot(kernels.slope, &grey[h * i], 1);
+      const double w = weight_x[i] * weight_y, u = static_cast<double>(gx[i]), v = static_cast<double>(gy[i]);
+      xx += w * u * u;
+      xy += w * u * v;
+      yy += w * v * v;
+      sum += w;
+      mean += w * static_cast<double>(smooth[h * i + static_cast<std::size_t>(kernels.radius)]);
     }
   }
-  double xx = 0, xy = 0, yy = 0, sum = 0, mean = 0;
-  for (std::size_t j = 0; j < columns; ++j)
-    for (std::size_t i = 0; i < columns; ++i) {
-      const std::size_t at = h * j * columns + i;
-      const double gx = static_cast<double>(Dot(kernels.smooth, &slope[at], columns)), gy = static_cast<double>(Dot(kernels.slope, &smooth[at], columns));
-      const double dx = cx - reach + static_cast<double>(h * i) + 0.5 - x, dy = cy - reach + static_cast<double>(h * j) + 0.5 - y;
-      const double w = std::exp(-0.5 * (dx * dx + dy * dy) / (window * window));
-      xx += w * gx * gx;
-      xy += w * gx * gy;
-      yy += w * gy * gy;
-      sum += w;
-      mean += w * static_cast<double>(smooth[at + static_cast<std::size_t>(kernels.radius) * columns]);
-    }
-  return Gradients{(0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy)) / sum, kernels.noise_gain * noise_sigma * noise_sigma, mean / sum};
+  return Gradients{(0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy)) / sum,
+                   kernels.noise_gain * noise_sigma * noise_sigma, mean / sum};
 }
 
 }  // namespace
@@ -99,15 +116,17 @@ double NoiseSigma(const Image8& photo) {
       for (int y = top; y < top + kBlock; ++y) {
         const std::uint8_t *above = photo.Row(y - 1), *here = photo.Row(y), *below = photo.Row(y + 1);
         for (int x = 3 * left; x < 3 * (left + kBlock); x += 3) {
-          // Blind to ramps and to straight edges along the axes (Immerkaer, 1996); of white noise it has 36 times the variance.
-          const float d = Grey(above + x - 3) - 2 * Grey(above + x) + Grey(above + x + 3) - 2 * Grey(here + x - 3) + 4 * Grey(here + x) -
-                          2 * Grey(here + x + 3) + Grey(below + x - 3) - 2 * Grey(below + x) + Grey(below + x + 3);
+          // Blind to ramps and to straight edges along the axes (Immerkaer, 1996); of white noise it has 36 times the
+          // variance.
+          const float d = Grey(above + x - 3) - 2 * Grey(above + x) + Grey(above + x + 3) - 2 * Grey(here + x - 3) +
+                          4 * Grey(here + x) - 2 * Grey(here + x + 3) + Grey(below + x - 3) - 2 * Grey(below + x) +
+                          Grey(below + x + 3);
           square += static_cast<double>(d * d) / 36;
           mean += static_cast<double>(Grey(here + x));
         }
       }
       mean /= kBlock * kBlock;
-      if (mean > kDarkestLit && mean < kBrightestLit) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
+      if (mean > kTooDark && mean < kTooBright) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
     }
   if (sigmas.empty()) return kLeastNoise;
   const auto at = static_cast<std::ptrdiff_t>(kFlattest * static_cast<double>(sigmas.size()));
@@ -115,16 +134,21 @@ double NoiseSigma(const Image8& photo) {
   return std::max(kLeastNoise, sigmas[static_cast<std::size_t>(at)]);
 }
 
-std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px, double noise_sigma) {
+std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px,
+                                            double noise_sigma) {
   // Smoothed as much as the photo with the larger pixels is by these and by the kernel.
-  const auto sigma = [&](double steps) { return std::sqrt(step_px * step_px * (steps * steps + kPixelVariance) - kPixelVariance); };
+  const auto sigma = [&](double steps) {
+    return std::sqrt(step_px * step_px * (steps * steps + kPixelVariance) - kPixelVariance);
+  };
   const double window = kWindowSigma * step_px;
-  const auto coarse = MeasureGradients(photo, x, y, sigma(kCoarseSigma), window, 2, noise_sigma);
-  if (!coarse || coarse->mean < kDarkestLit || coarse->mean > kBrightestLit) return std::nullopt;
+  const auto coarse = MeasureGradients(photo, x, y, sigma(kCoarseSigma), window, 3, noise_sigma);
+  if (!coarse || coarse->mean < kTooDark || coarse->mean > kTooBright) return std::nullopt;
   const auto fine = MeasureGradients(photo, x, y, sigma(kFineSigma), window, 1, noise_sigma);
   // A little of the noise stays: the logarithm of nothing is no measure of anything.
   const auto left = [](const Gradients& g) { return std::max(g.weaker - g.noise, 0.25 * g.noise); };
-  return FineDetail{std::log(left(*fine) / left(*coarse)), std::log(left(*fine) * step_px * step_px / (coarse->mean * coarse->mean)), fine->weaker / fine->noise};
+  return FineDetail{std::log(left(*fine) / left(*coarse)),
+                    std::log(left(*fine) * step_px * step_px / (coarse->mean * coarse->mean)),
+                    fine->weaker / fine->noise};
 }
 
 }  // namespace lumi

@@ -1,6 +1,6 @@
-// How much fine detail a photo shows around a point, against its coarser detail there: energies of the gradients across the
-// weaker direction. A camera that moved has lost it along its way, one out of focus in every direction; exposure, contrast and
-// haze change fine and coarse detail alike.
+// How much fine detail a photo shows around a point, against its coarser detail there: energies of the gradients across
+// the weaker direction. A camera that moved has lost it along its way, one out of focus in every direction; exposure,
+// contrast and haze change fine and coarse detail alike.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,10 @@ struct FineDetail {
   double fine_to_noise = 0;  // below about 4, a patch without texture
 };
 
-// At (x, y) in the pixels of an RGB photo, whose noise is `noise_sigma`. `step_px` >= 1: another photo of the same place, with
-// pixels as large as `step_px` of these, has the same ratio. nullopt where the photo ends, or is nearly black or white.
-std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px, double noise_sigma);
+// At (x, y) in the pixels of an RGB photo, whose noise is `noise_sigma`. `step_px` >= 1: another photo of the same
+// place, with pixels as large as `step_px` of these, has the same ratio. nullopt where the photo ends, or is nearly
+// black or white.
+std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px,
+                                            double noise_sigma);
 
 }  // namespace lumi

@@ -8,7 +8,9 @@ namespace lumi {
 PointPhotoFit FitPointsAndPhotos(const std::vector<PhotoSample>& samples, std::size_t points, std::size_t photos,
                                  const PointPhotoFitOptions& options) {
   constexpr int kRounds = 12;
-  const auto huber = [&](double residual) { return std::abs(residual) <= options.huber ? 1.0 : options.huber / std::abs(residual); };
+  const auto huber = [&](double residual) {
+    return std::abs(residual) <= options.huber ? 1.0 : options.huber / std::abs(residual);
+  };
   PointPhotoFit fit;
   fit.log_photo.assign(photos, 0.0);
   std::vector<double> level(points, 0.0);

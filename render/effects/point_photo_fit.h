@@ -1,5 +1,5 @@
-// One number a photo, from what photos have in common at scene points: log value = a_point + b_photo, by alternating least
-// squares with Huber weights. Sparse, and well conditioned where tracks overlap.
+// One number a photo, from what photos have in common at scene points: log value = a_point + b_photo, by alternating
+// least squares with Huber weights. Sparse, and well conditioned where tracks overlap.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// How sharp each photo is, place by place, against the other photos that see the same scene points: what a hand that moved or a
-// lens out of focus has left of the fine detail. From the photos around the points, by the robust model of the exposures:
-// log (fine over coarse detail) = a_point + b_photo.
+// How sharp each photo is, place by place, against the other photos that see the same scene points: what a hand that
+// moved or a lens out of focus has left of the fine detail. From the photos around the points, by the robust model of
+// the exposures: log (fine over coarse detail) = a_point + b_photo.
 #pragma once
 
 #include <vector>
@@ -13,9 +13,9 @@
 namespace lumi {
 
 struct Sharpness {
-  // One a view, all of one size. Values in (0, 1]: the share of the energy of fine detail that the photo has there, of what the
-  // sharpest photos of the same points have. 1 where that cannot be told from chance, or nothing is known: photos that are not
-  // there, without texture, or without points that others see too.
+  // One a view, all of one size. Values in (0, 1]: the share of the energy of fine detail that the photo has there, of
+  // what the sharpest photos of the same points have. 1 where that cannot be told from chance, or nothing is known:
+  // photos that are not there, without texture, or without points that others see too.
   std::vector<PhotoGrid> grid;
   std::vector<double> of_photo;  // the same for each photo as a whole
   double share = 0;              // of the photos: those that are clearly unsharp

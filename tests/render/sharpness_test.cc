@@ -16,13 +16,13 @@ struct Shot {
   Eigen::Vector2d motion_px = {0, 0};  // of a photo of full size, during the exposure
   double defocus_px = 0;               // radius of the circle of confusion
   double gain = 1, noise = 0;
-  double blurred_from = 0;             // the part of the photo left of this share of its width stays sharp
-  int shrink = 1;                      // 2: half the size
-  bool plain = false;                  // of a wall without anything on it
+  double blurred_from = 0;  // the part of the photo left of this share of its width stays sharp
+  int shrink = 1;           // 2: half the size
+  bool plain = false;       // of a wall without anything on it
 };
 
-constexpr int kPlazaWidth = 192, kPlazaHeight = 144;
-constexpr double kFocalPx = 170;
+constexpr int kWallWidth = 192, kWallHeight = 144;
+constexpr double kWallFocalPx = 170;
 
 // Cells of grey over three octaves, the finest about two pixels wide.
 double Wall(const Eigen::Vector2d& x) {
@@ -30,7 +30,8 @@ double Wall(const Eigen::Vector2d& x) {
   std::uint32_t octave = 0;
   for (const double size : {0.25, 0.1, 0.045}) {
     const auto hash = [&](double cell_x, double cell_y) {
-      std::uint32_t h = static_cast<std::uint32_t>(static_cast<int>(cell_x) * 73856093) ^ static_cast<std::uint32_t>(static_cast<int>(cell_y) * 19349663) ^ (octave * 83492791U);
+      std::uint32_t h = static_cast<std::uint32_t>(static_cast<int>(cell_x) * 73856093) ^
+                        static_cast<std::uint32_t>(static_cast<int>(cell_y) * 19349663) ^ (octave * 83492791U);
       h = (h ^ (h >> 13)) * 1274126177U;
       return static_cast<double>((h ^ (h >> 16)) & 1023) / 1023 - 0.5;
     };
@@ -48,7 +49,8 @@ Image8 Take(const RenderView& view, const Shot& shot, std::uint32_t seed) {
   for (int m = 0; m < kMoments; ++m) {
     const Eigen::Vector2d in_pixel((m % kSide + 0.5) / kSide, (m / kSide + 0.5) / kSide);
     const double time = ((7 * m + 3) % kMoments + 0.5) / kMoments, angle = kGoldenAngle * m;
-    const Eigen::Vector2d way = (time - 0.5) * shot.motion_px + shot.defocus_px * std::sqrt(time) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d way = (time - 0.5) * shot.motion_px +
+                                shot.defocus_px * std::sqrt(time) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     sharp.push_back(in_pixel.homogeneous());
     blurred.push_back((in_pixel + way / shot.shrink).homogeneous());
   }
@@ -63,7 +65,9 @@ Image8 Take(const RenderView& view, const Shot& shot, std::uint32_t seed) {
         const Eigen::Vector3d d = direction * (at + Eigen::Vector3d(x, y, 0));
         sum += shot.plain ? 128 : Wall((view.centre - view.centre.z() / d.z() * d).head<2>());
       }
-      for (int c = 0; c < 3; ++c) photo.At(x, y, c) = static_cast<std::uint8_t>(std::lround(std::clamp(shot.gain * sum / kMoments + shot.noise * noise(engine), 0.0, 255.0)));
+      for (int c = 0; c < 3; ++c)
+        photo.At(x, y, c) = static_cast<std::uint8_t>(
+            std::lround(std::clamp(shot.gain * sum / kMoments + shot.noise * noise(engine), 0.0, 255.0)));
     }
   return photo;
 }
@@ -76,12 +80,14 @@ struct WallCapture {
     for (std::size_t v = 0; v < shots.size(); ++v) {
       const Shot& shot = shots[v];
       const double s = 1.0 / shot.shrink;
-      scene.cameras.push_back(Camera::Pinhole(kPlazaWidth / shot.shrink, kPlazaHeight / shot.shrink, s * kFocalPx, s * kFocalPx, 0.5 * s * kPlazaWidth, 0.5 * s * kPlazaHeight));
+      scene.cameras.push_back(Camera::Pinhole(kWallWidth / shot.shrink, kWallHeight / shot.shrink, s * kWallFocalPx,
+                                              s * kWallFocalPx, 0.5 * s * kWallWidth, 0.5 * s * kWallHeight));
       View view;
       view.name = "view" + std::to_string(100 + v) + ".png";
       view.camera = {static_cast<int>(v)};
       const double i = static_cast<double>(v);
-      view.cam_from_world = LookAt({0.12 * i - 0.4, 0.2 * std::sin(2.0 * i), -4 - 0.1 * std::cos(3.0 * i)}, {0.1, 0, 0}, {0, -1, 0});
+      view.cam_from_world =
+          LookAt({0.12 * i - 0.4, 0.2 * std::sin(2.0 * i), -4 - 0.1 * std::cos(3.0 * i)}, {0.1, 0, 0}, {0, -1, 0});
       scene.views.push_back(view);
       Photo photo;
       photo.levels = BuildPyramid(Take(MakeRenderView(scene, view), shot, static_cast<std::uint32_t>(v)));
@@ -95,7 +101,8 @@ struct WallCapture {
       for (std::size_t v = 0; v < shots.size(); ++v) {
         const RenderView view = MakeRenderView(scene, scene.views[v]);
         const auto x = Project(view.P, p.x_in_world);
-        if (x && x->minCoeff() > 0 && x->x() < view.size_px.x() && x->y() < view.size_px.y()) p.track.push_back({{static_cast<int>(v)}, *x});
+        if (x && x->minCoeff() > 0 && x->x() < view.size_px.x() && x->y() < view.size_px.y())
+          p.track.push_back({{static_cast<int>(v)}, *x});
       }
       scene.points.push_back(p);
     }
@@ -221,7 +228,9 @@ TEST(Sharpness, OfTwoPhotosOneIsSharper) {
   EXPECT_LT(s.of_photo[1], 0.7);
 }
 
-TEST(Sharpness, PhotosThatAreAllBlurredAlikeDoNotDiffer) { ExpectAllSharp(WallCapture(std::vector<Shot>(6, Moved(6, 0.7))).Estimate()); }
+TEST(Sharpness, PhotosThatAreAllBlurredAlikeDoNotDiffer) {
+  ExpectAllSharp(WallCapture(std::vector<Shot>(6, Moved(6, 0.7))).Estimate());
+}
 
 TEST(Sharpness, WhereNothingIsKnownPhotosCountAsSharp) {
   std::vector<Shot> dark(4);  // too dark, then without texture, then with noise alone
@@ -248,13 +257,28 @@ TEST(Sharpness, APhotoThatIsNotThereCountsAsSharp) {
   EXPECT_NEAR(s.share, 1.0 / 5, 1e-9);
 }
 
+TEST(Sharpness, NeedsNoMetric) {
+  std::vector<Shot> shots(6);
+  shots[1] = shots[4] = Moved(6, 0.7);
+  WallCapture capture(shots);
+  for (View& view : capture.scene.views) {
+    view.P = MakeRenderView(capture.scene, view).P;
+    view.size_px = {kWallWidth, kWallHeight};
+  }
+  capture.scene.frame = Frame::kProjective;
+  const Sharpness s = capture.Estimate();
+  for (std::size_t v = 0; v < shots.size(); ++v) EXPECT_EQ(s.of_photo[v] < 0.7, v % 3 == 1) << v;
+}
+
 TEST(Sharpness, PhotosReadOneByOneGiveTheSame) {
   std::vector<Shot> shots(4);
   shots[2] = Moved(5, 0.4);
   WallCapture capture(shots);
-  capture.scene.image_folder = std::filesystem::temp_directory_path() / ("lumi_sharpness_" + std::to_string(::getpid()));
+  capture.scene.image_folder =
+      std::filesystem::temp_directory_path() / ("lumi_sharpness_" + std::to_string(::getpid()));
   std::filesystem::create_directories(capture.scene.image_folder);
-  for (std::size_t v = 0; v < shots.size(); ++v) WriteImage(capture.scene.ImagePath(capture.scene.views[v]), capture.photos[v].levels[0]);
+  for (std::size_t v = 0; v < shots.size(); ++v)
+    WriteImage(capture.scene.ImagePath(capture.scene.views[v]), capture.photos[v].levels[0]);
   const Sharpness in_memory = capture.Estimate(), read = EstimateSharpness(capture.scene, SilentProgress());
   std::filesystem::remove_all(capture.scene.image_folder);
   EXPECT_EQ(in_memory.of_photo, read.of_photo);

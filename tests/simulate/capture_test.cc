@@ -154,6 +154,31 @@ TEST_F(Capture, ABadSceneLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(root_ / "capture"));
 }
 
+TEST_F(Capture, BlurOfOnePhotoInSeveralIsTrueToItsList) {
+  WriteSceneJson();
+  SimulateOptions options = Options(7);
+  options.blur_s = 0.3;
+  options.blur_every = 3;
+  Simulate(options, SilentProgress());
+  const std::string list = ReadText(options.output / "truth" / "blur.csv");
+  std::istringstream lines(list);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "name,median_px,low_px,high_px");
+  const Scene scene = ReadColmapModel(options.output / "truth" / "sparse");
+  for (std::size_t v = 0; v < 7; ++v) {
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(line.substr(0, line.find(',')), scene.views[v].name);
+    EXPECT_EQ(std::stod(line.substr(line.find(',') + 1)) > 1, v == 1 || v == 4) << line;
+  }
+  options.blur_s = 0;
+  options.output = root_ / "sharp";
+  EXPECT_THROW(Simulate(options, SilentProgress()), UsageError) << "every third of none";
+  options.blur_every = 0;
+  Simulate(options, SilentProgress());
+  EXPECT_FALSE(fs::exists(options.output / "truth" / "blur.csv"));
+}
+
 TEST_F(Capture, WithSkewIsPhotosAndTrueCamerasOnly) {
   WriteSceneJson(R"("effects": {"skew_px": 2})");
   const SimulateSummary summary = Simulate(Options(), SilentProgress());

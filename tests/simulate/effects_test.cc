@@ -144,6 +144,25 @@ TEST(Effects, MotionBlurIsAsLongAsTheWayDuringTheExposure) {
   EXPECT_NEAR(EdgePx(photo, 36), 0.5 * kWidth, 0.5);
 }
 
+TEST(Effects, MotionBlurMayTakeOnePhotoInSeveral) {
+  const SmallScene scene(EdgeScene(R"({"motion_blur_s": 0.3, "motion_blur_every": 3})"));
+  const SmallScene sharp(EdgeScene(""));
+  for (std::size_t v = kMiddle; v < kMiddle + 3; ++v) {
+    TraceCounters count;
+    const RenderedView view = scene.Render(v, &count);
+    const auto [low_px, median_px, high_px] = scene.renderer.BlurPx(scene.views[v], view.depth);
+    if (v % 3 == 1) {
+      EXPECT_EQ(count.poses, 17) << v;
+      // All of the wall is at one distance.
+      for (const double px : {low_px, median_px, high_px}) EXPECT_NEAR(px, 0.3 * kPxPerUnit, 0.1) << v;
+    } else {
+      EXPECT_EQ(view.photo.data, sharp.Render(v).photo.data) << v;
+      EXPECT_EQ(count.rays, kPixels * 5) << v;
+      EXPECT_EQ(high_px, 0) << v;
+    }
+  }
+}
+
 TEST(Effects, AMovingPartComesBackAfterItsPeriod) {
   const SmallScene scene(R"({"cameras": [{"size": [96, 72], "fov_deg": 60}],
     "path": {"kind": "poses", "fps": 4, "poses": [{"eye": [0, -3, 0], "target": [0, 0, 0]}, {"eye": [0, -3, 0], "target": [0, 0, 0]},
