@@ -166,7 +166,6 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
 
 ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
   const Stopwatch watch;
-  const auto elapsed = [&] { return watch.Seconds(); };
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
   for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
@@ -208,7 +207,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     ReconstructSummary summary = SummaryFromJson(ReadText(options.scene / kSummaryFile));
     summary.reused = {"everything"};
     summary.colmap_seconds = 0;
-    summary.seconds = elapsed();
+    summary.seconds = watch.Seconds();
     sink.Message("nothing to do: the scene is up to date");
     return summary;
   }
@@ -255,7 +254,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();
-  summary.seconds = elapsed();
+  summary.seconds = watch.Seconds();
   if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
     summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 

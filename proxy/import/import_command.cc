@@ -15,7 +15,6 @@
 #include "proxy/mesh_query.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
-#include "scene/geometry/constants.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -62,7 +61,7 @@ Json Described(const MeshFlaws& f) {
 
 Json Described(const Similarity3& s) {
   return {{"scale", s.scale},
-          {"rotation_deg", kDegPerRad * Eigen::AngleAxisd(s.rotation).angle()},
+          {"rotation_deg", 180 / 3.14159265358979323846 * Eigen::AngleAxisd(s.rotation).angle()},
           {"translation", {s.translation.x(), s.translation.y(), s.translation.z()}}};
 }
 

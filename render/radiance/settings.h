@@ -2,10 +2,9 @@
 // Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
+#include <numbers>
 #include <string>
 #include <string_view>
-
-#include "scene/geometry/constants.h"
 
 namespace lumi {
 
@@ -22,7 +21,7 @@ enum class Resolution { kOff, kDistance, kJacobian };
 // What the sparse samples (sec. 5.1.3) give a pixel: its photos, which it then weighs itself, or their weights, interpolated.
 enum class Sampling { kCandidates, kInterpolated };
 
-constexpr double kRadiansPerDegree = kRadPerDeg;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 struct RadianceSettings {
   Similarity similarity = Similarity::kIdentity;

@@ -8,12 +8,12 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <fstream>
+#include <optional>
 
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -149,19 +149,17 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   };
 
   std::array<char, 1 << 16> buffer;
-  bool out_open = true, err_open = true, stopping = false;
-  std::chrono::steady_clock::time_point stop_time;
+  bool out_open = true, err_open = true;
+  std::optional<Stopwatch> stopping;
   std::exception_ptr failure;
   const auto stop = [&] {
-    if (!stopping) {
-      kill(-pid, SIGTERM);
-      stopping = true;
-      stop_time = std::chrono::steady_clock::now();
-    }
+    if (stopping) return;
+    kill(-pid, SIGTERM);
+    stopping.emplace();
   };
   while (out_open || err_open) {
     if (InterruptRequested()) stop();
-    if (stopping && SecondsSince(stop_time) > kGraceSeconds) kill(-pid, SIGKILL);
+    if (stopping && stopping->Seconds() > kGraceSeconds) kill(-pid, SIGKILL);
     pollfd fds[2] = {{out_open ? out.read : -1, POLLIN, 0}, {err_open ? err.read : -1, POLLIN, 0}};
     const int ready = poll(fds, 2, kPollMs);
     if (ready < 0 && errno != EINTR) break;

@@ -1,7 +1,6 @@
 // A scene for several cameras at once (thesis, section 7.1): nothing repeats within the videos, so their order in time is in the pictures.
 #include <cmath>
 
-#include "scene/geometry/constants.h"
 #include "simulate/examples.h"
 #include "simulate/examples/periodic_room.h"
 
@@ -18,7 +17,7 @@ std::string StageJson() {
   // The photos are the cameras' at the clock's beginning.
   Json poses = Json::array(), videos = Json::array();
   for (int c = 0; c < kCameras; ++c) {
-    const double angle = (-35 + 70.0 * c / (kCameras - 1)) * kRadPerDeg;
+    const double angle = (-35 + 70.0 * c / (kCameras - 1)) * M_PI / 180;
     const Json eye = {1.95 * std::sin(angle), -1.95 * std::cos(angle), 0.55 + 0.12 * (c % 2)}, target = {0, 0.05, 0.27};
     poses.push_back({{"eye", eye}, {"target", target}});
     videos.push_back({{"eye", eye}, {"target", target}, {"frames", kFrames}, {"start_frame", kStarts[c]}});
