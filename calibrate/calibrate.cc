@@ -43,7 +43,7 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
 // Photos that show the calibrated camera's picture: all of its size, with or without a board; of a video the frames used.
 int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& summary, ProgressSink& progress) {
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
-  const PlumbBobCamera camera = PlumbBobOf(summary.fit.calibration.intrinsics, width, height);
+  const Camera camera = CameraOf(summary.fit.calibration.intrinsics, width, height);
   const Camera pinhole = PinholeInside(camera);
   const Undistorter undistort(camera, pinhole);
   fs::create_directories(options.undistort);
@@ -155,7 +155,7 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
     WriteTextAtomically(summary.tradeoff_svg, TradeoffSvg(summary.tradeoff));
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
-  WriteCameraYaml(PlumbBobOf(summary.fit.calibration.intrinsics, width, height), options.output);
+  WriteCameraYaml(CameraOf(summary.fit.calibration.intrinsics, width, height), options.output);
   return summary;
 }
 

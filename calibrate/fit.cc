@@ -11,8 +11,10 @@
 #include <numeric>
 #include <random>
 
+#include "calibrate/choose_model.h"
 #include "calibrate/zhang.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/constants.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
@@ -35,9 +37,16 @@ constexpr double kOutlierCornerFloorPx = 0.05;
 constexpr double kLargestOutlierShare = 0.5;       // of the views; beyond, nobody can tell which half is wrong
 constexpr double kNoiseFloorPx = 0.05;             // what a photograph's corners have at least: degenerate sets are judged with it
 constexpr double kParallelRad = 15 * kRadPerDeg;   // of an undetermined set: boards within this are called parallel
-constexpr double kSameErrorPx = 1e-4;              // cross-validated errors nearer than this are one
 constexpr std::size_t kLeastViews = 3;             // Zhang: five intrinsics, two equations a view
-constexpr std::size_t kLeastTrainingViews = 3;
+constexpr std::size_t kViewsForFullest = 5;             // of fewer the fullest model would explain outliers too
+constexpr int kStartIterations = 60, kQuickIterations = 100;  // at most: to compare starts, to judge
+constexpr std::size_t kRefinedStarts = 4;  // of the starts that are compared
+// Focal lengths that starts are tried with, of the longer side: from a fisheye to a long lens, in steps from which the
+// refinement finds its way.
+constexpr std::array<double, 9> kStartFocals = {0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2, 7.0};
+constexpr double kNominalFocal = 1.2;  // of the longer side: 45 degrees, an ordinary lens
+constexpr double kEdgeOfMiddle = 0.4;  // of the picture: nearer to a side than this a mean is said to lie there
+constexpr const char* kMorePhotos = "photograph the whole board from ten places or more, tilted, all over the picture";
 
 std::vector<double> AllErrors(const Board& board, const std::vector<BoardView>& views, const CalibrationStart& at) {
   std::vector<double> all;
@@ -61,14 +70,6 @@ std::vector<Eigen::Matrix3d> Homographies(const Board& board, const std::vector<
 
 CalibrationStart StartOf(const Calibration& c) { return {c.intrinsics, c.cam_from_board}; }
 
-// Held terms at their resting values.
-CalibrationStart Restrict(CalibrationStart start, const LensModel& model) {
-  const Intrinsics rest = NominalIntrinsics(start.intrinsics[kFx], 0, 0);
-  for (int term = 0; term < kTermCount; ++term)
-    if (!model.free[static_cast<std::size_t>(term)]) start.intrinsics[term] = rest[term];
-  return start;
-}
-
 // The closed form (with and without skew) and a sweep of focal lengths; the most promising are refined, robustly, and the one with the
 // smallest median error is taken. The closed form knows no distortion: a wide lens can lead it astray, or to no answer.
 std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<BoardView>& views, const std::vector<Eigen::Matrix3d>& homographies,
@@ -82,7 +83,7 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
       k[kCy] = (*K)(1, 2);
       candidates.push_back(k);
     }
-  for (const double factor : {0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2, 7.0})
+  for (const double factor : kStartFocals)
     candidates.push_back(NominalIntrinsics(factor * std::max(width_px, height_px), width_px, height_px));
 
   std::vector<std::pair<double, CalibrationStart>> ranked;
@@ -97,11 +98,10 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
     if (std::isfinite(median)) ranked.emplace_back(median, std::move(start));
   }
   std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  constexpr std::size_t kRefined = 4;
-  if (ranked.size() > kRefined) ranked.resize(kRefined);
+  if (ranked.size() > kRefinedStarts) ranked.resize(kRefinedStarts);
   std::optional<CalibrationStart> best;
   double best_median = std::numeric_limits<double>::infinity();
-  const RefineOptions options{*LensModelFromName("square-k1k2"), kFirstRobustScalePx, 60};
+  const RefineOptions options{*LensModelFromName(kSimplestUseful), kFirstRobustScalePx, kStartIterations};
   std::vector<std::optional<CalibrationStart>> refined(ranked.size());
   ParallelFor(ranked.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -120,7 +120,7 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
 // The largest angle between the normals of two boards, with a nominal focal length and the distortion that goes with it: frontal boards are
 // frontal with any.
 double LargestTilt(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px) {
-  CalibrationStart start{NominalIntrinsics(1.2 * std::max(width_px, height_px), width_px, height_px), {}};
+  CalibrationStart start{NominalIntrinsics(kNominalFocal * std::max(width_px, height_px), width_px, height_px), {}};
   Eigen::Matrix3d K;
   K << start.intrinsics[kFx], 0, width_px / 2.0, 0, start.intrinsics[kFx], height_px / 2.0, 0, 0, 1;
   for (const Eigen::Matrix3d& H : Homographies(board, views)) {
@@ -130,7 +130,7 @@ double LargestTilt(const Board& board, const std::vector<BoardView>& views, int 
   }
   LensModel distortion;
   distortion.free[kK1] = distortion.free[kK2] = true;
-  const Calibration c = Refine(board, views, {distortion, kFirstRobustScalePx, 60}, start);
+  const Calibration c = Refine(board, views, {distortion, kFirstRobustScalePx, kStartIterations}, start);
   double largest = 0;
   for (std::size_t i = 0; i < views.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -156,8 +156,12 @@ std::string PlaceOf(const std::vector<BoardView>& views, int width_px, int heigh
   for (const auto& view : views)
     for (const auto& c : view.corners_px) mean += c, ++count;
   mean /= count;
-  const std::string across = mean.x() < 0.4 * width_px ? "left" : mean.x() > 0.6 * width_px ? "right" : "";
-  const std::string down = mean.y() < 0.4 * height_px ? "upper" : mean.y() > 0.6 * height_px ? "lower" : "";
+  const std::string across = mean.x() < kEdgeOfMiddle * width_px         ? "left"
+                             : mean.x() > (1 - kEdgeOfMiddle) * width_px ? "right"
+                                                                         : "";
+  const std::string down = mean.y() < kEdgeOfMiddle * height_px         ? "upper"
+                           : mean.y() > (1 - kEdgeOfMiddle) * height_px ? "lower"
+                                                                        : "";
   if (across.empty() && down.empty()) return "around its middle";
   if (!across.empty() && !down.empty()) return "in its " + down + " " + across + " corner";
   return "in its " + down + across + " part";
@@ -187,11 +191,16 @@ double OutlierLimit(const std::vector<double>& rms) {
   const double median = Median(rms);
   std::vector<double> deviations;
   for (const double r : rms) deviations.push_back(std::abs(r - median));
-  constexpr double kSigmaPerMad = 1.4826;
   return std::max({median + kOutlierViewSpreads * kSigmaPerMad * Median(deviations), kOutlierViewRatio * median, kOutlierViewFloorPx});
 }
 
-std::string OutlierReason(const Board& board, const BoardView& view, const Calibration& c, double rms, double median, double limit, int width_px) {
+struct OutlierFigures {
+  double rms, median, limit;  // px
+};
+
+std::string OutlierReason(const Board& board, const BoardView& view, const Calibration& c,
+                          const OutlierFigures& view_px, int width_px) {
+  const auto [rms, median, limit] = view_px;
   const BoardView mirrored = Mirrored(board, view, width_px);
   Eigen::Matrix3d K;
   K << c.intrinsics[kFx], c.intrinsics[kSkew], c.intrinsics[kCx], 0, c.Fy(), c.intrinsics[kCy], 0, 0, 1;
@@ -212,9 +221,10 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
   for (;;) {
     CheckInterrupted();
     start = Restrict(start, model);
-    Calibration c = Refine(board, views, {model, kFirstRobustScalePx, 60}, start);
+    Calibration c = Refine(board, views, {model, kFirstRobustScalePx, kStartIterations}, start);
     const double noise = Median(AllErrors(board, views, StartOf(c))) / kRayleighMedian;
-    c = Refine(board, views, {model, std::max(kCauchyScalePerSigma * noise, kLeastRobustScalePx), 100}, StartOf(c));
+    c = Refine(board, views, {model, std::max(kCauchyScalePerSigma * noise, kLeastRobustScalePx), kQuickIterations},
+               StartOf(c));
     std::vector<double> rms;
     for (std::size_t v = 0; v < views.size(); ++v) rms.push_back(TrimmedRms(CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v])));
     const double median = Median(rms), limit = OutlierLimit(rms);
@@ -226,7 +236,7 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
         kept.push_back(views[v]);
         kept_start.cam_from_board.push_back(c.cam_from_board[v]);
       } else {
-        refused.push_back({views[v].name, OutlierReason(board, views[v], c, rms[v], median, limit, width_px)});
+        refused.push_back({views[v].name, OutlierReason(board, views[v], c, {rms[v], median, limit}, width_px)});
       }
     }
     if (refused.empty()) {
@@ -249,62 +259,24 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
   }
 }
 
-// Whether the terms that `rich` frees and `lean` holds are jointly zero within three standard deviations of rich's own fit.
-bool ExtraTermsAreNoise(const Calibration& rich, const LensModel& lean) {
-  constexpr std::array<double, 8> kThreeSigma = {0, 9, 11.83, 14.16, 16.25, 18.21, 20.06, 21.85};  // quantiles of chi^2 at 99.73 %
-  std::vector<int> extra;
-  for (int term = 0; term < kTermCount; ++term) {
-    const auto i = static_cast<std::size_t>(term);
-    if (lean.free[i] && !rich.model.free[i]) return false;  // not nested: nothing is known
-    if (rich.model.free[i] && !lean.free[i]) extra.push_back(term);
-  }
-  const Intrinsics rest = NominalIntrinsics(1, 0, 0);
-  const auto n = static_cast<Eigen::Index>(extra.size());
-  Eigen::MatrixXd covariance(n, n);
-  Eigen::VectorXd value(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int term = extra[static_cast<std::size_t>(i)];
-    value[i] = rich.intrinsics[term] - rest[term];
-    for (Eigen::Index j = 0; j < n; ++j) covariance(i, j) = std::pow(rich.noise_px, 2) * rich.unit_covariance(term, extra[static_cast<std::size_t>(j)]);
-  }
-  return value.dot(SolveSymmetric(covariance, value).col(0)) <= kThreeSigma[extra.size()];
-}
-
-struct FoldOutcome {
-  bool usable = false;
-  std::string why;
-  std::vector<double> squares;  // one a view of the fold
-  double seconds = 0;
-};
-
-struct Fold {
-  std::vector<BoardView> training, held_out;
-  std::vector<std::size_t> training_index, held_out_index;
-};
-
-std::vector<Fold> MakeFolds(const std::vector<BoardView>& views, int folds) {
-  const std::size_t count = std::min(views.size(), static_cast<std::size_t>(folds));
-  std::vector<Fold> all(count);
-  for (std::size_t f = 0; f < count; ++f)
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      const bool out = v % count == f;
-      (out ? all[f].held_out : all[f].training).push_back(views[v]);
-      (out ? all[f].held_out_index : all[f].training_index).push_back(v);
+// The views whose corners run the wrong way round are taken out; the homographies of the others.
+std::vector<Eigen::Matrix3d> RefuseMirrored(const Board& board, std::vector<BoardView>& views, FitResult& result) {
+  std::vector<Eigen::Matrix3d> homographies = Homographies(board, views);
+  const auto wrong_way =
+      std::count_if(homographies.begin(), homographies.end(), [](const auto& H) { return H.determinant() < 0; });
+  if (2 * static_cast<std::size_t>(wrong_way) >= views.size())
+    throw DataError(fmt::format("the board is mirrored: its corners run the wrong way round in {} of {} views",
+                                wrong_way, views.size()),
+                    "turn mirrored photos round, or give columns and rows in the board's own order");
+  for (std::size_t v = views.size(); v-- > 0;)
+    if (homographies[v].determinant() < 0) {
+      result.refused.push_back({views[v].name, "mirrored: its corners run the wrong way round"});
+      views.erase(views.begin() + static_cast<std::ptrdiff_t>(v));
+      homographies.erase(homographies.begin() + static_cast<std::ptrdiff_t>(v));
     }
-  return all;
-}
-
-std::vector<Rigid3> Pick(const std::vector<Rigid3>& poses, const std::vector<std::size_t>& index) {
-  std::vector<Rigid3> picked;
-  for (const std::size_t i : index) picked.push_back(poses[i]);
-  return picked;
-}
-
-long UsedCorners(const std::vector<BoardView>& views) {
-  long count = 0;
-  for (const BoardView& view : views)
-    for (std::size_t i = 0; i < view.corners_px.size(); ++i) count += view.Used(i) ? 1 : 0;
-  return count;
+  if (views.size() < kLeastViews)
+    throw DataError("fewer than three views are left without the mirrored ones", kMorePhotos);
+  return homographies;
 }
 
 }  // namespace
@@ -357,26 +329,15 @@ std::vector<double> HeldOutSquares(const Board& board, const std::vector<BoardVi
 
 FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, int height_px, const FitOptions& options) {
   if (const std::string problem = options.Problem(); !problem.empty()) throw UsageError(problem);
-  const std::string more = "photograph the whole board from ten places or more, tilted, all over the picture";
-  if (views.empty()) throw DataError("no board was found", more);
+  if (views.empty()) throw DataError("no board was found", kMorePhotos);
   if (views.size() < kLeastViews)
-    throw DataError(views.size() == 1 ? "the board was found in one view only: one plane leaves the focal length and the principal point open"
-                                      : "the board was found in two views only, at least three are needed",
-                    more);
+    throw DataError(
+        views.size() == 1
+            ? "the board was found in one view only: one plane leaves the focal length and the principal point open"
+            : "the board was found in two views only, at least three are needed",
+        kMorePhotos);
   FitResult result;
-  std::vector<Eigen::Matrix3d> homographies = Homographies(board, views);
-  const auto wrong_way = std::count_if(homographies.begin(), homographies.end(), [](const auto& H) { return H.determinant() < 0; });
-  if (2 * static_cast<std::size_t>(wrong_way) >= views.size())
-    throw DataError(fmt::format("the board is mirrored: its corners run the wrong way round in {} of {} views", wrong_way, views.size()),
-                    "turn mirrored photos round, or give columns and rows in the board's own order");
-  for (std::size_t v = views.size(); v-- > 0;)
-    if (homographies[v].determinant() < 0) {
-      result.refused.push_back({views[v].name, "mirrored: its corners run the wrong way round"});
-      views.erase(views.begin() + static_cast<std::ptrdiff_t>(v));
-      homographies.erase(homographies.begin() + static_cast<std::ptrdiff_t>(v));
-    }
-  if (views.size() < kLeastViews) throw DataError("fewer than three views are left without the mirrored ones", more);
-
+  const std::vector<Eigen::Matrix3d> homographies = RefuseMirrored(board, views, result);
   result.coverage = Coverage(views, width_px, height_px);
   if (result.coverage < options.min_coverage)
     throw DataError(fmt::format("the boards cover {:.0f} % of the picture, all {}: nothing would be known of the rest", 100 * result.coverage,
@@ -386,7 +347,7 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
   auto start = FindStart(board, views, homographies, width_px, height_px);
   if (!start) ThrowUndetermined(board, views, width_px, height_px, "none explains them");
   const std::optional<LensModel> given = options.model.empty() ? std::nullopt : LensModelFromName(options.model);
-  const LensModel simple = *LensModelFromName("square-k1k2");
+  const LensModel simple = *LensModelFromName(kSimplestUseful);
   result.views = std::move(views);
 
   // Judged with the fewest terms of use: what leaves these open leaves everything open.
@@ -397,93 +358,24 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
                       c.usable ? fmt::format("its standard deviation would be {:.1f} %", 100 * relative) : c.why);
   };
   // Parallel boards are told before outliers are looked for: with the focal length open any view can be made one.
-  judge(Refine(board, result.views, {simple, kFirstRobustScalePx, 100}, Restrict(*start, simple)));
+  judge(Refine(board, result.views, {simple, kFirstRobustScalePx, kQuickIterations}, Restrict(*start, simple)));
 
   // With few views the fullest model would take outliers along.
-  const LensModel rich = result.views.size() < 5 ? simple : FullestModel(options.fix_aspect);
-  const Calibration robust = options.keep_outliers ? Refine(board, result.views, {rich, 0, 200}, Restrict(*start, rich))
-                                                   : RefuseOutliers(board, *start, width_px, rich, result);
+  const LensModel rich = result.views.size() < kViewsForFullest ? simple : FullestModel(options.fix_aspect);
+  const Calibration robust = options.keep_outliers
+                                 ? Refine(board, result.views, {rich, 0, kFullIterations}, Restrict(*start, rich))
+                                 : RefuseOutliers(board, *start, width_px, rich, result);
   result.coverage = Coverage(result.views, width_px, height_px);
-  judge(Refine(board, result.views, {simple, 0, 100}, Restrict(StartOf(robust), simple)));
+  judge(Refine(board, result.views, {simple, 0, kQuickIterations}, Restrict(StartOf(robust), simple)));
 
   const std::vector<LensModel> models = given ? std::vector<LensModel>{*given} : LensModels(options.fix_aspect);
-  std::vector<Calibration> fits(models.size());
-  ParallelFor(models.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t m = begin; m < end; ++m) fits[m] = Refine(board, result.views, {models[m], 0, 200}, Restrict(StartOf(robust), models[m]));
-  });
-  CheckInterrupted();
-
-  std::vector<Fold> folds = MakeFolds(result.views, options.folds);
-  if (folds.empty() || std::any_of(folds.begin(), folds.end(), [](const Fold& f) { return f.training.size() < kLeastTrainingViews; })) folds.clear();
-  std::vector<FoldOutcome> outcomes(models.size() * folds.size());
-  ParallelFor(outcomes.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t m = i / folds.size();
-      const Fold& fold = folds[i % folds.size()];
-      if (!fits[m].usable || InterruptRequested()) continue;
-      const Calibration c = Refine(board, fold.training, {models[m], 0, 200}, {fits[m].intrinsics, Pick(fits[m].cam_from_board, fold.training_index)});
-      outcomes[i].seconds = c.seconds;
-      outcomes[i].usable = c.usable;
-      outcomes[i].why = c.why;
-      if (c.usable) outcomes[i].squares = HeldOutSquares(board, fold.held_out, c.intrinsics, Pick(fits[m].cam_from_board, fold.held_out_index));
-    }
-  });
-  CheckInterrupted();
-
-  const auto corners = static_cast<double>(UsedCorners(result.views));
-  std::vector<std::vector<double>> squares(models.size());  // of each view, held out
-  std::optional<std::size_t> best;
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    ModelTrial trial{models[m], fits[m].rms_px, std::nullopt, fits[m].why, fits[m].seconds};
-    if (fits[m].usable && !folds.empty()) {
-      squares[m].assign(result.views.size(), 0);
-      bool all = true;
-      for (std::size_t f = 0; f < folds.size(); ++f) {
-        const FoldOutcome& outcome = outcomes[m * folds.size() + f];
-        trial.seconds += outcome.seconds;
-        if (!outcome.usable) {
-          all = false;
-          trial.why_not = fmt::format("without fold {}: {}", f + 1, outcome.why);
-          break;
-        }
-        for (std::size_t i = 0; i < outcome.squares.size(); ++i) squares[m][folds[f].held_out_index[i]] = outcome.squares[i];
-      }
-      if (all) trial.cross_validated_rms_px = std::sqrt(std::accumulate(squares[m].begin(), squares[m].end(), 0.0) / corners);
-    }
-    result.trials.push_back(trial);
-    if (trial.cross_validated_rms_px && (!best || *trial.cross_validated_rms_px < *result.trials[*best].cross_validated_rms_px)) best = m;
-  }
-
-  std::size_t chosen = 0;
-  if (given) {
-    result.choice = "as asked";
-  } else if (!best) {
-    const auto simplest = std::find_if(models.begin(), models.end(), [&](const LensModel& m) { return m.name == simple.name; });
-    chosen = static_cast<std::size_t>(simplest - models.begin());
-    result.choice = "too few views to compare models: four are needed";
-  } else {
-    // The fewest terms whose held-out error is within one standard error of the best's (over views, paired), or that lack only terms which are
-    // zero within their own noise: with few views the standard error is itself rough, and the best of many models is one by luck.
-    const auto n = static_cast<double>(result.views.size());
-    const auto within_noise = [&](std::size_t m) {
-      const double error = *result.trials[m].cross_validated_rms_px;
-      if (error <= *result.trials[*best].cross_validated_rms_px + kSameErrorPx) return true;
-      double mean = 0, variance = 0;
-      for (std::size_t v = 0; v < result.views.size(); ++v) mean += (squares[m][v] - squares[*best][v]) / n;
-      for (std::size_t v = 0; v < result.views.size(); ++v) variance += std::pow(squares[m][v] - squares[*best][v] - mean, 2) / (n - 1);
-      return mean <= std::sqrt(variance / n) || ExtraTermsAreNoise(fits[*best], models[m]);
-    };
-    chosen = *best;
-    for (std::size_t m = 0; m < models.size(); ++m) {
-      if (!result.trials[m].cross_validated_rms_px || !within_noise(m)) continue;
-      const int terms = models[m].FreeCount(), fewest = models[chosen].FreeCount();
-      if (terms < fewest || (terms == fewest && *result.trials[m].cross_validated_rms_px < *result.trials[chosen].cross_validated_rms_px)) chosen = m;
-    }
-    result.choice = fmt::format("the fewest terms that do as well, within noise, as the smallest cross-validated error ({}, {:.4f} px)",
-                                models[*best].name, *result.trials[*best].cross_validated_rms_px);
-  }
-  result.calibration = fits[chosen];
-  result.cross_validated_rms_px = result.trials[chosen].cross_validated_rms_px;
+  const std::vector<HeldOutFit> fits = FitModels(board, result.views, models, StartOf(robust), options.folds);
+  for (std::size_t m = 0; m < models.size(); ++m)
+    result.trials.push_back({models[m], fits[m].all.rms_px, fits[m].rms_px, fits[m].why_not, fits[m].seconds});
+  const std::size_t chosen = given ? 0 : ChooseModel(models, fits, result.choice);
+  if (given) result.choice = "as asked";
+  result.calibration = fits[chosen].all;
+  result.cross_validated_rms_px = fits[chosen].rms_px;
   judge(result.calibration);
   return result;
 }
@@ -514,7 +406,7 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
           (i < n ? in : out).push_back(fit.views[order[i]]);
           (i < n ? in_poses : out_poses).push_back(all.cam_from_board[order[i]]);
         }
-        const Calibration c = Refine(board, in, {all.model, 0, 200}, {all.intrinsics, in_poses});
+        const Calibration c = Refine(board, in, {all.model, 0, kFullIterations}, {all.intrinsics, in_poses});
         if (!c.usable) continue;
         const auto squares = HeldOutSquares(board, out, c.intrinsics, out_poses);
         outcomes[s] = {true, std::accumulate(squares.begin(), squares.end(), 0.0), static_cast<double>(UsedCorners(out)), c.intrinsics[kFx],

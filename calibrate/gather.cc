@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <optional>
 
@@ -13,6 +12,7 @@
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -222,11 +222,11 @@ std::vector<fs::path> PhotosOf(const fs::path& input) {
 }
 
 Gathered GatherBoards(const fs::path& input, const Board& board, const GatherOptions& options, ProgressSink& progress) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const bool video = fs::is_regular_file(input) && HasVideoExtension(input);
   if (fs::is_regular_file(input) && !video && !HasImageExtension(input)) throw InputError(input, "neither a photo nor a video");
   Gathered gathered = video ? FromVideo(input, board, options, progress) : FromPhotos(input, board, options, progress);
-  gathered.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  gathered.seconds = watch.Seconds();
   return gathered;
 }
 

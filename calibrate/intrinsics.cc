@@ -10,11 +10,16 @@ Eigen::Vector2d ProjectNormalized(const Intrinsics& k, const Eigen::Vector2d& x)
   return pixel;
 }
 
-PlumbBobCamera PlumbBobOf(const Intrinsics& k, int width_px, int height_px) {
-  return {width_px, height_px, k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy], k[kSkew], k[kK1], k[kK2], k[kP1], k[kP2], k[kK3]};
+Camera CameraOf(const Intrinsics& k, int width_px, int height_px) {
+  return {CameraModel::kPlumbBob,
+          width_px,
+          height_px,
+          {k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy], k[kSkew], k[kK1], k[kK2], k[kP1], k[kP2], k[kK3]}};
 }
 
-std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel) { return Unproject(PlumbBobOf(k, 1, 1), pixel); }
+std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel) {
+  return CameraOf(k, 1, 1).Normalized(pixel);
+}
 
 int LensModel::FreeCount() const { return static_cast<int>(std::count(free.begin(), free.end(), true)); }
 

@@ -10,7 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/model/plumb_bob.h"
+#include "scene/model/camera.h"
+#include "scene/model/distortion.h"
 
 namespace lumi {
 
@@ -33,17 +34,17 @@ inline Intrinsics NominalIntrinsics(double f_px, int width_px, int height_px) {
 // Of a point (x, y) on the plane z = 1: its pixel. T: double or ceres::Jet.
 template <typename T>
 void ProjectNormalized(const T* k, const T& x, const T& y, T* pixel) {
-  T xd, yd;
-  Distort(k[kK1], k[kK2], k[kP1], k[kP2], k[kK3], x, y, &xd, &yd);
-  pixel[0] = k[kFx] * xd + k[kSkew] * yd + k[kCx];
-  pixel[1] = k[kFx] * k[kAspect] * yd + k[kCy];
+  const Eigen::Matrix<T, 2, 1> d =
+      Distort(DistortionTerms<T>{k[kK1], k[kK2], k[kP1], k[kP2], k[kK3]}, Eigen::Matrix<T, 2, 1>(x, y));
+  pixel[0] = k[kFx] * d[0] + k[kSkew] * d[1] + k[kCx];
+  pixel[1] = k[kFx] * k[kAspect] * d[1] + k[kCy];
 }
 Eigen::Vector2d ProjectNormalized(const Intrinsics& k, const Eigen::Vector2d& x);
 
 // The point on z = 1 that is seen at a pixel; nullopt beyond the fold of the polynomial.
 std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vector2d& pixel);
 
-PlumbBobCamera PlumbBobOf(const Intrinsics& k, int width_px, int height_px);
+Camera CameraOf(const Intrinsics& k, int width_px, int height_px);  // kPlumbBob
 
 // Free terms; the others are held (aspect at 1 or as given, the rest at 0).
 struct LensModel {

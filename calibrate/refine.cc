@@ -6,10 +6,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
-#include <chrono>
 #include <limits>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -133,7 +133,7 @@ std::vector<double> CornerErrors(const Board& board, const BoardView& view, cons
 }
 
 Calibration Refine(const Board& board, const std::vector<BoardView>& views, const RefineOptions& options, const CalibrationStart& start) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   Calibration result;
   result.model = options.model;
   result.intrinsics = start.intrinsics;
@@ -141,7 +141,7 @@ Calibration Refine(const Board& board, const std::vector<BoardView>& views, cons
   for (const Rigid3& pose : start.cam_from_board) poses.push_back(ToNumbers(pose));
   const auto on_board = board.Corners();
   const auto finish = [&]() -> Calibration& {
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    result.seconds = watch.Seconds();
     return result;
   };
 

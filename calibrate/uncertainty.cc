@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -72,9 +73,8 @@ UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_p
     map.sigma_px.push_back(sigma);
   }
   if (!finite.empty()) {
-    std::sort(finite.begin(), finite.end());
-    map.median_px = finite[finite.size() / 2];
-    map.largest_px = finite.back();
+    map.largest_px = *std::max_element(finite.begin(), finite.end());
+    map.median_px = Median(std::move(finite));
   }
   return map;
 }

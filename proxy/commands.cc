@@ -16,6 +16,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 

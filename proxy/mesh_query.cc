@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "scene/geometry/median.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 

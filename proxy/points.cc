@@ -10,17 +10,11 @@
 #include <utility>
 
 #include "scene/geometry/angle.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
-
-double Quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0;
-  const auto k = static_cast<std::ptrdiff_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
-}
 
 std::vector<ProxyView> MakeProxyViews(const Scene& scene) {
   RequireMetric(scene, "a proxy");

@@ -52,7 +52,4 @@ std::vector<ProxyPoint> MergePoints(const std::vector<ProxyPoint>& points, doubl
 // Mean distance from each point to its k nearest others.
 std::vector<double> MeanNeighbourDistance(const std::vector<Eigen::Vector3d>& points, int k);
 
-// The value below which `fraction` of the values lie; 0 for none.
-double Quantile(std::vector<double> values, double fraction);
-
 }  // namespace lumi

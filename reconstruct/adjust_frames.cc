@@ -10,6 +10,7 @@
 
 #include "reconstruct/mapping.h"
 #include "reconstruct/reprojection.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -24,8 +25,7 @@ constexpr double kFarOff = 4;
 
 }  // namespace
 
-void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool lens_known, const fs::path& work_folder,
-                      ColmapProgram& colmap, ProgressSink& sink) {
+void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool lens_known, const ColmapJob& job) {
   std::vector<const PlacedFrame*> usable;
   for (const PlacedFrame& p : placed)
     if (p.ok) usable.push_back(&p);
@@ -55,13 +55,11 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
   for (const Point& point : extended.points)
     for (const Observation& o : point.track) errors.push_back(error(point, o));
   if (errors.empty()) return;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  const double limit = kFarOff * *middle;
+  const double limit = kFarOff * Median(std::move(errors));
   for (Point& point : extended.points) std::erase_if(point.track, [&](const Observation& o) { return error(point, o) > limit; });
   std::erase_if(extended.points, [](const Point& point) { return point.track.size() < 2; });
   UpdatePointErrors(extended);
-  const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, work_folder, colmap, sink);
+  const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, job);
 
   // The same points in another order: a place in a photo is one point's.
   std::map<std::tuple<std::string, double, double>, std::size_t> point_at;

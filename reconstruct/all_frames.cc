@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <set>
 #include <string>
@@ -15,6 +16,7 @@
 #include "reconstruct/colmap_database.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 #include "scene/tracks/match_descriptors.h"
@@ -152,8 +154,7 @@ void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vecto
       for (int c = 0; c < 3; ++c) {
         std::vector<double> values;
         for (const Placed* n : neighbours) values.push_back(n->cam_from_world.OriginInSource()[c]);
-        std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-        middle[c] = values[values.size() / 2];
+        middle[c] = Median(std::move(values));
       }
       const auto distance_of = [&](const Placed& p) { return (p.cam_from_world.OriginInSource() - middle).norm(); };
       for (const Placed* n : neighbours) {
@@ -195,18 +196,11 @@ Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
   return d.rowwise().normalized();
 }
 
-}  // namespace
-
-void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known,
-                       const ReconstructOptions& options,                       const fs::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
-  std::vector<std::string> keyframes;
-  for (const View& view : scene.views) keyframes.push_back(view.name);
-  std::set<std::string> known(keyframes.begin(), keyframes.end());
-  std::vector<std::string> frames;
-  for (const Photo& photo : all_frames.photos)
-    if (!known.count(photo.name)) frames.push_back(photo.name);
-
-  // A database of its own, grown from the keyframes' one: that one stays what a rerun compares with.
+// A database of its own, grown from the keyframes' one: that one stays what a rerun compares with. With features of all
+// `frames`.
+fs::path DatabaseOfAll(const std::vector<std::string>& frames, const Capture& all_frames,
+                       const Features& keyframe_features, const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
   const fs::path database = work_folder / "all_frames.db", key_file = work_folder / "all_frames.key";
   const std::string key = Fingerprint(work_folder / "features.json") + " " + Fingerprint(work_folder / "keyframes.json");
   std::error_code ec;
@@ -220,45 +214,56 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   std::string names;
   for (const auto& frame : frames) names += frame + "\n";
   WriteTextAtomically(list, names);
-  const std::string gpu = colmap.has_cuda() ? "1" : "0";
-  const std::string threads = options.threads > 0 ? std::to_string(options.threads) : "-1";
-  if (!frames.empty()) {
-    std::vector<ColmapOption> extract = {{"database_path", database.string()},
-                                         {"image_path", all_frames.folder.string()},
-                                         {"image_list_path", list.string()},
-                                         {"ImageReader.single_camera", "1"},
-                                         {"SiftExtraction.use_gpu", gpu},
-                                         {"SiftExtraction.max_image_size", std::to_string(limits.max_image_size_px)},
-                                         {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
-                                         {"SiftExtraction.num_threads", threads}};
-    colmap.Run("feature_extractor", extract, "features of all frames (COLMAP)", static_cast<long>(frames.size()));
-  }
+  if (frames.empty()) return database;
+  const std::vector<ColmapOption> extract = {
+      {"database_path", database.string()},
+      {"image_path", all_frames.folder.string()},
+      {"image_list_path", list.string()},
+      {"ImageReader.single_camera", "1"},
+      {"SiftExtraction.use_gpu", colmap.has_cuda() ? "1" : "0"},
+      {"SiftExtraction.max_image_size", std::to_string(limits.max_image_size_px)},
+      {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
+      {"SiftExtraction.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"}};
+  colmap.Run("feature_extractor", extract, "features of all frames (COLMAP)", static_cast<long>(frames.size()));
+  return database;
+}
 
+// The point that each keypoint of a keyframe is, or -1: observations lie exactly at keypoints.
+std::vector<std::int32_t> PointOfKeypoint(const KeyframePoints& points, const std::vector<Eigen::Vector2d>& keypoints) {
+  std::vector<std::int32_t> all;
+  for (const auto& x : keypoints) {
+    const auto it = points.find({x.x(), x.y()});
+    all.push_back(it == points.end() ? -1 : it->second);
+  }
+  return all;
+}
+
+struct FrameSightings {
+  Sightings seen;
+  std::vector<int> features;
+};
+
+// Points of the near keyframes in each frame. Matched here: COLMAP's matcher takes a quarter of a second a pair without
+// a GPU, and then verifies what a pose is found from anyway.
+FrameSightings FindSightings(const Scene& scene, const std::vector<std::string>& frames, const fs::path& database,
+                             ProgressSink& sink) {
   const ColmapDatabase db(database);
   std::map<std::string, DatabaseImage> image_of;
   for (const auto& image : db.Images()) image_of[image.name] = image;
-  // Which keypoint of a keyframe is which point: observations lie exactly at keypoints.
   std::map<std::string, KeyframePoints> points_of;
   for (std::size_t p = 0; p < scene.points.size(); ++p)
     for (const Observation& o : scene.points[p].track)
       points_of[scene.views[static_cast<std::size_t>(o.view.value)].name][{o.x_px.x(), o.x_px.y()}] = static_cast<std::int32_t>(p);
+  std::vector<std::string> keyframes;
+  for (const View& view : scene.views) keyframes.push_back(view.name);
   std::map<std::string, std::vector<std::int32_t>> point_of_keypoint;
-  for (const auto& keyframe : keyframes) {
-    auto& list_of = point_of_keypoint[keyframe];
-    const auto image = image_of.find(keyframe);
-    if (image == image_of.end()) continue;
-    for (const auto& x : db.Keypoints(image->second.id)) {
-      const auto it = points_of[keyframe].find({x.x(), x.y()});
-      list_of.push_back(it == points_of[keyframe].end() ? -1 : it->second);
-    }
-  }
-  // Matched here: COLMAP's matcher takes a quarter of a second a pair without a GPU, and then verifies what a pose is found from anyway.
   std::map<std::string, Descriptors> descriptors_of;
   for (const auto& keyframe : keyframes)
-    if (const auto image = image_of.find(keyframe); image != image_of.end())
+    if (const auto image = image_of.find(keyframe); image != image_of.end()) {
+      point_of_keypoint[keyframe] = PointOfKeypoint(points_of[keyframe], db.Keypoints(image->second.id));
       descriptors_of[keyframe] = UnitDescriptors(db, image->second.id);
-  Sightings seen(frames.size());
-  std::vector<int> features(frames.size(), 0);
+    }
+  FrameSightings found{Sightings(frames.size()), std::vector<int>(frames.size(), 0)};
   std::mutex reading;
   Progress matching(sink, "matching all frames", static_cast<long>(frames.size()));
   ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -266,7 +271,7 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
       matching.Step();
       const auto image = image_of.find(frames[f]);
       if (image == image_of.end()) continue;
-      features[f] = image->second.keypoints;
+      found.features[f] = image->second.keypoints;
       std::vector<Eigen::Vector2d> keypoints;
       Descriptors descriptors;
       {
@@ -284,44 +289,20 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
         for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, kAll)) {
           if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
           const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
-          if (point >= 0 && unique.emplace(point, m.a).second) seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
+          if (point >= 0 && unique.emplace(point, m.a).second)
+            found.seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
         }
       }
     }
   });
-  // All frames of a video share the keyframes' camera.
-  const CameraId camera_id = scene.views.front().camera;
-  std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
-  AdjustWithFrames(scene, placed, lens_known, work_folder, colmap, sink);
-  for (auto& of_frame : seen)
-    std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
-  placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), sink);
+  return found;
+}
 
-  std::vector<View> views = scene.views;
-  std::set<std::string> explained;
-  for (const auto& m : *missing) explained.insert(m.name);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    if (!placed[f].ok) {
-      if (!explained.count(frames[f]))
-        missing->push_back({frames[f], features[f] == 0 ? std::string("blurred or textureless (no features)")
-                                                        : fmt::format("too few points of the keyframes in it ({} agree, {} are needed; {} features)", placed[f].inliers, kMinInliers, features[f]),
-                            "film more slowly there, or ask for more --keyframes"});
-      continue;
-    }
-    std::erase_if(*missing, [&](const MissingPhoto& m) { return m.name == frames[f]; });
-    View view;
-    view.name = frames[f];
-    view.camera = camera_id;
-    view.cam_from_world = placed[f].cam_from_world;
-    const auto index = static_cast<std::int32_t>(views.size());
-    std::set<std::int32_t> once;
-    for (const auto& [point, x] : placed[f].observations)
-      if (once.insert(point).second) scene.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
-    views.push_back(std::move(view));
-  }
-  // Views are sorted by name; the observations follow.
+// Views are sorted by name; the observations follow.
+void SortViews(Scene& scene) {
+  const std::vector<View> views = std::move(scene.views);
   std::vector<std::size_t> order(views.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return views[a].name < views[b].name; });
   std::vector<std::int32_t> new_index(views.size());
   scene.views.clear();
@@ -331,9 +312,56 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   }
   for (Point& point : scene.points)
     for (Observation& o : point.track) o.view.value = new_index[static_cast<std::size_t>(o.view.value)];
+}
+
+}  // namespace
+
+void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known,
+                       const ColmapJob& job, std::vector<MissingPhoto>& missing) {
+  std::set<std::string> known, explained;
+  for (const View& view : scene.views) known.insert(view.name);
+  for (const auto& m : missing) explained.insert(m.name);
+  std::vector<std::string> frames;
+  for (const InputPhoto& photo : all_frames.photos)
+    if (!known.count(photo.name)) frames.push_back(photo.name);
+  auto [seen, features] =
+      FindSightings(scene, frames, DatabaseOfAll(frames, all_frames, keyframe_features, job), job.sink);
+
+  // All frames of a video share the keyframes' camera.
+  const CameraId camera_id = scene.views.front().camera;
+  std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), job.sink);
+  AdjustWithFrames(scene, placed, lens_known, job);
+  for (auto& of_frame : seen)
+    std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
+  placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), job.sink);
+
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    if (!placed[f].ok) {
+      if (!explained.count(frames[f]))
+        missing.push_back(
+            {frames[f],
+             features[f] == 0
+                 ? std::string("blurred or textureless (no features)")
+                 : fmt::format("too few points of the keyframes in it ({} agree, {} are needed; {} features)",
+                               placed[f].inliers, kMinInliers, features[f]),
+             "film more slowly there, or ask for more --keyframes"});
+      continue;
+    }
+    std::erase_if(missing, [&](const MissingPhoto& m) { return m.name == frames[f]; });
+    View view;
+    view.name = frames[f];
+    view.camera = camera_id;
+    view.cam_from_world = placed[f].cam_from_world;
+    const auto index = static_cast<std::int32_t>(scene.views.size());
+    std::set<std::int32_t> once;
+    for (const auto& [point, x] : placed[f].observations)
+      if (once.insert(point).second) scene.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
+    scene.views.push_back(std::move(view));
+  }
+  SortViews(scene);
   std::erase_if(scene.points, [](const Point& point) { return point.track.empty(); });
   scene.image_folder = all_frames.folder;
-  std::sort(missing->begin(), missing->end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::sort(missing.begin(), missing.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
 }
 
 }  // namespace lumi

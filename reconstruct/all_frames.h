@@ -14,8 +14,9 @@
 namespace lumi {
 
 // `scene` holds the keyframes (distorted cameras, observations at COLMAP's keypoints); frames are added to it, with
-// image_folder = the folder of all frames. lens_known: it stays as it is. Frames that get no camera are added to *missing.
+// image_folder = the folder of all frames. lens_known: it stays as it is. Frames that get no camera are added to
+// `missing`.
 void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& keyframe_features, bool lens_known,
-                       const ReconstructOptions& options, const std::filesystem::path& work_folder, ColmapProgram& colmap, std::vector<MissingPhoto>* missing, ProgressSink& sink);
+                       const ColmapJob& job, std::vector<MissingPhoto>& missing);
 
 }  // namespace lumi

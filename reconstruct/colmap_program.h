@@ -17,6 +17,8 @@
 
 namespace lumi {
 
+struct ReconstructOptions;
+
 struct ColmapOption {
   std::string name;  // as COLMAP 3.8 has it
   std::string value;
@@ -56,6 +58,14 @@ class ColmapProgram {
   double seconds_ = 0;
   std::vector<std::string> tail_;
   std::map<std::string, std::set<std::string>> names_;
+};
+
+// What every step of a reconstruction by COLMAP works with.
+struct ColmapJob {
+  const ReconstructOptions& options;
+  const std::filesystem::path& work_folder;  // SCENE/colmap
+  ColmapProgram& colmap;
+  ProgressSink& sink;
 };
 
 }  // namespace lumi

@@ -42,7 +42,7 @@ nlohmann::json FeatureKey(const Capture& capture, const CameraPlan& cameras, con
                      {"camera_model", Name(cameras.known ? cameras.known->model : cameras.model)},
                      {"camera_params", cameras.known ? ParamsText(*cameras.known) : ""},
                      {"database", user_database.empty() ? "" : Fingerprint(user_database)}};
-  for (const Photo& photo : capture.photos) key["photos"][photo.name] = Fingerprint(capture.folder / photo.name);
+  for (const InputPhoto& photo : capture.photos) key["photos"][photo.name] = Fingerprint(capture.folder / photo.name);
   return key;
 }
 
@@ -87,8 +87,8 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
 void ShareEqualCameras(const Capture& capture, const fs::path& database) {
   ColmapDatabase db(database);
   if (db.HasRigs()) return;
-  std::map<std::string, const Photo*> photo_of;
-  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
+  std::map<std::string, const InputPhoto*> photo_of;
+  for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
   std::map<std::tuple<int, int, double>, std::vector<std::int64_t>> groups;
   std::set<std::int64_t> camera_ids;
   const auto images = db.Images();
@@ -125,8 +125,9 @@ void SetKnownCamera(const Camera& camera, const fs::path& database) {
   db.SetCameras({camera}, true, all);
 }
 
-void Extract(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options, const FeatureLimits& limits,
-             const fs::path& work_folder, const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
+void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits, const fs::path& database,
+             const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
   const fs::path list = work_folder / kPhotoList;
   const auto run = [&](bool gpu) {
     const CameraModel model = cameras.known ? cameras.known->model : cameras.model;
@@ -153,8 +154,9 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const Reconstruc
                        "see the log", colmap.log_file());
 }
 
-void Match(const Capture& capture, const ReconstructOptions& options, const std::vector<std::pair<int, int>>& pairs, const fs::path& work_folder,
-           const fs::path& database, ColmapProgram& colmap, ProgressSink& sink) {
+void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
+           const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
   const bool sequential = UseSequentialMatching(options, capture);
   const bool listed = sequential && options.matching == Matching::kAuto && !pairs.empty();
   const fs::path list = work_folder / "pairs.txt";
@@ -200,7 +202,7 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
   CameraPlan plan;
   std::set<std::pair<int, int>> sizes;
   std::set<double> focals;
-  for (const Photo& photo : capture.photos) {
+  for (const InputPhoto& photo : capture.photos) {
     sizes.insert({photo.width_px, photo.height_px});
     focals.insert(photo.focal_35mm.value_or(0));
   }
@@ -241,14 +243,15 @@ bool UseSequentialMatching(const ReconstructOptions& options, const Capture& cap
   return capture.photos.size() > (capture.is_video ? kMaxExhaustiveKeyframes : kMaxExhaustivePhotos);
 }
 
-Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options,
-                              const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink, const std::vector<std::pair<int, int>>& pairs) {
+Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,
+                              const std::vector<std::pair<int, int>>& pairs) {
+  const auto& [options, work_folder, colmap, sink] = job;
   Features features;
   features.database = work_folder / "database.db";
   const fs::path key_file = work_folder / "features.json";
   const FeatureLimits limits = LimitsFor(options, capture.photos.size());
   std::set<std::string> names;
-  for (const Photo& photo : capture.photos) names.insert(photo.name);
+  for (const InputPhoto& photo : capture.photos) names.insert(photo.name);
   const fs::path user_database = UserDatabase(capture, options, names);
 
   const nlohmann::json key = FeatureKey(capture, cameras, limits, options, user_database);
@@ -268,7 +271,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   }
   WriteTextAtomically(key_file, key.dump(1));
   std::string list;
-  for (const Photo& photo : capture.photos) list += photo.name + "\n";
+  for (const InputPhoto& photo : capture.photos) list += photo.name + "\n";
   WriteTextAtomically(work_folder / kPhotoList, list);
 
   std::size_t known = 0;
@@ -276,7 +279,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   if (known == names.size()) {
     features.reused.push_back("features");
   } else {
-    Extract(capture, cameras, options, limits, work_folder, features.database, colmap, sink);
+    Extract(capture, cameras, limits, features.database, job);
     known = CountKnown(features.database, names);
     if (known == 0)
       throw DataError(fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()), "see the log", colmap.log_file());
@@ -291,7 +294,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   if (exhausted || (!user_database.empty() && matched > 0 && features.reused.size() == 1))
     features.reused.push_back("matches");
   else
-    Match(capture, options, pairs, work_folder, features.database, colmap, sink);
+    Match(capture, pairs, features.database, job);
   return features;
 }
 

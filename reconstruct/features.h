@@ -43,8 +43,7 @@ struct Features {
 
 // Throws DataError when no photo gave features. work_folder: SCENE/colmap. pairs: by index, what to match instead of neighbours in
 // the order of names, where there are too many photos to match each with all others; empty: nothing known.
-Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ReconstructOptions& options,
-                              const std::filesystem::path& work_folder, ColmapProgram& colmap, ProgressSink& sink,
+Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,
                               const std::vector<std::pair<int, int>>& pairs = {});
 
 }  // namespace lumi

@@ -19,16 +19,17 @@ namespace {
 constexpr const char* kLensFile = ".lens";  // in a folder of resampled photos: the lens that they were resampled from
 constexpr int kResampledJpegQuality = 97;            // resampled once more than other photos: the file must not add to it
 
-std::string LensText(const PlumbBobCamera& c) {
-  return fmt::format("{} {} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", c.width_px, c.height_px, c.fx, c.fy, c.cx, c.cy, c.skew, c.k1,
-                     c.k2, c.p1, c.p2, c.k3);
+std::string LensText(const Camera& c) {
+  return fmt::format("{} {} {:.17g}\n", c.width_px, c.height_px, fmt::join(c.params, " "));
 }
 
 // Skew and k3: COLMAP's FULL_OPENCV has a k3, but no scene of ours is kept in it.
-bool IsBeyondColmap(const CameraYaml& yaml) { return !yaml.fisheye && (yaml.plumb_bob.skew != 0 || yaml.plumb_bob.k3 != 0); }
+bool IsBeyondColmap(const Camera& camera) {
+  return camera.Get(CameraTerm::kSkew) != 0 || camera.Get(CameraTerm::kK3) != 0;
+}
 
 // A folder for resampled files: empty, or what an earlier run made with the same lens.
-void Prepare(const fs::path& folder, const PlumbBobCamera& camera) {
+void Prepare(const fs::path& folder, const Camera& camera) {
   std::error_code error;
   if (!fs::exists(folder / kLensFile, error) || ReadText(folder / kLensFile) != LensText(camera)) fs::remove_all(folder, error);
   fs::create_directories(folder);
@@ -41,10 +42,10 @@ bool IsNewer(const fs::path& made, const fs::path& source) {
   return !error && made_time >= fs::last_write_time(source, error) && !error;
 }
 
-void ResampleMasks(const Capture& capture, const PlumbBobCamera& camera, const fs::path& masks, const fs::path& folder) {
+void ResampleMasks(const Capture& capture, const Camera& camera, const fs::path& masks, const fs::path& folder) {
   Prepare(folder, camera);
   const Undistorter undistort(camera, PinholeInside(camera));
-  for (const Photo& photo : capture.photos) {
+  for (const InputPhoto& photo : capture.photos) {
     const std::string name = photo.name + ".png";
     if (!fs::exists(masks / name) || IsNewer(folder / name, masks / name)) continue;
     const Image8 rgb = ReadImage8(masks / name);
@@ -73,20 +74,22 @@ void RequireScalable(int camera_width_px, int camera_height_px, int width_px, in
 
 void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pair<int, int>>& sizes_px) {
   if (options.camera_yaml.empty()) return;
-  const CameraYaml yaml = ReadWholeCameraYaml(options.camera_yaml);
-  const bool resampled = IsBeyondColmap(yaml);
+  const Camera camera = ReadWholeCameraYaml(options.camera_yaml).camera;
+  const bool resampled = IsBeyondColmap(camera);
   if (resampled && sizes_px.size() > 1)
     throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
   if (resampled && !options.database.empty())
-    throw UsageError(fmt::format("{} has {}, so the photos are resampled, and the features of --database are not theirs", options.camera_yaml.filename().string(),
-                                 yaml.plumb_bob.skew != 0 ? "skew" : "a k3"),
-                     "leave out --database, or calibrate with --model rect-k1k2p");
+    throw UsageError(
+        fmt::format("{} has {}, so the photos are resampled, and the features of --database are not theirs",
+                    options.camera_yaml.filename().string(), camera.Get(CameraTerm::kSkew) != 0 ? "skew" : "a k3"),
+        "leave out --database, or calibrate with --model rect-k1k2p");
   if (sizes_px.size() == 1)
-    RequireScalable(yaml.plumb_bob.width_px, yaml.plumb_bob.height_px, sizes_px.begin()->first, sizes_px.begin()->second, options.rescale_cameras, options.camera_yaml);
-  if (resampled) PinholeInside(yaml.plumb_bob);  // throws where the lens leaves no picture
+    RequireScalable(camera.width_px, camera.height_px, sizes_px.begin()->first, sizes_px.begin()->second,
+                    options.rescale_cameras, options.camera_yaml);
+  if (resampled) PinholeInside(camera);  // throws where the lens leaves no picture
 }
 
-Capture Resampled(const Capture& capture, const PlumbBobCamera& camera, const fs::path& folder, ProgressSink& sink) {
+Capture Resampled(const Capture& capture, const Camera& camera, const fs::path& folder, ProgressSink& sink) {
   Prepare(folder, camera);
   const Undistorter undistort(camera, PinholeInside(camera));
   Capture straight = capture;
@@ -114,29 +117,31 @@ GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& cap
   if (!yaml.says_distortion) sink.Message(fmt::format("{} has no distortion coefficients: taken as a lens without distortion", name));
 
   std::set<std::pair<int, int>> sizes;
-  for (const Photo& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
+  for (const InputPhoto& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
   CheckGivenCamera(options, sizes);
   if (sizes.size() != 1) return given;  // each step asks photo by photo, or refuses
   const auto [width, height] = *sizes.begin();
-  PlumbBobCamera lens = yaml.plumb_bob;
+  Camera lens = yaml.camera;
   const bool other_size = lens.width_px != width || lens.height_px != height;
   if (other_size) {
     sink.Message(fmt::format("{} is for {}x{} pixels, the photos have {}x{}: the camera is scaled", name, lens.width_px, lens.height_px, width, height));
     lens = lens.Scaled(width, height);
   }
   const fs::path fitted = work_folder / "camera.yaml";
-  if (!IsBeyondColmap(yaml)) {
+  if (!IsBeyondColmap(lens)) {
     if (!other_size) return given;
-    if (yaml.fisheye)
-      WriteCameraYaml(yaml.fisheye->Scaled(width, height), fitted);
-    else
-      WriteCameraYaml(lens, fitted);
+    WriteCameraYaml(lens, fitted);
     given.yaml = fitted;
     return given;
   }
 
-  sink.Message(fmt::format("{} has {}, which COLMAP's models cannot hold: the photos are resampled without {} and without distortion", name,
-                           lens.skew != 0 && lens.k3 != 0 ? "skew and k3" : lens.skew != 0 ? "skew" : "a k3", lens.skew != 0 ? "skew" : "it"));
+  const bool skew = lens.Get(CameraTerm::kSkew) != 0, k3 = lens.Get(CameraTerm::kK3) != 0;
+  sink.Message(fmt::format(
+      "{} has {}, which COLMAP's models cannot hold: the photos are resampled without {} and without distortion", name,
+      skew && k3 ? "skew and k3"
+      : skew     ? "skew"
+                 : "a k3",
+      skew ? "skew" : "it"));
   given.capture = Resampled(capture, lens, work_folder / "straight", sink);
   if (!options.masks.empty()) ResampleMasks(capture, lens, options.masks, given.masks = work_folder / "straight-masks");
   WriteCameraYaml(PinholeInside(lens), fitted);

@@ -9,7 +9,7 @@
 
 #include "reconstruct/options.h"
 #include "reconstruct/photos.h"
-#include "scene/model/plumb_bob.h"
+#include "scene/model/camera.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -27,7 +27,7 @@ void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pai
 struct GivenCamera {
   std::filesystem::path yaml;               // what the other steps shall read in place of options.camera_yaml
   std::filesystem::path masks;              // and in place of options.masks
-  std::optional<PlumbBobCamera> resampled;  // the lens that the photos were resampled from
+  std::optional<Camera> resampled;          // the lens that the photos were resampled from
   std::filesystem::path originals;          // their folder before
   Capture capture;                          // the photos to go on with
 };
@@ -36,6 +36,7 @@ struct GivenCamera {
 GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& capture, const std::filesystem::path& work_folder, ProgressSink& sink);
 
 // Further photos of the same lens (all frames of a video), into `folder`; those done by an earlier run are kept.
-Capture Resampled(const Capture& capture, const PlumbBobCamera& camera, const std::filesystem::path& folder, ProgressSink& sink);
+Capture Resampled(const Capture& capture, const Camera& camera, const std::filesystem::path& folder,
+                  ProgressSink& sink);
 
 }  // namespace lumi

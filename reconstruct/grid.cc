@@ -164,7 +164,7 @@ std::vector<HeldView> AssumeGrid(const Capture& capture, const ReconstructOption
     const GridPosition &p = positions[static_cast<std::size_t>(a)], &q = positions[static_cast<std::size_t>(b)];
     return std::hypot(p.horizontal - q.horizontal, p.vertical - q.vertical) <= kReach * least_distance;
   });
-  const auto camera_of = [&](const Photo& photo) {
+  const auto camera_of = [&](const InputPhoto& photo) {
     if (const auto given = IntrinsicsFromOptions(options, photo.width_px, photo.height_px)) return *given;
     const double f = kAssumedFocalFactor * std::max(photo.width_px, photo.height_px);
     return Camera::Pinhole(photo.width_px, photo.height_px, f, f, photo.width_px / 2.0, photo.height_px / 2.0);

@@ -6,6 +6,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "scene/files/video.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -62,11 +63,7 @@ VideoStatistics AnalyseVideo(const std::filesystem::path& video, ProgressSink& s
           if (found[i]) steps.push_back(static_cast<float>(cv::norm(moved[i] - corners[i])));
       }
       s.cut = !corners.empty() && static_cast<double>(steps.size()) < kCutFraction * static_cast<double>(corners.size());
-      if (!steps.empty()) {
-        const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-        std::nth_element(steps.begin(), middle, steps.end());
-        s.step = *middle / grey.cols;
-      }
+      s.step = Median(std::move(steps)) / grey.cols;
     }
     statistics.frames.push_back(s);
     previous = grey;

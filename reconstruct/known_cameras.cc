@@ -34,19 +34,13 @@ std::string LettersAndDigits(const std::string& name) {
   return key;
 }
 
-void ShiftPrincipalPoint(Camera& camera, double by_px) {
-  const std::size_t cx = camera.model == CameraModel::kSimplePinhole || camera.model == CameraModel::kSimpleRadial || camera.model == CameraModel::kRadial ? 1 : 2;
-  camera.params[cx] += by_px;
-  camera.params[cx + 1] += by_px;
-}
-
 Camera WithoutDistortion(const Camera& camera) {
   const Eigen::Vector2d f = camera.FocalPx(), c = camera.PrincipalPointPx();
   return Camera::Pinhole(camera.width_px, camera.height_px, f.x(), f.y(), c.x(), c.y());
 }
 
 // The camera of one photo, from the file or from the options, at the photo's size.
-HeldView Hold(const PosedCamera& posed, const Photo& photo, const ReconstructOptions& options) {
+HeldView Hold(const PosedCamera& posed, const InputPhoto& photo, const ReconstructOptions& options) {
   HeldView view;
   view.name = photo.name;
   view.cam_from_world = posed.cam_from_world;
@@ -54,8 +48,8 @@ HeldView Hold(const PosedCamera& posed, const Photo& photo, const ReconstructOpt
   if (const auto given = IntrinsicsFromOptions(options, photo.width_px, photo.height_px)) {
     view.camera = *given;
   } else if (posed.camera) {
-    view.camera = *posed.camera;
-    ShiftPrincipalPoint(view.camera, shift_px);
+    view.camera = posed.camera->WithPinhole(posed.camera->FocalPx(),
+                                            posed.camera->PrincipalPointPx() + Eigen::Vector2d::Constant(shift_px));
     if (view.camera.width_px != photo.width_px || view.camera.height_px != photo.height_px) {
       if (!options.rescale_cameras)
         throw DataError(fmt::format("the camera of {} is for {}x{} pixels, the photo has {}x{}", photo.name, view.camera.width_px, view.camera.height_px,
@@ -100,7 +94,7 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
   straight.folder = staging;
   std::map<std::string, double> shear_of;
   for (const HeldView& view : views) shear_of[view.name] = view.shear;
-  std::erase_if(straight.photos, [&](const Photo& photo) { return shear_of.count(photo.name) == 0; });
+  std::erase_if(straight.photos, [&](const InputPhoto& photo) { return shear_of.count(photo.name) == 0; });
   Progress progress(sink, "removing skew", static_cast<long>(straight.photos.size()));
   constexpr int kJpegQuality = 97;  // resampled once more than other photos: the file must not add to it
   ParallelFor(straight.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -120,7 +114,7 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
   return straight;
 }
 
-std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<Photo>& photos) {
+std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<InputPhoto>& photos) {
   std::map<std::string, int> by_path, by_key;
   constexpr int kAmbiguous = -2;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -129,7 +123,7 @@ std::vector<int> MatchNames(const std::vector<std::string>& names, const std::ve
     if (!fresh) it->second = kAmbiguous;
   }
   std::vector<int> match;
-  for (const Photo& photo : photos) {
+  for (const InputPhoto& photo : photos) {
     // A converted photo is called NAME.ending.png.
     const std::string name = photo.needs_conversion ? WithoutEnding(photo.name) : photo.name;
     int found = -1;
@@ -172,14 +166,15 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
                       "a list without names needs one line for each photo, in the order of the photos' names", options.poses);
     // A photo that cannot be read keeps its line.
     std::vector<std::string> names;
-    for (const Photo& photo : capture.photos) names.push_back(photo.name);
+    for (const InputPhoto& photo : capture.photos) names.push_back(photo.name);
     for (const auto& bad : capture.unreadable) names.push_back(bad.name);
     std::sort(names.begin(), names.end());
-    for (const Photo& photo : capture.photos) match.push_back(static_cast<int>(std::lower_bound(names.begin(), names.end(), photo.name) - names.begin()));
+    for (const InputPhoto& photo : capture.photos)
+      match.push_back(static_cast<int>(std::lower_bound(names.begin(), names.end(), photo.name) - names.begin()));
   }
   std::vector<HeldView> views;
   for (std::size_t i = 0; i < capture.photos.size(); ++i) {
-    const Photo& photo = capture.photos[i];
+    const InputPhoto& photo = capture.photos[i];
     if (match[i] < 0) {
       missing->push_back({photo.name, "no pose for it in " + options.poses.filename().string(), "add it, or reconstruct without --poses"});
       continue;

@@ -32,7 +32,7 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
                                        ProgressSink& sink);
 
 // Of each photo, the position among `names` of its own: by path without the ending, else by the letters and digits of the name; -1: none.
-std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<Photo>& photos);
+std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<InputPhoto>& photos);
 
 // The same photos in the world's mirror image (z reversed). A projection matrix leaves the world's handedness open: what
 // lies in front of -P in one world lies in front of P in the other.

@@ -8,6 +8,7 @@
 #include "reconstruct/reprojection.h"
 #include "scene/files/colmap_model.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -78,16 +79,14 @@ Scene WithoutOutliers(const Scene& scene, double factor) {
   std::vector<double> errors;
   for (const Point& point : scene.points) errors.push_back(point.error_px);
   if (errors.size() < 3) return scene;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  const double limit = factor * *middle;
+  const double limit = factor * Median(std::move(errors));
   Scene clean = scene;
   std::erase_if(clean.points, [&](const Point& point) { return point.error_px > limit; });
   return clean;
 }
 
-Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const fs::path& work_folder, ColmapProgram& colmap,
-                    ProgressSink& sink) {
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
   Scene clean = WithoutOutliers(scene, kOutlierFactor);
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
@@ -145,15 +144,14 @@ std::string Distrust(const Scene& scene) {
     }
     angles.push_back(widest);
   }
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  if (*middle * kDegPerRad < kMinMedianAngleDeg)
-    return fmt::format("the photos were taken from nearly one place (rays meet at {:.2f} degrees)", *middle * kDegPerRad);
+  const double usual_deg = Median(std::move(angles)) * kDegPerRad;
+  if (usual_deg < kMinMedianAngleDeg)
+    return fmt::format("the photos were taken from nearly one place (rays meet at {:.2f} degrees)", usual_deg);
   return {};
 }
 
-Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ReconstructOptions& options,
-                 const fs::path& work_folder, ColmapProgram& colmap, ProgressSink& sink) {
+Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
   const fs::path sparse = work_folder / "sparse";
   std::error_code ec;
   fs::remove_all(sparse, ec);
@@ -216,7 +214,7 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
     throw DataError(fmt::format("COLMAP joined only {} of {} photos", joined, n), ShootHint(n));
   if (const std::string distrust = Distrust(chosen); !distrust.empty())
     throw DataError(fmt::format("the photos do not fit together: {}", distrust), ShootHint(n));
-  mapping.scene = PolishCameras(chosen, cameras.known.has_value(), kPolishIterations, work_folder, colmap, sink);
+  mapping.scene = PolishCameras(chosen, cameras.known.has_value(), kPolishIterations, job);
   mapping.scene.image_folder = capture.folder;
   return mapping;
 }

@@ -21,16 +21,14 @@ struct Mapping {
   std::vector<std::set<std::string>> other_parts;  // names
 };
 
-// Throws DataError when there is no model that can be trusted. work_folder: SCENE/colmap.
-Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ReconstructOptions& options,
-                 const std::filesystem::path& work_folder, ColmapProgram& colmap, ProgressSink& sink);
+// Throws DataError when there is no model that can be trusted.
+Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job);
 
 // The scene without outliers after one more bundle adjustment by COLMAP, where that leaves its points no further off than they were; else
 // the scene as it was. Unless the lens is known, it is adjusted too; where many photos share a camera, with its principal point free:
 // held at the photo's middle it bends every rotation by its own error (half a degree on a real camera). scene.points[].error_px must
 // be set.
-Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const std::filesystem::path& work_folder,
-                    ColmapProgram& colmap, ProgressSink& sink);
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job);
 
 // What speaks against a model, as one line, or an empty string: too few points, or rays that hardly meet.
 std::string Distrust(const Scene& scene);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "scene/geometry/median.h"
+
 namespace lumi {
 namespace {
 
@@ -27,11 +29,7 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
     name_of[image.id] = image.name;
     counts.push_back(image.keypoints);
   }
-  int median = 0;
-  if (!counts.empty()) {
-    std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2), counts.end());
-    median = counts[counts.size() / 2];
-  }
+  const int median = Median(std::move(counts));
   // The registered photo that each photo matches best.
   std::map<std::string, std::pair<int, std::string>> best;
   for (const auto& pair : database.VerifiedPairs()) {
@@ -42,7 +40,7 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
   }
 
   std::vector<MissingPhoto> missing = capture.unreadable;
-  for (const Photo& photo : capture.photos) {
+  for (const InputPhoto& photo : capture.photos) {
     if (registered.count(photo.name)) continue;
     const auto image = image_of.find(photo.name);
     if (image == image_of.end()) {

@@ -97,7 +97,7 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
     for (int i = 0; i < wanted; ++i) reader.Skip();
     const auto frame = reader.Next();
     if (!frame) throw InputError(capture.videos[v], fmt::format("frame {} cannot be read", wanted));
-    Photo photo;
+    InputPhoto photo;
     photo.name = PhotoName(capture.videos[v]);
     photo.width_px = frame->rgb.width;
     photo.height_px = frame->rgb.height;

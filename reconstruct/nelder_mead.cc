@@ -1,62 +1,52 @@
 #include "reconstruct/nelder_mead.h"
 
 #include <algorithm>
-#include <cmath>
+#include <opencv2/core/optim.hpp>
 
 namespace lumi {
+namespace {
 
-std::vector<double> NelderMead(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, const std::vector<double>& step,
-                               int max_evaluations, double tolerance) {
-  // The paper's reflection, expansion, contraction and shrinkage.
-  constexpr double kReflect = 1, kExpand = 2, kContract = 0.5, kShrink = 0.5;
-  struct Vertex {
-    std::vector<double> x;
-    double value;
-  };
-  std::vector<Vertex> simplex{{start, f(start)}};
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (step[i] == 0) continue;
-    auto x = start;
-    x[i] += step[i];
-    simplex.push_back({x, f(x)});
+// The function of the variables that have a step. DownhillSolver wants two of them: a single one is joined by one that
+// counts for nothing.
+class FreeVariables final : public cv::MinProblemSolver::Function {
+ public:
+  FreeVariables(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start,
+                const std::vector<double>& step)
+      : f_(f), x_(start) {
+    for (std::size_t i = 0; i < step.size(); ++i)
+      if (step[i] != 0) free_.push_back(i);
   }
-  const std::size_t n = simplex.size() - 1;
-  int evaluations = static_cast<int>(simplex.size());
-  const auto by_value = [](const Vertex& a, const Vertex& b) { return a.value < b.value; };
-  while (n > 0 && evaluations < max_evaluations) {
-    std::sort(simplex.begin(), simplex.end(), by_value);
-    if (std::abs(simplex.back().value - simplex.front().value) <= tolerance * (std::abs(simplex.front().value) + tolerance)) break;
-    std::vector<double> middle(start.size(), 0);
-    for (std::size_t v = 0; v < n; ++v)
-      for (std::size_t i = 0; i < middle.size(); ++i) middle[i] += simplex[v].x[i] / static_cast<double>(n);
-    const auto along = [&](double t) {
-      Vertex vertex{middle, 0};
-      for (std::size_t i = 0; i < middle.size(); ++i) vertex.x[i] += t * (middle[i] - simplex.back().x[i]);
-      vertex.value = f(vertex.x);
-      ++evaluations;
-      return vertex;
-    };
-    const Vertex reflected = along(kReflect);
-    if (reflected.value < simplex.front().value) {
-      const Vertex expanded = along(kExpand);
-      simplex.back() = expanded.value < reflected.value ? expanded : reflected;
-    } else if (reflected.value < simplex[n - 1].value) {
-      simplex.back() = reflected;
-    } else {
-      const Vertex contracted = along(reflected.value < simplex.back().value ? kContract : -kContract);
-      if (contracted.value < std::min(reflected.value, simplex.back().value)) {
-        simplex.back() = contracted;
-      } else {
-        for (std::size_t v = 1; v <= n; ++v) {
-          for (std::size_t i = 0; i < middle.size(); ++i)
-            simplex[v].x[i] = simplex[0].x[i] + kShrink * (simplex[v].x[i] - simplex[0].x[i]);
-          simplex[v].value = f(simplex[v].x);
-          ++evaluations;
-        }
-      }
-    }
+  int getDims() const override { return std::max(2, static_cast<int>(free_.size())); }
+  double calc(const double* free) const override { return f_(WithFree(free)); }
+  std::vector<double> WithFree(const double* free) const {
+    std::vector<double> x = x_;
+    for (std::size_t k = 0; k < free_.size(); ++k) x[free_[k]] = free[k];
+    return x;
   }
-  return std::min_element(simplex.begin(), simplex.end(), by_value)->x;
+  std::vector<double> Free(const std::vector<double>& x) const {
+    std::vector<double> free;
+    for (const std::size_t i : free_) free.push_back(x[i]);
+    if (free.size() == 1) free.push_back(free[0]);
+    return free;
+  }
+
+ private:
+  const std::function<double(const std::vector<double>&)>& f_;
+  std::vector<double> x_;
+  std::vector<std::size_t> free_;
+};
+
+}  // namespace
+
+std::vector<double> NelderMead(const std::function<double(const std::vector<double>&)>& f,
+                               const std::vector<double>& start, const std::vector<double>& step, int max_evaluations,
+                               double tolerance) {
+  const auto free = cv::makePtr<FreeVariables>(f, start, step);
+  std::vector<double> x = free->Free(start);
+  if (x.empty()) return start;
+  const cv::TermCriteria criteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, max_evaluations, tolerance);
+  cv::DownhillSolver::create(free, free->Free(step), criteria)->minimize(x);
+  return free->WithFree(x.data());
 }
 
 }  // namespace lumi

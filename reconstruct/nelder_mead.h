@@ -1,5 +1,5 @@
-// Minimum of a function of a few variables without derivatives (Nelder & Mead 1965), from a start and a step for each
-// variable; a step of 0 holds the variable.
+// Minimum of a function of a few variables without derivatives (Nelder & Mead 1965; OpenCV), from a start and a step
+// for each variable; a step of 0 holds the variable.
 #pragma once
 
 #include <functional>

@@ -106,7 +106,7 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
     sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", capture.ignored.size(), capture.ignored.size() == 1 ? "" : "s",
                              capture.ignored.size() == 1 ? "is" : "are", capture.ignored.size() == 1 ? "" : "s", Listing(capture.ignored)));
 
-  std::vector<Photo> photos(names.size());
+  std::vector<InputPhoto> photos(names.size());
   std::vector<std::string> reasons(names.size());
   Progress progress(sink, "checking photos", static_cast<long>(names.size()));
   ParallelFor(names.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -140,13 +140,15 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
 }
 
 Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
-  if (std::none_of(capture.photos.begin(), capture.photos.end(), [](const Photo& p) { return p.needs_conversion; })) return capture;
+  if (std::none_of(capture.photos.begin(), capture.photos.end(),
+                   [](const InputPhoto& p) { return p.needs_conversion; }))
+    return capture;
   Capture staged = capture;
   staged.folder = staging;
   Progress progress(sink, "converting photos that COLMAP cannot read", static_cast<long>(capture.photos.size()));
   ParallelFor(staged.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Photo& photo = staged.photos[i];
+      InputPhoto& photo = staged.photos[i];
       const fs::path source = fs::absolute(capture.folder / photo.name);
       if (photo.needs_conversion) photo.name += ".png";
       const fs::path target = staging / photo.name;
@@ -162,12 +164,13 @@ Capture StageForColmap(const Capture& capture, const fs::path& staging, Progress
       progress.Step();
     }
   });
-  std::sort(staged.photos.begin(), staged.photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
+  std::sort(staged.photos.begin(), staged.photos.end(),
+            [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return staged;
 }
 
 void NumberFrames(Capture& capture, double fps) {
-  for (Photo& photo : capture.photos) {
+  for (InputPhoto& photo : capture.photos) {
     const std::string stem = fs::path(photo.name).stem().string();
     const std::size_t first = stem.find_last_not_of("0123456789") + 1;  // npos + 1 = 0
     if (first >= stem.size() || stem.size() - first > 9)
@@ -178,8 +181,8 @@ void NumberFrames(Capture& capture, double fps) {
 }
 
 void CopyTimes(const Capture& capture, Scene& scene) {
-  std::map<std::string, const Photo*> photo_of;
-  for (const Photo& photo : capture.photos) photo_of[photo.name] = &photo;
+  std::map<std::string, const InputPhoto*> photo_of;
+  for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
   for (View& view : scene.views) {
     const auto it = photo_of.find(view.name);
     if (it == photo_of.end()) continue;

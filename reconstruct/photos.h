@@ -12,7 +12,7 @@
 
 namespace lumi {
 
-struct Photo {
+struct InputPhoto {
   std::string name;  // relative to the folder, with '/'
   int width_px = 0, height_px = 0;
   std::optional<double> focal_35mm;  // EXIF
@@ -24,7 +24,7 @@ struct Photo {
 // The photos to reconstruct from, wherever they came from.
 struct Capture {
   std::filesystem::path folder;         // what names are relative to
-  std::vector<Photo> photos;            // sorted by name
+  std::vector<InputPhoto> photos;       // sorted by name
   std::vector<MissingPhoto> unreadable;
   std::vector<std::string> ignored;     // files that are no pictures
   bool is_video = false;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -10,7 +9,7 @@
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/compare_backends.h"
-#include "reconstruct/factorize.h"
+#include "reconstruct/factorization_backend.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
 #include "reconstruct/given_camera.h"
@@ -20,8 +19,8 @@
 #include "reconstruct/mapping.h"
 #include "reconstruct/missing.h"
 #include "reconstruct/multi_camera.h"
-#include "reconstruct/photos.h"
 #include "reconstruct/near_pairs.h"
+#include "reconstruct/photos.h"
 #include "reconstruct/ring.h"
 #include "reconstruct/turntable.h"
 #include "reconstruct/video_frames.h"
@@ -30,6 +29,7 @@
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
 
 namespace lumi {
@@ -71,12 +71,12 @@ std::set<std::string> ViewNames(const Scene& scene) {
 }
 
 // Cameras estimated by COLMAP.
-Scene Estimate(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const fs::path& work_folder, ColmapProgram& colmap,
-               ReconstructSummary& summary, ProgressSink& sink) {
+Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob& job, ReconstructSummary& summary) {
+  const auto& [options, work_folder, colmap, sink] = job;
   const CameraPlan cameras = PlanCameras(capture, options);
-  const Features features = FindAndMatchFeatures(capture, cameras, options, work_folder, colmap, sink);
+  const Features features = FindAndMatchFeatures(capture, cameras, job);
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
-  Mapping mapping = MapScene(capture, cameras, features, options, work_folder, colmap, sink);
+  Mapping mapping = MapScene(capture, cameras, features, job);
   summary.components = mapping.components;
   summary.component = mapping.component;
   summary.missing = ExplainMissing(capture, ColmapDatabase(features.database), ViewNames(mapping.scene), mapping.other_parts);
@@ -92,7 +92,7 @@ Scene Estimate(const Capture& capture, const ReconstructOptions& options, const 
     keyframes.folder = given.originals;
     Capture all = ExtractAllFrames(options, keyframes, work_folder / "frames", sink);
     if (given.resampled) all = Resampled(all, *given.resampled, work_folder / "straight-frames", sink);
-    RegisterAllFrames(scene, all, features, cameras.known.has_value(), options, work_folder, colmap, &summary.missing, sink);
+    RegisterAllFrames(scene, all, features, cameras.known.has_value(), job, summary.missing);
     CopyTimes(all, scene);
     summary.images_total = all.total();
   }
@@ -100,8 +100,8 @@ Scene Estimate(const Capture& capture, const ReconstructOptions& options, const 
 }
 
 // Cameras given (--poses) or assumed (--rig): only points are sought.
-Scene Hold(const Capture& photos, const ReconstructOptions& options, const fs::path& work_folder, ColmapProgram& colmap,
-           ReconstructSummary& summary, ProgressSink& sink) {
+Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summary) {
+  const auto& [options, work_folder, colmap, sink] = job;
   summary.missing = photos.unreadable;
   Capture capture = photos;
   // Read before COLMAP works for minutes: most mistakes are here.
@@ -123,7 +123,8 @@ Scene Hold(const Capture& photos, const ReconstructOptions& options, const fs::p
   }
   if (views.size() == capture.photos.size())  // in the photos' order
     for (const HeldView& view : views) stands.push_back({view.cam_from_world.OriginInSource(), view.cam_from_world.R().row(2)});
-  const Features features = FindAndMatchFeatures(capture, cameras, feature_options, work_folder, colmap, sink, NearPairs(stands));
+  const Features features =
+      FindAndMatchFeatures(capture, cameras, {feature_options, work_folder, colmap, sink}, NearPairs(stands));
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
   if (options.rig == Rig::kRing) views = AssumeRing(capture, options, features.database, sink);
   if (options.rig == Rig::kGrid) views = AssumeGrid(capture, options, grid, features.database, sink);
@@ -164,8 +165,7 @@ Scene Hold(const Capture& photos, const ReconstructOptions& options, const fs::p
 }  // namespace
 
 ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const Stopwatch watch;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
   for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
@@ -196,7 +196,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
                                             : "only one photo can be used; a scene needs two or more",
                       "take photos of the same thing from several places", options.input);
     std::set<std::pair<int, int>> sizes_px;
-    for (const Photo& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
+    for (const InputPhoto& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
     CheckGivenCamera(options, sizes_px);
   }
 
@@ -207,7 +207,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     ReconstructSummary summary = SummaryFromJson(ReadText(options.scene / kSummaryFile));
     summary.reused = {"everything"};
     summary.colmap_seconds = 0;
-    summary.seconds = elapsed();
+    summary.seconds = watch.Seconds();
     sink.Message("nothing to do: the scene is up to date");
     return summary;
   }
@@ -230,9 +230,11 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   ReconstructOptions fitted = options;
   fitted.camera_yaml = given.yaml;
   fitted.masks = given.masks;
-  Scene scene = options.backend == Backend::kFactorization            ? Factorize(given.capture, fitted, given, work_folder, summary, sink)
-                : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, fitted, given, work_folder, colmap, summary, sink)
-                                                                     : Hold(given.capture, fitted, work_folder, colmap, summary, sink);
+  const ColmapJob job{fitted, work_folder, colmap, sink};
+  Scene scene = options.backend == Backend::kFactorization
+                    ? ReconstructByFactorization(given.capture, fitted, given, work_folder, summary, sink)
+                : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, given, job, summary)
+                                                                     : Hold(given.capture, job, summary);
   if (several_videos) {
     if (given.resampled) throw UsageError("several videos at once take a camera.yaml without skew and k3 only", "undistort the videos before");
     if (options.offsets_frames.empty()) RefineWithCameras(cameras, scene, sink);
@@ -252,7 +254,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();
-  summary.seconds = elapsed();
+  summary.seconds = watch.Seconds();
   if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
     summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 

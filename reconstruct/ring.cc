@@ -59,8 +59,8 @@ Rigid3 RingPose(const RingGeometry& ring, int index) {
 
 std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOptions& options, const std::filesystem::path& database, ProgressSink& sink) {
   const int n = static_cast<int>(capture.photos.size());
-  const Photo& first = capture.photos.front();
-  for (const Photo& photo : capture.photos)
+  const InputPhoto& first = capture.photos.front();
+  for (const InputPhoto& photo : capture.photos)
     if (photo.width_px != first.width_px || photo.height_px != first.height_px)
       throw DataError("the photos of a turntable have one size; these have several", "scale them to one size, or leave out --rig");
   // Neighbours up to three steps away overlap; the room's points move by less than this.

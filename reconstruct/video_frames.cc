@@ -52,8 +52,8 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
   return times;
 }
 
-Photo FramePhoto(int index, double time_s, int width_px, int height_px) {
-  Photo photo;
+InputPhoto FramePhoto(int index, double time_s, int width_px, int height_px) {
+  InputPhoto photo;
   photo.name = FrameName(index);
   photo.width_px = width_px;
   photo.height_px = height_px;
@@ -122,7 +122,7 @@ Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyfr
   std::set<int> have;
   fs::create_directories(folder);
   std::error_code ec;
-  for (const Photo& photo : keyframes.photos) {
+  for (const InputPhoto& photo : keyframes.photos) {
     have.insert(*photo.frame_index);
     fs::remove(folder / photo.name, ec);
     fs::create_hard_link(keyframes.folder / photo.name, folder / photo.name, ec);
@@ -133,7 +133,8 @@ Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyfr
   all.folder = folder;
   for (const auto& [index, time_s] : times)
     all.photos.push_back(FramePhoto(index, time_s, keyframes.photos.front().width_px, keyframes.photos.front().height_px));
-  std::sort(all.photos.begin(), all.photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
+  std::sort(all.photos.begin(), all.photos.end(),
+            [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return all;
 }
 

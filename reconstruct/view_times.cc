@@ -111,7 +111,7 @@ Capture WithTimes(const Capture& capture, const ReconstructOptions& options) {
   Capture timed = capture;
   timed.photos.clear();
   for (std::size_t i = 0; i < capture.photos.size(); ++i) {
-    Photo photo = capture.photos[i];
+    InputPhoto photo = capture.photos[i];
     if (match[i] < 0) {
       timed.unreadable.push_back({photo.name, "no time for it in " + options.times.filename().string(), "add it, or leave the photo out"});
       continue;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +15,7 @@
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
 #include "simulate/examples.h"
 #include "simulate/json_reader.h"
@@ -318,7 +318,7 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
 
 SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Source source = ReadSource(options);
   SceneDescription scene = ParseScene(source.text, source.name, source.folder);
   if (!options.at_file.empty()) scene = SceneAt(std::move(scene), options.at_file);
@@ -420,8 +420,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     if (!was_there) fs::remove(options.output, ignored);  // removes it only if it is empty
     throw;
   }
-  provenance.seconds = summary.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  provenance.seconds = summary.seconds = watch.Seconds();
   WriteProvenance(options.output, provenance);
   return summary;
 }

@@ -79,15 +79,11 @@ CameraDescription ParseCamera(const nlohmann::json& node, const ParseContext& co
     const bool fisheye = camera.model == CameraModel::kOpenCVFisheye;
     const double focal_px = 0.5 * camera.width_px / (fisheye ? half : std::tan(half));
     camera.params.assign(count, 0.0);
-    const bool one_focal = camera.model == CameraModel::kSimplePinhole || camera.model == CameraModel::kSimpleRadial ||
-                           camera.model == CameraModel::kRadial;
-    const std::size_t centre = one_focal ? 1 : 2;
-    camera.params[0] = camera.params[centre - 1] = focal_px;
-    camera.params[centre] = 0.5 * camera.width_px;
-    camera.params[centre + 1] = 0.5 * camera.height_px;
+    camera = camera.WithPinhole({focal_px, focal_px}, {0.5 * camera.width_px, 0.5 * camera.height_px});
     if (reader.Has("distortion")) {
-      const auto terms = reader.Numbers("distortion", count - centre - 2);
-      std::copy(terms.begin(), terms.end(), camera.params.begin() + static_cast<std::ptrdiff_t>(centre + 2));
+      const auto terms =
+          reader.Numbers("distortion", count - static_cast<std::size_t>(InfoOf(camera.model).FocalCount()) - 2);
+      std::copy(terms.begin(), terms.end(), camera.params.end() - static_cast<std::ptrdiff_t>(terms.size()));
     }
   }
   if (const auto wrong = Validate(camera)) reader.Fail(*wrong);

@@ -21,12 +21,6 @@ constexpr int kBlurSamples = 16;  // at least, under motion blur: steps of a six
 // One over the side of a square of samples, each at the middle of its cell: a box filter without grain.
 Vector2d SampleOffset(int sample, int side) { return {(sample % side + 0.5) / side, (sample / side + 0.5) / side}; }
 
-Camera Zoomed(Camera camera, double factor) {
-  const bool one_focal = camera.model == CameraModel::kSimplePinhole || camera.model == CameraModel::kSimpleRadial || camera.model == CameraModel::kRadial;
-  for (int i = 0; i < (one_focal ? 1 : 2); ++i) camera.params[static_cast<std::size_t>(i)] *= factor;
-  return camera;
-}
-
 // An order of sample times that has nothing to do with the samples' places in the pixel.
 double TimeShare(int sample, int samples) {
   return (static_cast<double>((sample * 7 + 3) % samples) + 0.5) / samples - 0.5;
@@ -70,7 +64,8 @@ TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
   TrueCamera camera;
   camera.camera = cameras_[static_cast<std::size_t>(view.camera)];
   const double zoom = ZoomAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame);
-  if (zoom != 1) camera.camera = Zoomed(camera.camera, zoom);
+  if (zoom != 1)
+    camera.camera = camera.camera.WithPinhole(zoom * camera.camera.FocalPx(), camera.camera.PrincipalPointPx());
   camera.skew_px = skews_px_[static_cast<std::size_t>(view.camera)];
   camera.cam_from_world = PoseAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame);
   if (scene_.effects.exposure_stops)

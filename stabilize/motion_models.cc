@@ -280,10 +280,13 @@ Sights Some(const FilmedScene& film, const StartFrame& start, int wanted_a_frame
   return sights;
 }
 
-// One round of the fit: weights by Huber at three times the median, then least squares. False where nothing usable came of it (p as it
-// was). `object`: vertigo's.
-bool FitRound(MotionModel model, const std::vector<double>& s, Sights& sights, const std::vector<Eigen::Vector4d>& object, int max_iterations,
-              std::vector<double>& p, int& iterations, double& cost) {
+struct RoundSummary {
+  bool usable = false;  // false: nothing came of it, p is as it was
+  int iterations = 0;
+};
+// One round of the fit: weights by Huber at three times the median, then least squares. `object`: vertigo's.
+RoundSummary FitRound(MotionModel model, const std::vector<double>& s, Sights& sights,
+                      const std::vector<Eigen::Vector4d>& object, int max_iterations, std::vector<double>& p) {
   CheckInterrupted();
   std::vector<double> errors;
   for (std::size_t t = 0; t < s.size(); ++t) {
@@ -325,11 +328,10 @@ bool FitRound(MotionModel model, const std::vector<double>& s, Sights& sights, c
   const std::vector<double> before = p;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
-  iterations += static_cast<int>(summary.iterations.size());
-  cost = summary.final_cost;
-  if (summary.IsSolutionUsable() && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) return true;
-  p = before;
-  return false;
+  const bool usable =
+      summary.IsSolutionUsable() && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); });
+  if (!usable) p = before;
+  return {usable, static_cast<int>(summary.iterations.size())};
 }
 
 // The start that a coarse fit brings nearest to the sights.
@@ -342,14 +344,15 @@ std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, 
   for (std::vector<double> p : starts) {
     Sights sights = all;
     std::size_t count = 0, kept = 0;
-    double cost = 0;
     for (std::size_t t = 0; t < s.size(); ++t)
       for (const WeighedSight& sight : sights[t]) {
         ++count;
         kept += MatrixAt(MotionModel::kCircular, p.data(), s[t]).row(2).dot(sight.X) > 1e-6 ? 1 : 0;
       }
     if (kept * 5 < count * 4) continue;  // what was seen lies behind
-    if (!FitRound(MotionModel::kCircular, s, sights, {}, kIterations, p, iterations, cost)) continue;
+    const RoundSummary coarse = FitRound(MotionModel::kCircular, s, sights, {}, kIterations, p);
+    iterations += coarse.iterations;
+    if (!coarse.usable) continue;
     std::vector<double> errors;
     for (std::size_t t = 0; t < s.size(); ++t)
       for (const WeighedSight& sight : all[t]) errors.push_back(ErrorOf(MotionModel::kCircular, p.data(), s[t], sight));
@@ -406,18 +409,20 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
   ModelFit fit;
   std::vector<double> p = model == MotionModel::kCircular ? BestStart(film, start, s, StartsCircular(film, start, s), fit.iterations) : StartLinear(film, start, s, model, object);
   Sights sights = Some(film, start, std::min(options.sights_per_frame, std::max(kFewestSights, kMostSights / static_cast<int>(n))));
-  for (int round = 0; round < options.rounds; ++round) {
-    double cost = 0;
-    if (!FitRound(model, s, sights, object, options.max_iterations, p, fit.iterations, cost)) break;
-  }
+  const auto fit_rounds = [&](MotionModel of, Sights& at, std::vector<double>& q) {
+    RoundSummary done{true, 0};
+    for (int round = 0; round < options.rounds && done.usable; ++round) {
+      done = FitRound(of, s, at, object, options.max_iterations, q);
+      fit.iterations += done.iterations;
+    }
+  };
+  fit_rounds(model, sights, p);
   if (model == MotionModel::kCircular) {
     // An arc is told from a line only by what it departs from one, and the shake has to be less than that: an F test with as many
     // independent samples as the shake has.
     std::vector<double> line = StartLinear(film, start, s, MotionModel::kLinear, object);
     Sights of_line = sights;
-    double cost = 0;
-    for (int round = 0; round < options.rounds; ++round)
-      if (!FitRound(MotionModel::kLinear, s, of_line, {}, options.max_iterations, line, fit.iterations, cost)) break;
+    fit_rounds(MotionModel::kLinear, of_line, line);
     std::vector<Eigen::Vector2d> off(n, Eigen::Vector2d::Zero());
     double left = 0, left_of_line = 0;
     std::size_t sightings = 0;

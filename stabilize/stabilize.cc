@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "scene/geometry/constants.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -23,7 +24,9 @@ constexpr double kBorderShare = 0.5;      // of a border point, whose depth is e
 constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
 constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing ...
-constexpr double kMostMissing = 0.04;     // ... at most so much in a round (five times the weight, half as much again for the cutoff), unless a tenth is missing
+constexpr double kMostMissing =
+    0.04;  // ... at most so much in a round (five times the weight, half as much again for the cutoff) ...
+constexpr double kMuchMissing = 0.1;      // ... unless a tenth is missing: then so much
 constexpr double kGuessedShare = 0.1;     // of a border point there: each scene extends its own depths
 constexpr double kSeamCutoff_hz = 3;      // what leads from the path before to this one is slower: faster is how unsure the two are of it
 constexpr double kMostStep = 0.5;         // units that an image may move from one frame to the next ...
@@ -192,47 +195,6 @@ class PathBefore {
   std::optional<WorldMap> map_;
 };
 
-// P, led over from the path before: a matrix each whose images go where that path put the frame's pixels, then from there to P's own.
-// What leads over is slow; P's own bends stay.
-std::vector<Matrix34d> LedOver(const std::vector<Matrix34d>& P, const std::vector<Matrix34d>& original, const std::vector<const MatrixKey*>& shown, const PathBefore& earlier, const Seam& seam,
-                               const FilmedScene& film, const std::vector<double>& times, const std::vector<std::vector<WantedPoint>>& points) {
-  const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
-  const std::size_t n = std::min(P.size(), static_cast<std::size_t>(seam.end) + 2);  // two of its own, held: what leads over ends smoothly
-  std::vector<WantedFrame> wanted(n);
-  PathProblemOptions problem;
-  problem.smoothness = SmoothnessOf(kSeamCutoff_hz, film.fps);
-  problem.times.assign(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(n));
-  for (std::size_t t = 0; t < n; ++t) {
-    WantedFrame& frame = wanted[t];
-    const double share = SeamShare(static_cast<int>(t), seam);
-    frame.held = share >= 1;
-    frame.weight = share >= 1 || shown[t] ? 1 : 0;
-    for (WantedPoint point : points[t]) {
-      const auto filmed = ImageOf(original[t], point.X), own = ImageOf(P[t], point.X);
-      if (!filmed || !own) continue;
-      point.y = *own;
-      if (share < 1 && shown[t]) {
-        const auto to = earlier.Of(t, point.X, *filmed * film.px_per_unit() + middle_px);
-        if (!to) continue;
-        point.y = share * *own + (1 - share) * (to->to_px - middle_px) / film.px_per_unit();
-        point.share *= point.share < 1 ? kGuessedShare : to->sureness;
-      }
-      Eigen::Vector2d bend(0, 0);
-      if (t > 0 && t + 1 < n) {
-        const auto a = ImageOf(P[t - 1], point.X), c = ImageOf(P[t + 1], point.X);
-        const auto [before, at, after] = SecondDifference(problem.times, t);
-        if (a && c) bend = before * *a + at * *own + after * *c;
-      }
-      frame.points.push_back(point);
-      frame.bend.push_back(bend);
-    }
-  }
-  std::vector<Matrix34d> led(P.begin(), P.begin() + static_cast<std::ptrdiff_t>(n));
-  SolvePathProblem(wanted, problem, led);
-  led.insert(led.end(), P.begin() + static_cast<std::ptrdiff_t>(n), P.end());
-  return led;
-}
-
 // Of what a frame sees where `px` says, within the box: what shows beside the object in it lies behind; nearer than most is the object.
 template <typename Place>
 std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& frame, const std::vector<double>& box_px, const Place& px) {
@@ -289,6 +251,290 @@ std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeO
   return NearestIn(film, frame, options.object_px, [&](const SightOfPoint& s) { return std::optional(px(s)); });
 }
 
+// One path: what the film does, what is wanted of it, and rounds of fitting matrices to that.
+class PathMaker {
+ public:
+  PathMaker(const FilmedScene& film, const StabilizeOptions& options, StabilizeReport& report)
+      : film_(film),
+        o_(options),
+        report_(report),
+        n_(film.frames.size()),
+        smooth_(options.model == MotionModel::kSmooth) {
+    report.model = options.model;
+    report.frames = static_cast<int>(n_);
+    report.points = static_cast<int>(film.X.size());
+    report.homographies = film.one_centre;
+    for (const FilmedFrame& frame : film.frames) original_.push_back(frame.P);
+    FindShown();
+    if (!smooth_) FitMotion();
+    ChoosePoints();
+    problem_.smoothness = SmoothnessOf(o_.cutoff_hz, film.fps);
+    for (const FilmedFrame& frame : film.frames)
+      problem_.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
+    // Frames that this path shows, or has a share in: it rises from the seam's beginning to its end, as the next
+    // window's does where this one ends.
+    anchors_ = std::min(o_.anchors, static_cast<int>(n_));
+    last_seam_ = SeamOf(anchors_, o_.half_window);
+    report.first_shown = seam_.begin;
+    report.last_shown = static_cast<int>(n_) - 1 - (anchors_ - last_seam_.begin);
+    if (smooth_) steady_ = SteadyMotion(film, problem_.times, 1 / o_.cutoff_hz);
+    P_ = smooth_ ? original_ : model_.P;
+    follow_.assign(n_, smooth_ ? 1.0 : 0.0);
+    log_follow_.assign(n_, 0.0);
+  }
+
+  MatrixPath Make(ProgressSink& progress) {
+    const PathBefore earlier(film_, shown_, points_);
+    std::vector<Matrix34d> led;
+    Progress steps(progress, "path", o_.iterations + 1);
+    for (int round = 0;; ++round) {
+      Solve();
+      led = P_;
+      if (overlap_ > 0) LeadOver(earlier, led);
+      steps.Step();
+      scales_ = ViewScales(film_, led, {o_.half_window, 0.2});
+      if (round >= o_.iterations || !PullTowardsCamera()) break;
+    }
+    P_ = std::move(led);
+    for (std::size_t t = 0; t < n_; ++t) report_.followed_frames += log_follow_[t] > std::log(2.0) ? 1 : 0;
+    report_.view_scale = 1;
+    for (int t = std::max(0, report_.first_shown); t <= report_.last_shown; ++t)
+      report_.view_scale = std::min(report_.view_scale, scales_[static_cast<std::size_t>(t)]);
+    report_.shake_before_px = ShakePx(film_, original_);
+    report_.shake_after_px = ShakePx(film_, P_);
+    return Path();
+  }
+
+ private:
+  // Where the path before this one put the frames that both have.
+  void FindShown() {
+    shown_.assign(n_, nullptr);
+    if (o_.before) {
+      std::map<std::string, const MatrixKey*> by_name;
+      for (const MatrixKey& key : o_.before->keys)
+        if (!key.anchors.empty()) by_name[key.view] = &key;
+      for (std::size_t t = 0; t < n_; ++t)
+        if (const auto it = by_name.find(film_.frames[t].name); it != by_name.end()) {
+          shown_[t] = it->second;
+          overlap_ = static_cast<int>(t) + 1;
+        }
+      if (overlap_ == 0)
+        throw DataError("the path to go on from has anchors for none of the scene's frames",
+                        "make it with --anchors N, N the frames that both have");
+      report_.joined_frames = overlap_;
+    }
+    seam_ = SeamOf(overlap_, o_.half_window);
+  }
+
+  void FitMotion() {
+    if (o_.model == MotionModel::kVertigo) {
+      // An object that the path before has kept is where it kept it.
+      const auto seam = static_cast<std::size_t>(seam_.begin);
+      if (overlap_ > 0 && shown_[seam] && !o_.before->object_px.empty())
+        fit_.object = NearestIn(film_, film_.frames[seam], o_.before->object_px,
+                                [&](const SightOfPoint& s) -> std::optional<Eigen::Vector2d> {
+                                  const auto to = Moved(shown_[seam]->anchors, Pixel(s.x));
+                                  return to ? std::optional(to->to_px) : std::nullopt;
+                                });
+      else
+        fit_.object = ObjectPoints(film_, o_);
+    }
+    model_ = FitModel(film_, o_.model, fit_);
+    report_.model_rms_px = model_.rms * film_.px_per_unit();
+    report_.turn_deg = model_.turn_rad * kDegPerRad;
+    if (model_.focus_of_expansion) {
+      Eigen::Vector3d e = *model_.focus_of_expansion;
+      e.head<2>() = film_.px_per_unit() * e.head<2>() + 0.5 * e.z() * film_.size_px.cast<double>();
+      report_.focus_of_expansion_px = e;
+    }
+  }
+
+  void ChoosePoints() {
+    points_.resize(n_);
+    for (std::size_t t = 0; t < n_; ++t) {
+      points_[t] = PointsOf(film_, film_.frames[t], o_.points);
+      // A depth that is wrong, or extended to where nothing is, may lie at the next frame's principal plane: one such
+      // image outweighs all others.
+      std::erase_if(points_[t], [&](const WantedPoint& point) {
+        const auto here = ImageOf(original_[t], point.X);
+        for (const std::size_t s : {t - 1, t + 1}) {
+          if (s >= n_ || std::abs(film_.frames[s].time_s - film_.frames[t].time_s) * film_.fps > kNextFrames) continue;
+          const auto there = ImageOf(original_[s], point.X);
+          if (!here || !there || (*there - *here).norm() > kMostStep) return true;
+        }
+        return false;
+      });
+      AddDepths(film_, film_.frames[t], points_[t]);
+    }
+  }
+
+  Eigen::Vector2d Pixel(const Eigen::Vector2d& x) const {
+    return x * film_.px_per_unit() + 0.5 * film_.size_px.cast<double>();
+  }
+
+  // What the path of a point's images bends at frame t, from images at the frames before and after it; 0 where one is
+  // behind.
+  Eigen::Vector2d Bend(std::size_t t, const std::optional<Eigen::Vector2d>& a, const std::optional<Eigen::Vector2d>& b,
+                       const std::optional<Eigen::Vector2d>& c) const {
+    const auto [before, at, after] = SecondDifference(problem_.times, t);
+    return a && b && c ? Eigen::Vector2d(before * *a + at * *b + after * *c) : Eigen::Vector2d::Zero();
+  }
+  Eigen::Vector2d WantedBend(std::size_t t, const Eigen::Vector4d& X, const Eigen::Vector2d& meant) const {
+    if (t == 0 || t + 1 >= n_) return Eigen::Vector2d::Zero();
+    if (!smooth_) return Bend(t, ImageOf(model_.P[t - 1], X), meant, ImageOf(model_.P[t + 1], X));
+    // A steady turn bends the images of all points, in the same way everywhere in the picture: that is no shake.
+    const Eigen::Matrix4d& W = steady_[t];
+    const double to = problem_.times[t + 1] - problem_.times[t], from = problem_.times[t - 1] - problem_.times[t];
+    const Eigen::Vector4d first = W * X, second = 0.5 * W * first;
+    return Bend(t, ImageOf(P_[t], X + from * first + from * from * second), ImageOf(P_[t], X),
+                ImageOf(P_[t], X + to * first + to * to * second));
+  }
+
+  WantedFrame Wanted(std::size_t t) const {
+    WantedFrame frame;
+    const double of_model = smooth_ ? 0 : 1;
+    frame.weight = of_model + follow_[t];
+    if (smooth_) {  // a model's path has its own centres, and its own pictures
+      frame.parallax = follow_[t];
+      frame.alike = problem_.smoothness / SmoothnessOf(std::max(o_.cutoff_hz, o_.similar_hz), film_.fps);
+    }
+    for (WantedPoint point : points_[t]) {
+      const auto filmed = ImageOf(original_[t], point.X);
+      const auto meant = smooth_ ? filmed : ImageOf(model_.P[t], point.X);
+      if (!filmed || !meant) continue;
+      point.filmed = *filmed;
+      point.y = (of_model * *meant + follow_[t] * *filmed) / (of_model + follow_[t]);
+      frame.bend.push_back(WantedBend(t, point.X, *meant));
+      frame.points.push_back(point);
+    }
+    return frame;
+  }
+
+  void Solve() {
+    if (!smooth_ && std::all_of(follow_.begin(), follow_.end(), [](double f) { return f == 0; }))
+      return;  // the model's path itself
+    std::vector<WantedFrame> wanted;
+    for (std::size_t t = 0; t < n_; ++t) wanted.push_back(Wanted(t));
+    report_.iterations += SolvePathProblem(wanted, problem_, P_).iterations;
+    StripCentre(P_);
+  }
+
+  void StripCentre(std::vector<Matrix34d>& matrices) const {
+    if (!film_.one_centre)
+      return;  // no point told of this direction: what a solver's damping moved along it was nothing
+    const Eigen::Vector4d centre = CentreOfProjection(original_.front());
+    for (Matrix34d& p : matrices) p -= (p * centre) * centre.transpose();
+  }
+
+  // P, led over from the path before: a matrix each whose images go where that path put the frame's pixels, then from
+  // there to P's own. What leads over is slow; P's own bends stay.
+  void LeadOver(const PathBefore& earlier, std::vector<Matrix34d>& P) const {
+    const std::size_t n =
+        std::min(n_, static_cast<std::size_t>(seam_.end) + 2);  // two of its own, held: what leads over ends smoothly
+    std::vector<WantedFrame> wanted(n);
+    PathProblemOptions problem;
+    problem.smoothness = SmoothnessOf(kSeamCutoff_hz, film_.fps);
+    problem.times.assign(problem_.times.begin(), problem_.times.begin() + static_cast<std::ptrdiff_t>(n));
+    for (std::size_t t = 0; t < n; ++t) {
+      WantedFrame& frame = wanted[t];
+      const double share = SeamShare(static_cast<int>(t), seam_);
+      frame.held = share >= 1;
+      frame.weight = share >= 1 || shown_[t] ? 1 : 0;
+      for (WantedPoint point : points_[t]) {
+        const auto filmed = ImageOf(original_[t], point.X), own = ImageOf(P[t], point.X);
+        if (!filmed || !own) continue;
+        point.y = *own;
+        if (share < 1 && shown_[t]) {
+          const auto to = earlier.Of(t, point.X, Pixel(*filmed));
+          if (!to) continue;
+          point.y = share * *own + (1 - share) * (to->to_px - Pixel(Eigen::Vector2d::Zero())) / film_.px_per_unit();
+          point.share *= point.share < 1 ? kGuessedShare : to->sureness;
+        }
+        const bool inner = t > 0 && t + 1 < n;
+        frame.bend.push_back(inner ? Bend(t, ImageOf(P[t - 1], point.X), own, ImageOf(P[t + 1], point.X))
+                                   : Eigen::Vector2d::Zero().eval());
+        frame.points.push_back(point);
+      }
+    }
+    std::vector<Matrix34d> led(P.begin(), P.begin() + static_cast<std::ptrdiff_t>(n));
+    SolvePathProblem(wanted, problem, led);
+    std::copy(led.begin(), led.end(), P.begin());
+    StripCentre(P);
+  }
+
+  // Frames that miss something pull the path towards the camera, their neighbours with them. Whether any does.
+  bool PullTowardsCamera() {
+    std::vector<double> more(n_, 0.0);
+    bool any = false;
+    const int reach = std::max(1, static_cast<int>(std::ceil(2 * kSpread_s * film_.fps)));
+    for (std::size_t t = 0; t < n_; ++t) {
+      const double missing = o_.min_scale - scales_[t];
+      const bool own = static_cast<int>(t) >= report_.first_shown &&
+                       static_cast<int>(t) < static_cast<int>(n_) - (anchors_ - last_seam_.end);
+      if (missing <= kScaleSlack || !own) continue;
+      any = true;
+      for (int d = -reach; d <= reach; ++d) {
+        const auto at =
+            static_cast<std::size_t>(static_cast<std::ptrdiff_t>(t) + d);  // before the first: beyond the last
+        if (at >= n_) continue;
+        const double u = d / (kSpread_s * film_.fps);
+        more[at] = std::max(more[at], (missing > kMuchMissing ? kMuchMissing : std::min(missing, kMostMissing)) *
+                                          std::exp(-0.5 * u * u));
+      }
+    }
+    for (std::size_t t = 0; any && t < n_; ++t) {
+      log_follow_[t] += kGain * more[t];
+      follow_[t] = smooth_ ? std::exp(log_follow_[t]) : std::expm1(log_follow_[t]);
+    }
+    return any;
+  }
+
+  MatrixPath Path() const {
+    MatrixPath path;
+    path.fps = film_.fps;
+    path.width_px = film_.size_px.x();
+    path.height_px = film_.size_px.y();
+    path.model = Name(o_.model);
+    path.view_scale = report_.view_scale;
+    path.cropped = o_.crop;
+    if (o_.model == MotionModel::kVertigo && anchors_ > 0)
+      path.object_px = BoxOf(film_, fit_.object, P_[n_ - static_cast<std::size_t>(anchors_ - last_seam_.begin)]);
+    for (std::size_t t = 0; t < n_; ++t) {
+      MatrixKey key;
+      key.time_s = film_.frames[t].time_s;
+      key.view = film_.frames[t].name;
+      key.view_scale = scales_[t];
+      key.P = film_.InPixels(o_.crop ? CroppedTo(P_[t], report_.view_scale) : P_[t]);
+      if (t + static_cast<std::size_t>(anchors_) >= n_)
+        for (const WantedPoint& point : PointsOf(film_, film_.frames[t], kMostAnchors)) {
+          const auto from = ImageOf(original_[t], point.X), to = ImageOf(P_[t], point.X);
+          if (from && to) key.anchors.push_back({Pixel(*from), Pixel(*to)});
+        }
+      if (!key.anchors.empty() && !film_.one_centre) key.filmed = original_[t], key.steady = P_[t];
+      path.keys.push_back(std::move(key));
+    }
+    return path;
+  }
+
+  const FilmedScene& film_;
+  const StabilizeOptions& o_;
+  StabilizeReport& report_;
+  const std::size_t n_;
+  const bool smooth_;
+  std::vector<Matrix34d> original_;
+  std::vector<const MatrixKey*> shown_;  // by the path before, a frame each; null: not
+  int overlap_ = 0, anchors_ = 0;        // frames in common with the path before, and with the one after
+  Seam seam_, last_seam_;
+  ModelFitOptions fit_;
+  ModelFit model_;
+  std::vector<std::vector<WantedPoint>> points_;
+  PathProblemOptions problem_;
+  std::vector<Eigen::Matrix4d> steady_;  // of a smooth path
+  std::vector<Matrix34d> P_;
+  std::vector<double> follow_, log_follow_,
+      scales_;  // a frame each: its pull towards the camera; the share of its picture that is known
+};
+
 }  // namespace
 
 Seam SeamOf(int overlap, int half_window) {
@@ -302,201 +548,16 @@ std::string Validate(const StabilizeOptions& o) {
   if (!(o.min_scale >= 0.2 && o.min_scale <= 1)) return "--min-scale is 0.2 to 1";
   if (o.half_window < 0 || o.half_window > 1000) return "--window is 1 to 2001 frames, odd";
   if (o.iterations < 0 || o.points < 8 || o.anchors < 0) return "--iterations is 0 and more, --points 8 and more";
-  if (!o.object_px.empty() && (o.object_px.size() != 4 || !(o.object_px[2] > 0) || !(o.object_px[3] > 0))) return "--object is X,Y,WIDTH,HEIGHT in pixels";
+  if (!o.object_px.empty() && (o.object_px.size() != 4 || !(o.object_px[2] > 0) || !(o.object_px[3] > 0)))
+    return "--object is X,Y,WIDTH,HEIGHT in pixels";
   if (o.fps && !(*o.fps > 0)) return "--fps is positive";
   return {};
 }
 
-MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, StabilizeReport& report, ProgressSink& progress) {
+MatrixPath Stabilize(const FilmedScene& film, const StabilizeOptions& options, StabilizeReport& report,
+                     ProgressSink& progress) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  const std::size_t n = film.frames.size();
-  report.model = options.model;
-  report.frames = static_cast<int>(n);
-  report.points = static_cast<int>(film.X.size());
-  report.homographies = film.one_centre;
-
-  std::vector<Matrix34d> original;
-  for (const FilmedFrame& frame : film.frames) original.push_back(frame.P);
-  // Where the path before this one put the frames that both have.
-  std::vector<const MatrixKey*> shown(n, nullptr);
-  int overlap = 0;
-  if (options.before) {
-    std::map<std::string, const MatrixKey*> by_name;
-    for (const MatrixKey& key : options.before->keys)
-      if (!key.anchors.empty()) by_name[key.view] = &key;
-    for (std::size_t t = 0; t < n; ++t)
-      if (const auto it = by_name.find(film.frames[t].name); it != by_name.end()) {
-        shown[t] = it->second;
-        overlap = static_cast<int>(t) + 1;
-      }
-    if (overlap == 0) throw DataError("the path to go on from has anchors for none of the scene's frames", "make it with --anchors N, N the frames that both have");
-    report.joined_frames = overlap;
-  }
-
-  ModelFit model;
-  ModelFitOptions fit;
-  if (options.model != MotionModel::kSmooth) {
-    if (options.model == MotionModel::kVertigo) {
-      // An object that the path before has kept is where it kept it.
-      const auto seam = static_cast<std::size_t>(SeamOf(overlap, options.half_window).begin);
-      if (overlap > 0 && shown[seam] && !options.before->object_px.empty())
-        fit.object = NearestIn(film, film.frames[seam], options.before->object_px, [&](const SightOfPoint& s) -> std::optional<Eigen::Vector2d> {
-          const auto to = Moved(shown[seam]->anchors, s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>());
-          return to ? std::optional(to->to_px) : std::nullopt;
-        });
-      else
-        fit.object = ObjectPoints(film, options);
-    }
-    model = FitModel(film, options.model, fit);
-    report.model_rms_px = model.rms * film.px_per_unit();
-    report.turn_deg = model.turn_rad * 180 / std::numbers::pi;
-    if (model.focus_of_expansion) {
-      Eigen::Vector3d e = *model.focus_of_expansion;
-      e.head<2>() = film.px_per_unit() * e.head<2>() + 0.5 * e.z() * film.size_px.cast<double>();
-      report.focus_of_expansion_px = e;
-    }
-  }
-
-  const double smoothness = SmoothnessOf(options.cutoff_hz, film.fps);
-  const bool smooth = options.model == MotionModel::kSmooth;
-  std::vector<std::vector<WantedPoint>> points(n);
-  for (std::size_t t = 0; t < n; ++t) {
-    points[t] = PointsOf(film, film.frames[t], options.points);
-    // A depth that is wrong, or extended to where nothing is, may lie at the next frame's principal plane: one such image outweighs all others.
-    std::erase_if(points[t], [&](const WantedPoint& point) {
-      const auto here = ImageOf(original[t], point.X);
-      for (const std::size_t s : {t - 1, t + 1}) {
-        if (s >= n || std::abs(film.frames[s].time_s - film.frames[t].time_s) * film.fps > kNextFrames) continue;
-        const auto there = ImageOf(original[s], point.X);
-        if (!here || !there || (*there - *here).norm() > kMostStep) return true;
-      }
-      return false;
-    });
-    AddDepths(film, film.frames[t], points[t]);
-  }
-  const Eigen::Vector2d middle_px = 0.5 * film.size_px.cast<double>();
-
-  PathProblemOptions problem;
-  problem.smoothness = smoothness;
-  for (const FilmedFrame& frame : film.frames) problem.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
-  // Frames that this path shows, or has a share in: it rises from the seam's beginning to its end, as the next window's does where this one ends.
-  const int anchors = std::min(options.anchors, static_cast<int>(n));
-  const Seam first_seam = SeamOf(overlap, options.half_window), last_seam = SeamOf(anchors, options.half_window);
-  report.first_shown = first_seam.begin;
-  report.last_shown = static_cast<int>(n) - 1 - (anchors - last_seam.begin);
-  const auto own = [&](std::size_t t) { return static_cast<int>(t) >= report.first_shown && static_cast<int>(t) < static_cast<int>(n) - (anchors - last_seam.end); };
-  const auto strip = [&](std::vector<Matrix34d>& matrices) {
-    if (!film.one_centre) return;  // no point told of this direction: what a solver's damping moved along it was nothing
-    const Eigen::Vector4d centre = CentreOfProjection(original.front());
-    for (Matrix34d& p : matrices) p -= (p * centre) * centre.transpose();
-  };
-  const PathBefore earlier(film, shown, points);
-  std::vector<Matrix34d> P = smooth ? original : model.P, led;
-  const std::vector<Eigen::Matrix4d> steady = smooth ? SteadyMotion(film, problem.times, 1 / options.cutoff_hz) : std::vector<Eigen::Matrix4d>();
-  std::vector<double> follow(n, smooth ? 1.0 : 0.0), scales;
-  Progress steps(progress, "path", options.iterations + 1);
-  std::vector<double> log_follow(n, 0.0);
-  for (int round = 0;; ++round) {
-    const bool exact = !smooth && std::all_of(follow.begin(), follow.end(), [](double f) { return f == 0; });
-    if (!exact) {
-      std::vector<WantedFrame> wanted(n);
-      for (std::size_t t = 0; t < n; ++t) {
-        WantedFrame& frame = wanted[t];
-        const double of_model = smooth ? 0 : 1;
-        frame.weight = of_model + follow[t];
-        if (smooth) {  // a model's path has its own centres, and its own pictures
-          frame.parallax = follow[t];
-          frame.alike = smoothness / SmoothnessOf(std::max(options.cutoff_hz, options.similar_hz), film.fps);
-        }
-        for (WantedPoint point : points[t]) {
-          const auto filmed = ImageOf(original[t], point.X);
-          const auto meant = smooth ? filmed : ImageOf(model.P[t], point.X);
-          if (!filmed || !meant) continue;
-          point.filmed = *filmed;
-          point.y = (of_model * *meant + follow[t] * *filmed) / (of_model + follow[t]);
-          Eigen::Vector2d bend(0, 0);
-          if (smooth && t > 0 && t + 1 < n) {
-            // A steady turn bends the images of all points, in the same way everywhere in the picture: that is no shake.
-            const Eigen::Matrix4d& W = steady[t];
-            const double to = problem.times[t + 1] - problem.times[t], from = problem.times[t - 1] - problem.times[t];
-            const Eigen::Vector4d first = W * point.X, second = 0.5 * W * first;
-            const auto a = ImageOf(P[t], point.X + from * first + from * from * second), b = ImageOf(P[t], point.X), c = ImageOf(P[t], point.X + to * first + to * to * second);
-            const auto [before, at, after] = SecondDifference(problem.times, t);
-            if (a && b && c) bend = before * *a + at * *b + after * *c;
-          } else if (t > 0 && t + 1 < n) {
-            const auto a = ImageOf(model.P[t - 1], point.X), c = ImageOf(model.P[t + 1], point.X);
-            const auto [before, at, after] = SecondDifference(problem.times, t);
-            if (a && c) bend = before * *a + at * *meant + after * *c;
-          }
-          frame.points.push_back(point);
-          frame.bend.push_back(bend);
-        }
-      }
-      const PathProblemSummary solved = SolvePathProblem(wanted, problem, P);
-      report.iterations += solved.iterations;
-      strip(P);
-    }
-    led = P;
-    if (overlap > 0) {
-      led = LedOver(P, original, shown, earlier, first_seam, film, problem.times, points);
-      strip(led);
-    }
-    steps.Step();
-    scales = ViewScales(film, led, {options.half_window, 0.2});
-    if (round >= options.iterations) break;
-    // Frames that miss something pull the path towards the camera, their neighbours with them.
-    std::vector<double> more(n, 0.0);
-    bool any = false;
-    const int reach = std::max(1, static_cast<int>(std::ceil(2 * kSpread_s * film.fps)));
-    for (std::size_t t = 0; t < n; ++t) {
-      const double missing = options.min_scale - scales[t];
-      if (missing <= kScaleSlack || !own(t)) continue;
-      any = true;
-      for (int d = -reach; d <= reach; ++d) {
-        const auto at = static_cast<std::ptrdiff_t>(t) + d;
-        if (at < 0 || at >= static_cast<std::ptrdiff_t>(n)) continue;
-        const double u = d / (kSpread_s * film.fps);
-        more[static_cast<std::size_t>(at)] = std::max(more[static_cast<std::size_t>(at)], (missing > 0.1 ? 0.1 : std::min(missing, kMostMissing)) * std::exp(-0.5 * u * u));
-      }
-    }
-    if (!any) break;
-    for (std::size_t t = 0; t < n; ++t) {
-      log_follow[t] += kGain * more[t];
-      follow[t] = smooth ? std::exp(log_follow[t]) : std::expm1(log_follow[t]);
-    }
-  }
-  for (std::size_t t = 0; t < n; ++t) report.followed_frames += log_follow[t] > std::log(2.0) ? 1 : 0;
-
-  report.view_scale = 1;
-  for (std::size_t t = 0; t < n; ++t)
-    if (static_cast<int>(t) >= report.first_shown && static_cast<int>(t) <= report.last_shown) report.view_scale = std::min(report.view_scale, scales[t]);
-  P = std::move(led);
-  report.shake_before_px = ShakePx(film, original);
-  report.shake_after_px = ShakePx(film, P);
-
-  MatrixPath path;
-  path.fps = film.fps;
-  path.width_px = film.size_px.x();
-  path.height_px = film.size_px.y();
-  path.model = Name(options.model);
-  path.view_scale = report.view_scale;
-  path.cropped = options.crop;
-  if (options.model == MotionModel::kVertigo && anchors > 0) path.object_px = BoxOf(film, fit.object, P[n - static_cast<std::size_t>(anchors - last_seam.begin)]);
-  for (std::size_t t = 0; t < n; ++t) {
-    MatrixKey key;
-    key.time_s = film.frames[t].time_s;
-    key.view = film.frames[t].name;
-    key.view_scale = scales[t];
-    key.P = film.InPixels(options.crop ? CroppedTo(P[t], report.view_scale) : P[t]);
-    if (t + static_cast<std::size_t>(anchors) >= n)
-      for (const WantedPoint& point : PointsOf(film, film.frames[t], kMostAnchors)) {
-        const auto from = ImageOf(original[t], point.X), to = ImageOf(P[t], point.X);
-        if (from && to) key.anchors.push_back({*from * film.px_per_unit() + middle_px, *to * film.px_per_unit() + middle_px});
-      }
-    if (!key.anchors.empty() && !film.one_centre) key.filmed = original[t], key.steady = P[t];
-    path.keys.push_back(std::move(key));
-  }
-  return path;
+  return PathMaker(film, options, report).Make(progress);
 }
 
 }  // namespace lumi

@@ -1,9 +1,13 @@
 #include "stabilize/world_map.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/levenberg_marquardt.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -13,8 +17,27 @@ constexpr double kHuber = 2.5;      // of the median distance
 constexpr double kLeastHuber = 1e-6;
 constexpr double kInFront = 1e-9;
 
-using Row16 = Eigen::Matrix<double, 1, 16>;
-using Matrix16 = Eigen::Matrix<double, 16, 16>;
+using Vector16 = Eigen::Matrix<double, 16, 1>;
+
+// A point of b's world in front of b's camera, where b's picture shows it, and a's camera of the same frame.
+struct SeenByBoth {
+  const Matrix34d* P_a;
+  Eigen::Vector4d X;
+  Eigen::Vector2d x;
+};
+
+// The image in a's camera, w > 0; a_from_b by columns.
+std::optional<Eigen::Vector3d> InFrontOfA(const SeenByBoth& s, const Vector16& a_from_b) {
+  const Eigen::Vector3d q = *s.P_a * (Eigen::Map<const Eigen::Matrix4d>(a_from_b.data()) * s.X);
+  return q.z() > kInFront * q.norm() ? std::optional(q) : std::nullopt;
+}
+
+std::vector<double> Distances(const std::vector<SeenByBoth>& seen, const Vector16& a_from_b) {
+  std::vector<double> distances;
+  for (const SeenByBoth& s : seen)
+    if (const auto q = InFrontOfA(s, a_from_b)) distances.push_back((q->hnormalized() - s.x).norm());
+  return distances;
+}
 
 // P_a G and P_b have one direction: of (I - b b^T) vec(P_a G) the least.
 Eigen::Matrix4d FromCameras(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b) {
@@ -42,63 +65,48 @@ std::optional<WorldMap> MapBetweenWorlds(const std::vector<Matrix34d>& a, const 
     for (const Eigen::Vector4d& X : points_b[t]) (a[t].row(2) * map.a_from_b * X > 0 ? ahead : behind) += 1;
   if (behind > ahead) map.a_from_b = -map.a_from_b;
 
-  struct State {
-    double cost = 0, rms = 0;
-    long count = 0;
-    Matrix16 N = Matrix16::Zero();
-    Eigen::Matrix<double, 16, 1> right = Eigen::Matrix<double, 16, 1>::Zero();
-  };
+  std::vector<SeenByBoth> seen;
+  for (std::size_t t = 0; t < a.size(); ++t)
+    for (const Eigen::Vector4d& X : points_b[t])
+      if (const Eigen::Vector3d x = b[t] * X; x.z() > kInFront) seen.push_back({&a[t], X, x.hnormalized()});
+  Vector16 g = Eigen::Map<const Vector16>(map.a_from_b.data());
   double huber = 0;
-  const auto look = [&](const Eigen::Matrix4d& G, bool scale) {
-    State state;
-    std::vector<double> distances;
-    for (int pass = scale ? 0 : 1; pass < 2; ++pass) {
-      for (std::size_t t = 0; t < a.size(); ++t)
-        for (const Eigen::Vector4d& X : points_b[t]) {
-          const Eigen::Vector3d q = a[t] * (G * X), x = b[t] * X;
-          if (!(q.z() > kInFront * q.norm()) || !(x.z() > kInFront)) continue;
-          const Eigen::Vector2d y = q.head<2>() / q.z(), off = y - x.head<2>() / x.z();
-          const double distance = off.norm();
-          if (pass == 0) {
-            distances.push_back(distance);
-            continue;
-          }
-          const double weight = distance > huber ? huber / distance : 1;
-          state.cost += distance > huber ? huber * (2 * distance - huber) : distance * distance;
-          ++state.count;
-          if (distance < 3 * huber / kHuber) state.rms += distance * distance;
-          for (int r = 0; r < 2; ++r) {
-            const Eigen::RowVector4d by_point = (a[t].row(r) - y[r] * a[t].row(2)) / q.z();
-            Row16 J;
-            for (int c = 0; c < 4; ++c) J.segment<4>(4 * c) = by_point * X[c];
-            state.N.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose(), weight);
-            state.right -= weight * off[r] * J.transpose();
-          }
-        }
-      if (pass == 0 && !distances.empty()) {
-        std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2), distances.end());
-        huber = std::max(kLeastHuber, kHuber * distances[distances.size() / 2]);
-      }
+  std::size_t least = 0;  // that have to stay in front
+  const auto cost = [&](const Vector16& at, NormalEquations<16>* normal) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (const SeenByBoth& s : seen) {
+      const auto q = InFrontOfA(s, at);
+      if (!q) continue;
+      ++count;
+      const Eigen::Vector2d y = q->hnormalized(), off = y - s.x;
+      const double distance = off.norm(), weight = distance > huber ? huber / distance : 1;
+      sum += distance > huber ? huber * (2 * distance - huber) : distance * distance;
+      if (!normal) continue;
+      Eigen::Matrix<double, 2, 16> J;
+      for (int r = 0; r < 2; ++r)
+        for (int c = 0; c < 4; ++c)
+          J.block<1, 4>(r, 4 * c) = (s.P_a->row(r) - y[r] * s.P_a->row(2)) * (s.X[c] / q->z());
+      normal->Add(J, off, weight);
     }
-    if (state.count > 0) state.rms = std::sqrt(state.rms / static_cast<double>(state.count));
-    return state;
+    return count < least ? std::numeric_limits<double>::infinity() : sum;
   };
-  State now = look(map.a_from_b, true);
-  if (now.count == 0) return std::nullopt;
+  // A step, then Huber's scale anew.
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::MatrixXd N = now.N.selfadjointView<Eigen::Lower>();
-    N.diagonal().array() += 1e-10 * N.trace() / 16;  // its own scale, and what the frames do not tell
-    const Eigen::VectorXd step = SolveSymmetric(N, now.right);
-    const Eigen::Matrix4d next = (map.a_from_b + Eigen::Map<const Eigen::Matrix4d>(step.data())).normalized();
-    if (!next.allFinite()) break;
-    const State then = look(next, false);
-    if (then.count < now.count || !(then.cost < now.cost)) break;
-    map.a_from_b = next;
-    const bool done = then.cost > (1 - 1e-6) * now.cost;
-    now = look(next, true);
-    if (done) break;
+    const std::vector<double> distances = Distances(seen, g);
+    if (distances.empty()) return std::nullopt;
+    least = distances.size();
+    huber = std::max(kLeastHuber, kHuber * Median(distances));
+    const LeastSquaresOptions one_step{
+        .max_iterations = 1, .max_attempts = 1, .tolerance = 1e-6, .damping = 1e-10, .homogeneous = true};
+    if (MinimiseSquares<16>(one_step, cost, g).stop != LeastSquaresStop::kMaxIterations) break;
   }
-  map.rms = now.rms;
+  map.a_from_b = Eigen::Map<const Eigen::Matrix4d>(g.data());
+  const std::vector<double> distances = Distances(seen, g);
+  const double limit = 3 * std::max(kLeastHuber / kHuber, Median(distances));
+  double sum = 0;
+  for (const double d : distances) sum += d < limit ? d * d : 0;
+  map.rms = std::sqrt(sum / static_cast<double>(distances.size()));
   return map;
 }
 

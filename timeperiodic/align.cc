@@ -10,6 +10,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -30,7 +31,11 @@ constexpr int kPatchRadius_px = 4;
 constexpr double kModeRms_px = 0.08;      // displacement that a mode must be worth
 constexpr double kOutlier_px = 0.6;       // of a corner from its modes, at least; beyond 4 medians too
 constexpr double kMinFoundShare = 0.25;   // of the frames, in which a corner that stands still is found where it should be
-constexpr int kMinPoints = 10;            // of a frame
+constexpr int kMinPoints = 10;            // of a frame ...
+constexpr double kMinPointsShare = 0.1;   // ... and of all corners
+constexpr Eigen::Index kNearCorners = 10;  // the distance to so many of them is how far a node looks ...
+constexpr double kLeastReach = 0.05;       // ... of the picture's width, at least
+constexpr double kSlopeRidge = 0.05;       // of the square of that: what a slope between corners has to be worth
 constexpr Eigen::Index kModulations = 2;  // modes of the camera that change the look of what moves
 constexpr int kNode_px = 8;               // modes are interpolated at nodes so far apart
 
@@ -152,8 +157,7 @@ Modes FitModes(Displacements& d, int count) {
       for (Eigen::Index j = 0; j < m; ++j)
         if (d.seen(i, j)) rest.push_back(std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)));
     if (rest.empty()) break;
-    std::nth_element(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(rest.size() / 2), rest.end());
-    modes.residual_px = rest[rest.size() / 2];
+    modes.residual_px = Median(std::move(rest));
     // Wide at first, while the modes are not yet those of the camera.
     const double limit = std::max(kOutlier_px, 4 * modes.residual_px) * (round < 4 ? 3 : 1);
     for (Eigen::Index i = 0; i < n; ++i)
@@ -179,10 +183,206 @@ Displacements Selected(const Displacements& d, const std::vector<Eigen::Index>& 
   return {d.value(rows, columns), d.seen(rows, corners)};
 }
 
+// Affine maps from each frame to the next, [i + 1] from i.
+std::vector<cv::Matx23d> StepsBetween(const std::vector<cv::Mat>& grey, Progress& progress) {
+  std::vector<cv::Matx23d> step(grey.size());
+  ParallelFor(grey.size() - 1, 8, [&](std::size_t begin, std::size_t end) {
+    Pyramid before = PyramidOf(grey[begin]);
+    for (std::size_t i = begin; i < end; ++i) {
+      Pyramid after = PyramidOf(grey[i + 1]);
+      step[i + 1] = Step(grey[i], before, after);
+      before = std::move(after);
+      progress.Step();
+    }
+  });
+  return step;
+}
+
+// The frame whose picture's middle is nearest to where middles are usually.
+std::size_t UsualFrame(const std::vector<cv::Matx23d>& step, const cv::Size& size) {
+  cv::Point2f at(0.5F * static_cast<float>(size.width), 0.5F * static_cast<float>(size.height));
+  std::vector<double> xs, ys;
+  for (std::size_t i = 0; i < step.size(); ++i) {
+    if (i > 0) at = Apply(step[i], at);
+    xs.push_back(static_cast<double>(at.x));
+    ys.push_back(static_cast<double>(at.y));
+  }
+  const double mx = Median(xs), my = Median(ys);
+  std::size_t usual = 0;
+  for (std::size_t i = 0; i < xs.size(); ++i)
+    if (std::hypot(xs[i] - mx, ys[i] - my) < std::hypot(xs[usual] - mx, ys[usual] - my)) usual = i;
+  return usual;
+}
+
+// The reference's own corners in every frame, outwards from it: a corner's place in the neighbour, moved by the step
+// between the two, is where it is sought; what the reference looks like there is what is sought, so that nothing
+// drifts.
+Displacements FollowCorners(const std::vector<cv::Mat>& grey, const std::vector<cv::Matx23d>& step,
+                            std::size_t reference, const Points& corners, Progress& progress) {
+  const auto n = static_cast<Eigen::Index>(grey.size()), m = static_cast<Eigen::Index>(corners.size());
+  const cv::Mat& base = grey[reference];
+  const Pyramid base_pyramid = PyramidOf(base);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(base, mean, deviation);
+  Displacements d{MatrixXd::Zero(n, 2 * m), Eigen::Matrix<char, Eigen::Dynamic, Eigen::Dynamic>::Zero(n, m)};
+  d.seen.row(static_cast<Eigen::Index>(reference)).setOnes();
+  ParallelFor(2, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t direction = begin; direction < end; ++direction) {
+      Points guess = corners;
+      const std::ptrdiff_t by = direction == 0 ? 1 : -1;
+      for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(reference) + by; i >= 0 && i < n; i += by) {
+        const auto frame = static_cast<std::size_t>(i);
+        const cv::Matx23d move = by > 0 ? step[frame] : Inverse(step[frame + 1]);
+        for (cv::Point2f& x : guess) x = Apply(move, x);
+        const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
+        Points end_points = guess;
+        const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
+        for (Eigen::Index j = 0; j < m; ++j) {
+          const auto c = static_cast<std::size_t>(j);
+          const cv::Point2f& x = end_points[c];
+          const bool inside =
+              x.x >= 0 && x.y >= 0 && x.x < static_cast<float>(base.cols) && x.y < static_cast<float>(base.rows);
+          const bool good = found[c] && inside && PatchCorrelation(base, corners[c], now, x) > kPatchCorrelation;
+          if (good) guess[c] = x;
+          d.seen(i, j) = good;
+          d.value(i, j) = static_cast<double>(guess[c].x - corners[c].x);
+          d.value(i, m + j) = static_cast<double>(guess[c].y - corners[c].y);
+        }
+        progress.Step();
+      }
+    }
+  });
+  return d;
+}
+
+std::vector<Eigen::Index> FramesWithEnough(const Displacements& s) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < s.seen.rows(); ++i)
+    if (s.seen.row(i).cast<int>().sum() >=
+        std::max<int>(kMinPoints, static_cast<int>(kMinPointsShare * static_cast<double>(s.seen.cols()))))
+      rows.push_back(i);
+  return rows;
+}
+
+std::vector<Eigen::Index> CornersWithEnough(const Displacements& s) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index j = 0; j < s.seen.cols(); ++j)
+    if (s.seen.col(j).cast<int>().sum() >= kMinFoundShare * static_cast<double>(s.seen.rows())) columns.push_back(j);
+  return columns;
+}
+
+// What stands still, and how the camera moves it.
+struct StillBackground {
+  std::vector<Eigen::Index> rows, kept;  // frames, corners
+  Displacements used;                    // of both
+  Modes modes;
+};
+
+StillBackground FindStill(const Displacements& d, const AlignOptions& options, int reference, const DataError& little) {
+  const Eigen::Index n = d.seen.rows();
+  const auto enough = [&](std::size_t aligned) {
+    if (static_cast<double>(aligned) < options.min_aligned * static_cast<double>(n))
+      throw DataError(
+          fmt::format(
+              "the background of {} of {} frames cannot be found again in frame {}: too little of it stands still, or "
+              "the camera goes too far",
+              n - static_cast<Eigen::Index>(aligned), n, reference),
+          "keep the same still, textured background in view, or film the period from a tripod");
+  };
+  StillBackground b{FramesWithEnough(d), std::vector<Eigen::Index>(static_cast<std::size_t>(d.seen.cols())), {}, {}};
+  std::iota(b.kept.begin(), b.kept.end(), Eigen::Index{0});
+  enough(b.rows.size());
+  for (int round = 0; round < 2; ++round) {
+    b.used = Selected(d, b.rows, b.kept);
+    b.modes = FitModes(b.used, options.modes);
+    std::vector<Eigen::Index> still;
+    for (const Eigen::Index j : CornersWithEnough(b.used)) still.push_back(b.kept[static_cast<std::size_t>(j)]);
+    if (static_cast<int>(still.size()) < options.min_corners) throw little;
+    if (round == 1 || still.size() == b.kept.size()) break;
+    b.kept = still;
+    std::vector<Eigen::Index> better;
+    for (const Eigen::Index i : FramesWithEnough(Selected(d, b.rows, b.kept)))
+      better.push_back(b.rows[static_cast<std::size_t>(i)]);
+    b.rows = better;
+    enough(b.rows.size());
+  }
+  return b;
+}
+
+// Modes worth keeping, scaled to unit variance: alignment.camera. What they do to the corners: x, y of the mean and of
+// each mode.
+MatrixXd KeepModes(const StillBackground& b, Alignment& alignment) {
+  const Modes& modes = b.modes;
+  const auto count = static_cast<double>(b.rows.size());
+  const auto corners = static_cast<Eigen::Index>(b.kept.size());
+  Eigen::Index kept = 0;
+  while (kept < modes.c.cols() &&
+         modes.c.col(kept).norm() / std::sqrt(count * static_cast<double>(corners)) > kModeRms_px)
+    ++kept;
+  alignment.camera.resize(modes.c.rows(), kept);
+  MatrixXd at_corners(corners, 2 * (1 + kept));
+  at_corners.col(0) = modes.mean.head(corners);
+  at_corners.col(1) = modes.mean.tail(corners);
+  for (Eigen::Index k = 0; k < kept; ++k) {
+    const double s = modes.c.col(k).norm() / std::sqrt(count);
+    alignment.camera.col(k) = modes.c.col(k) / s;
+    at_corners.col(2 + 2 * k) = s * modes.V.col(k).head(corners);
+    at_corners.col(3 + 2 * k) = s * modes.V.col(k).tail(corners);
+  }
+  return at_corners;
+}
+
+// Between corners: an affine map fitted to those around each node of a grid, bilinear between nodes.
+void SpreadModes(const Points& corners, const MatrixXd& at_corners, Alignment& alignment) {
+  const int gw = alignment.width / kNode_px + 2, gh = alignment.height / kNode_px + 2;
+  const auto count = static_cast<Eigen::Index>(corners.size());
+  std::vector<MatrixXd> node(static_cast<std::size_t>(gw * gh));
+  ParallelFor(node.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t g = begin; g < end; ++g) {
+      const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw),
+                   y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
+      MatrixXd B(count, 3);
+      VectorXd d2(count);
+      for (Eigen::Index j = 0; j < count; ++j) {
+        const cv::Point2f& c = corners[static_cast<std::size_t>(j)];
+        B.row(j) << 1, (static_cast<double>(c.x) - x) / alignment.width,
+            (static_cast<double>(c.y) - y) / alignment.width;
+        d2[j] = B.row(j).tail(2).squaredNorm();
+      }
+      const auto near = static_cast<std::size_t>(std::min<Eigen::Index>(kNearCorners, count - 1));
+      const double s2 =
+          std::max(kLeastReach * kLeastReach, NthSmallest(std::vector<double>(d2.begin(), d2.end()), near));
+      const VectorXd w = (-0.5 * d2 / s2).array().exp();
+      MatrixXd G = B.transpose() * w.asDiagonal() * B;
+      G(1, 1) += kSlopeRidge * s2 * w.sum();  // far from all corners: their mean rather than a slope of theirs
+      G(2, 2) += kSlopeRidge * s2 * w.sum();
+      node[g] = SolveSymmetric(G, B.transpose() * w.asDiagonal() * at_corners).row(0);
+    }
+  });
+  const Eigen::Index pixels = static_cast<Eigen::Index>(alignment.width) * alignment.height,
+                     modes = at_corners.cols() / 2;
+  alignment.mode_x.resize(pixels, modes);
+  alignment.mode_y.resize(pixels, modes);
+  for (Eigen::Index p = 0; p < pixels; ++p) {
+    const double x = static_cast<double>(p % alignment.width) / kNode_px,
+                 y = static_cast<double>(p / alignment.width) / kNode_px;
+    const int i = static_cast<int>(x), j = static_cast<int>(y);
+    const double u = x - i, v = y - j;
+    const auto at_node = [&](int a, int b) -> const MatrixXd& { return node[static_cast<std::size_t>(b * gw + a)]; };
+    const MatrixXd value =
+        (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
+    for (Eigen::Index k = 0; k < modes; ++k) {
+      alignment.mode_x(p, k) = static_cast<float>(value(0, 2 * k));
+      alignment.mode_y(p, k) = static_cast<float>(value(0, 2 * k + 1));
+    }
+  }
+}
+
 }  // namespace
 
 Eigen::Vector2f Alignment::InFrame(Eigen::Index row, int pixel) const {
-  float x = static_cast<float>(pixel % width) + mode_x(pixel, 0), y = static_cast<float>(pixel / width) + mode_y(pixel, 0);
+  float x = static_cast<float>(pixel % width) + mode_x(pixel, 0),
+        y = static_cast<float>(pixel / width) + mode_y(pixel, 0);
   for (Eigen::Index k = 0; k < camera.cols(); ++k) {
     const auto c = static_cast<float>(camera(row, k));
     x += c * mode_x(pixel, 1 + k);
@@ -205,179 +405,27 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
   ParallelFor(grey.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) grey[i] = GreyOf(stack.frames[i]);
   });
-  // From frame to frame, and from the first to each.
-  Progress steps(sink, "following the background", 2 * static_cast<long>(n));
-  std::vector<cv::Matx23d> step(grey.size());
-  ParallelFor(grey.size() - 1, 8, [&](std::size_t begin, std::size_t end) {
-    Pyramid before = PyramidOf(grey[begin]);
-    for (std::size_t i = begin; i < end; ++i) {
-      Pyramid after = PyramidOf(grey[i + 1]);
-      step[i + 1] = Step(grey[i], before, after);
-      before = std::move(after);
-      steps.Step();
-    }
-  });
-  const cv::Point2f middle(0.5F * static_cast<float>(stack.width), 0.5F * static_cast<float>(stack.height));
-  std::vector<double> xs, ys;
-  cv::Point2f at = middle;
-  for (std::size_t i = 0; i < grey.size(); ++i) {
-    if (i > 0) at = Apply(step[i], at);
-    xs.push_back(static_cast<double>(at.x));
-    ys.push_back(static_cast<double>(at.y));
-  }
-  const auto median = [](std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
-  const double mx = median(xs), my = median(ys);
-  std::size_t reference = 0;
-  double nearest = 1e300;
-  for (std::size_t i = 0; i < xs.size(); ++i)
-    if (const double d = std::hypot(xs[i] - mx, ys[i] - my); d < nearest) nearest = d, reference = i;
+  Progress progress(sink, "following the background", 2 * static_cast<long>(n));
+  const std::vector<cv::Matx23d> step = StepsBetween(grey, progress);
+  const std::size_t reference = UsualFrame(step, grey[0].size());
+  const Points corners = CornersOf(grey[reference], options.corners);
+  if (static_cast<int>(corners.size()) < options.min_corners) throw little;
+  const Displacements displacements = FollowCorners(grey, step, reference, corners, progress);
 
   Alignment alignment;
   alignment.reference = static_cast<int>(reference);
   alignment.width = stack.width;
   alignment.height = stack.height;
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(grey[reference], mean, deviation);
-  const cv::Mat& base = grey[reference];
-  const Pyramid base_pyramid = PyramidOf(base);
-  const Points corners = CornersOf(base, options.corners);
-  const auto m = static_cast<Eigen::Index>(corners.size());
-  if (m < options.min_corners) throw little;
-
-  // The reference's own corners in every frame, outwards from it: a corner's place in the neighbour, moved by the step
-  // between the two, is where it is sought; what the reference looks like there is what is sought, so that nothing drifts.
-  Displacements d{MatrixXd::Zero(n, 2 * m), Eigen::Matrix<char, Eigen::Dynamic, Eigen::Dynamic>::Zero(n, m)};
-  d.seen.row(alignment.reference).setOnes();
-  ParallelFor(2, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t direction = begin; direction < end; ++direction) {
-      Points guess = corners;
-      const std::ptrdiff_t by = direction == 0 ? 1 : -1;
-      for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(reference) + by; i >= 0 && i < n; i += by) {
-        const auto frame = static_cast<std::size_t>(i);
-        const cv::Matx23d move = by > 0 ? step[frame] : Inverse(step[frame + 1]);
-        for (cv::Point2f& x : guess) x = Apply(move, x);
-        const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
-        Points end_points = guess;
-        const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
-        for (Eigen::Index j = 0; j < m; ++j) {
-          const auto c = static_cast<std::size_t>(j);
-          const cv::Point2f& x = end_points[c];
-          const bool inside = x.x >= 0 && x.y >= 0 && x.x < static_cast<float>(stack.width) && x.y < static_cast<float>(stack.height);
-          const bool good = found[c] && inside && PatchCorrelation(base, corners[c], now, x) > kPatchCorrelation;
-          if (good) guess[c] = x;
-          d.seen(i, j) = good;
-          d.value(i, j) = static_cast<double>(guess[c].x - corners[c].x);
-          d.value(i, m + j) = static_cast<double>(guess[c].y - corners[c].y);
-        }
-        steps.Step();
-      }
-    }
-  });
-
-  const auto frames_with = [&](const Displacements& s) {
-    std::vector<Eigen::Index> rows;
-    for (Eigen::Index i = 0; i < s.seen.rows(); ++i)
-      if (s.seen.row(i).cast<int>().sum() >= std::max<int>(kMinPoints, static_cast<int>(0.1 * static_cast<double>(s.seen.cols()))))
-        rows.push_back(i);
-    return rows;
-  };
-  const auto corners_with = [&](const Displacements& s) {
-    std::vector<Eigen::Index> columns;
-    for (Eigen::Index j = 0; j < s.seen.cols(); ++j)
-      if (s.seen.col(j).cast<int>().sum() >= kMinFoundShare * static_cast<double>(s.seen.rows())) columns.push_back(j);
-    return columns;
-  };
-  const auto enough = [&](std::size_t aligned) {
-    if (static_cast<double>(aligned) < options.min_aligned * static_cast<double>(n))
-      throw DataError(fmt::format("the background of {} of {} frames cannot be found again in frame {}: too little of it stands still, or "
-                                  "the camera goes too far",
-                                  n - static_cast<Eigen::Index>(aligned), n, alignment.reference),
-                      "keep the same still, textured background in view, or film the period from a tripod");
-  };
-  std::vector<Eigen::Index> rows = frames_with(d), kept(static_cast<std::size_t>(m));
-  std::iota(kept.begin(), kept.end(), Eigen::Index{0});
-  enough(rows.size());
-  Modes modes;
-  Displacements used;
-  for (int round = 0; round < 2; ++round) {
-    used = Selected(d, rows, kept);
-    modes = FitModes(used, options.modes);
-    std::vector<Eigen::Index> still;
-    for (const Eigen::Index j : corners_with(used)) still.push_back(kept[static_cast<std::size_t>(j)]);
-    if (static_cast<int>(still.size()) < options.min_corners) throw little;
-    if (round == 1 || still.size() == kept.size()) break;
-    kept = still;
-    Displacements fewer = Selected(d, rows, kept);
-    std::vector<Eigen::Index> better;
-    for (const Eigen::Index i : frames_with(fewer)) better.push_back(rows[static_cast<std::size_t>(i)]);
-    rows = better;
-    enough(rows.size());
-  }
-  alignment.corners = static_cast<int>(kept.size());
-  alignment.residual_px = modes.residual_px;
-  for (const Eigen::Index i : rows) alignment.frames.push_back(static_cast<int>(i));
-  const auto count = static_cast<double>(rows.size());
-  alignment.motion_px = std::sqrt(2 * used.value.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, used.value.size())));
-
-  // Modes worth keeping, scaled to unit variance.
-  Eigen::Index modes_kept = 0;
-  const auto corners_kept = static_cast<Eigen::Index>(kept.size());
-  while (modes_kept < modes.c.cols() && modes.c.col(modes_kept).norm() / std::sqrt(count * static_cast<double>(corners_kept)) > kModeRms_px)
-    ++modes_kept;
-  alignment.camera.resize(modes.c.rows(), modes_kept);
-  MatrixXd at_corners(corners_kept, 2 * (1 + modes_kept));  // x, y of the mean and of each mode
-  at_corners.col(0) = modes.mean.head(corners_kept);
-  at_corners.col(1) = modes.mean.tail(corners_kept);
-  for (Eigen::Index k = 0; k < modes_kept; ++k) {
-    const double s = modes.c.col(k).norm() / std::sqrt(count);
-    alignment.camera.col(k) = modes.c.col(k) / s;
-    at_corners.col(2 + 2 * k) = s * modes.V.col(k).head(corners_kept);
-    at_corners.col(3 + 2 * k) = s * modes.V.col(k).tail(corners_kept);
-  }
-
-  // Between corners: an affine map fitted to those around each node of a grid, bilinear between nodes.
-  const int gw = stack.width / kNode_px + 2, gh = stack.height / kNode_px + 2;
-  std::vector<MatrixXd> node(static_cast<std::size_t>(gw * gh));
-  ParallelFor(node.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t g = begin; g < end; ++g) {
-      const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw),
-                   y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
-      MatrixXd B(corners_kept, 3);
-      VectorXd d2(corners_kept);
-      for (Eigen::Index j = 0; j < corners_kept; ++j) {
-        const cv::Point2f& c = corners[static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
-        B.row(j) << 1, (static_cast<double>(c.x) - x) / stack.width, (static_cast<double>(c.y) - y) / stack.width;
-        d2[j] = B.row(j).tail(2).squaredNorm();
-      }
-      std::vector<double> sorted(d2.data(), d2.data() + d2.size());
-      const std::size_t near = std::min<std::size_t>(10, sorted.size() - 1);
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(near), sorted.end());
-      const double s2 = std::max(0.05 * 0.05, sorted[near]);
-      const VectorXd w = (-0.5 * d2 / s2).array().exp();
-      MatrixXd G = B.transpose() * w.asDiagonal() * B;
-      G(1, 1) += 0.05 * s2 * w.sum();  // far from all corners: their mean rather than a slope of theirs
-      G(2, 2) += 0.05 * s2 * w.sum();
-      node[g] = SolveSymmetric(G, B.transpose() * w.asDiagonal() * at_corners).row(0);
-    }
-  });
-  const Eigen::Index pixels = static_cast<Eigen::Index>(stack.width) * stack.height;
-  alignment.mode_x.resize(pixels, 1 + modes_kept);
-  alignment.mode_y.resize(pixels, 1 + modes_kept);
-  for (Eigen::Index p = 0; p < pixels; ++p) {
-    const double x = static_cast<double>(p % stack.width) / kNode_px, y = static_cast<double>(p / stack.width) / kNode_px;
-    const int i = static_cast<int>(x), j = static_cast<int>(y);
-    const double u = x - i, v = y - j;
-    const auto at_node = [&](int a, int b) -> const MatrixXd& { return node[static_cast<std::size_t>(b * gw + a)]; };
-    const MatrixXd value =
-        (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
-    for (Eigen::Index k = 0; k <= modes_kept; ++k) {
-      alignment.mode_x(p, k) = static_cast<float>(value(0, 2 * k));
-      alignment.mode_y(p, k) = static_cast<float>(value(0, 2 * k + 1));
-    }
-  }
+  const StillBackground background = FindStill(displacements, options, alignment.reference, little);
+  alignment.corners = static_cast<int>(background.kept.size());
+  alignment.residual_px = background.modes.residual_px;
+  for (const Eigen::Index i : background.rows) alignment.frames.push_back(static_cast<int>(i));
+  const MatrixXd& moved = background.used.value;
+  alignment.motion_px =
+      std::sqrt(2 * moved.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, moved.size())));
+  Points still;
+  for (const Eigen::Index j : background.kept) still.push_back(corners[static_cast<std::size_t>(j)]);
+  SpreadModes(still, KeepModes(background, alignment), alignment);
   return alignment;
 }
 

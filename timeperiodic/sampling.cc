@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr double kViewsACell = 3;
 constexpr int kMostCells = 24;      // along each axis
 constexpr double kAllInHalf = 0.9;  // of the views: practically all in one half
+constexpr double kUneven = 0.6;     // of the cells that as many views at random would fill
 constexpr int kLargestRatio = 5;    // p, q of a ratio that leaves gaps
 constexpr std::size_t kGapsNamed = 5;
 
@@ -51,49 +52,20 @@ double CameraPeriod(const std::vector<SampledView>& views, const std::vector<dou
 
 std::string Percent(double share) { return fmt::format("{:.0f}", 100 * share); }
 
-}  // namespace
-
-SamplingReport ReportSampling(const std::vector<SampledView>& views, double period) {
-  if (views.size() < 2) throw std::invalid_argument("a sampling report needs two views");
-  if (!(period > 0)) throw std::invalid_argument("a sampling report needs a period");
-  SamplingReport r;
-  r.period = period;
-  r.views = static_cast<int>(views.size());
-  const auto n = static_cast<double>(views.size());
-  r.samples_per_window = n / period;
-
-  Vector3d mean = Vector3d::Zero();
-  for (const SampledView& v : views) mean += v.centre / n;
-  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(3, 3);
-  for (const SampledView& v : views) scatter += (v.centre - mean) * (v.centre - mean).transpose();
-  r.direction = EigenOfSymmetric(scatter).vectors.col(2);
-  Eigen::Index axis = 0;
-  r.direction.cwiseAbs().maxCoeff(&axis);
-  if (r.direction[axis] < 0) r.direction = -r.direction;
-  double low = 1e300, high = -1e300;
-  for (const SampledView& v : views) {
-    r.place.push_back(r.direction.dot(v.centre - mean));
-    low = std::min(low, r.place.back());
-    high = std::max(high, r.place.back());
-  }
-  const bool moves = high - low > 1e-9 * (1 + mean.cwiseAbs().maxCoeff());
-  std::vector<double> phase;
-  for (const SampledView& v : views) phase.push_back(PhaseOf(v.time, period));
-
-  // Windows of one unit, at every view's phase: sorted phases on a circle, two pointers.
-  std::vector<double> sorted = phase;
-  std::sort(sorted.begin(), sorted.end());
+// Windows of one unit, at every view's phase: sorted phases on a circle, two pointers.
+void CountWindows(std::vector<double> phase, SamplingReport& r) {
+  std::sort(phase.begin(), phase.end());
   const auto in_window = [&](double centre, double half) {
     const auto count = [&](double from, double to) {
-      return std::upper_bound(sorted.begin(), sorted.end(), to) - std::lower_bound(sorted.begin(), sorted.end(), from);
+      return std::upper_bound(phase.begin(), phase.end(), to) - std::lower_bound(phase.begin(), phase.end(), from);
     };
-    if (half >= 0.5) return static_cast<double>(sorted.size());
+    if (half >= 0.5) return static_cast<double>(phase.size());
     auto inside = count(centre - half, centre + half);
     if (centre < half) inside += count(centre - half + 1, 2);
     if (centre + half > 1) inside += count(-1, centre + half - 1);
     return static_cast<double>(inside);
   };
-  const double half_window = 0.5 / period;
+  const double half_window = 0.5 / r.period, n = static_cast<double>(phase.size());
   r.window_least = 1e300;
   constexpr int kPhases = 720;
   for (int i = 0; i < kPhases; ++i) {
@@ -102,28 +74,46 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
     r.window_most = std::max(r.window_most, inside);
     r.half_share = std::max(r.half_share, in_window((i + 0.5) / kPhases, 0.25) / n);
   }
+}
 
-  // Cells of phase and place.
-  const int cells = std::clamp(static_cast<int>(std::sqrt(n / kViewsACell)), 2, kMostCells), rows = moves ? cells : 1;
-  const int columns = moves ? cells : std::clamp(static_cast<int>(n / kViewsACell), 2, kMostCells * kMostCells);
-  std::vector<int> held(static_cast<std::size_t>(rows * columns), 0);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const double share = moves ? (r.place[i] - low) / (high - low) : 0;
-    const int x = std::min(columns - 1, static_cast<int>(phase[i] * columns)), y = std::min(rows - 1, static_cast<int>(share * rows));
-    ++held[static_cast<std::size_t>(y * columns + x)];
+// Cells of place and phase, row by row, and the views in each.
+struct SamplingCells {
+  int rows = 1, columns = 1;
+  std::vector<int> held;
+};
+
+SamplingCells FillCells(const std::vector<double>& phase, bool moves, SamplingReport& r) {
+  const auto n = static_cast<double>(phase.size());
+  SamplingCells cells;
+  const int side = std::clamp(static_cast<int>(std::sqrt(n / kViewsACell)), 2, kMostCells);
+  cells.rows = moves ? side : 1;
+  cells.columns = moves ? side : std::clamp(static_cast<int>(n / kViewsACell), 2, kMostCells * kMostCells);
+  cells.held.assign(static_cast<std::size_t>(cells.rows * cells.columns), 0);
+  const auto [low, high] = std::minmax_element(r.place.begin(), r.place.end());
+  for (std::size_t i = 0; i < phase.size(); ++i) {
+    const double share = moves ? (r.place[i] - *low) / (*high - *low) : 0;
+    const int x = std::min(cells.columns - 1, static_cast<int>(phase[i] * cells.columns)),
+              y = std::min(cells.rows - 1, static_cast<int>(share * cells.rows));
+    ++cells.held[static_cast<std::size_t>(y * cells.columns + x)];
   }
-  const auto filled = static_cast<double>(std::count_if(held.begin(), held.end(), [](int k) { return k > 0; }));
-  r.covered = filled / static_cast<double>(held.size());
-  const double mean_held = n / static_cast<double>(held.size());
-  r.uniformity = r.covered / (1 - std::exp(-mean_held));
+  const auto filled =
+      static_cast<double>(std::count_if(cells.held.begin(), cells.held.end(), [](int k) { return k > 0; }));
+  r.covered = filled / static_cast<double>(cells.held.size());
+  r.uniformity = r.covered / (1 - std::exp(-n / static_cast<double>(cells.held.size())));
+  return cells;
+}
 
-  // Gaps: runs of empty cells along the phase, in each row of places; the longest are named.
+// Runs of empty cells along the phase, in each row of places; the longest are named.
+void NameGaps(const SamplingCells& cells, SamplingReport& r) {
+  const int rows = cells.rows, columns = cells.columns;
   struct Run {
     int row, from, length;
   };
   std::vector<Run> runs;
   for (int y = 0; y < rows; ++y) {
-    const auto empty = [&](int x) { return held[static_cast<std::size_t>(y * columns + (x % columns + columns) % columns)] == 0; };
+    const auto empty = [&](int x) {
+      return cells.held[static_cast<std::size_t>(y * columns + (x % columns + columns) % columns)] == 0;
+    };
     int filled_at = 0;
     while (filled_at < columns && empty(filled_at)) ++filled_at;
     if (filled_at == columns) {
@@ -155,45 +145,78 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
     gap.what_to_film = fmt::format("film phases {:.2f} to {:.2f} {}", gap.phase_from, gap.phase_to, where);
     r.gaps.push_back(gap);
   }
+}
 
+// p camera periods in q of the scene's: the pattern repeats after these. It leaves gaps where it repeats within the
+// video, to within less than the phase that cells are wide.
+void FindCommonPeriod(const std::vector<SampledView>& views, SamplingReport& r) {
+  const double ratio = r.camera_period / r.period;
+  double begin = views[0].time, end = begin;
+  for (const SampledView& v : views) begin = std::min(begin, v.time), end = std::max(end, v.time);
+  const double cycles = (end - begin) / r.period;
+  for (int sum = 2; sum <= 2 * kLargestRatio; ++sum)
+    for (int q = 1; q < sum; ++q) {
+      const int p = sum - q;
+      if (p > kLargestRatio || q > kLargestRatio) continue;
+      // After p camera periods the phase has moved on by this, in all over the video by so much.
+      const double slip = std::abs(p * ratio - q) * cycles / std::max(1.0, p * ratio);
+      if (!(slip < 0.5 / std::max(p, q))) continue;
+      r.commensurate = static_cast<double>(q) / p;
+      r.commensurate_p = p;
+      r.commensurate_q = q;
+      return;
+    }
+}
+
+void WarnOfSampling(bool moves, SamplingReport& r) {
   if (r.half_share > kAllInHalf)
     r.warnings.push_back(fmt::format(
         "{} % of the views lie in one half of the period: the other half will be blurred from views far in time; film on until every "
         "phase was seen",
         Percent(r.half_share)));
-  if (!moves) {
-    r.warnings.push_back("the camera does not move: the scene can be rendered from one place only");
-  } else {
-    r.camera_period = CameraPeriod(views, r.place);
-    if (r.camera_period > 0) {
-      // p camera periods in q of the scene's: the pattern repeats after these. It leaves gaps where it repeats within the
-      // video, to within less than the phase that cells are wide.
-      const double ratio = r.camera_period / period;
-      double begin = views[0].time, end = begin;
-      for (const SampledView& v : views) begin = std::min(begin, v.time), end = std::max(end, v.time);
-      const double cycles = (end - begin) / period;
-      for (int sum = 2; sum <= 2 * kLargestRatio && r.commensurate == 0; ++sum)
-        for (int q = 1; q < sum && r.commensurate == 0; ++q) {
-          const int p = sum - q;
-          if (p > kLargestRatio || q > kLargestRatio) continue;
-          // After p camera periods the phase has moved on by this, in all over the video by so much.
-          const double slip = std::abs(p * ratio - q) * cycles / std::max(1.0, p * ratio);
-          if (slip < 0.5 / std::max(p, q)) {
-            r.commensurate = static_cast<double>(q) / p;
-            r.commensurate_p = p;
-            r.commensurate_q = q;
-          }
-        }
-      if (r.commensurate > 0)
-        r.warnings.push_back(fmt::format(
-            "the camera was waved in step with the scene: {} of its swings take {} of the scene's periods, so that each phase is seen "
-            "from the same few places; wave it faster or slower, unevenly",
-            r.commensurate_p, r.commensurate_q));
-    }
-  }
-  if (r.uniformity < 0.6 && r.commensurate == 0)
+  if (!moves) r.warnings.push_back("the camera does not move: the scene can be rendered from one place only");
+  if (r.commensurate > 0)
+    r.warnings.push_back(
+        fmt::format("the camera was waved in step with the scene: {} of its swings take {} of the scene's periods, so "
+                    "that each phase is seen "
+                    "from the same few places; wave it faster or slower, unevenly",
+                    r.commensurate_p, r.commensurate_q));
+  if (r.uniformity < kUneven && r.commensurate == 0)
     r.warnings.push_back(fmt::format("space and time are covered unevenly: {} % of their cells hold a view", Percent(r.covered)));
   if (r.window_least < 1) r.warnings.push_back("some phases were not filmed at all");
+}
+
+}  // namespace
+
+SamplingReport ReportSampling(const std::vector<SampledView>& views, double period) {
+  if (views.size() < 2) throw std::invalid_argument("a sampling report needs two views");
+  if (!(period > 0)) throw std::invalid_argument("a sampling report needs a period");
+  SamplingReport r;
+  r.period = period;
+  r.views = static_cast<int>(views.size());
+  const auto n = static_cast<double>(views.size());
+  r.samples_per_window = n / period;
+
+  Vector3d mean = Vector3d::Zero();
+  for (const SampledView& v : views) mean += v.centre / n;
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(3, 3);
+  for (const SampledView& v : views) scatter += (v.centre - mean) * (v.centre - mean).transpose();
+  r.direction = EigenOfSymmetric(scatter).vectors.col(2);
+  Eigen::Index axis = 0;
+  r.direction.cwiseAbs().maxCoeff(&axis);
+  if (r.direction[axis] < 0) r.direction = -r.direction;
+  std::vector<double> phase;
+  for (const SampledView& v : views) {
+    r.place.push_back(r.direction.dot(v.centre - mean));
+    phase.push_back(PhaseOf(v.time, period));
+  }
+  const auto [low, high] = std::minmax_element(r.place.begin(), r.place.end());
+  const bool moves = *high - *low > 1e-9 * (1 + mean.cwiseAbs().maxCoeff());
+  CountWindows(phase, r);
+  NameGaps(FillCells(phase, moves, r), r);
+  if (moves) r.camera_period = CameraPeriod(views, r.place);
+  if (r.camera_period > 0) FindCommonPeriod(views, r);
+  WarnOfSampling(moves, r);
   return r;
 }
 

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -24,13 +25,6 @@ constexpr double kMinGainSpread = 0.004;  // below: rounding and motion, not exp
 constexpr double kMinSeenShare = 0.9;     // of the frames, of a pixel that is used
 // A brightness step that is misplaced by this leaves a variance of its square: the camera's, not the scene's. Pixels.
 constexpr double kMisplaced_px = 0.25;
-
-double QuantileOf(std::vector<double> v, double q) {
-  if (v.empty()) return 0;
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), at, v.end());
-  return *at;
-}
 
 // All frames' values of one pixel and channel; what is not seen takes the mean of what is.
 struct Column {
@@ -102,7 +96,7 @@ VectorXd Gains(int pixels, const std::vector<int>& frames, const PixelAt& pixel)
     std::vector<double> r(used.size());
     for (std::size_t i = begin; i < end; ++i) {
       for (std::size_t j = 0; j < used.size(); ++j) r[j] = static_cast<double>(ratio(static_cast<Eigen::Index>(i), used[j]));
-      gain[static_cast<Eigen::Index>(i)] = QuantileOf(r, 0.5);
+      gain[static_cast<Eigen::Index>(i)] = Quantile(r, 0.5);
     }
   });
   return gain;
@@ -168,7 +162,7 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
   for (const double v : variance)
     if (v >= 0) known.push_back(v);
   if (known.empty()) throw DataError("no part of the picture is seen throughout the video", "film so that the moving part stays in view");
-  const double floor = QuantileOf(known, 0.25);
+  const double floor = Quantile(known, 0.25);
   std::vector<std::pair<double, std::size_t>> moving;
   for (std::size_t i = 0; i < variance.size(); ++i) {
     if (variance[i] < 0) continue;
@@ -196,7 +190,7 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
   moving.resize(std::min<std::size_t>(moving.size(), static_cast<std::size_t>(options.pixels)));
   std::vector<double> deviations;
   for (const auto& m : moving) deviations.push_back(std::sqrt(variance[m.second]));
-  signals.moving_deviation = QuantileOf(deviations, 0.5);
+  signals.moving_deviation = Quantile(deviations, 0.5);
 
   MatrixXd A(n, static_cast<Eigen::Index>(moving.size()));
   ParallelFor(moving.size(), 16, [&](std::size_t begin, std::size_t end) {

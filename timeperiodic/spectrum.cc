@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "scene/geometry/constants.h"
+#include "scene/geometry/median.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -36,12 +38,9 @@ double LineEvidence(const Spectrum& spectrum, double f, double span) {
     around.push_back(at(offset));
     around.push_back(at(-offset));
   }
-  const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-  std::nth_element(around.begin(), middle, around.end());
-  const double median = *middle;
+  const double median = Median(around);
   for (double& v : around) v = std::abs(v - median);
-  std::nth_element(around.begin(), middle, around.end());
-  const double deviation = std::max(1.4826 * *middle, 0.1 * median + 1e-12);
+  const double deviation = std::max(kSigmaPerMad * Median(std::move(around)), 0.1 * median + 1e-12);
   return (at(0) - median) / deviation;
 }
 

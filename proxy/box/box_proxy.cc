@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -5,15 +5,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 
 #include "proxy/delaunay/min_cut.h"
 #include "proxy/delaunay/surface.h"
 #include "proxy/delaunay/tetrahedra.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -29,19 +30,6 @@ constexpr double kFloorMargin = 0.02;
 // And below the cameras by at least this share of the dome's radius, so that none touches it.
 constexpr double kEyeMargin = 0.005;
 constexpr int kRimPoints = 48;
-
-class Stopwatch {
- public:
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    start_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Directions spread over the sphere: an icosahedron's vertices, its faces split `subdivisions` times.
 std::vector<Eigen::Vector3d> DomeDirections(int subdivisions) {

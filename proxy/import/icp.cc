@@ -11,6 +11,7 @@
 #include "proxy/mesh_query.h"
 #include "proxy/points.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -10,7 +10,9 @@
 
 #include "proxy/mesh_query.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/constants.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -22,7 +24,7 @@ constexpr double kSideShare = 0.9;         // a plane with this share of its poi
 constexpr double kBoundaryShare = 0.97;    // a plane with this share of all points on its cameras' side bounds the scene
 constexpr double kMergedShare = 0.85;      // of the points of both that the merged plane must keep
 constexpr double kSeenThrough = 0.5;        // lines of sight that a plane blocks over those that end on it: beyond, there is no plane
-constexpr double kTukeyPerMedian = 4.685 * 1.4826;  // 95 % efficient where the scatter is normal
+constexpr double kTukeyPerMedian = 4.685 * kSigmaPerMad;  // 95 % efficient where the scatter is normal
 constexpr double kExtentMargin = 0.05;
 constexpr double kEmptyShare = 0.02;       // of the views' rays: beyond, a backdrop is wanted
 constexpr double kBackdropQuantile = 0.98; // of the points' depths

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "scene/geometry/median.h"
+
 namespace lumi {
 namespace {
 
@@ -144,9 +146,7 @@ std::array<double, 3> BorderColour(const Image8& photo) {
       values.push_back(photo.At(0, y, c));
       values.push_back(photo.At(photo.width - 1, y, c));
     }
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    colour[static_cast<std::size_t>(c)] = *middle;
+    colour[static_cast<std::size_t>(c)] = Median(std::move(values));
   }
   return colour;
 }

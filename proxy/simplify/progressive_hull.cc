@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -511,7 +510,7 @@ class HullCollapser {
 
   // Every edge's place, in parallel.
   void Rebuild() {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     std::vector<std::pair<VertexIndex, VertexIndex>> edges;
     edges.reserve(face_count_ * 3 / 2);
     for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -538,7 +537,7 @@ class HullCollapser {
     eager_ = face_count_ <= kEagerFaces && !around_enclosed_;
     rebuild_at_ = eager_ || around_enclosed_ ? 0 : std::max(kEagerFaces, face_count_ / 2);
     changed_since_rebuild_ = 0;
-    evaluate_s_ += SecondsSince(start);
+    evaluate_s_ += watch.Seconds();
   }
 
   // b becomes a, at x.
@@ -610,7 +609,7 @@ namespace {
 // nullopt: something was left outside, as a check says that does not depend on how places are found.
 std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, bool tighten, ProgressSink& progress,
                                                    ProgressiveHullSummary& s) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
@@ -640,7 +639,7 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
       collapser.Tighten(2 * kTightenSweeps);
       if (!collapser.StillEncloses()) return std::nullopt;
     }
-    hulls[i] = {collapser.Result(), SecondsSince(start), collapser.face_count() <= faces[i]};
+    hulls[i] = {collapser.Result(), watch.Seconds(), collapser.face_count() <= faces[i]};
   }
   s.programs = collapser.programs();
   s.evaluate_s = collapser.evaluate_s();
@@ -651,7 +650,7 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
 
 std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress,
                                ProgressiveHullSummary* summary) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (!IsClosed(mesh)) throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
   ProgressiveHullSummary s;
   s.volume_before = EnclosedVolume(mesh);
@@ -661,7 +660,7 @@ std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>&
   if (!hulls) {
     // By the planes of the faces alone, which cannot fail, and is not as tight.
     s.fell_back = true;
-    const double lost = SecondsSince(start);
+    const double lost = watch.Seconds();
     hulls = TryToKeepHull(mesh, faces, false, progress, s);
     for (KeptHull& hull : *hulls) hull.seconds += lost;
   }

@@ -6,7 +6,6 @@
 #include <OpenMesh/Tools/Decimater/Observer.hh>
 
 #include <Eigen/LU>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -207,7 +206,7 @@ void RemoveDegenerateFaces(DecimationMesh& mesh, SoundDecimater& decimater, Quad
 }  // namespace
 
 std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::size_t>& faces, ProgressSink& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const NormalisedFrame frame(input);
   DecimationMesh mesh;
   mesh.reserve(input.vertices.size(), input.faces.size() * 3 / 2, input.faces.size());
@@ -259,7 +258,7 @@ std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::si
     if (mesh.n_faces() < input.faces.size()) Refit(result.mesh, quadrics);
     for (Vector3d& v : result.mesh.vertices) v = frame.ToWorld(v);
     result.reached = mesh.n_faces() <= faces[i];
-    result.seconds = SecondsSince(start);
+    result.seconds = watch.Seconds();
   }
   return results;
 }

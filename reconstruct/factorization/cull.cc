@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/geometry/median.h"
+
 namespace lumi {
 namespace {
 
@@ -15,14 +17,12 @@ const double kMedianOfRayleigh = std::sqrt(2 * std::log(2.0));
 
 CullResult Cull(const ImagePoints& points, ProjectiveModel& model, const CullOptions& options) {
   CullResult result;
-  std::vector<double> errors = InlierErrorsPx(points, model);
+  const std::vector<double> errors = InlierErrorsPx(points, model);
   if (errors.empty()) return result;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
   // Cameras and points follow the noise: the fewer sights a number has, the smaller the errors that are left of it.
   const double numbers = 3.0 * model.SolvedCount() + 11.0 * model.PlacedCount() - 15.0, measured = 2.0 * static_cast<double>(errors.size());
   const double left = std::max(1 - numbers / measured, kLeastRedundancy);
-  result.sigma_px = *middle / kMedianOfRayleigh / std::sqrt(left);
+  result.sigma_px = Median(errors) / kMedianOfRayleigh / std::sqrt(left);
   result.limit_px = std::clamp(options.sigmas * result.sigma_px, options.least_px, options.most_px);
   for (std::size_t t = 0; t < points.tracks.size(); ++t) {
     if (!model.solved[t]) continue;

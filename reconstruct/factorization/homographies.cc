@@ -8,15 +8,15 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
 #include "reconstruct/factorization/reprojection_cost.h"
-#include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/levenberg_marquardt.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -26,6 +26,7 @@ using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 constexpr int kFewestShared = 8;       // tracks of two frames that a homography is taken from ...
 constexpr double kFewestAgree = 0.25;  // ... and the share of them that has to agree
 constexpr std::size_t kFewestOfKeys = 24;  // tracks that two keys in a row share
+constexpr double kBehindPx2 = 1e6;         // what a sight behind its camera counts for: one 1000 px off
 constexpr double kOutlierPx = 4;       // after the adjustment; what moves, or stands out of the plane
 
 struct FrameSight {
@@ -93,9 +94,20 @@ std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tr
   return sights;
 }
 
+// What is known, and what is sought: a matrix each frame, a direction each track.
+struct TurnedFrames {
+  const Tracks& tracks;
+  const HomographyOptions& options;
+  std::vector<Units> units;
+  std::vector<std::vector<FrameSight>> frames;
+  std::vector<RowMajor3d> G;
+  std::vector<Eigen::Vector3d> d;
+  std::vector<char> solved;  // a track each
+};
+
 // The frames of `keys` and the tracks that two of them see, all at once.
-void AdjustKeys(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
-                const std::vector<std::size_t>& keys, std::size_t fixed, std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, const std::vector<char>& solved) {
+void AdjustKeys(TurnedFrames& turned, const std::vector<std::size_t>& keys, std::size_t fixed) {
+  auto& [tracks, options, units, frames, G, d, solved] = turned;
   ceres::CauchyLoss loss(1.0);
   ceres::SphereManifold<9> frame_sphere;
   ceres::SphereManifold<3> point_sphere;
@@ -148,7 +160,8 @@ void AdjustKeys(const std::vector<std::vector<FrameSight>>& frames, const Tracks
 }
 
 // Where a track's sights say that it is, on average; solved where they do not contradict each other.
-void Intersect(const std::vector<std::vector<FrameSight>>& frames, const std::vector<RowMajor3d>& G, std::vector<Eigen::Vector3d>& d, std::vector<char>& solved) {
+void Intersect(TurnedFrames& turned) {
+  auto& [tracks, options, units, frames, G, d, solved] = turned;
   std::fill(d.begin(), d.end(), Eigen::Vector3d::Zero());
   std::vector<int> seen(d.size(), 0);
   for (std::size_t f = 0; f < frames.size(); ++f) {
@@ -164,71 +177,46 @@ void Intersect(const std::vector<std::vector<FrameSight>>& frames, const std::ve
   }
 }
 
-// One unknown u, a direction of N numbers, against sights under Cauchy's loss at a pixel (Levenberg and Marquardt). `residual(u, k, r, J)`:
+// One unknown u, a direction of N numbers, against sights under Cauchy's loss at a pixel. `residual(u, k, r, J)`:
 // pixels of sight k and their derivatives; false behind the camera. u as it was where nothing is gained.
 template <int N, typename Residual>
 void FitDirection(std::size_t count, const Residual& residual, Eigen::Matrix<double, N, 1>& u) {
-  using Vector = Eigen::Matrix<double, N, 1>;
-  using Matrix = Eigen::Matrix<double, N, N>;
-  constexpr int kMost = 12;
-  const auto cost_at = [&](const Vector& at, Matrix* normal, Vector* gradient) {
-    double cost = 0;
+  const auto cost = [&](const Eigen::Matrix<double, N, 1>& at, NormalEquations<N>* normal) {
+    double sum = 0;
     Eigen::Vector2d r;
     Eigen::Matrix<double, 2, N> J;
     for (std::size_t k = 0; k < count; ++k) {
-      if (!residual(at, k, r, normal ? &J : nullptr)) {
-        cost += std::log1p(1e6);
-        continue;
-      }
-      const double square = r.squaredNorm();
-      cost += std::log1p(square);
-      if (!normal) continue;
-      const double w = 1 / (1 + square);
-      *normal += w * J.transpose() * J;
-      *gradient += w * J.transpose() * r;
+      const bool in_front = residual(at, k, r, normal ? &J : nullptr);
+      const RobustLoss loss = Cauchy(in_front ? r.squaredNorm() : kBehindPx2, 1);
+      sum += loss.cost;
+      if (normal && in_front) normal->Add(J, r, loss.weight);
     }
-    return cost;
+    return sum;
   };
-  u.normalize();
-  double lambda = 1e-4;
-  for (int i = 0; i < kMost; ++i) {
-    Matrix normal = Matrix::Zero();
-    Vector gradient = Vector::Zero();
-    const double cost = cost_at(u, &normal, &gradient);
-    const double size = normal.trace();
-    if (!(size > 0) || !std::isfinite(cost)) return;
-    bool better = false;
-    double next_cost = cost;
-    for (int attempt = 0; attempt < 4 && !better; ++attempt, lambda *= 10) {
-      Matrix damped = normal + size * u * u.transpose();  // its own scale is free
-      damped.diagonal() *= 1 + lambda;
-      damped.diagonal().array() += 1e-12 * size;
-      const Vector next = (u - Vector(SolveSymmetric(damped, gradient))).normalized();
-      if (!next.allFinite()) continue;
-      next_cost = cost_at(next, nullptr, nullptr);
-      if (next_cost < cost) {
-        u = next;
-        better = true;
-      }
-    }
-    if (!better || cost - next_cost < 1e-7 * cost) return;
-    lambda = std::max(1e-7, lambda * 1e-2);
-  }
+  MinimiseSquares<N>({.max_iterations = 12,
+                      .max_attempts = 4,
+                      .tolerance = 1e-7,
+                      .damping = 1e-4,
+                      .min_damping = 1e-7,
+                      .damping_rise = 10,
+                      .homogeneous = true},
+                     cost, u);
 }
 
-bool TurnResidual(const RowMajor3d& G, const Eigen::Vector3d& d, const Eigen::Vector2d& x, double px, Eigen::Vector2d& r, Eigen::Vector2d& y, double& scale) {
+struct TurnedImage {
+  Eigen::Vector2d y;
+  double scale;  // pixels a unit of the image, over its depth
+};
+std::optional<TurnedImage> Turned(const RowMajor3d& G, const Eigen::Vector3d& d, double px) {
   const Eigen::Vector3d q = G * d;
-  if (!(q.z() > 1e-9)) return false;
-  y = q.head<2>() / q.z();
-  r = (y - x) * px;
-  scale = px / q.z();
-  return true;
+  if (!(q.z() > 1e-9)) return std::nullopt;
+  return TurnedImage{q.head<2>() / q.z(), px / q.z()};
 }
 
 // Each frame against the points as they are, each point against the frames as they are: both in parallel, both exact minima of their
 // own, so that in the end every frame and point is as all its sights want it and not only the keys'.
-void AdjustFrames(const std::vector<std::vector<FrameSight>>& frames, const Tracks& tracks, const std::vector<Units>& units, const HomographyOptions& options,
-                  const std::vector<char>& which, const std::vector<char>& solved, const std::vector<Eigen::Vector3d>& d, std::vector<RowMajor3d>& G) {
+void AdjustFrames(TurnedFrames& turned, const std::vector<char>& which) {
+  auto& [tracks, options, units, frames, G, d, solved] = turned;
   ParallelFor(frames.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       if (!which[f]) continue;
@@ -241,14 +229,14 @@ void AdjustFrames(const std::vector<std::vector<FrameSight>>& frames, const Trac
           sights.size(),
           [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 9>* J) {
             const Eigen::Vector3d& direction = d[static_cast<std::size_t>(sights[k].track)];
-            Eigen::Vector2d y;
-            double s = 0;
-            if (!TurnResidual(Eigen::Map<const RowMajor3d>(at.data()), direction, sights[k].x, units[f].px, r, y, s)) return false;
+            const auto image = Turned(Eigen::Map<const RowMajor3d>(at.data()), direction, units[f].px);
+            if (!image) return false;
+            r = (image->y - sights[k].x) * units[f].px;
             if (J) {
               J->setZero();
               for (int i = 0; i < 2; ++i) {
-                J->template block<1, 3>(i, 3 * i) = s * direction.transpose();
-                J->template block<1, 3>(i, 6) = -s * y[i] * direction.transpose();
+                J->template block<1, 3>(i, 3 * i) = image->scale * direction.transpose();
+                J->template block<1, 3>(i, 6) = -image->scale * image->y[i] * direction.transpose();
               }
             }
             return true;
@@ -259,20 +247,21 @@ void AdjustFrames(const std::vector<std::vector<FrameSight>>& frames, const Trac
   });
 }
 
-void AdjustPoints(const std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>>& sights, const std::vector<Units>& units, const std::vector<RowMajor3d>& G,
-                  const std::vector<char>& solved, std::vector<Eigen::Vector3d>& d) {
+void AdjustPoints(const std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>>& sights,
+                  TurnedFrames& turned) {
+  auto& [tracks, options, units, frames, G, d, solved] = turned;
   ParallelFor(d.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (!solved[t]) continue;
       FitDirection<3>(
           sights[t].size(),
           [&](const Eigen::Vector3d& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 3>* J) {
-            const auto& [f, x] = sights[t][k];
-            Eigen::Vector2d y;
-            double s = 0;
-            if (!TurnResidual(G[f], at, x, units[f].px, r, y, s)) return false;
+            const std::size_t f = sights[t][k].first;
+            const auto image = Turned(G[f], at, units[f].px);
+            if (!image) return false;
+            r = (image->y - sights[t][k].second) * units[f].px;
             if (J)
-              for (int i = 0; i < 2; ++i) J->row(i) = s * (G[f].row(i) - y[i] * G[f].row(2));
+              for (int i = 0; i < 2; ++i) J->row(i) = image->scale * (G[f].row(i) - image->y[i] * G[f].row(2));
             return true;
           },
           d[t]);
@@ -305,80 +294,72 @@ std::vector<std::size_t> ChooseKeys(const std::vector<std::vector<FrameSight>>& 
   return {};
 }
 
-}  // namespace
-
-FactorizationResult ReconstructByHomographies(const Tracks& tracks, const HomographyOptions& options, ProgressSink& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  if (tracks.frames.empty()) throw DataError("there are no frames to relate");
-  std::vector<Units> units;
-  for (const Tracks::Frame& frame : tracks.frames) units.emplace_back(frame.size_px);
-  const auto frames = SightsOfFrames(tracks, units);
+// Outwards from the middle: each frame from its neighbour on the middle's side.
+void ChainFrames(TurnedFrames& turned, std::vector<MissingFrame>& unlinked, ProgressSink& progress) {
+  auto& [tracks, options, units, frames, G, d, solved] = turned;
   const std::size_t n = frames.size(), middle = n / 2;
-  FactorizationResult result;
-  std::vector<RowMajor3d> G(n, RowMajor3d::Identity());
+  G.assign(n, RowMajor3d::Identity());
   Progress steps(progress, "homographies", static_cast<long>(n));
-  // Outwards from the middle: the link of frame f is from its neighbour on the middle's side.
   std::vector<std::optional<Eigen::Matrix3d>> link(n);
   ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       CheckInterrupted();
-      if (f != middle) link[f] = Between(frames[f > middle ? f - 1 : f + 1], frames[f], units[f].px, options);
+      if (f != middle)
+        link[f] =
+            Between(turned.frames[f > middle ? f - 1 : f + 1], turned.frames[f], turned.units[f].px, turned.options);
       steps.Step();
     }
   });
   const auto chain = [&](std::size_t from, std::size_t to) {
+    turned.G[to] = turned.G[from];
     if (link[to]) {
-      G[to] = *link[to] * G[from];
-      G[to].normalize();
+      turned.G[to] = *link[to] * turned.G[from];
+      turned.G[to].normalize();
     } else {
-      G[to] = G[from];
-      MissingFrame& missing = result.missing.emplace_back();
+      MissingFrame& missing = unlinked.emplace_back();
       missing.frame = static_cast<int>(to);
       missing.reason = "shares too few features with its neighbour: taken not to have moved";
     }
   };
   for (std::size_t f = middle; f + 1 < n; ++f) chain(f, f + 1);
   for (std::size_t f = middle; f > 0; --f) chain(f, f - 1);
+}
 
-  std::vector<Eigen::Vector3d> d(tracks.tracks.size());
-  std::vector<char> solved(tracks.tracks.size(), 0);
-  Intersect(frames, G, d, solved);
-  std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> sights_of(tracks.tracks.size());
+// Coarse to fine: the keys with all that ties them, the frames between them on what that found, then everything in
+// turns.
+void AdjustInTurns(TurnedFrames& turned) {
+  const std::size_t n = turned.frames.size(), middle = n / 2;
+  std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> sights_of(turned.d.size());
   for (std::size_t f = 0; f < n; ++f)
-    for (const FrameSight& s : frames[f]) sights_of[static_cast<std::size_t>(s.track)].emplace_back(f, s.x);
-  // Coarse to fine: the keys with all that ties them, the frames between them on what that found, then everything in turns.
-  const std::vector<std::size_t> keys = ChooseKeys(frames);
-  const std::vector<RowMajor3d> chained = G;
-  AdjustKeys(frames, tracks, units, options, keys, middle, G, d, solved);
+    for (const FrameSight& s : turned.frames[f]) sights_of[static_cast<std::size_t>(s.track)].emplace_back(f, s.x);
+  const std::vector<std::size_t> keys = ChooseKeys(turned.frames);
+  const std::vector<RowMajor3d> chained = turned.G;
+  AdjustKeys(turned, keys, middle);
   std::vector<char> between(n, 1), all(n, 1);
   all[middle] = 0;
   for (std::size_t f = 0, k = 0; f < n; ++f) {
     while (k + 1 < keys.size() && keys[k + 1] <= f) ++k;
     const std::size_t key = k + 1 < keys.size() && keys[k + 1] - f < f - keys[k] ? keys[k + 1] : keys[k];
     if (f == key) between[f] = 0;
-    else G[f] = chained[f] * chained[key].inverse() * G[key];
-    G[f].normalize();
+    else
+      turned.G[f] = chained[f] * chained[key].inverse() * turned.G[key];
+    turned.G[f].normalize();
   }
-  AdjustPoints(sights_of, units, G, solved, d);
-  AdjustFrames(frames, tracks, units, options, between, solved, d, G);
-  for (int round = 0; round < options.rounds; ++round) {
+  AdjustPoints(sights_of, turned);
+  AdjustFrames(turned, between);
+  for (int round = 0; round < turned.options.rounds; ++round) {
     CheckInterrupted();
-    AdjustPoints(sights_of, units, G, solved, d);
-    AdjustFrames(frames, tracks, units, options, all, solved, d, G);
+    AdjustPoints(sights_of, turned);
+    AdjustFrames(turned, all);
   }
-  AdjustPoints(sights_of, units, G, solved, d);
+  AdjustPoints(sights_of, turned);
+}
 
-  // Whatever the sign of what was found: in front is where the sights are.
-  for (std::size_t f = 0; f < n; ++f) {
-    int front = 0;
-    for (const FrameSight& s : frames[f])
-      if (solved[static_cast<std::size_t>(s.track)]) front += G[f].row(2).dot(d[static_cast<std::size_t>(s.track)]) > 0 ? 1 : -1;
-    if (front < 0) G[f] = -G[f];
-  }
-  result.upgrade = UpgradeKind::kQuasiAffine;
-  result.upgrade_reason = "the frames have no structure: they are related by homographies";
-  result.placed.assign(n, 1);
-  for (std::size_t f = 0; f < n; ++f) {
+// Cameras, points and the sights that agree.
+void TakeResult(const TurnedFrames& turned, FactorizationResult& result) {
+  const auto& [tracks, options, units, frames, G, d, solved] = turned;
+  result.placed.assign(frames.size(), 1);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
     Matrix34d P = Matrix34d::Zero();
     const Eigen::Matrix3d M = units[f].PxFromUnits() * G[f];
     P.leftCols<3>() = M / M.norm();
@@ -387,7 +368,7 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
   double sum = 0;
   std::vector<double> square(d.size(), 0);
   std::vector<FactorizationPoint> points(d.size());
-  for (std::size_t f = 0; f < n; ++f)
+  for (std::size_t f = 0; f < frames.size(); ++f)
     for (const FrameSight& s : frames[f]) {
       const auto t = static_cast<std::size_t>(s.track);
       if (!solved[t]) continue;
@@ -413,7 +394,39 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
     result.points.push_back(std::move(p));
   }
   result.rms_px = result.projective_rms_px = result.sights > 0 ? std::sqrt(sum / static_cast<double>(result.sights)) : 0;
-  result.seconds.total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+FactorizationResult ReconstructByHomographies(const Tracks& tracks, const HomographyOptions& options,
+                                              ProgressSink& progress) {
+  const Stopwatch watch;
+  if (tracks.frames.empty()) throw DataError("there are no frames to relate");
+  TurnedFrames turned{tracks,
+                      options,
+                      {},
+                      {},
+                      {},
+                      std::vector<Eigen::Vector3d>(tracks.tracks.size()),
+                      std::vector<char>(tracks.tracks.size(), 0)};
+  for (const Tracks::Frame& frame : tracks.frames) turned.units.emplace_back(frame.size_px);
+  turned.frames = SightsOfFrames(tracks, turned.units);
+  FactorizationResult result;
+  ChainFrames(turned, result.missing, progress);
+  Intersect(turned);
+  AdjustInTurns(turned);
+  // Whatever the sign of what was found: in front is where the sights are.
+  for (std::size_t f = 0; f < turned.frames.size(); ++f) {
+    int front = 0;
+    for (const FrameSight& s : turned.frames[f])
+      if (const auto t = static_cast<std::size_t>(s.track); turned.solved[t])
+        front += turned.G[f].row(2).dot(turned.d[t]) > 0 ? 1 : -1;
+    if (front < 0) turned.G[f] = -turned.G[f];
+  }
+  result.upgrade = UpgradeKind::kQuasiAffine;
+  result.upgrade_reason = "the frames have no structure: they are related by homographies";
+  TakeResult(turned, result);
+  result.seconds.total = watch.Seconds();
   return result;
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {
 

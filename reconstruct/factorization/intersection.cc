@@ -1,14 +1,20 @@
 #include "reconstruct/factorization/intersection.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "reconstruct/factorization/ransac.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/levenberg_marquardt.h"
 
 namespace lumi {
 namespace {
+
+constexpr std::size_t kMostPairs = 24;  // of sights, that a track's point is sought from
 
 struct Ray {
   const Matrix34d* P;
@@ -37,39 +43,28 @@ Eigen::Vector4d LinearPoint(const std::vector<Ray>& views, const std::vector<cha
 }
 
 Eigen::Vector4d RefinePoint(const std::vector<Ray>& views, const std::vector<char>& use, Eigen::Vector4d X) {
-  const auto loss = [&](const Eigen::Vector4d& Y) {
+  const auto cost = [&](const Eigen::Vector4d& Y, NormalEquations<4>* normal) {
     double sum = 0;
-    for (std::size_t i = 0; i < views.size(); ++i)
-      if (use[i]) sum += PointErrorPx2(views[i], Y);
-    return sum;
-  };
-  double best = loss(X), damping = 1e-9;
-  for (int round = 0; round < 8 && std::isfinite(best); ++round) {
-    Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d g = Eigen::Vector4d::Zero();
     for (std::size_t i = 0; i < views.size(); ++i) {
       if (!use[i]) continue;
       const Matrix34d& P = *views[i].P;
-      const Eigen::Vector3d q = P * X;
-      const Eigen::Vector2d y = q.head<2>() / q.z();
+      const Eigen::Vector3d q = P * Y;
+      const Eigen::Vector2d y = q.head<2>() / q.z(), r = (y - views[i].x) * views[i].unit;
+      sum += r.squaredNorm();
+      if (!normal) continue;
       Eigen::Matrix<double, 2, 4> J;
-      for (int r = 0; r < 2; ++r) J.row(r) = (P.row(r) - y[r] * P.row(2)) * (views[i].unit / q.z());
-      A.noalias() += J.transpose() * J;
-      g.noalias() += J.transpose() * ((y - views[i].x) * views[i].unit);
+      for (int k = 0; k < 2; ++k) J.row(k) = (P.row(k) - y[k] * P.row(2)) * (views[i].unit / q.z());
+      normal->Add(J, r);
     }
-    const double size = A.trace() / 4;
-    const Eigen::Vector4d Y = (X - SolveSymmetric(A + size * (X * X.transpose() + damping * Eigen::Matrix4d::Identity()), g)).normalized();
-    const double c = Y.allFinite() ? loss(Y) : std::numeric_limits<double>::infinity();
-    if (c < best) {
-      const bool done = best - c < 1e-6 * best;
-      X = Y;
-      best = c;
-      if (done) break;
-    } else {
-      if (damping > 1e-3) break;
-      damping *= 1e3;
-    }
-  }
+    return sum;
+  };
+  MinimiseSquares<4>({.max_iterations = 8,
+                      .max_attempts = 4,
+                      .tolerance = 1e-6,
+                      .damping = 1e-9,
+                      .damping_rise = 1e3,
+                      .homogeneous = true},
+                     cost, X);
   return X;
 }
 
@@ -82,60 +77,41 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
     const auto f = static_cast<std::size_t>(sights[k].frame);
     if (model.placed[f]) views.push_back({&model.P[f], sights[k].x, points.px_per_unit[f], k});
   }
-  const double limit2 = options.inlier_px * options.inlier_px;
-  std::vector<char> use(views.size(), 1), best_use;
-  Eigen::Vector4d X = model.X[track];
-  int best_count = 0;
-  double best_sum = std::numeric_limits<double>::infinity();
-  const auto offer = [&](const Eigen::Vector4d& Y) {
-    int count = 0;
-    double sum = 0;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const double e = PointErrorPx2(views[i], Y);
-      use[i] = e < limit2;
-      count += use[i];
-      if (use[i]) sum += e;
-    }
-    if (count > best_count || (count == best_count && sum < best_sum)) {
-      best_count = count;
-      best_sum = sum;
-      best_use = use;
-      X = Y;
-    }
-  };
-  const int n = static_cast<int>(views.size());
+  const std::size_t n = views.size();
+  const auto error = [&](const Eigen::Vector4d& X, std::size_t i) { return PointErrorPx2(views[i], X); };
+  Consensus<Eigen::Vector4d, decltype(error)> consensus(n, options.inlier_px * options.inlier_px, error);
   if (n >= 2) {
-    if (model.solved[track]) offer(model.X[track]);
-    if (best_count < n) {
-      std::vector<char> all(views.size(), 1);
-      offer(RefinePoint(views, all, LinearPoint(views, all)));
-    }
-    if (best_count < n && n > 2) {
+    if (model.solved[track]) consensus.Offer(model.X[track]);
+    const std::vector<char> all(n, 1);
+    if (consensus.InlierCount() < static_cast<int>(n))
+      consensus.Offer(RefinePoint(views, all, LinearPoint(views, all)));
+    if (consensus.InlierCount() < static_cast<int>(n) && n > 2) {
       std::mt19937_64 random(options.seed ^ (0x9e3779b97f4a7c15ULL * (track + 1)));
-      const int pairs = n * (n - 1) / 2, rounds = std::min(pairs, 24);
-      std::vector<char> two(views.size(), 0);
-      for (int round = 0; round < rounds && best_count < n - 1; ++round) {
-        std::size_t i = random() % views.size(), j = random() % (views.size() - 1);
-        if (j >= i) ++j;
-        two[i] = two[j] = 1;
-        offer(LinearPoint(views, two));
-        two[i] = two[j] = 0;
-      }
+      const int pairs = static_cast<int>(std::min<std::size_t>(n * (n - 1) / 2, kMostPairs));
+      std::vector<char> two(n, 0);
+      DrawModels<2>({.max_trials = pairs, .confidence = 0.99}, n, random, consensus,
+                    [&](const std::array<std::size_t, 2>& pair) {
+                      two[pair[0]] = two[pair[1]] = 1;
+                      const bool better = consensus.Offer(LinearPoint(views, two));
+                      two[pair[0]] = two[pair[1]] = 0;
+                      return better;
+                    });
     }
   }
   model.solved[track] = 0;
-  if (best_count < std::max(2, options.min_inliers)) return false;
+  int count = consensus.InlierCount();
+  if (count < std::max(2, options.min_inliers)) return false;
   // What agrees is fitted, and asked again who agrees.
-  for (int again = 0; again < 2; ++again) {
-    const std::vector<char> fit = best_use;
-    const int before = best_count;
-    best_sum = std::numeric_limits<double>::infinity();
-    offer(RefinePoint(views, fit, X));
-    if (best_count == before) break;
+  for (int again = 0, before = -1; again < 2 && count != before; ++again) {
+    before = count;
+    consensus.Offer(RefinePoint(views, consensus.Inliers(), consensus.best()));
+    count = consensus.InlierCount();
   }
-  model.X[track] = X.normalized();
+  if (count < std::max(2, options.min_inliers)) return false;
+  model.X[track] = consensus.best().normalized();
   model.solved[track] = 1;
-  for (std::size_t i = 0; i < views.size(); ++i) model.inlier[track][views[i].sight] = best_use[i];
+  const std::vector<char> agrees = consensus.Inliers();
+  for (std::size_t i = 0; i < n; ++i) model.inlier[track][views[i].sight] = agrees[i];
   return true;
 }
 

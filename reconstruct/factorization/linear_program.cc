@@ -12,14 +12,17 @@ namespace {
 
 constexpr double kFeasible = 1e-10;
 
-// Rows of A in the order in which they are met; A is row-major with d numbers a row.
-bool SolveIncrementally(int d, const std::vector<double>& A, const std::vector<double>& b, const std::vector<double>& c, const std::vector<double>& low,
-           const std::vector<double>& high, std::vector<double>& x) {
-  const auto n = b.size();
-  const auto dim = static_cast<std::size_t>(d);
+// Rows of A in the order in which they are met; A is row-major with as many numbers a row as c has.
+struct BoxedProgram {
+  std::vector<double> A, b, c, low, high;
+};
+
+bool SolveIncrementally(const BoxedProgram& program, std::vector<double>& x) {
+  const auto& [A, b, c, low, high] = program;
+  const std::size_t n = b.size(), dim = c.size();
   x.resize(dim);
   for (std::size_t k = 0; k < dim; ++k) x[k] = c[k] < 0 ? low[k] : high[k];
-  if (d == 1) {
+  if (dim == 1) {
     double from = low[0], to = high[0];
     for (std::size_t i = 0; i < n; ++i) {
       if (std::abs(A[i]) < kFeasible) {
@@ -45,7 +48,11 @@ bool SolveIncrementally(int d, const std::vector<double>& A, const std::vector<d
     for (std::size_t k = 1; k < dim; ++k)
       if (std::abs(a[k]) > std::abs(a[out])) out = k;
     if (std::abs(a[out]) < kFeasible) return false;
-    std::vector<double> A2((i + 2) * (dim - 1)), b2(i + 2), c2(dim - 1), low2(dim - 1), high2(dim - 1), x2;
+    const std::size_t less = dim - 1;
+    BoxedProgram reduced{std::vector<double>((i + 2) * less), std::vector<double>(i + 2), std::vector<double>(less),
+                         std::vector<double>(less), std::vector<double>(less)};
+    auto& [A2, b2, c2, low2, high2] = reduced;
+    std::vector<double> x2;
     const double inverse = 1 / a[out];
     const auto reduce = [&](const double* row, double rhs, std::size_t to) {
       const double factor = row[out] * inverse;
@@ -74,7 +81,7 @@ bool SolveIncrementally(int d, const std::vector<double>& A, const std::vector<d
         low2[j] = low[k];
         high2[j++] = high[k];
       }
-    if (!SolveIncrementally(d - 1, A2, b2, c2, low2, high2, x2)) return false;
+    if (!SolveIncrementally(reduced, x2)) return false;
     double rest = b[i];
     for (std::size_t k = 0, j = 0; k < dim; ++k)
       if (k != out) {
@@ -97,15 +104,18 @@ std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, cons
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937_64 random(seed);
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-  std::vector<double> rows(order.size() * d), rhs(order.size());
+  BoxedProgram program{std::vector<double>(order.size() * d),
+                       std::vector<double>(order.size()),
+                       {c.data(), c.data() + c.size()},
+                       std::vector<double>(d, -bound),
+                       std::vector<double>(d, bound)};
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto from = static_cast<Eigen::Index>(order[i]);
-    rhs[i] = b[from];
-    for (std::size_t k = 0; k < d; ++k) rows[i * d + k] = A(from, static_cast<Eigen::Index>(k));
+    program.b[i] = b[from];
+    for (std::size_t k = 0; k < d; ++k) program.A[i * d + k] = A(from, static_cast<Eigen::Index>(k));
   }
-  const std::vector<double> goal(c.data(), c.data() + c.size()), low(d, -bound), high(d, bound);
   std::vector<double> x;
-  if (!SolveIncrementally(static_cast<int>(d), rows, rhs, goal, low, high, x)) return std::nullopt;
+  if (!SolveIncrementally(program, x)) return std::nullopt;
   return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(d));
 }
 

@@ -1,5 +1,7 @@
-// Small dense linear programs: few unknowns, many constraints (Seidel 1991: randomised incremental, expected time linear
-// in the constraints).
+// Small dense linear programs: few unknowns, many constraints (Seidel 1991: randomised incremental, expected time
+// linear in the constraints). By hand: CGAL, whose headers cost 15 s of compiling, stays in proxy.
+// proxy/simplify/halfspace_program is the same method for another question, the allowed point nearest to a goal in
+// three dimensions, unique and found in a microsecond; this one's optimum is a vertex, exact in its margin.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,10 +1,13 @@
 #include "reconstruct/factorization/merge.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "reconstruct/factorization/ransac.h"
 #include "scene/geometry/dense_solvers.h"
 
 namespace lumi {
@@ -15,6 +18,9 @@ using Eigen::Vector4d;
 using Matrix16d = Eigen::Matrix<double, 16, 16>;
 using Vector16d = Eigen::Matrix<double, 16, 1>;
 using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+constexpr double kMostLoss =
+    28;  // of a sight, of its scale's square: one at infinity counts as one a million scales off
 
 struct SharedSight {
   Vector4d X;              // the part's point
@@ -57,61 +63,37 @@ void AddPoint(const Vector4d& whole, const Vector4d& part, Matrix16d& gram) {
     for (int j = 0; j < 4; ++j) gram.block<4, 4>(4 * i, 4 * j) += across(i, j) * outer;
 }
 
-// Gauss-Newton with Cauchy weights on the sixteen numbers, their scale held.
-Matrix4d RefineTransformation(const std::vector<SharedSight>& sights, Matrix4d H, double scale_px) {
-  H.normalize();
-  const double s2 = scale_px * scale_px;
-  const auto loss = [&](const Matrix4d& G) {
+Matrix4d RefineTransformation(const std::vector<SharedSight>& sights, const Matrix4d& H, double scale_px,
+                              LeastSquaresSummary& summary) {
+  const auto cost = [&](const Vector16d& h, NormalEquations<16>* normal) {
+    const Matrix4d G = Eigen::Map<const RowMajor4d>(h.data());
     double sum = 0;
-    for (const SharedSight& s : sights) sum += std::log1p(std::min(1e12, SharedErrorPx2(s, G) / s2));
-    return sum;
-  };
-  double best = loss(H), damping = 1e-6;
-  for (int round = 0; round < 20; ++round) {
-    Matrix16d A = Matrix16d::Zero();
-    Vector16d g = Vector16d::Zero();
     for (const SharedSight& s : sights) {
-      const Eigen::Vector3d q = *s.P * (H * s.X);
-      const Eigen::Vector2d y = q.head<2>() / q.z();
-      const Eigen::Vector2d r = (y - s.x) * s.unit;
-      const double w = 1 / (1 + r.squaredNorm() / s2);
+      const Eigen::Vector3d q = *s.P * (G * s.X);
+      const Eigen::Vector2d y = q.head<2>() / q.z(), r = (y - s.x) * s.unit;
+      const RobustLoss loss = Cauchy(SharedErrorPx2(s, G), scale_px * scale_px);
+      sum += std::min(loss.cost, kMostLoss * scale_px * scale_px);
+      if (!normal) continue;
       Eigen::Matrix<double, 2, 16> J;
       for (int k = 0; k < 2; ++k) {
         const Eigen::RowVector4d by_point = (s.P->row(k) - y[k] * s.P->row(2)) * (s.unit / q.z());
         for (int i = 0; i < 4; ++i) J.block<1, 4>(k, 4 * i) = by_point[i] * s.X.transpose();
       }
-      if (!J.allFinite()) continue;
-      A.noalias() += w * J.transpose() * J;
-      g.noalias() += w * J.transpose() * r;
+      if (J.allFinite()) normal->Add(J, r, loss.weight);
     }
-    const RowMajor4d rows = H;
-    const Eigen::Map<const Vector16d> h(rows.data());
-    const double size = A.trace() / 16;
-    bool better = false;
-    for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-      const Vector16d next = h - SolveSymmetric(A + size * (h * h.transpose() + damping * Matrix16d::Identity()), g);
-      const Matrix4d G = Matrix4d(Eigen::Map<const RowMajor4d>(next.data())).normalized();
-      const double c = G.allFinite() ? loss(G) : std::numeric_limits<double>::infinity();
-      if (c < best) {
-        const bool done = best - c < 1e-7 * best;
-        better = true;
-        best = c;
-        H = G;
-        damping = std::max(damping * 0.1, 1e-14);
-        if (done) return H;
-      } else {
-        damping *= 100;
-      }
-    }
-    if (!better) break;
-  }
-  return H;
+    return sum;
+  };
+  const RowMajor4d rows = H;
+  Vector16d h = Eigen::Map<const Vector16d>(rows.data());
+  summary = MinimiseSquares<16>({.max_iterations = 20, .tolerance = 1e-7, .min_damping = 1e-14, .homogeneous = true},
+                                cost, h);
+  return Eigen::Map<const RowMajor4d>(h.data());
 }
 
 }  // namespace
 
-MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Window& window, const ProjectiveModel& part,
-    const MergeOptions& options) {
+MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const FrameWindow& window,
+                   const ProjectiveModel& part, const MergeOptions& options) {
   MergeSummary summary;
   std::vector<std::pair<Matrix34d, Matrix34d>> cameras;
   for (std::size_t i = 0; i < window.frames.size(); ++i) {
@@ -135,30 +117,19 @@ MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Wind
   if (summary.shared_tracks < options.min_shared_tracks || sights.empty()) return summary;
 
   const double limit2 = options.inlier_px * options.inlier_px;
-  double best = std::numeric_limits<double>::infinity();
-  Matrix4d H = Matrix4d::Identity();
-  const auto offer = [&](const Matrix4d& G) {
-    double score = 0;
-    for (const SharedSight& s : sights) {
-      score += std::min(limit2, SharedErrorPx2(s, G));
-      if (score >= best) return;
-    }
-    best = score;
-    H = G;
-  };
-  if (cameras.size() >= 2) offer(FromCameras(cameras));
-  const double good = 0.1 * limit2 * static_cast<double>(sights.size());
+  const auto error = [&](const Matrix4d& G, std::size_t i) { return SharedErrorPx2(sights[i], G); };
+  Consensus<Matrix4d, decltype(error)> consensus(sights.size(), limit2, error);
+  if (cameras.size() >= 2) consensus.Offer(FromCameras(cameras));
   std::mt19937_64 random(options.seed);
-  for (int round = 0; round < options.max_iterations && best > good && shared.size() >= 5; ++round) {
-    Matrix16d gram = Matrix16d::Zero();
-    for (int k = 0; k < 5; ++k) {
-      const auto& [w, p] = shared[random() % shared.size()];
-      AddPoint(w, p, gram);
-    }
-    offer(SmallestTransformation(gram));
-  }
-  if (!std::isfinite(best)) return summary;
-  offer(RefineTransformation(sights, H, options.inlier_px / 2));
+  DrawModels<5>({.max_trials = options.max_iterations}, shared.size(), random, consensus,
+                [&](const std::array<std::size_t, 5>& sample) {
+                  Matrix16d gram = Matrix16d::Zero();
+                  for (const std::size_t k : sample) AddPoint(shared[k].first, shared[k].second, gram);
+                  return consensus.Offer(SmallestTransformation(gram));
+                });
+  if (!consensus.found()) return summary;
+  consensus.Offer(RefineTransformation(sights, consensus.best(), options.inlier_px / 2, summary.refined));
+  const Matrix4d H = consensus.best();
   int inliers = 0;
   double sum = 0;
   for (const SharedSight& s : sights) {

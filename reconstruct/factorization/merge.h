@@ -6,6 +6,7 @@
 
 #include "reconstruct/factorization/projective_model.h"
 #include "reconstruct/factorization/windows.h"
+#include "scene/geometry/levenberg_marquardt.h"
 
 namespace lumi {
 
@@ -22,11 +23,12 @@ struct MergeSummary {
   int shared_frames = 0, shared_tracks = 0;
   double inlier_share = 0;
   double rms_px = 0;              // of the part's shared points in the whole's cameras, inliers only
+  LeastSquaresSummary refined;    // of the transformation
 };
 
 // Adds a window's model (local numbers) to the whole's (those of `points`). Frames and tracks that both have keep the
 // whole's camera and point. Nothing is changed unless merged.
-MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Window& window, const ProjectiveModel& part,
-                   const MergeOptions& options);
+MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const FrameWindow& window,
+                   const ProjectiveModel& part, const MergeOptions& options);
 
 }  // namespace lumi

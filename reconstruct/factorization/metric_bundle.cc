@@ -9,11 +9,11 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <chrono>
 #include <deque>
 #include <memory>
 
 #include "reconstruct/factorization/normalise.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -125,7 +125,7 @@ constexpr std::size_t kDenseMetricCameras = 60;
 
 BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& used, MetricModel& model, FreeIntrinsics free,
                            const BundleOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   BundleSummary result;
   const auto rms = [&] {
     ProjectiveModel p = used;
@@ -199,7 +199,7 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds = watch.Seconds();
   if (!summary.IsSolutionUsable() || !k.allFinite()) return result;
   for (std::size_t f = 0; f < pose.size(); ++f) {
     if (!used.placed[f]) continue;

@@ -5,11 +5,11 @@
 #include <ceres/solver.h>
 #include <ceres/sphere_manifold.h>
 
-#include <chrono>
 #include <deque>
 #include <memory>
 
 #include "reconstruct/factorization/reprojection_cost.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -41,7 +41,7 @@ TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std
 
 BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options,
     const std::vector<char>& held) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   BundleSummary result;
   result.start_rms_px = result.rms_px = RmsPx(points, model);
   std::vector<RowMajor34d> P(model.P.begin(), model.P.end());
@@ -101,7 +101,7 @@ BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds = watch.Seconds();
   if (!summary.IsSolutionUsable()) return result;
   for (std::size_t f = 0; f < P.size(); ++f)
     if (model.placed[f] && !P[f].allFinite()) return result;

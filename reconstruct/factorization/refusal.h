@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 #include "reconstruct/factorization/seed.h"
 
 namespace lumi {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "scene/geometry/levenberg_marquardt.h"
 #include "scene/geometry/projection.h"
 
 namespace lumi {
@@ -23,14 +24,15 @@ struct Resection {
   std::vector<char> inlier;
   int inlier_count = 0;
   double rms_px = 0;                 // of the inliers
+  LeastSquaresSummary refined;       // of the last refinement
 };
 
 // X: homogeneous, norm 1; x: normalised image points. nullopt where fewer than min_inliers agree with any camera.
 std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, double px_per_unit,
                                 const ResectionOptions& options);
 
-// Gauss-Newton on the points with a weight > 0; Cauchy weights of this scale (0: least squares).
-Matrix34d RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, const std::vector<char>& use,
-                       double px_per_unit, double scale_px, Matrix34d P);
+// P to the least reprojection error of the points in `use`; Cauchy weights of this scale (0: least squares).
+LeastSquaresSummary RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x,
+                                 const std::vector<char>& use, double px_per_unit, double scale_px, Matrix34d& P);
 
 }  // namespace lumi

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/factorization/factorise.h"
 #include "reconstruct/factorization/intersection.h"
+#include "reconstruct/factorization/rank4_factorization.h"
 #include "reconstruct/factorization/refusal.h"
 #include "reconstruct/factorization/steering.h"
+#include "scene/geometry/median.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -58,7 +59,7 @@ void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const Fac
   if (std::isfinite(after) && !(after > before)) model = std::move(next);
 }
 
-SolvedWindow SolveWindow(const ImagePoints& all, Window window, const FactorizationOptions& options) {
+SolvedWindow SolveWindow(const ImagePoints& all, FrameWindow window, const FactorizationOptions& options) {
   SolvedWindow result;
   WindowDiagnostics& d = result.diagnostics;
   d.first_frame = window.frames.front();
@@ -112,7 +113,7 @@ SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera
   const auto frame_count = static_cast<int>(points.FrameCount());
   int lasting = window_options.length;   // frames from a window's first to its last
   while (true) {
-    std::vector<Window> windows = SplitIntoWindows(points, window_options);
+    std::vector<FrameWindow> windows = SplitIntoWindows(points, window_options);
     solved.assign(windows.size(), {});
     Progress progress(sink, "factorising windows", static_cast<long>(windows.size()));
     ParallelFor(windows.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -128,10 +129,9 @@ SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera
     }
     std::vector<double> parallax;
     for (const SolvedWindow& w : solved) parallax.push_back(w.diagnostics.parallax_px);
-    std::nth_element(parallax.begin(), parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2), parallax.end());
     // Frames that nothing links stay apart however long the windows are.
     const bool all_frames = windows.size() < 2 || lasting >= frame_count;
-    if (any && (all_frames || parallax[parallax.size() / 2] >= kLeastParallaxPx)) break;
+    if (any && (all_frames || Median(parallax) >= kLeastParallaxPx)) break;
     if (!any && all_frames) Refuse(points, homographies, camera);
     if (any && !options.windows.ordered) break;
     lasting = std::min(3 * lasting, frame_count);

@@ -3,13 +3,13 @@
 
 #include <vector>
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 #include "reconstruct/factorization/seed.h"
 
 namespace lumi {
 
 struct SolvedWindow {
-  Window window;
+  FrameWindow window;
   Seed seed;               // seed.model: the window's, after everything
   WindowDiagnostics diagnostics;
 };

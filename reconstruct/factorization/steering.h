@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "reconstruct/factorization/factorization.h"
 #include "reconstruct/factorization/projective_bundle.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {
 

@@ -1,7 +1,7 @@
 // A model's cameras and points as the result has them: pixels instead of normalised coordinates, sights by their tracks' observations.
 #pragma once
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {
 

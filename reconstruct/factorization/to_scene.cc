@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {
 namespace {

@@ -67,23 +67,13 @@ std::optional<MetricAttempt> Attempt(const ImagePoints& points, const Projective
   return a;
 }
 
-}  // namespace
-
-bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, const std::vector<Window>& windows, const Tracks& tracks,
-               const Camera& camera, const FactorizationOptions& options, FactorizationResult& result) {
-  auto begin = std::chrono::steady_clock::now();
-  const Eigen::Matrix3d K = camera.K();
-  std::vector<Eigen::Matrix3d> K_normalised;
-  for (std::size_t f = 0; f < points.FrameCount(); ++f) K_normalised.push_back(NormalisedFromPixels(points, f) * K);
-  const Upgrade upgrade = UpgradeToEuclidean(points, projective, K_normalised);
-  result.seconds.upgrade += SecondsSince(begin);
-  result.upgrade_condition = upgrade.condition;
-  result.upgrade_plane_sigma = upgrade.plane_sigma;
-  result.upgrade_residual = upgrade.residual;
-  begin = std::chrono::steady_clock::now();
+// From the plane at infinity of all frames, or else from the windows' own.
+std::optional<MetricAttempt> FindAttempt(const FactorizationTask& task, const ProjectiveModel& projective,
+                                         const std::vector<FrameWindow>& windows, const Camera& camera,
+                                         const Upgrade& upgrade, FactorizationResult& result) {
+  const auto& [points, tracks, options] = task;
   MetricModel start;
-  const Eigen::Vector2d focal = camera.FocalPx(), principal = camera.PrincipalPointPx();
-  start.intrinsics_px << focal, principal;
+  start.intrinsics_px << camera.FocalPx(), camera.PrincipalPointPx();
   std::optional<MetricAttempt> attempt;
   if (const auto inverse = InverseOf(upgrade.H); upgrade.found && inverse) {
     start.cam_from_world = upgrade.cam_from_world;
@@ -93,96 +83,136 @@ bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, con
     attempt = Attempt(points, projective, start, upgrade.plane_sigma, result.sigma_px, options);
   }
   const auto explained = [&] { return attempt && attempt->rms <= attempt->Limit(); };
-  if (options.adjust && windows.size() > 1 && !explained()) {
-    // No one plane at infinity does for all frames; each window may have its own. Where tracks are short, only short ones have.
-    WindowUpgradeOptions by_windows;
-    by_windows.loss = options.loss;
-    by_windows.sigma_px = result.sigma_px;
-    by_windows.max_rms_factor = kMetricRmsFactor;
-    by_windows.max_rms_more_px = kMetricRmsFloorPx;
-    std::vector<std::vector<Window>> splits{windows};
-    if (options.windows.ordered) splits.push_back(SplitIntoWindows(points, kShortWindows));
-    for (const std::vector<Window>& split : splits) {
-      const WindowUpgrade joined = UpgradeByWindows(points, projective, split, start.intrinsics_px, by_windows);
-      if (!joined.found) continue;
-      ProjectiveModel part = projective;
-      for (std::size_t t = 0; t < part.solved.size(); ++t) part.solved[t] = part.solved[t] && joined.solved[t];
-      start.cam_from_world = joined.cam_from_world;
-      start.X = joined.X;
-      auto other = Attempt(points, part, start, joined.plane_sigma, result.sigma_px, options);
-      if (other && (!attempt || other->rms < attempt->rms)) {
-        attempt = std::move(other);
-        result.upgrade_plane_sigma = attempt->plane_sigma;
-      }
-      if (explained()) break;
+  if (!options.adjust || windows.size() <= 1 || explained()) return attempt;
+  // No one plane at infinity does for all frames; each window may have its own. Where tracks are short, only short ones
+  // have.
+  WindowUpgradeOptions by_windows;
+  by_windows.loss = options.loss;
+  by_windows.sigma_px = result.sigma_px;
+  by_windows.max_rms_factor = kMetricRmsFactor;
+  by_windows.max_rms_more_px = kMetricRmsFloorPx;
+  std::vector<std::vector<FrameWindow>> splits{windows};
+  if (options.windows.ordered) splits.push_back(SplitIntoWindows(points, kShortWindows));
+  for (const std::vector<FrameWindow>& split : splits) {
+    const WindowUpgrade joined = UpgradeByWindows(points, projective, split, start.intrinsics_px, by_windows);
+    if (!joined.found) continue;
+    ProjectiveModel part = projective;
+    for (std::size_t t = 0; t < part.solved.size(); ++t) part.solved[t] = part.solved[t] && joined.solved[t];
+    start.cam_from_world = joined.cam_from_world;
+    start.X = joined.X;
+    auto other = Attempt(points, part, start, joined.plane_sigma, result.sigma_px, options);
+    if (other && (!attempt || other->rms < attempt->rms)) {
+      attempt = std::move(other);
+      result.upgrade_plane_sigma = attempt->plane_sigma;
     }
+    if (explained()) break;
   }
-  result.seconds.metric += SecondsSince(begin);
-  if (!attempt) {
-    result.upgrade_reason = "no plane at infinity could be computed";
-    return false;
-  }
-  ProjectiveModel &model = attempt->model, &steering = attempt->steering;
-  MetricModel& metric = attempt->metric;
-  const double projective_rms = attempt->projective_rms, rms = attempt->rms;
+  return attempt;
+}
+
+// What would the images say?
+void WarnOfSuspectIntrinsics(const FactorizationTask& task, const MetricAttempt& attempt, const Camera& camera,
+                             FactorizationResult& result) {
+  const FactorizationOptions& options = task.options;
+  const double rms = attempt.rms, projective_rms = attempt.projective_rms;
+  if (!options.adjust || options.intrinsics != FreeIntrinsics::kNone ||
+      !(rms > kSuspectRmsFactor * projective_rms + kSuspectRmsFloorPx))
+    return;
+  MetricModel other = attempt.metric;
   BundleOptions bundle = Adjustment(options, result.sigma_px, 30);
   bundle.tolerance = kFineTolerance;
+  const double free_rms = AdjustMetric(task.points, attempt.steering, other, FreeIntrinsics::kFocal, bundle).rms_px;
+  result.warnings.push_back(
+      fmt::format("the intrinsics fit the images worse than they should ({:.3f} px with them, {:.3f} px without): "
+                  "a focal length of {:.1f} px instead of {:.1f} px gives {:.3f} px",
+                  rms, projective_rms, other.intrinsics_px[0], camera.FocalPx()[0], free_rms));
+}
+
+// All tracks, where so far only those that steer were adjusted.
+CullResult AdjustEverything(const FactorizationTask& task, MetricAttempt& attempt) {
+  const auto& [points, tracks, options] = task;
+  ProjectiveModel& model = attempt.model;
   CullOptions cull = options.cull;
   cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
-  if (options.adjust ? !(rms <= attempt->Limit()) : !(upgrade.residual < 0.1)) {
-    result.upgrade_reason = fmt::format("the intrinsics do not explain the images: reprojection error {:.2f} px with them, "
-                                        "{:.2f} px without", rms, projective_rms);
-    return false;
-  }
-  if (!(attempt->plane_sigma <= options.max_plane_sigma)) {
-    result.upgrade_reason =
-        fmt::format("the plane at infinity is ill-conditioned (baseline too short for the noise): relative uncertainty of depths {:.2f}",
-                    attempt->plane_sigma);
-    return false;
-  }
-  begin = std::chrono::steady_clock::now();
-  if (options.adjust && options.intrinsics == FreeIntrinsics::kNone && rms > kSuspectRmsFactor * projective_rms + kSuspectRmsFloorPx) {
-    // What would the images say?
-    MetricModel other = metric;
-    const double free_rms = AdjustMetric(points, steering, other, FreeIntrinsics::kFocal, bundle).rms_px;
-    result.warnings.push_back(fmt::format("the intrinsics fit the images worse than they should ({:.3f} px with them, {:.3f} px without): "
-                                          "a focal length of {:.1f} px instead of {:.1f} px gives {:.3f} px", rms, projective_rms,
-                                          other.intrinsics_px[0], focal[0], free_rms));
-  }
-  if (options.adjust) Follow(points, steering, model, cull);
-  CullResult culled = Cull(points, model, cull);
+  if (options.adjust) Follow(points, attempt.steering, model, cull);
+  const CullResult culled = Cull(points, model, cull);
   for (std::size_t t = 0; t < model.X.size(); ++t)
-    if (model.solved[t]) metric.X[t] = model.X[t];
-  if (options.adjust) {
-    bundle = Adjustment(options, culled.sigma_px, 10);
-    bundle.tolerance = 1e-5;
-    // The tracks that steer hold a long video's ends together; the others add to what neighbours know of each other.
-    bundle.max_span = MaxSpan(model, options);
-    bundle.whole = steering.solved;
-    AdjustMetric(points, model, metric, options.intrinsics, bundle);
-    ToProjective(points, metric, model);
-    FollowWhereCut(points, model, bundle, cull);
-    culled = Cull(points, model, cull);
-  }
+    if (model.solved[t]) attempt.metric.X[t] = model.X[t];
+  if (!options.adjust) return culled;
+  BundleOptions bundle = Adjustment(options, culled.sigma_px, 10);
+  bundle.tolerance = 1e-5;
+  // The tracks that steer hold a long video's ends together; the others add to what neighbours know of each other.
+  bundle.max_span = MaxSpan(model, options);
+  bundle.whole = attempt.steering.solved;
+  AdjustMetric(points, model, attempt.metric, options.intrinsics, bundle);
+  ToProjective(points, attempt.metric, model);
+  FollowWhereCut(points, model, bundle, cull);
+  return Cull(points, model, cull);
+}
+
+// Of the sights that agree: in front of their camera; 0 for none. Far points lie on either side of infinity by their
+// noise; only those that are surely near can be behind.
+double FrontShare(const ImagePoints& points, const ProjectiveModel& model) {
   long front = 0, sights = 0;
   for (std::size_t t = 0; t < model.X.size(); ++t) {
     if (!model.solved[t]) continue;
-    // Far points lie on either side of infinity by their noise; only those that are surely near can be behind.
-    const double w = model.X[t].w();
+    const bool surely_behind_infinity = !(model.X[t].w() > -1e-3);
     for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
       const auto f = static_cast<std::size_t>(points.tracks[t][k].frame);
       if (!model.placed[f] || !model.inlier[t][k]) continue;
       ++sights;
-      front += w > -1e-3 && model.P[f].row(2).dot(model.X[t]) > 0;
+      front += !surely_behind_infinity && model.P[f].row(2).dot(model.X[t]) > 0;
     }
   }
-  result.seconds.metric += SecondsSince(begin);
-  if (sights == 0 || static_cast<double>(front) < kLeastFrontShare * static_cast<double>(sights)) {
+  return sights == 0 ? 0 : static_cast<double>(front) / static_cast<double>(sights);
+}
+
+}  // namespace
+
+bool TryMetric(const FactorizationTask& task, const ProjectiveModel& projective,
+               const std::vector<FrameWindow>& windows, const Camera& camera, FactorizationResult& result) {
+  const auto& [points, tracks, options] = task;
+  Stopwatch stage;
+  std::vector<Eigen::Matrix3d> K_normalised;
+  for (std::size_t f = 0; f < points.FrameCount(); ++f)
+    K_normalised.push_back(NormalisedFromPixels(points, f) * camera.K());
+  const Upgrade upgrade = UpgradeToEuclidean(points, projective, K_normalised);
+  result.seconds.upgrade += stage.Lap();
+  result.upgrade_condition = upgrade.condition;
+  result.upgrade_plane_sigma = upgrade.plane_sigma;
+  result.upgrade_residual = upgrade.residual;
+  std::optional<MetricAttempt> attempt = FindAttempt(task, projective, windows, camera, upgrade, result);
+  result.seconds.metric += stage.Lap();
+  if (!attempt) {
+    result.upgrade_reason = "no plane at infinity could be computed";
+    return false;
+  }
+  if (options.adjust ? !(attempt->rms <= attempt->Limit()) : !(upgrade.residual < 0.1)) {
+    result.upgrade_reason = fmt::format(
+        "the intrinsics do not explain the images: reprojection error {:.2f} px with them, "
+        "{:.2f} px without",
+        attempt->rms, attempt->projective_rms);
+    return false;
+  }
+  if (!(attempt->plane_sigma <= options.max_plane_sigma)) {
+    result.upgrade_reason = fmt::format(
+        "the plane at infinity is ill-conditioned (baseline too short for the noise): relative uncertainty of depths "
+        "{:.2f}",
+        attempt->plane_sigma);
+    return false;
+  }
+  WarnOfSuspectIntrinsics(task, *attempt, camera, result);
+  const CullResult culled = AdjustEverything(task, *attempt);
+  ProjectiveModel& model = attempt->model;
+  const double front = FrontShare(points, model);
+  result.seconds.metric += stage.Seconds();
+  if (!(front >= kLeastFrontShare)) {
     result.upgrade_reason = "points behind their cameras after the upgrade";
     return false;
   }
   result.upgrade = UpgradeKind::kMetric;
   result.upgrade_reason.clear();
+  const MetricModel& metric = attempt->metric;
   const Eigen::Vector4d& k = metric.intrinsics_px;
   result.camera = Camera::Pinhole(camera.width_px, camera.height_px, k[0], k[1], k[2], k[3]);
   // Cameras with their own depth: w is along the camera's z axis.

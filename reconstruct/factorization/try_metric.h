@@ -4,12 +4,18 @@
 
 #include <vector>
 
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {
 
+struct FactorizationTask {
+  const ImagePoints& points;
+  const Tracks& tracks;
+  const FactorizationOptions& options;
+};
+
 // result: sigma_px is read. True: it holds the metric reconstruction. False: upgrade_reason says why not.
-bool TryMetric(const ImagePoints& points, const ProjectiveModel& projective, const std::vector<Window>& windows, const Tracks& tracks,
-               const Camera& camera, const FactorizationOptions& options, FactorizationResult& result);
+bool TryMetric(const FactorizationTask& task, const ProjectiveModel& projective,
+               const std::vector<FrameWindow>& windows, const Camera& camera, FactorizationResult& result);
 
 }  // namespace lumi

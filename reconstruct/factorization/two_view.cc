@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <random>
 
 #include "reconstruct/factorization/projective_model.h"
+#include "reconstruct/factorization/ransac.h"
+#include "scene/geometry/constants.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -20,7 +22,8 @@ using Eigen::Vector3d;
 
 constexpr int kMinShared = 16;
 constexpr int kMinAgreeing = 12;
-constexpr double kConfidence = 0.9999;
+constexpr int kFewestFitted = 8;          // points that a homography is fitted to: twice those that fix it
+constexpr int kMostParallaxTrials = 300;  // pairs of points off the plane
 // Distances to a homography below this are a tracker's own error, however small the noise of the rest; or below so many
 // standard deviations of the distance to epipolar lines (it has one dimension and is shared by both frames, this one has
 // two and is not).
@@ -51,44 +54,6 @@ double TransferPx2(const PairPoints& p, std::size_t i, const Matrix3d& H) {
   const Vector3d q = H * p.a[i].homogeneous();
   const double error = (q.head<2>() / q.z() - p.b[i]).squaredNorm() * p.unit_b * p.unit_b;
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
-}
-
-// Sum of truncated errors (MSAC): smaller is better; gives up above `best`.
-template <typename Error>
-double Score(const PairPoints& p, const Error& error, double limit2, double best) {
-  double sum = 0;
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    sum += std::min(error(i), limit2);
-    if (sum >= best) return best;
-  }
-  return sum;
-}
-
-template <typename Error>
-int CountInliers(const PairPoints& p, const Error& error, double limit2) {
-  int n = 0;
-  for (std::size_t i = 0; i < p.size(); ++i) n += error(i) < limit2;
-  return n;
-}
-
-int RoundsNeeded(double inlier_share, int sample, int most) {
-  const double all = std::pow(inlier_share, sample);
-  if (all < 1e-9) return most;
-  if (all > 1 - 1e-9) return 1;
-  return static_cast<int>(std::min<double>(most, std::ceil(std::log(1 - kConfidence) / std::log1p(-all))));
-}
-
-template <std::size_t N>
-std::array<std::size_t, N> DrawSample(std::size_t n, std::mt19937_64& random) {
-  std::array<std::size_t, N> s;
-  for (std::size_t i = 0; i < N; ++i) {
-    bool again = true;
-    while (again) {
-      s[i] = random() % n;
-      again = std::find(s.begin(), s.begin() + static_cast<std::ptrdiff_t>(i), s[i]) != s.begin() + static_cast<std::ptrdiff_t>(i);
-    }
-  }
-  return s;
 }
 
 Eigen::Matrix<double, 1, 9> EpipolarRow(const Vector2d& a, const Vector2d& b) {
@@ -140,18 +105,17 @@ int SevenPoint(const PairPoints& p, const std::array<std::size_t, 7>& s, Matrix3
   return n;
 }
 
-std::optional<Matrix3d> FitHomography(const PairPoints& p, const std::vector<std::size_t>& use) {
+Matrix3d FitHomography(const PairPoints& p, const std::vector<char>& use) {
   Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
-  for (const std::size_t i : use) {
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (!use[i]) continue;
     const Vector3d a = p.a[i].homogeneous();
     const Vector2d& b = p.b[i];
     Eigen::Matrix<double, 2, 9> r;
     r << a.transpose(), 0, 0, 0, -b.x() * a.transpose(), 0, 0, 0, a.transpose(), -b.y() * a.transpose();
     gram.noalias() += r.transpose() * r;
   }
-  const Matrix3d H = MatrixFromRows(LeastDirection(gram));
-  if (!H.allFinite()) return std::nullopt;
-  return H;
+  return MatrixFromRows(LeastDirection(gram));
 }
 
 Matrix3d FourPoint(const PairPoints& p, const std::array<std::size_t, 4>& s) {
@@ -186,14 +150,6 @@ Matrix3d RefineFundamental(const PairPoints& p, Matrix3d F, double limit2) {
   return F;
 }
 
-template <typename T>
-double Percentile(std::vector<T> values, double share) {
-  if (values.empty()) return 0;
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
-}
-
 }  // namespace
 
 TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b, double px_per_unit_a, double px_per_unit_b,
@@ -205,67 +161,42 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   if (n < kMinShared) return result;
   std::mt19937_64 random(options.seed);
   const double limit2 = options.inlier_px * options.inlier_px;
-  const double worst = static_cast<double>(n) * limit2;
 
   // The homography of most points.
-  double best_h = worst;
-  for (int round = 0, needed = options.max_iterations; round < needed; ++round) {
-    const Matrix3d H = FourPoint(p, DrawSample<4>(n, random));
-    const auto error = [&](std::size_t i) { return TransferPx2(p, i, H); };
-    const double score = Score(p, error, limit2, best_h);
-    if (!(score < best_h)) continue;
-    best_h = score;
-    result.H = H;
-    needed = std::min(needed, std::max(30, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 4,
-        options.max_iterations / 4)));
-  }
-  for (int round = 0; round < 3 && best_h < worst; ++round) {
-    std::vector<std::size_t> use;
-    for (std::size_t i = 0; i < n; ++i)
-      if (TransferPx2(p, i, result.H) < limit2) use.push_back(i);
-    if (use.size() < 8) break;
-    const auto H = FitHomography(p, use);
-    if (!H) break;
-    const double score = Score(p, [&](std::size_t i) { return TransferPx2(p, i, *H); }, limit2, worst);
-    if (!(score < best_h)) break;
-    best_h = score;
-    result.H = *H;
-  }
+  const auto transfer = [&](const Matrix3d& H, std::size_t i) { return TransferPx2(p, i, H); };
+  Consensus<Matrix3d, decltype(transfer)> plane(n, limit2, transfer);
+  DrawModels<4>({.min_trials = 30, .max_trials = options.max_iterations / 4}, n, random, plane,
+                [&](const std::array<std::size_t, 4>& sample) { return plane.Offer(FourPoint(p, sample)); });
+  for (int round = 0; round < 3 && plane.InlierCount() >= kFewestFitted; ++round)
+    if (!plane.Offer(FitHomography(p, plane.Inliers()))) break;
+  result.H = plane.best();
 
-  double best_f = worst;
-  int needed = options.max_iterations;
-  const auto offer = [&](const Matrix3d& F) {
-    if (!F.allFinite()) return;
-    const auto error = [&](std::size_t i) { return SampsonPx2(p, i, F); };
-    const double score = Score(p, error, limit2, best_f);
-    if (!(score < best_f)) return;
-    best_f = score;
-    result.F = F;
-    needed = std::min(needed, std::max(60, RoundsNeeded(CountInliers(p, error, limit2) / static_cast<double>(n), 7,
-        options.max_iterations)));
-  };
+  const auto sampson = [&](const Matrix3d& F, std::size_t i) { return SampsonPx2(p, i, F); };
+  Consensus<Matrix3d, decltype(sampson)> epipolar(n, limit2, sampson);
+  const RansacOptions seven{.min_trials = 60, .max_trials = options.max_iterations, .sample_size = 7};
   // Plane plus parallax: two points off the plane give the epipole.
   std::vector<std::size_t> off;
   for (std::size_t i = 0; i < n; ++i)
     if (TransferPx2(p, i, result.H) >= limit2) off.push_back(i);
-  if (off.size() >= 2 && off.size() < n - 4) {
-    for (int round = 0; round < std::min(300, needed); ++round) {
-      const auto s = DrawSample<2>(off.size(), random);
+  if (off.size() < n - 4) {
+    RansacOptions two = seven;
+    two.max_trials = std::min(kMostParallaxTrials, options.max_iterations);
+    DrawModels<2>(two, off.size(), random, epipolar, [&](const std::array<std::size_t, 2>& sample) {
       Vector3d line[2];
-      for (std::size_t k = 0; k < 2; ++k) {
-        const Vector3d pb = b[off[s[k]]].homogeneous();
-        line[k] = pb.cross(result.H * a[off[s[k]]].homogeneous());
-      }
-      offer((CrossMatrix(line[0].cross(line[1])) * result.H).normalized());
-    }
+      for (std::size_t k = 0; k < 2; ++k)
+        line[k] = b[off[sample[k]]].homogeneous().cross(result.H * a[off[sample[k]]].homogeneous());
+      return epipolar.Offer((CrossMatrix(line[0].cross(line[1])) * result.H).normalized());
+    });
   }
-  for (int round = 0; round < needed; ++round) {
+  DrawModels<7>(seven, n, random, epipolar, [&](const std::array<std::size_t, 7>& sample) {
     Matrix3d F[3];
-    const int solutions = SevenPoint(p, DrawSample<7>(n, random), F);
-    for (int k = 0; k < solutions; ++k) offer(F[k]);
-  }
-  if (!(best_f < worst)) return result;
-  for (const double widen : {4.0, 1.0}) offer(RefineFundamental(p, result.F, widen * limit2));
+    bool better = false;
+    for (int k = 0, solutions = SevenPoint(p, sample, F); k < solutions; ++k) better = epipolar.Offer(F[k]) || better;
+    return better;
+  });
+  if (!epipolar.found()) return result;
+  for (const double widen : {4.0, 1.0}) epipolar.Offer(RefineFundamental(p, epipolar.best(), widen * limit2));
+  result.F = epipolar.best();
 
   std::vector<double> to_line, to_plane;
   int count_h = 0;
@@ -278,8 +209,8 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
     to_line.push_back(std::sqrt(e));
     to_plane.push_back(std::min(std::sqrt(h), 1e6));
   }
-  result.noise_px = 1.4826 * Percentile(to_line, 0.5);
-  result.parallax_px = Percentile(to_plane, 0.8);
+  result.noise_px = kSigmaPerMad * Quantile(to_line, 0.5);
+  result.parallax_px = Quantile(to_plane, 0.8);
   const double plane_px = std::max(kPlaneFloorPx, kPlaneSigmas * result.noise_px);
   result.off_plane_count = static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
   if (std::max(result.inlier_count, count_h) < kMinAgreeing) return result;

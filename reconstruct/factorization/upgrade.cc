@@ -8,6 +8,8 @@
 
 #include "reconstruct/factorization/normalise.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/levenberg_marquardt.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -49,8 +51,7 @@ std::optional<Canonical> MakeCanonical(const std::vector<Matrix34d>& P, const st
     c.frame.push_back(f);
     if (f != reference) size.push_back(Q.col(3).norm());
   }
-  std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
-  const double unit = size[size.size() / 2];
+  const double unit = Median(std::move(size));
   if (!(unit > 1e-14)) return std::nullopt;
   for (auto& a : c.a) a /= unit;
   c.G.col(3) /= unit;
@@ -95,36 +96,23 @@ Eigen::MatrixXd PlaneDerivative(const Canonical& c, const Vector3d& p, Eigen::Ve
   return J;
 }
 
-Vector3d RefinePlane(const Canonical& c, Vector3d p) {
-  double best = PlaneCost(c, p), damping = 1e-4;
-  for (int round = 0; round < 40 && std::isfinite(best); ++round) {
-    Eigen::VectorXd r;
-    Eigen::MatrixXd J = PlaneDerivative(c, p, &r);
-    for (Eigen::Index i = 0; i < r.size() / 6; ++i) {
-      const double e = r.segment<6>(6 * i).squaredNorm(), w = 1 / (1 + e);
-      r.segment<6>(6 * i) *= w;
-      J.middleRows<6>(6 * i) *= w;
-    }
-    const Matrix3d A = J.transpose() * J;
-    const Vector3d g = J.transpose() * r;
-    bool better = false;
-    for (int attempt = 0; attempt < 6 && !better; ++attempt) {
-      const Vector3d q = p - SolveSymmetric(A + damping * (A.trace() / 3 + 1e-300) * Matrix3d::Identity(), g);
-      const double cost = q.allFinite() ? PlaneCost(c, q) : std::numeric_limits<double>::infinity();
-      if (cost < best) {
-        better = true;
-        const bool done = best - cost < 1e-12 * best;
-        p = q;
-        best = cost;
-        damping = std::max(0.1 * damping, 1e-12);
-        if (done) return p;
-      } else {
-        damping *= 10;
+// p to the least cost; what it is then.
+double RefinePlane(const Canonical& c, Vector3d& p) {
+  const auto cost = [&](const Vector3d& q, NormalEquations<3>* normal) {
+    if (normal) {
+      Eigen::VectorXd r;
+      const Eigen::MatrixXd J = PlaneDerivative(c, q, &r);
+      for (Eigen::Index i = 0; i < r.size(); i += 6) {
+        const Vector6d rest = r.segment<6>(i);
+        normal->Add(J.middleRows<6>(i), rest, std::pow(1 + rest.squaredNorm(), -2));  // the slope of e / (1 + e)
       }
     }
-    if (!better) break;
-  }
-  return p;
+    return PlaneCost(c, q);
+  };
+  return MinimiseSquares<3>(
+             {.max_iterations = 40, .max_attempts = 6, .tolerance = 1e-12, .damping = 1e-4, .damping_rise = 10}, cost,
+             p)
+      .cost;
 }
 
 // The dual absolute quadric of [I | 0]'s frame is [I q; q^T rho], q = -p; each camera's image of it is a multiple of the
@@ -204,9 +192,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
     double cost;
   };
   std::vector<Found> found;
-  for (const Vector3d& start : starts) {
-    const Vector3d p = RefinePlane(c, start);
-    const double cost = PlaneCost(c, p);
+  for (Vector3d& p : starts) {
+    const double cost = RefinePlane(c, p);
     if (!std::isfinite(cost)) continue;
     const bool known = std::any_of(found.begin(), found.end(), [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
     if (!known) found.push_back({p, cost});
@@ -259,10 +246,7 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
     }
     result.cam_from_world = pose;
     best_p = f.p;
-    if (!depths.empty()) {
-      std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2), depths.end());
-      median_depth = depths[depths.size() / 2];
-    }
+    if (!depths.empty()) median_depth = Median(std::move(depths));
   }
   Eigen::VectorXd r;
   const Eigen::MatrixXd J = PlaneDerivative(c, best_p, &r);

@@ -20,7 +20,7 @@ constexpr std::size_t kLeastShared = 8;   // points from which the scale between
 // A window on its own, in a metric frame of its own.
 struct MetricPiece {
   bool usable = false;
-  Window window;                 // placed frames only
+  FrameWindow window;            // placed frames only
   MetricModel metric;            // numbers are positions in `window`
   std::vector<char> solved;
   double plane_sigma = 0;
@@ -149,8 +149,9 @@ void Join(const MetricPiece& piece, const Similarity3& whole_from_piece, WindowU
 
 }  // namespace
 
-WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel& projective, const std::vector<Window>& windows,
-                               const Eigen::Vector4d& intrinsics_px, const WindowUpgradeOptions& options) {
+WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel& projective,
+                               const std::vector<FrameWindow>& windows, const Eigen::Vector4d& intrinsics_px,
+                               const WindowUpgradeOptions& options) {
   WindowUpgrade whole;
   whole.cam_from_world.resize(points.FrameCount());
   whole.X.assign(points.tracks.size(), Eigen::Vector4d::Zero());

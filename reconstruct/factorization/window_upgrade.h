@@ -27,7 +27,8 @@ struct WindowUpgradeOptions {
 };
 
 // `projective`: of all frames, good within each window at least. intrinsics_px: fx, fy, cx, cy of all frames.
-WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel& projective, const std::vector<Window>& windows,
-                               const Eigen::Vector4d& intrinsics_px, const WindowUpgradeOptions& options);
+WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel& projective,
+                               const std::vector<FrameWindow>& windows, const Eigen::Vector4d& intrinsics_px,
+                               const WindowUpgradeOptions& options);
 
 }  // namespace lumi

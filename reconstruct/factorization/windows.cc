@@ -96,8 +96,8 @@ std::string Validate(const WindowOptions& options) {
   return {};
 }
 
-Window MakeWindow(const ImagePoints& points, std::vector<int> frames) {
-  Window window{std::move(frames), {}};
+FrameWindow MakeWindow(const ImagePoints& points, std::vector<int> frames) {
+  FrameWindow window{std::move(frames), {}};
   std::vector<char> inside(points.FrameCount(), 0);
   for (const int f : window.frames) inside[static_cast<std::size_t>(f)] = 1;
   for (std::size_t t = 0; t < points.tracks.size(); ++t) {
@@ -108,8 +108,8 @@ Window MakeWindow(const ImagePoints& points, std::vector<int> frames) {
   return window;
 }
 
-std::vector<Window> SplitIntoWindows(const ImagePoints& points, const WindowOptions& options) {
-  std::vector<Window> windows;
+std::vector<FrameWindow> SplitIntoWindows(const ImagePoints& points, const WindowOptions& options) {
+  std::vector<FrameWindow> windows;
   if (points.FrameCount() < 2) return windows;
   const Eigen::MatrixXi shared = SharedTracks(points);
   for (auto& frames : options.ordered ? SubSequences(shared, options) : Groups(shared, options)) windows.push_back(MakeWindow(points,
@@ -117,7 +117,7 @@ std::vector<Window> SplitIntoWindows(const ImagePoints& points, const WindowOpti
   return windows;
 }
 
-ImagePoints Extract(const ImagePoints& points, const Window& window) {
+ImagePoints Extract(const ImagePoints& points, const FrameWindow& window) {
   ImagePoints part;
   std::vector<int> local(points.FrameCount(), -1);
   for (std::size_t i = 0; i < window.frames.size(); ++i) {

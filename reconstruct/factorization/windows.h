@@ -20,18 +20,18 @@ struct WindowOptions {
 // What is wrong with the options, or empty.
 std::string Validate(const WindowOptions& options);
 
-struct Window {
+struct FrameWindow {
   std::vector<int> frames;  // ascending
   std::vector<int> tracks;  // those with at least two sights in `frames`, ascending
 };
 
 // Every frame that has tracks (see stride) is in a window; the last ones may be longer than they need to be.
-std::vector<Window> SplitIntoWindows(const ImagePoints& points, const WindowOptions& options);
+std::vector<FrameWindow> SplitIntoWindows(const ImagePoints& points, const WindowOptions& options);
 
 // The tracks with at least two sights in `frames` (ascending).
-Window MakeWindow(const ImagePoints& points, std::vector<int> frames);
+FrameWindow MakeWindow(const ImagePoints& points, std::vector<int> frames);
 
-// The window alone: frame and track numbers are positions in Window::frames and Window::tracks.
-ImagePoints Extract(const ImagePoints& points, const Window& window);
+// The window alone: frame and track numbers are positions in FrameWindow::frames and FrameWindow::tracks.
+ImagePoints Extract(const ImagePoints& points, const FrameWindow& window);
 
 }  // namespace lumi

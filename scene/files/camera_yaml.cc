@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -87,18 +88,6 @@ Document Parse(const fs::path& file, std::string_view text) {
   return document;
 }
 
-// Plain YAML for ROS; its first line and the "dt" of each matrix are what OpenCV's FileStorage needs to read it. K: row by row, OpenCV's pixels.
-void WriteYaml(const fs::path& path, int width_px, int height_px, const std::vector<double>& K, const char* model, const std::vector<double>& distortion) {
-  const auto matrix = [](const char* name, int rows, int cols, const std::vector<double>& data) {
-    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  dt: d\n  data: [{}]\n", name, rows, cols, fmt::join(data, ", "));
-  };
-  WriteTextAtomically(path, fmt::format("%YAML 1.1\n---\nimage_width: {}\nimage_height: {}\ncamera_name: camera\n", width_px, height_px) +
-                                matrix("camera_matrix", 3, 3, K) + fmt::format("distortion_model: {}\n", model) +
-                                matrix("distortion_coefficients", 1, static_cast<int>(distortion.size()), distortion) +
-                                matrix("rectification_matrix", 3, 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
-                                matrix("projection_matrix", 3, 4, {K[0], K[1], K[2], 0, K[3], K[4], K[5], 0, K[6], K[7], K[8], 0}));
-}
-
 }  // namespace
 
 CameraYaml ReadWholeCameraYaml(const fs::path& path) {
@@ -124,18 +113,21 @@ CameraYaml ReadWholeCameraYaml(const fs::path& path) {
   const Eigen::Vector2d c = FromOpenCvPixel({K[2], K[5]});
   CameraYaml yaml;
   yaml.says_distortion = !d.empty();
-  PlumbBobCamera& camera = yaml.plumb_bob = {width, height, K[0], K[4], c.x(), c.y(), K[1]};
+  Camera& camera =
+      yaml.camera = {CameraModel::kPlumbBob, width, height, {K[0], K[4], c.x(), c.y(), K[1], 0, 0, 0, 0, 0}};
   if (const auto wrong = Validate(camera)) throw InputError(path, *wrong);
   if (model == "fisheye" || model == "equidistant") {
     if (d.size() != 4) throw InputError(path, fmt::format("a fisheye camera has 4 distortion coefficients, not {}", d.size()));
-    if (camera.skew != 0) throw InputError(path, fmt::format("a fisheye camera with skew ({} px) is not read", camera.skew), "calibrate without skew");
-    yaml.fisheye = Camera{CameraModel::kOpenCVFisheye, width, height, {K[0], K[4], c.x(), c.y(), d[0], d[1], d[2], d[3]}};
+    if (K[1] != 0)
+      throw InputError(path, fmt::format("a fisheye camera with skew ({} px) is not read", K[1]),
+                       "calibrate without skew");
+    camera = {CameraModel::kOpenCVFisheye, width, height, {K[0], K[4], c.x(), c.y(), d[0], d[1], d[2], d[3]}};
   } else if (model == "plumb_bob" || model == "rational_polynomial") {
     constexpr std::size_t kFewest = 4, kMost = 14;  // OpenCV's: 4, 5, 8, 12 or 14
     if (!d.empty() && (d.size() < kFewest || d.size() > kMost))
       throw InputError(path, fmt::format("{} distortion coefficients, where there are 4 (k1, k2, p1, p2), 5 (k3) or none", d.size()));
     d.resize(kMost, 0.0);
-    camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
+    std::copy(d.begin(), d.begin() + 5, camera.params.end() - 5);
     for (std::size_t i = 5; i < d.size(); ++i)
       if (d[i] != 0) throw InputError(path, fmt::format("distortion coefficient {} is {}, and those beyond k3 are not read", i + 1, d[i]), "calibrate without it");
   } else {
@@ -145,41 +137,44 @@ CameraYaml ReadWholeCameraYaml(const fs::path& path) {
 }
 
 Camera ReadCameraYaml(const fs::path& path) {
-  const CameraYaml yaml = ReadWholeCameraYaml(path);
-  if (yaml.fisheye) return *yaml.fisheye;
-  const PlumbBobCamera& c = yaml.plumb_bob;
+  const Camera c = ReadWholeCameraYaml(path).camera;
+  if (c.model == CameraModel::kOpenCVFisheye) return c;
   const char* way_out = "undistort the photos first (lumi-calibrate --undistort)";
-  if (c.skew != 0) throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", c.skew), way_out);
-  if (c.k3 != 0) throw InputError(path, fmt::format("the camera has a k3 ({}), and COLMAP's models end at k2, p1, p2", c.k3), way_out);
-  Camera camera = Camera::Pinhole(c.width_px, c.height_px, c.fx, c.fy, c.cx, c.cy);
-  if (c.k1 != 0 || c.k2 != 0 || c.p1 != 0 || c.p2 != 0) {
-    camera.model = CameraModel::kOpenCV;
-    camera.params.insert(camera.params.end(), {c.k1, c.k2, c.p1, c.p2});
-  }
+  const double skew = c.Get(CameraTerm::kSkew), k3 = c.Get(CameraTerm::kK3);
+  if (skew != 0)
+    throw InputError(path, fmt::format("the camera has skew ({} px), which COLMAP's models cannot hold", skew),
+                     way_out);
+  if (k3 != 0)
+    throw InputError(path, fmt::format("the camera has a k3 ({}), and COLMAP's models end at k2, p1, p2", k3), way_out);
+  const CameraModel model = c.IsPinhole() ? CameraModel::kPinhole : CameraModel::kOpenCV;
+  Camera camera{model, c.width_px, c.height_px, {}};
+  for (int i = 0; i < ParameterCount(model); ++i)
+    camera.params.push_back(c.Get(InfoOf(model).terms[static_cast<std::size_t>(i)]));
   return camera;
 }
 
 void WriteCameraYaml(const Camera& camera, const fs::path& path) {
   if (const auto wrong = Validate(camera)) throw std::invalid_argument("WriteCameraYaml: " + *wrong);
+  using enum CameraTerm;
   const bool fisheye = camera.model == CameraModel::kOpenCVFisheye;
-  const auto& p = camera.params;
-  std::vector<double> d;
-  switch (camera.model) {
-    case CameraModel::kSimplePinhole:
-    case CameraModel::kPinhole: d = {0, 0, 0, 0, 0}; break;
-    case CameraModel::kSimpleRadial: d = {p[3], 0, 0, 0, 0}; break;
-    case CameraModel::kRadial: d = {p[3], p[4], 0, 0, 0}; break;
-    case CameraModel::kOpenCV: d = {p[4], p[5], p[6], p[7], 0}; break;
-    case CameraModel::kOpenCVFisheye: d = {p[4], p[5], p[6], p[7]}; break;
-  }
+  std::vector<double> distortion;
+  for (const CameraTerm term :
+       fisheye ? std::vector{kTheta1, kTheta2, kTheta3, kTheta4} : std::vector{kK1, kK2, kP1, kP2, kK3})
+    distortion.push_back(camera.Get(term));
+  const auto matrix = [](const char* name, int rows, int cols, const std::vector<double>& data) {
+    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  dt: d\n  data: [{}]\n", name, rows, cols, fmt::join(data, ", "));
+  };
+  // Plain YAML for ROS; its first line and the "dt" of each matrix are what OpenCV's FileStorage needs to read it.
   const Eigen::Vector2d f = camera.FocalPx(), c = ToOpenCvPixel(camera.PrincipalPointPx());
-  WriteYaml(path, camera.width_px, camera.height_px, {f.x(), 0, c.x(), 0, f.y(), c.y(), 0, 0, 1}, fisheye ? "fisheye" : "plumb_bob", d);
-}
-
-void WriteCameraYaml(const PlumbBobCamera& camera, const fs::path& path) {
-  const Eigen::Vector2d c = ToOpenCvPixel({camera.cx, camera.cy});
-  WriteYaml(path, camera.width_px, camera.height_px, {camera.fx, camera.skew, c.x(), 0, camera.fy, c.y(), 0, 0, 1}, "plumb_bob",
-            {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3});
+  const double skew = camera.Get(kSkew);
+  WriteTextAtomically(
+      path, fmt::format("%YAML 1.1\n---\nimage_width: {}\nimage_height: {}\ncamera_name: camera\n", camera.width_px,
+                        camera.height_px) +
+                matrix("camera_matrix", 3, 3, {f.x(), skew, c.x(), 0, f.y(), c.y(), 0, 0, 1}) +
+                fmt::format("distortion_model: {}\n", fisheye ? "fisheye" : "plumb_bob") +
+                matrix("distortion_coefficients", 1, static_cast<int>(distortion.size()), distortion) +
+                matrix("rectification_matrix", 3, 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+                matrix("projection_matrix", 3, 4, {f.x(), skew, c.x(), 0, 0, f.y(), c.y(), 0, 0, 0, 1, 0}));
 }
 
 }  // namespace lumi

@@ -3,18 +3,15 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
 #include "scene/model/camera.h"
-#include "scene/model/plumb_bob.h"
 
 namespace lumi {
 
 // All that such a file can say.
 struct CameraYaml {
-  PlumbBobCamera plumb_bob;        // of a fisheye: its size only
-  std::optional<Camera> fisheye;   // OPENCV_FISHEYE
-  bool says_distortion = true;     // false: the file has no coefficients, they were taken as 0
+  Camera camera;                // kPlumbBob or kOpenCVFisheye
+  bool says_distortion = true;  // false: the file has no coefficients, they were taken as 0
 };
 // ROS's own layout and cv::FileStorage's are both read. Throws InputError.
 CameraYaml ReadWholeCameraYaml(const std::filesystem::path& path);
@@ -23,8 +20,7 @@ CameraYaml ReadWholeCameraYaml(const std::filesystem::path& path);
 // InputError says so (undistort the photos first).
 Camera ReadCameraYaml(const std::filesystem::path& path);
 
+// Of any model. OpenCV's own functions do not read the skew from camera_matrix, ROS's do.
 void WriteCameraYaml(const Camera& camera, const std::filesystem::path& path);
-// OpenCV's own functions do not read the skew from camera_matrix, ROS's do.
-void WriteCameraYaml(const PlumbBobCamera& camera, const std::filesystem::path& path);
 
 }  // namespace lumi

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <unordered_map>
 
 #include "scene/files/atomic_file.h"
@@ -416,6 +417,9 @@ Scene ReadColmapModel(const fs::path& folder) {
 void WriteColmapModel(const Scene& scene, const fs::path& folder, ColmapFormat format) {
   if (scene.frame != Frame::kMetric)
     throw DataError(fmt::format("a {} scene has no cameras that COLMAP could hold", Name(scene.frame)), "upgrade it to a metric scene first", folder);
+  for (const Camera& camera : scene.cameras)
+    if (camera.model == CameraModel::kPlumbBob)
+      throw std::invalid_argument("WriteColmapModel: a camera has skew and k3");
   for (const View& v : scene.views)
     if (v.camera.value < 0 || static_cast<std::size_t>(v.camera.value) >= scene.cameras.size())
       throw std::invalid_argument("WriteColmapModel: view " + v.name + " has no camera");

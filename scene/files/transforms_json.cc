@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -28,6 +29,21 @@ constexpr double kRotationTolerance = 1e-3;
 
 // The OpenGL camera (x right, y up, z back) to ours (x right, y down, z forward), and back.
 const Eigen::Vector3d kFlip(1, -1, -1);
+
+std::string TermKey(CameraTerm term) {
+  switch (term) {
+    case CameraTerm::kK1:
+    case CameraTerm::kTheta1: return "k1";
+    case CameraTerm::kK2:
+    case CameraTerm::kTheta2: return "k2";
+    case CameraTerm::kK3:
+    case CameraTerm::kTheta3: return "k3";
+    case CameraTerm::kTheta4: return "k4";
+    case CameraTerm::kP1: return "p1";
+    case CameraTerm::kP2: return "p2";
+    default: throw std::invalid_argument("TermKey: not of a lens that transforms.json has");
+  }
+}
 
 struct Reader {
   const fs::path& file;
@@ -209,15 +225,8 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
     object["cy"] = p.y();
     object["camera_angle_x"] = 2 * std::atan(c.width_px / (2 * f.x()));
     object["camera_angle_y"] = 2 * std::atan(c.height_px / (2 * f.y()));
-    const std::size_t first = c.model == CameraModel::kOpenCV || c.model == CameraModel::kOpenCVFisheye ? 4 : 3;
-    const auto put = [&](std::initializer_list<const char*> keys) {
-      std::size_t i = first;
-      for (const char* key : keys) object[key] = c.params.at(i++);
-    };
-    if (c.model == CameraModel::kSimpleRadial) put({"k1"});
-    if (c.model == CameraModel::kRadial) put({"k1", "k2"});
-    if (c.model == CameraModel::kOpenCV) put({"k1", "k2", "p1", "p2"});
-    if (c.model == CameraModel::kOpenCVFisheye) put({"k1", "k2", "k3", "k4"});
+    for (std::size_t i = static_cast<std::size_t>(InfoOf(c.model).FocalCount()) + 2; i < c.params.size(); ++i)
+      object[TermKey(InfoOf(c.model).terms[i])] = c.params[i];
   };
   // One camera stands at the top, where every reader looks; several stand at their frames.
   const bool one = std::all_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.camera == scene.views.front().camera; });

@@ -5,10 +5,9 @@
 #include <Eigen/Core>
 #include <cmath>
 
-namespace lumi {
+#include "scene/geometry/constants.h"
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
-constexpr double kDegPerRad = 180.0 / 3.14159265358979323846;
+namespace lumi {
 
 // Angle in [0, pi] between two vectors of any non-zero length.
 template <typename Derived, typename Other>

@@ -1,61 +1,44 @@
 #include "scene/model/camera.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
-#include "scene/model/plumb_bob.h"
+#include "scene/model/distortion.h"
 
 namespace lumi {
 namespace {
 
-struct ModelInfo {
-  std::string_view name;
-  int parameters;
-  int focals;  // 1 or 2
-};
-constexpr std::array<ModelInfo, 6> kModels{{{"SIMPLE_PINHOLE", 3, 1},
-                                            {"PINHOLE", 4, 2},
-                                            {"SIMPLE_RADIAL", 4, 1},
-                                            {"RADIAL", 5, 1},
-                                            {"OPENCV", 8, 2},
-                                            {"OPENCV_FISHEYE", 8, 2}}};
-
-const ModelInfo& Info(CameraModel model) { return kModels[static_cast<std::size_t>(model)]; }
-
-// Distortion of a point on z = 1, the way every model but the fisheye writes it: polynomial in r^2 and tangential terms.
-struct Distortion {
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+// Read once for each point: the terms of a polynomial lens, at their place or 0.
+struct PolynomialLens {
+  double skew_px = 0;
+  Distortion distortion;
 };
 
-Distortion DistortionOf(const Camera& c) {
-  const auto& p = c.params;
-  switch (c.model) {
-    case CameraModel::kSimpleRadial: return {p[3], 0, 0, 0};
-    case CameraModel::kRadial: return {p[3], p[4], 0, 0};
-    case CameraModel::kOpenCV: return {p[4], p[5], p[6], p[7]};
-    default: return {};
-  }
-}
-
-Eigen::Vector2d ApplyDistortion(const Distortion& d, const Eigen::Vector2d& u) {
-  const double r2 = u.squaredNorm();
-  const double radial = 1 + r2 * (d.k1 + r2 * d.k2);
-  return {u.x() * radial + 2 * d.p1 * u.x() * u.y() + d.p2 * (r2 + 2 * u.x() * u.x()),
-          u.y() * radial + 2 * d.p2 * u.x() * u.y() + d.p1 * (r2 + 2 * u.y() * u.y())};
-}
-
-Eigen::Matrix2d DistortionJacobian(const Distortion& d, const Eigen::Vector2d& u) {
-  const double x = u.x(), y = u.y(), r2 = u.squaredNorm();
-  const double radial = 1 + r2 * (d.k1 + r2 * d.k2);
-  const double slope = 2 * (d.k1 + 2 * d.k2 * r2);  // d radial / d x = slope * x
-  Eigen::Matrix2d J;
-  J(0, 0) = radial + x * slope * x + 2 * d.p1 * y + 6 * d.p2 * x;
-  J(0, 1) = x * slope * y + 2 * d.p1 * x + 2 * d.p2 * y;
-  J(1, 0) = y * slope * x + 2 * d.p2 * y + 2 * d.p1 * x;
-  J(1, 1) = radial + y * slope * y + 2 * d.p2 * x + 6 * d.p1 * y;
-  return J;
+PolynomialLens PolynomialOf(const Camera& c) {
+  PolynomialLens lens;
+  const CameraModelInfo& info = InfoOf(c.model);
+  for (std::size_t i = static_cast<std::size_t>(info.FocalCount()) + 2; i < static_cast<std::size_t>(info.Count()); ++i)
+    switch (info.terms[i]) {
+      case CameraTerm::kSkew: lens.skew_px = c.params[i]; break;
+      case CameraTerm::kK1: lens.distortion.k1 = c.params[i]; break;
+      case CameraTerm::kK2: lens.distortion.k2 = c.params[i]; break;
+      case CameraTerm::kP1: lens.distortion.p1 = c.params[i]; break;
+      case CameraTerm::kP2: lens.distortion.p2 = c.params[i]; break;
+      case CameraTerm::kK3: lens.distortion.k3 = c.params[i]; break;
+      case CameraTerm::kNone:
+      case CameraTerm::kF:
+      case CameraTerm::kFx:
+      case CameraTerm::kFy:
+      case CameraTerm::kCx:
+      case CameraTerm::kCy:
+      case CameraTerm::kTheta1:
+      case CameraTerm::kTheta2:
+      case CameraTerm::kTheta3:
+      case CameraTerm::kTheta4: break;
+    }
+  return lens;
 }
 
 // theta_d = theta (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8)
@@ -68,30 +51,8 @@ double FisheyeSlope(const std::vector<double>& p, double theta) {
   return 1 + t2 * (3 * p[4] + t2 * (5 * p[5] + t2 * (7 * p[6] + t2 * 9 * p[7])));
 }
 
-constexpr double kResidual = 1e-12;  // on z = 1: 1e-9 px for any real focal length
+constexpr double kResidual = 1e-12;  // radians: 1e-9 px for any real focal length
 constexpr int kMostNewtonSteps = 60;
-
-std::optional<Eigen::Vector2d> Undistort(const Distortion& d, const Eigen::Vector2d& target) {
-  // Newton from the distorted point. The Jacobian's determinant is positive from the centre out to the fold of the
-  // polynomial; beyond it there is no inverse.
-  Eigen::Vector2d u = target;
-  for (int i = 0; i < kMostNewtonSteps; ++i) {
-    const Eigen::Vector2d residual = ApplyDistortion(d, u) - target;
-    const Eigen::Matrix2d J = DistortionJacobian(d, u);
-    if (!(J.determinant() > 0)) {
-      u *= 0.5;  // stepped over the fold: come back towards the centre
-      continue;
-    }
-    const Eigen::Vector2d step = J.inverse() * residual;
-    u -= step;
-    if (step.norm() <= kResidual * (1 + u.norm())) {
-      const bool valid = (ApplyDistortion(d, u) - target).norm() < 1e-9 * (1 + target.norm()) && DistortionJacobian(d, u).determinant() > 0 &&
-                         IsInsideFold(d.k1, d.k2, 0, u.squaredNorm());
-      return valid ? std::optional(u) : std::nullopt;
-    }
-  }
-  return std::nullopt;
-}
 
 std::optional<Eigen::Vector2d> UndistortFisheye(const std::vector<double>& p, const Eigen::Vector2d& target) {
   const double theta_d = target.norm();
@@ -107,8 +68,7 @@ std::optional<Eigen::Vector2d> UndistortFisheye(const std::vector<double>& p, co
     theta -= step;
     if (std::abs(step) <= kResidual) {
       if (std::abs(FisheyeDistort(p, theta) - theta_d) > 1e-9 || !(FisheyeSlope(p, theta) > 0)) return std::nullopt;
-      constexpr double kHalfPi = 1.57079632679489662;
-      if (!(theta >= 0 && theta < kHalfPi)) return std::nullopt;
+      if (!(theta >= 0 && theta < std::numbers::pi / 2)) return std::nullopt;
       return Eigen::Vector2d(target * (std::tan(theta) / theta_d));
     }
   }
@@ -117,31 +77,34 @@ std::optional<Eigen::Vector2d> UndistortFisheye(const std::vector<double>& p, co
 
 }  // namespace
 
-std::string_view Name(CameraModel model) { return Info(model).name; }
-
 std::optional<CameraModel> CameraModelFromName(std::string_view name) {
-  for (std::size_t i = 0; i < kModels.size(); ++i)
-    if (kModels[i].name == name) return static_cast<CameraModel>(i);
+  for (const CameraModelInfo& info : kCameraModels)
+    if (info.name == name) return CameraModelFromId(static_cast<int>(info.model));
   return std::nullopt;
 }
 
 std::optional<CameraModel> CameraModelFromId(int id) {
-  if (id < 0 || id >= static_cast<int>(kModels.size())) return std::nullopt;
+  if (id < 0 || id + 1 >= static_cast<int>(kCameraModels.size())) return std::nullopt;
   return static_cast<CameraModel>(id);
 }
-
-int ParameterCount(CameraModel model) { return Info(model).parameters; }
 
 Camera Camera::Pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px) {
   return {CameraModel::kPinhole, width_px, height_px, {fx_px, fy_px, cx_px, cy_px}};
 }
 
+double Camera::Get(CameraTerm term) const {
+  const auto& terms = InfoOf(model).terms;
+  const auto i = static_cast<std::size_t>(std::find(terms.begin(), terms.end(), term) - terms.begin());
+  return i < params.size() ? params[i] : 0;
+}
+
 Eigen::Vector2d Camera::FocalPx() const {
-  return Info(model).focals == 1 ? Eigen::Vector2d(params[0], params[0]) : Eigen::Vector2d(params[0], params[1]);
+  return InfoOf(model).FocalCount() == 1 ? Eigen::Vector2d(params[0], params[0])
+                                         : Eigen::Vector2d(params[0], params[1]);
 }
 
 Eigen::Vector2d Camera::PrincipalPointPx() const {
-  const auto i = static_cast<std::size_t>(Info(model).focals);
+  const auto i = static_cast<std::size_t>(InfoOf(model).FocalCount());
   return {params[i], params[i + 1]};
 }
 
@@ -150,6 +113,7 @@ Eigen::Matrix3d Camera::K() const {
   const Eigen::Vector2d f = FocalPx(), c = PrincipalPointPx();
   K(0, 0) = f.x();
   K(1, 1) = f.y();
+  K(0, 1) = Get(CameraTerm::kSkew);
   K(0, 2) = c.x();
   K(1, 2) = c.y();
   return K;
@@ -157,7 +121,7 @@ Eigen::Matrix3d Camera::K() const {
 
 Camera Camera::WithPinhole(const Eigen::Vector2d& focal_px, const Eigen::Vector2d& principal_point_px) const {
   Camera other = *this;
-  const auto focals = static_cast<std::size_t>(Info(model).focals);
+  const auto focals = static_cast<std::size_t>(InfoOf(model).FocalCount());
   for (std::size_t i = 0; i < focals; ++i) other.params[i] = focal_px[static_cast<Eigen::Index>(i)];
   for (std::size_t i = 0; i < 2; ++i) other.params[focals + i] = principal_point_px[static_cast<Eigen::Index>(i)];
   return other;
@@ -165,7 +129,7 @@ Camera Camera::WithPinhole(const Eigen::Vector2d& focal_px, const Eigen::Vector2
 
 bool Camera::IsPinhole() const {
   if (model == CameraModel::kOpenCVFisheye) return false;
-  for (std::size_t i = static_cast<std::size_t>(Info(model).focals) + 2; i < params.size(); ++i)
+  for (std::size_t i = static_cast<std::size_t>(InfoOf(model).FocalCount()) + 2; i < params.size(); ++i)
     if (params[i] != 0) return false;
   return true;
 }
@@ -180,14 +144,18 @@ std::optional<Eigen::Vector2d> Camera::Project(const Eigen::Vector3d& x_in_cam) 
     return Eigen::Vector2d(f.cwiseProduct(scale * x_in_cam.head<2>()) + c);
   }
   if (!(x_in_cam.z() > 0)) return std::nullopt;
-  return Eigen::Vector2d(f.cwiseProduct(ApplyDistortion(DistortionOf(*this), x_in_cam.hnormalized())) + c);
+  const PolynomialLens lens = PolynomialOf(*this);
+  const Eigen::Vector2d d = Distort(lens.distortion, Eigen::Vector2d(x_in_cam.hnormalized()));
+  return Eigen::Vector2d(f.x() * d.x() + lens.skew_px * d.y() + c.x(), f.y() * d.y() + c.y());
 }
 
 std::optional<Eigen::Vector2d> Camera::Normalized(const Eigen::Vector2d& x_px) const {
-  const Eigen::Vector2d u = (x_px - PrincipalPointPx()).cwiseQuotient(FocalPx());
+  Eigen::Vector2d u = (x_px - PrincipalPointPx()).cwiseQuotient(FocalPx());
   if (model == CameraModel::kOpenCVFisheye) return UndistortFisheye(params, u);
   if (IsPinhole()) return u;
-  return Undistort(DistortionOf(*this), u);
+  const PolynomialLens lens = PolynomialOf(*this);
+  u.x() -= lens.skew_px * u.y() / FocalPx().x();
+  return Undistort(lens.distortion, u);
 }
 
 Camera Camera::Scaled(int new_width_px, int new_height_px) const {
@@ -197,21 +165,24 @@ Camera Camera::Scaled(int new_width_px, int new_height_px) const {
   scaled.height_px = new_height_px;
   // A rounded height (751 for 750.4) is within a pixel; then one focal length still describes both axes.
   const bool same_aspect = std::abs(sx * height_px - new_height_px) < 1.5 || std::abs(sy * width_px - new_width_px) < 1.5;
-  if (Info(model).focals == 1 && !same_aspect) {
-    const Distortion d = DistortionOf(*this);
+  if (InfoOf(model).FocalCount() == 1 && !same_aspect) {
     scaled.model = CameraModel::kOpenCV;
-    scaled.params = {params[0] * sx, params[0] * sy, params[1] * sx, params[2] * sy, d.k1, d.k2, 0, 0};
+    scaled.params = {params[0] * sx,
+                     params[0] * sy,
+                     params[1] * sx,
+                     params[2] * sy,
+                     Get(CameraTerm::kK1),
+                     Get(CameraTerm::kK2),
+                     0,
+                     0};
     return scaled;
   }
-  std::size_t i = 0;
-  if (Info(model).focals == 1) {
-    scaled.params[i++] *= std::sqrt(sx * sy);
-  } else {
-    scaled.params[i++] *= sx;
-    scaled.params[i++] *= sy;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(ParameterCount(model)); ++i) {
+    const CameraTerm term = InfoOf(model).terms[i];
+    if (term == CameraTerm::kF) scaled.params[i] *= std::sqrt(sx * sy);
+    if (term == CameraTerm::kFx || term == CameraTerm::kCx || term == CameraTerm::kSkew) scaled.params[i] *= sx;
+    if (term == CameraTerm::kFy || term == CameraTerm::kCy) scaled.params[i] *= sy;
   }
-  scaled.params[i] *= sx;
-  scaled.params[i + 1] *= sy;
   return scaled;
 }
 

@@ -8,15 +8,16 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <fstream>
+#include <optional>
 
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
 
 extern char** environ;
 
@@ -115,7 +116,7 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   args.push_back(nullptr);
 
   Pipe out, err;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw MachineError(std::string("cannot start ") + argv[0] + ": " + std::strerror(errno));
@@ -148,20 +149,17 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   };
 
   std::array<char, 1 << 16> buffer;
-  bool out_open = true, err_open = true, stopping = false;
-  std::chrono::steady_clock::time_point stop_time;
+  bool out_open = true, err_open = true;
+  std::optional<Stopwatch> stopping;
   std::exception_ptr failure;
   const auto stop = [&] {
-    if (!stopping) {
-      kill(-pid, SIGTERM);
-      stopping = true;
-      stop_time = std::chrono::steady_clock::now();
-    }
+    if (stopping) return;
+    kill(-pid, SIGTERM);
+    stopping.emplace();
   };
   while (out_open || err_open) {
     if (InterruptRequested()) stop();
-    if (stopping && std::chrono::duration<double>(std::chrono::steady_clock::now() - stop_time).count() > kGraceSeconds)
-      kill(-pid, SIGKILL);
+    if (stopping && stopping->Seconds() > kGraceSeconds) kill(-pid, SIGKILL);
     pollfd fds[2] = {{out_open ? out.read : -1, POLLIN, 0}, {err_open ? err.read : -1, POLLIN, 0}};
     const int ready = poll(fds, 2, kPollMs);
     if (ready < 0 && errno != EINTR) break;
@@ -194,7 +192,7 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   CheckInterrupted();
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   result.tail.assign(tail.begin(), tail.end());
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = watch.Seconds();
   if (result.exit_code == 127 && result.tail.empty() && result.out.empty())
     throw MachineError("cannot start " + program->string());
   return result;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <opencv2/calib3d.hpp>
@@ -14,6 +13,7 @@
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 #include "scene/tracks/match_descriptors.h"
 
 namespace lumi {
@@ -221,7 +221,7 @@ std::optional<std::string> Validate(const MatchPhotosOptions& o) {
 
 Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options, ProgressSink& sink, MatchPhotosSummary* summary) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const int n = source.count();
   std::vector<std::pair<int, int>> pairs = options.pairs;
   for (const auto& [a, b] : pairs)
@@ -305,7 +305,7 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
     if (features[i].x_px.empty()) blank.push_back(source.names[i]);
   if (!blank.empty())
     sink.Message(fmt::format("{} photo{} without a feature, {} first: blank, blurred, masked or too small", blank.size(), blank.size() > 1 ? "s" : "", blank.front()));
-  s.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  s.seconds = watch.Seconds();
   if (summary) *summary = std::move(s);
   return tracks;
 }

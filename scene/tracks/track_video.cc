@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <future>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 #include "scene/tracks/affine_patch.h"
 
 namespace lumi {
@@ -393,7 +393,7 @@ std::optional<std::string> Validate(const TrackVideoOptions& o) {
 
 Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, ProgressSink& sink, TrackVideoSummary* summary) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   TrackVideoSummary own;
   TrackVideoSummary& s = summary ? *summary : own;
   s = {};
@@ -422,7 +422,7 @@ Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, P
   s.alive.assign(tracks.frames.size(), 0);
   for (const Track& t : tracks.tracks)
     for (const TrackObservation& o : t.observations) ++s.alive[static_cast<std::size_t>(o.frame)];
-  s.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  s.seconds = watch.Seconds();
 
   if (source.count() > 0 && s.blank_frames == source.count())
     sink.Message(fmt::format("no corner was found in any of the {} frames: they are blank, blurred, masked or too small", source.count()));

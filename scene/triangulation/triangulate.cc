@@ -2,16 +2,17 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 
 #include "scene/geometry/angle.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/levenberg_marquardt.h"
 
 namespace lumi {
 namespace {
 
 // Rays closer to parallel than this leave no depth in double: sqrt of epsilon times a safety of 10.
 constexpr double kMinAngleRad = 1e-7;
-constexpr int kMostSteps = 15;
 
 }  // namespace
 
@@ -41,38 +42,26 @@ std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P, co
   if (!(spread > kMinAngleRad)) return std::nullopt;
   Eigen::Vector3d x = centre[0] + SolveSymmetric(A, b);
 
-  // Gauss-Newton on the reprojection error, stopped where it no longer falls.
-  const auto cost = [&](const Eigen::Vector3d& p, double* sum) {
-    *sum = 0;
+  // On the reprojection error; a point behind a camera is none.
+  const auto cost = [&](const Eigen::Vector3d& p, NormalEquations<3>* normal) {
+    double sum = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const auto q = Project(P[i], p);
-      if (!q) return false;
-      *sum += (*q - x_px[i]).squaredNorm();
-    }
-    return true;
-  };
-  double best;
-  if (!cost(x, &best)) return std::nullopt;
-  for (int it = 0; it < kMostSteps; ++it) {
-    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d g = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < n; ++i) {
-      const Eigen::Vector3d q = P[i] * x.homogeneous();
+      const Eigen::Vector3d q = P[i] * p.homogeneous();
+      if (!(q.z() > 0)) return std::numeric_limits<double>::infinity();
+      const Eigen::Vector2d y = q.hnormalized(), r = y - x_px[i];
+      sum += r.squaredNorm();
+      if (!normal) continue;
       Eigen::Matrix<double, 2, 3> J;
-      for (int r = 0; r < 2; ++r) J.row(r) = (P[i].row(r).head<3>() - q[r] / q.z() * P[i].row(2).head<3>()) / q.z();
-      H += J.transpose() * J;
-      g += J.transpose() * (Eigen::Vector2d(q.hnormalized()) - x_px[i]);
+      for (int k = 0; k < 2; ++k) J.row(k) = (P[i].row(k).head<3>() - y[k] * P[i].row(2).head<3>()) / q.z();
+      normal->Add(J, r);
     }
-    const Eigen::Vector3d candidate = x - SolveSymmetric(H, g);
-    double c;
-    if (!candidate.allFinite() || !cost(candidate, &c) || !(c < best)) break;
-    const bool done = best - c < 1e-12 * best;
-    x = candidate;
-    best = c;
-    if (done) break;
-  }
+    return sum;
+  };
+  const LeastSquaresSummary refined =
+      MinimiseSquares<3>({.max_iterations = 15, .max_attempts = 1, .tolerance = 1e-12, .damping = 0}, cost, x);
+  if (refined.stop == LeastSquaresStop::kNotFinite) return std::nullopt;
   result.x_in_world = x;
-  result.rms_px = std::sqrt(best / static_cast<double>(n));
+  result.rms_px = std::sqrt(refined.cost / static_cast<double>(n));
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < i; ++j)
       result.max_angle_rad = std::max(result.max_angle_rad, AngleBetween(centre[i] - x, centre[j] - x));

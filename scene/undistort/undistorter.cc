@@ -44,12 +44,16 @@ Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& f, c
   return Camera::Pinhole(size_px.x(), size_px.y(), fx, fy, place(c.x(), w - right * fx, -left * fx), place(c.y(), h - bottom * fy, -top * fy));
 }
 
-Camera PinholeInside(const PlumbBobCamera& k) {
-  return PinholeInside({k.width_px, k.height_px}, {k.fx, k.fy}, {k.cx, k.cy}, [&](const Eigen::Vector2d& x_px) { return Unproject(k, x_px); });
+Camera PinholeInside(const Camera& camera) {
+  return PinholeInside({camera.width_px, camera.height_px}, camera.FocalPx(), camera.PrincipalPointPx(),
+                       [&](const Eigen::Vector2d& x_px) { return camera.Normalized(x_px); });
 }
 
-Undistorter::Undistorter(const PlumbBobCamera& camera, const Camera& pinhole)
-    : width_(pinhole.width_px), height_(pinhole.height_px), source_width_(camera.width_px), source_height_(camera.height_px) {
+Undistorter::Undistorter(const Camera& camera, const Camera& pinhole)
+    : width_(pinhole.width_px),
+      height_(pinhole.height_px),
+      source_width_(camera.width_px),
+      source_height_(camera.height_px) {
   const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx();
   x_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   y_.resize(x_.size());
@@ -57,7 +61,7 @@ Undistorter::Undistorter(const PlumbBobCamera& camera, const Camera& pinhole)
     for (std::size_t y = begin; y < end; ++y)
       for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x) {
         const Eigen::Vector2d pixel(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-        const Eigen::Vector2d source = ToOpenCvPixel(Project(camera, (pixel - c).cwiseQuotient(f)));
+        const Eigen::Vector2d source = ToOpenCvPixel(*camera.Project((pixel - c).cwiseQuotient(f).homogeneous()));
         x_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.x());
         y_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.y());
       }

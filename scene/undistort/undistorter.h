@@ -9,13 +9,12 @@
 
 #include "scene/model/camera.h"
 #include "scene/model/image.h"
-#include "scene/model/plumb_bob.h"
 
 namespace lumi {
 
 // Of the photo's size, with the largest field of view that lies wholly inside the photo: one factor on both focal lengths, the principal point
 // moved only as far as that needs. Throws DataError where the distortion leaves none.
-Camera PinholeInside(const PlumbBobCamera& camera);
+Camera PinholeInside(const Camera& camera);
 
 // A pixel's ray as its point on z = 1, where it has one.
 using RayOfPixel = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d& x_px)>;
@@ -25,7 +24,7 @@ Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& foca
 // For as many photos as wanted; any thread may use one.
 class Undistorter {
  public:
-  Undistorter(const PlumbBobCamera& camera, const Camera& pinhole);
+  Undistorter(const Camera& camera, const Camera& pinhole);  // camera: of any polynomial lens
   Image8 operator()(const Image8& photo) const;  // of the camera's size; bicubic
   Image8 Mask(const Image8& mask) const;         // of any size, one channel; the nearest pixel, 0 outside
 

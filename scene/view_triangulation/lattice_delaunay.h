@@ -1,5 +1,7 @@
-// The Delaunay triangulation of points of an integer lattice in a rectangle (Bowyer 1981, Watson 1981), in exact arithmetic:
-// whatever the points (cocircular, collinear, a lattice unit apart), the triangles tile the rectangle.
+// The Delaunay triangulation of points of an integer lattice in a rectangle (Bowyer 1981, Watson 1981), in exact
+// arithmetic: whatever the points (cocircular, collinear, a lattice unit apart), the triangles tile the rectangle. By
+// hand, as measured (docs/view-triangulation.md): 0.86 ms for 2000 points, where CGAL takes 1.18 and OpenCV's Subdiv2D,
+// in floats, 2.47.
 #pragma once
 
 #include <array>

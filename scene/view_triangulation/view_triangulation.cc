@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/view_triangulation/lattice_delaunay.h"
 
 namespace lumi {
@@ -89,12 +90,6 @@ class InverseView {
   Eigen::Matrix3d gram_ = Eigen::Matrix3d::Zero();
 };
 
-double QuantileOf(std::vector<double> values, double fraction) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 // One point a cell of a grid: the first, or the nearest where depth has a sign.
 std::vector<Projected> MergeNear(std::vector<Projected> points, const Domain& domain, double merge_px, bool nearest, std::size_t& merged) {
   const double cell = std::max(merge_px, 1 / domain.units);
@@ -137,7 +132,7 @@ std::vector<Projected> WithoutOutliers(std::vector<Projected> points, const Doma
   if (points.size() < kFewest || !(spread < std::numeric_limits<double>::infinity())) return points;
   std::vector<double> kappas;
   for (const Projected& p : points) kappas.push_back(p.kappa);
-  const double tolerance = spread * (QuantileOf(kappas, 0.9) - QuantileOf(kappas, 0.1));
+  const double tolerance = spread * (Quantile(kappas, 0.9) - Quantile(kappas, 0.1));
   std::vector<int> neighbours(points.size(), 0), agree(points.size(), 0);
   for (const auto& t : TriangulateLattice(WithCorners(domain, points)))
     for (std::size_t k = 0; k < 3; ++k) {
@@ -157,9 +152,10 @@ std::vector<Projected> WithoutOutliers(std::vector<Projected> points, const Doma
   return kept;
 }
 
-// kappa at a pixel from the points near it: the plane through them, by weighted least squares that lean towards their mean as far
-// as the points do not span a plane, within what is known to occur.
-double Extended(const Eigen::Vector2d& x_px, const std::vector<Projected>& points, int count, double least, double most, std::vector<std::pair<double, std::size_t>>& order) {
+// kappa at a pixel from the points near it: the plane through them, by weighted least squares that lean towards their
+// mean as far as the points do not span a plane.
+double Extended(const Eigen::Vector2d& x_px, const std::vector<Projected>& points, int count,
+                std::vector<std::pair<double, std::size_t>>& order) {
   order.clear();
   for (std::size_t i = 0; i < points.size(); ++i) order.emplace_back((points[i].x_px - x_px).squaredNorm(), i);
   const std::size_t n = std::min(order.size(), static_cast<std::size_t>(count));
@@ -188,7 +184,7 @@ double Extended(const Eigen::Vector2d& x_px, const std::vector<Projected>& point
   A.diagonal().array() += 0.1 * weight * (x_px - mean).squaredNorm() + 1e-12;  // far from the points a slope is a guess
   const double determinant = A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0);
   const Eigen::Vector2d slope((A(1, 1) * b[0] - A(0, 1) * b[1]) / determinant, (A(0, 0) * b[1] - A(1, 0) * b[0]) / determinant);
-  return std::clamp(kappa + slope.dot(x_px - mean), least, most);
+  return kappa + slope.dot(x_px - mean);
 }
 
 }  // namespace
@@ -261,7 +257,9 @@ ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& siz
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < border; ++i) {
     out.x_px.push_back(domain.Pixel(lattice[i]));
-    out.kappa.push_back(Extended(out.x_px.back(), points, options.extension_points, least_kappa, most_kappa, order));
+    // Within what is known to occur.
+    out.kappa.push_back(
+        std::clamp(Extended(out.x_px.back(), points, options.extension_points, order), least_kappa, most_kappa));
     out.point.push_back(-1);
   }
   // Points stay off the border, whose samples are there already.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 
@@ -158,12 +157,13 @@ class Meter {
     if (followed.cut && frame >= last_break_ + kShortestShot) {
       last_break_ = frame;
       score_.cuts.push_back(frame);
-      path_.Add(time_s, CameraPath::Step::kCut, {});
+      path_.Add(time_s, MeasuredPath::Step::kCut, {});
       last_seen_ = grey;
       return;
     }
     const auto fit = FitStep(followed.steps, InlierThresholdPx(size_px()));
-    path_.Add(time_s, fit ? CameraPath::Step::kMeasured : CameraPath::Step::kFailed, fit ? MovementOf(fit->to_from, size_px()) : Movement{});
+    path_.Add(time_s, fit ? MeasuredPath::Step::kMeasured : MeasuredPath::Step::kFailed,
+              fit ? MovementOf(fit->to_from, size_px()) : Movement{});
     if (fit) {
       last_seen_ = grey;
       return;
@@ -181,7 +181,7 @@ class Meter {
   VideoReader reader_;
   CornerFollower corners_;
   JitterMeter jitter_;
-  CameraPath path_;
+  MeasuredPath path_;
   VideoScore score_;
   std::vector<double> batch_times_s_;
   double stated_s_ = 0, time_s_ = 0;
@@ -206,7 +206,7 @@ void MatchBatch(std::deque<Meter>& meters, std::size_t count, int first_frame) {
 }  // namespace
 
 ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::deque<Meter> meters;
   meters.emplace_back(options.input);
   for (const auto& file : options.stabilised) meters.emplace_back(file);
@@ -246,7 +246,7 @@ ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
   if (input.failed_steps > (1 - kLeastMeasured) * (result.frames - 1))
     throw DataError(fmt::format("in {} of {} frames there is nothing to follow", input.failed_steps, result.frames), "is it blank, or too blurred?", options.input);
   for (const std::string& w : result.warnings) sink.Message(w);
-  result.seconds = SecondsSince(start);
+  result.seconds = watch.Seconds();
   return result;
 }
 

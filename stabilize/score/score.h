@@ -35,7 +35,7 @@ struct VideoScore {
   // The same of the paths without their straight line: a steady walk or pan is stable, where the score above knows 0.9 at most.
   std::optional<double> stability_detrended;
   JitterResult jitter;
-  CameraPath::Path path;
+  MeasuredPath::Path path;
   std::vector<int> cuts;         // frames that begin a new shot
   int failed_steps = 0;          // frames without a movement from the one before
   int failed_matches = 0;        // frames that cannot be found in the input's

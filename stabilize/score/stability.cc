@@ -57,29 +57,29 @@ std::vector<double> WithoutLine(std::vector<double> path) {
   return path;
 }
 
-void CameraPath::Begin(double time_s) { times_s_ = {time_s}; }
+void MeasuredPath::Begin(double time_s) { times_s_ = {time_s}; }
 
-void CameraPath::Add(double time_s, Step step, const Movement& movement) {
+void MeasuredPath::Add(double time_s, Step step, const Movement& movement) {
   times_s_.push_back(time_s);
   steps_.push_back(step);
   movements_.push_back(movement);
   failed_ += step == Step::kFailed;
 }
 
-int CameraPath::open_gap() const {
+int MeasuredPath::open_gap() const {
   int steps = 0;
   while (steps < static_cast<int>(steps_.size()) && steps_[steps_.size() - 1 - static_cast<std::size_t>(steps)] == Step::kFailed) ++steps;
   return steps;
 }
 
-void CameraPath::Bridge(int steps, const Movement& movement) {
+void MeasuredPath::Bridge(int steps, const Movement& movement) {
   for (std::size_t i = steps_.size() - static_cast<std::size_t>(steps); i < steps_.size(); ++i) {
     steps_[i] = Step::kBridged;
     movements_[i] = {movement.shift_px / steps, movement.rotation_rad / steps};
   }
 }
 
-CameraPath::Path CameraPath::Result() const {
+MeasuredPath::Path MeasuredPath::Result() const {
   Path path;
   const std::size_t n = times_s_.size();
   std::vector<Eigen::Vector3d> at(n, Eigen::Vector3d::Zero());

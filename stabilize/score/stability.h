@@ -24,7 +24,7 @@ std::vector<double> WithoutLine(std::vector<double> path);
 
 // The path of a camera as its picture's movement adds up: of its middle and its rotation. What cannot be measured takes
 // the mean of the steps on either side, or its share of a movement across the gap; over a cut the path goes on from where it was.
-class CameraPath {
+class MeasuredPath {
  public:
   enum class Step { kMeasured, kFailed, kBridged, kCut };
   void Begin(double time_s);

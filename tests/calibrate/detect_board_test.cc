@@ -101,7 +101,7 @@ TEST(RenderedBoards, GiveTheIntrinsicsWithinThreeSigma) {
 TEST(Undistorted, ShowsAPinholeWithoutSkew) {
   const Intrinsics k = TrueIntrinsics();
   const Rigid3 pose = PoseOf({0.1, 0.05, 480, 18, -14, 6}, k);
-  const PlumbBobCamera camera = PlumbBobOf(k, kWidthPx, kHeightPx);
+  const Camera camera = CameraOf(k, kWidthPx, kHeightPx);
   const Camera pinhole = PinholeInside(camera);
   const BoardSearch search = FindBoard(Undistorter(camera, pinhole)(Renderer()(pose)), kBoard);
   ASSERT_TRUE(search.found) << search.why_not;

@@ -22,7 +22,7 @@ const Board kBoard{9, 6, 25};
 
 struct TrueView {
   std::string name;
-  PlumbBobCamera camera;
+  Camera camera;
   std::vector<Eigen::Vector2d> corners_px;
   std::optional<FoundBoard> found;
 };
@@ -36,12 +36,18 @@ std::vector<TrueView> Simulate(const std::filesystem::path& capture) {
   for (const auto& v : truth["views"]) {
     const auto p = v["params"].get<std::vector<double>>();
     const auto m = v["cam_from_world"].get<std::vector<double>>();
-    TrueView view{v["name"], {v["size_px"][0], v["size_px"][1], p[0], p[1], p[2], p[3], v["skew_px"], p[4], p[5], p[6], p[7]}, {}, {}};
+    TrueView view{v["name"],
+                  {CameraModel::kPlumbBob,
+                   v["size_px"][0],
+                   v["size_px"][1],
+                   {p[0], p[1], p[2], p[3], v["skew_px"], p[4], p[5], p[6], p[7], 0}},
+                  {},
+                  {}};
     const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());
     for (int row = 0; row < kBoard.rows; ++row)
       for (int column = 0; column < kBoard.columns; ++column) {
         const Eigen::Vector4d x(0.025 * (column - 0.5 * (kBoard.columns - 1)), 0.025 * (row - 0.5 * (kBoard.rows - 1)), 0, 1);
-        view.corners_px.push_back(Project(view.camera, (pose * x).hnormalized()));
+        view.corners_px.push_back(*view.camera.Project(pose * x));
       }
     views.push_back(view);
   }
@@ -88,7 +94,7 @@ TEST_F(SimulatedBoards, GiveIntrinsicsWithinThreeOfTheirStandardDeviations) {
   std::vector<BoardView> found;
   for (const TrueView& view : views_)
     if (view.found) found.push_back({view.name, view.found->corners_px, {}});
-  const PlumbBobCamera& truth = views_.front().camera;
+  const Camera& truth = views_.front().camera;
   const FitResult fit = Fit(kBoard, found, truth.width_px, truth.height_px, {});
   const Calibration& c = fit.calibration;
   std::printf("%zu views, model %s, RMS %.4f px\n", fit.views.size(), c.model.name.c_str(), c.rms_px);
@@ -98,15 +104,15 @@ TEST_F(SimulatedBoards, GiveIntrinsicsWithinThreeOfTheirStandardDeviations) {
     EXPECT_LT(std::abs(value - true_value), 3 * sigma) << name;
   };
   const auto term = [&](const char* name, Term t, double true_value) { check(name, c.intrinsics[t], c.Sigma(t, c.noise_px), true_value); };
-  term("fx", kFx, truth.fx);
-  check("fy", c.Fy(), c.SigmaFy(c.noise_px), truth.fy);
-  term("cx", kCx, truth.cx);
-  term("cy", kCy, truth.cy);
-  term("skew", kSkew, truth.skew);
-  term("k1", kK1, truth.k1);
-  term("k2", kK2, truth.k2);
+  term("fx", kFx, truth.Get(CameraTerm::kFx));
+  check("fy", c.Fy(), c.SigmaFy(c.noise_px), truth.Get(CameraTerm::kFy));
+  term("cx", kCx, truth.Get(CameraTerm::kCx));
+  term("cy", kCy, truth.Get(CameraTerm::kCy));
+  term("skew", kSkew, truth.Get(CameraTerm::kSkew));
+  term("k1", kK1, truth.Get(CameraTerm::kK1));
+  term("k2", kK2, truth.Get(CameraTerm::kK2));
   // No sigma so large that anything would do.
-  EXPECT_LT(c.Sigma(kFx, c.noise_px) / truth.fx, 1e-3);
+  EXPECT_LT(c.Sigma(kFx, c.noise_px) / truth.FocalPx().x(), 1e-3);
   EXPECT_LT(c.Sigma(kSkew, c.noise_px), 0.1);
 }
 

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "database_fixture.h"
+#include "reconstruct/options.h"
 #include "reconstruct/reprojection.h"
 
 namespace lumi {
@@ -76,7 +77,7 @@ class FramesAdjust : public ::testing::Test {
 
 TEST_F(FramesAdjust, LensIsFoundAndOnlyKeyframesStay) {
   ColmapProgram colmap(folder_.path() / "colmap.log", SilentProgress());
-  AdjustWithFrames(scene_, placed_, false, folder_.path(), colmap, SilentProgress());
+  AdjustWithFrames(scene_, placed_, false, {ReconstructOptions{}, folder_.path(), colmap, SilentProgress()});
   EXPECT_EQ(scene_.views.size(), static_cast<std::size_t>(kKeyframes));
   EXPECT_EQ(scene_.points.size(), static_cast<std::size_t>(kPoints));
   // 6 and 5 px off before. What 0.3 px of noise leaves is mostly what focal length and distortion, principal point and turns share:
@@ -91,7 +92,7 @@ TEST_F(FramesAdjust, LensIsFoundAndOnlyKeyframesStay) {
 TEST_F(FramesAdjust, ALensThatIsKnownStays) {
   scene_.cameras = {truth_};
   ColmapProgram colmap(folder_.path() / "colmap.log", SilentProgress());
-  AdjustWithFrames(scene_, placed_, true, folder_.path(), colmap, SilentProgress());
+  AdjustWithFrames(scene_, placed_, true, {ReconstructOptions{}, folder_.path(), colmap, SilentProgress()});
   EXPECT_EQ(scene_.cameras[0].params, truth_.params);
   EXPECT_LT(UpdatePointErrors(scene_), 2 * kNoisePx);
 }
@@ -100,7 +101,7 @@ TEST_F(FramesAdjust, WithoutFramesNothingChanges) {
   for (PlacedFrame& p : placed_) p.ok = false;
   const Scene before = scene_;
   ColmapProgram colmap(folder_.path() / "colmap.log", SilentProgress());
-  AdjustWithFrames(scene_, placed_, false, folder_.path(), colmap, SilentProgress());
+  AdjustWithFrames(scene_, placed_, false, {ReconstructOptions{}, folder_.path(), colmap, SilentProgress()});
   EXPECT_EQ(scene_.cameras[0].params, before.cameras[0].params);
   EXPECT_EQ(scene_.points[5].track.size(), before.points[5].track.size());
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "factorization_scenes.h"
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/similarity3.h"
 

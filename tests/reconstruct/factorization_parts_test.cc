@@ -5,7 +5,6 @@
 
 #include "factorization_scenes.h"
 #include "reconstruct/factorization/cull.h"
-#include "reconstruct/factorization/factorise.h"
 #include "reconstruct/factorization/intersection.h"
 #include "reconstruct/factorization/linear_program.h"
 #include "reconstruct/factorization/merge.h"
@@ -13,6 +12,7 @@
 #include "reconstruct/factorization/normalise.h"
 #include "reconstruct/factorization/projective_bundle.h"
 #include "reconstruct/factorization/quasi_affine.h"
+#include "reconstruct/factorization/rank4_factorization.h"
 #include "reconstruct/factorization/resection.h"
 #include "reconstruct/factorization/seed.h"
 #include "reconstruct/factorization/two_view.h"
@@ -123,7 +123,7 @@ TEST(Windows, FramesLeftOutAreInNoneButTheLastOneIs) {
   options.length = 8;
   options.overlap = 4;
   std::vector<int> covered(97, 0);
-  for (const Window& window : SplitIntoWindows(points, options)) {
+  for (const FrameWindow& window : SplitIntoWindows(points, options)) {
     EXPECT_LE(window.frames.size(), 9U);
     EXPECT_TRUE(std::is_sorted(window.frames.begin(), window.frames.end()));
     for (const int f : window.frames) covered[static_cast<std::size_t>(f)] = 1;
@@ -454,7 +454,7 @@ TEST(Cull, TheLimitFollowsTheNoiseAndOutliersAreFound) {
 
 TEST(Merge, TwoFramesOfReferenceBecomeOneExactly) {
   const auto [s, points, truth] = TrueSceneOf(See(DeskPath(16), DeskPoints(150), {}));
-  const Window window = MakeWindow(points, {6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
+  const FrameWindow window = MakeWindow(points, {6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
   ProjectiveModel whole = truth, part(Extract(points, window));
   for (std::size_t i = 0; i < window.frames.size(); ++i) {
     const auto f = static_cast<std::size_t>(window.frames[i]);
@@ -479,7 +479,7 @@ TEST(Merge, TwoFramesOfReferenceBecomeOneExactly) {
 
 TEST(Merge, WhatDoesNotFitIsNotMerged) {
   const auto [s, points, truth] = TrueSceneOf(See(DeskPath(16), DeskPoints(150), {}));
-  const Window window = MakeWindow(points, {8, 9, 10, 11, 12, 13});
+  const FrameWindow window = MakeWindow(points, {8, 9, 10, 11, 12, 13});
   ProjectiveModel whole = truth, part(Extract(points, window));
   std::mt19937_64 random(7);
   std::normal_distribution<double> gauss;
@@ -698,7 +698,7 @@ TEST(WindowUpgrade, ABentFrameIsMetricWindowByWindow) {
 TEST(WindowUpgrade, AFrameThatNoWindowReachesLeavesNoAnswer) {
   const SimulatedTracks s = See(HallwayPath(30), HallwayPoints(400), {});
   const ImagePoints points = Normalise(s.tracks, std::nullopt);
-  std::vector<Window> windows;
+  std::vector<FrameWindow> windows;
   for (const int begin : {0, 15}) {  // side by side, without a frame in common
     std::vector<int> frames;
     for (int f = begin; f < begin + 15; ++f) frames.push_back(f);

@@ -1,5 +1,5 @@
 // From tracks to scenes, on simulated tracks like those of the examples: accuracy that is promised, and what comes with it.
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 #include <gtest/gtest.h>
 

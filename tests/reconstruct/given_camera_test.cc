@@ -27,7 +27,7 @@ class Said : public ProgressSink {
 constexpr int kWidthPx = 80, kHeightPx = 60;
 
 // A lens with skew, and a photo through it in which a pixel's colour tells the ray that it is on: exact to a rounding of 1/255.
-PlumbBobCamera Skewed() { return {kWidthPx, kHeightPx, 90, 92, 41, 29, 3, -0.2, 0.05, 0, 0, 0}; }
+Camera Skewed() { return {CameraModel::kPlumbBob, kWidthPx, kHeightPx, {90, 92, 41, 29, 3, -0.2, 0.05, 0, 0, 0}}; }
 constexpr double kRange = 0.7;  // colours reach from -kRange to kRange on z = 1
 double Colour(double x) { return 255 * (0.5 + 0.5 * x / kRange); }
 
@@ -41,11 +41,11 @@ class GivenCameraTest : public testing::Test {
     Image8 photo(kWidthPx, kHeightPx, 3);
     for (int y = 0; y < kHeightPx; ++y)
       for (int x = 0; x < kWidthPx; ++x) {
-        const Eigen::Vector2d ray = *Unproject(Skewed(), {x + 0.5, y + 0.5});
+        const Eigen::Vector2d ray = *Skewed().Normalized({x + 0.5, y + 0.5});
         photo.At(x, y, 0) = static_cast<std::uint8_t>(std::lround(Colour(ray.x())));
         photo.At(x, y, 1) = static_cast<std::uint8_t>(std::lround(Colour(ray.y())));
       }
-    for (const Photo& p : capture_.photos) WriteImage(capture_.folder / p.name, photo);
+    for (const InputPhoto& p : capture_.photos) WriteImage(capture_.folder / p.name, photo);
   }
   GivenCamera Fit() { return FitGivenCamera(options_, capture_, folder_ / "work", said_); }
   // The refusal's text; empty where there is none.
@@ -77,7 +77,7 @@ TEST_F(GivenCameraTest, OfThePhotosOwnSizeItIsTakenAsItIs) {
 }
 
 TEST_F(GivenCameraTest, OfTheSameShapeItIsScaledAndThatIsSaidOnce) {
-  WriteCameraYaml({4 * kWidthPx, 4 * kHeightPx, 360, 368, 164, 116, 0, -0.2, 0.05, 1e-3, 0, 0}, options_.camera_yaml);
+  WriteCameraYaml({CameraModel::kPlumbBob, 4 * kWidthPx, 4 * kHeightPx, {360, 368, 164, 116, 0, -0.2, 0.05, 1e-3, 0, 0}}, options_.camera_yaml);
   const Camera camera = ReadCameraYaml(Fit().yaml);
   EXPECT_EQ(camera.width_px, kWidthPx);
   EXPECT_EQ(camera.params, (std::vector<double>{90, 92, 41, 29, -0.2, 0.05, 1e-3, 0}));
@@ -128,7 +128,7 @@ TEST_F(GivenCameraTest, SkewAndK3AreResampledAway) {
   Image8 mask(kWidthPx, kHeightPx, 1, 255);
   for (int y = 0; y < kHeightPx; ++y)
     for (int x = 0; x < kWidthPx; ++x)
-      if (Unproject(Skewed(), {x + 0.5, y + 0.5})->x() < 0) mask.At(x, y, 0) = 0;
+      if (Skewed().Normalized({x + 0.5, y + 0.5})->x() < 0) mask.At(x, y, 0) = 0;
   WriteImage(options_.masks / "a.png.png", mask);
 
   const GivenCamera given = Fit();
@@ -155,9 +155,9 @@ TEST_F(GivenCameraTest, SkewAndK3AreResampledAway) {
   const auto time = fs::last_write_time(given.capture.folder / "b.png");
   Fit();
   EXPECT_EQ(fs::last_write_time(given.capture.folder / "b.png"), time);
-  PlumbBobCamera other = Skewed();
-  other.skew = 0;
-  other.k3 = 0.01;
+  Camera other = Skewed();
+  other.params[4] = 0;
+  other.params[9] = 0.01;
   WriteCameraYaml(other, options_.camera_yaml);
   said_.lines.clear();
   Fit();

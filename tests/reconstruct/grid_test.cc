@@ -23,7 +23,7 @@ TEST(GridSearch, FindsWhichWayTheCoordinatesRun) {
     {
       TestDatabase db(folder.path() / "database.db");
       for (int v = 0; v < 9; ++v) {
-        Photo photo;
+        InputPhoto photo;
         photo.name = "p" + std::to_string(v) + ".jpg";
         photo.width_px = 640;
         photo.height_px = 480;

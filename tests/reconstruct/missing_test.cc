@@ -10,7 +10,7 @@ namespace {
 Capture PhotosNamed(const std::vector<std::string>& names) {
   Capture capture;
   for (const auto& name : names) {
-    Photo photo;
+    InputPhoto photo;
     photo.name = name;
     capture.photos.push_back(photo);
   }

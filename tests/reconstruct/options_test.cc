@@ -89,7 +89,7 @@ TEST(ReconstructSummary, SurvivesItsJson) {
 Capture Photos(std::size_t n, int width, std::optional<double> focal) {
   Capture capture;
   for (std::size_t i = 0; i < n; ++i) {
-    Photo p;
+    InputPhoto p;
     p.name = std::to_string(i);
     p.width_px = width;
     p.height_px = 100;

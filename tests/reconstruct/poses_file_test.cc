@@ -131,7 +131,7 @@ TEST_F(PosesFile, MalformedFilesAreRefusedWithTheirLine) {
 Capture PosedPhotos(const std::vector<std::string>& names) {
   Capture capture;
   for (const auto& name : names) {
-    Photo photo;
+    InputPhoto photo;
     photo.name = name;
     photo.width_px = 640;
     photo.height_px = 480;

@@ -59,7 +59,7 @@ Capture MakeRing(const std::filesystem::path& database, const RingGeometry& trut
   TestDatabase db(database);
   Capture capture;
   for (int v = 0; v < n; ++v) {
-    Photo photo;
+    InputPhoto photo;
     photo.name = (v < 10 ? "p0" : "p") + std::to_string(v) + ".jpg";
     photo.width_px = 640;
     photo.height_px = 480;
@@ -123,7 +123,7 @@ TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
   truth.elevation_rad = 35 * kRadPerDeg;  // (seen from the side every order looks alike: all points move along rows)
   Capture capture = MakeRing(folder.path() / "database.db", truth, 18);
   // Names in another order than the places on the circle.
-  const std::vector<Photo> in_order = capture.photos;
+  const std::vector<InputPhoto> in_order = capture.photos;
   for (std::size_t i = 0; i < 18; ++i) capture.photos[i] = in_order[(i * 7) % 18];
   ReconstructOptions options;
   options.rig = Rig::kRing;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "random_scene.h"
@@ -15,7 +16,17 @@ std::vector<Camera> Cameras() {
           {CameraModel::kSimpleRadial, 640, 480, {500, 320, 240, -0.15}},
           {CameraModel::kRadial, 640, 480, {500, 320, 240, -0.2, 0.05}},
           {CameraModel::kOpenCV, 640, 480, {500, 510, 320, 240, -0.25, 0.08, 0.001, -0.002}},
-          {CameraModel::kOpenCVFisheye, 640, 480, {300, 300, 320, 240, 0.02, -0.01, 0.003, -0.001}}};
+          {CameraModel::kOpenCVFisheye, 640, 480, {300, 300, 320, 240, 0.02, -0.01, 0.003, -0.001}},
+          {CameraModel::kPlumbBob, 640, 480, {500, 510, 320, 240, 2.4, -0.25, 0.08, 0.001, -0.002, 0.01}}};
+}
+
+TEST(Camera, EveryModelHasACameraHere) {
+  std::vector<bool> seen(kCameraModels.size(), false);
+  for (const Camera& camera : Cameras()) {
+    EXPECT_FALSE(Validate(camera)) << Name(camera.model);
+    seen[static_cast<std::size_t>(&InfoOf(camera.model) - kCameraModels.data())] = true;
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<long>(seen.size()));
 }
 
 TEST(Camera, NormalizedUndoesProjectOverTheWholeImage) {
@@ -75,8 +86,10 @@ TEST(Camera, ValidationRefusesWhatCannotBeACamera) {
 
 TEST(Camera, ModelNamesAreColmaps) {
   for (const Camera& camera : Cameras()) {
-    EXPECT_EQ(CameraModelFromName(Name(camera.model)), camera.model);
-    EXPECT_EQ(CameraModelFromId(static_cast<int>(camera.model)), camera.model);
+    // The one that is not COLMAP's is in none of its files.
+    const auto known = camera.model == CameraModel::kPlumbBob ? std::nullopt : std::optional(camera.model);
+    EXPECT_EQ(CameraModelFromName(Name(camera.model)), known);
+    EXPECT_EQ(CameraModelFromId(static_cast<int>(camera.model)), known);
     EXPECT_EQ(ParameterCount(camera.model), static_cast<int>(camera.params.size()));
   }
   EXPECT_FALSE(CameraModelFromName("THIN_PRISM_FISHEYE"));

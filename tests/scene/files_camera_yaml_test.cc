@@ -103,11 +103,11 @@ TEST(CameraYaml, OpenCvsOwnCalibrationIsReadButForItsK3) {
 
 TEST(CameraYaml, SkewIsWrittenAndRefusedWhereItCannotBeHeld) {
   const lumi::TemporaryFolder folder;
-  PlumbBobCamera camera{640, 480, 600, 610, 320.5, 240.5, 0, -0.2, 0.05, 1e-3, -2e-3, 0};
+  Camera camera{CameraModel::kPlumbBob, 640, 480, {600, 610, 320.5, 240.5, 0, -0.2, 0.05, 1e-3, -2e-3, 0}};
   WriteCameraYaml(camera, folder / "plain.yaml");
   const Camera read = ReadCameraYaml(folder / "plain.yaml");
   EXPECT_EQ(read.params, (std::vector<double>{600, 610, 320.5, 240.5, -0.2, 0.05, 1e-3, -2e-3}));
-  camera.skew = 2.5;
+  camera.params[4] = 2.5;
   WriteCameraYaml(camera, folder / "skew.yaml");
   EXPECT_NE(ReadText(folder / "skew.yaml").find("data: [600, 2.5, 320, 0, 610, 240, 0, 0, 1]"), std::string::npos);
   EXPECT_THROW(ReadCameraYaml(folder / "skew.yaml"), InputError);
@@ -115,14 +115,12 @@ TEST(CameraYaml, SkewIsWrittenAndRefusedWhereItCannotBeHeld) {
 
 TEST(CameraYaml, AllThatACalibrationKnowsComesBack) {
   const lumi::TemporaryFolder folder;
-  const PlumbBobCamera camera{640, 480, 600, 610, 320.5, 240.5, 2.5, -0.2, 0.05, 1e-3, -2e-3, 0.01};
+  const Camera camera{CameraModel::kPlumbBob, 640, 480, {600, 610, 320.5, 240.5, 2.5, -0.2, 0.05, 1e-3, -2e-3, 0.01}};
   WriteCameraYaml(camera, folder / "c.yaml");
   const CameraYaml read = ReadWholeCameraYaml(folder / "c.yaml");
-  EXPECT_FALSE(read.fisheye);
+  EXPECT_EQ(read.camera.model, CameraModel::kPlumbBob);
   EXPECT_TRUE(read.says_distortion);
-  const PlumbBobCamera& back = read.plumb_bob;
-  EXPECT_EQ((std::vector<double>{back.fx, back.fy, back.cx, back.cy, back.skew, back.k1, back.k2, back.p1, back.p2, back.k3}),
-            (std::vector<double>{600, 610, 320.5, 240.5, 2.5, -0.2, 0.05, 1e-3, -2e-3, 0.01}));
+  EXPECT_EQ(read.camera.params, camera.params);
   Write(folder / "plain.yaml", "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [600, 0, 320, 0, 610, 240, 0, 0, 1]\n");
   EXPECT_FALSE(ReadWholeCameraYaml(folder / "plain.yaml").says_distortion);
   EXPECT_TRUE(ReadCameraYaml(folder / "plain.yaml").IsPinhole());

@@ -1,21 +1,29 @@
-#include "scene/model/plumb_bob.h"
-
 #include <gtest/gtest.h>
 
+#include "scene/model/camera.h"
 #include "scene/undistort/undistorter.h"
 
 namespace lumi {
 namespace {
 
-PlumbBobCamera Mild() { return {640, 480, 612.3, 620.3, 331.7, 232.1, 2.4, -0.21, 0.06, 1e-3, -7e-4, 0.01}; }
+Camera Mild() {
+  return {CameraModel::kPlumbBob, 640, 480, {612.3, 620.3, 331.7, 232.1, 2.4, -0.21, 0.06, 1e-3, -7e-4, 0.01}};
+}
 // A wide lens as real boards gave it: its polynomial folds inside the photo, and grows again, mirrored, far outside.
-PlumbBobCamera Wide() { return {1280, 960, 562.63, 563.59, 650.14, 500.3, 0.68, -0.24465, 0.07502, -1.6e-4, 4.7e-4, -0.01163}; }
+Camera Wide() {
+  return {CameraModel::kPlumbBob,
+          1280,
+          960,
+          {562.63, 563.59, 650.14, 500.3, 0.68, -0.24465, 0.07502, -1.6e-4, 4.7e-4, -0.01163}};
+}
+
+Eigen::Vector2d PixelOf(const Camera& camera, const Eigen::Vector2d& x) { return *camera.Project(x.homogeneous()); }
 
 TEST(PlumbBob, UnprojectUndoesProject) {
-  for (const PlumbBobCamera& camera : {Mild(), Wide()})
+  for (const Camera& camera : {Mild(), Wide()})
     for (double x = -0.6; x <= 0.6; x += 0.1)
       for (double y = -0.5; y <= 0.5; y += 0.1) {
-        const auto back = Unproject(camera, Project(camera, {x, y}));
+        const auto back = camera.Normalized(PixelOf(camera, {x, y}));
         ASSERT_TRUE(back);
         // Newton's last step is below 1e-12.
         EXPECT_LT((*back - Eigen::Vector2d(x, y)).norm(), 1e-11);
@@ -23,16 +31,19 @@ TEST(PlumbBob, UnprojectUndoesProject) {
 }
 
 TEST(PlumbBob, SkewMovesAPixelByItsHeightOnly) {
-  PlumbBobCamera camera = Mild(), straight = Mild();
-  straight.skew = 0;
-  const Eigen::Vector2d x(0.3, -0.2), shift = Project(camera, x) - Project(straight, x);
+  Camera camera = Mild(), straight = Mild();
+  straight.params[4] = 0;
+  const Eigen::Vector2d x(0.3, -0.2), shift = PixelOf(camera, x) - PixelOf(straight, x);
   EXPECT_EQ(shift.y(), 0);
-  EXPECT_NEAR(shift.x(), camera.skew * (Project(camera, x).y() - camera.cy) / camera.fy, 1e-12);
+  EXPECT_NEAR(
+      shift.x(),
+      camera.Get(CameraTerm::kSkew) * (PixelOf(camera, x).y() - camera.PrincipalPointPx().y()) / camera.FocalPx().y(),
+      1e-12);
 }
 
 TEST(PlumbBob, ScaledItSeesTheSameRays) {
-  const PlumbBobCamera half = Mild().Scaled(320, 240);
-  EXPECT_LT((Project(half, {0.2, 0.1}) - 0.5 * Project(Mild(), {0.2, 0.1})).norm(), 1e-12);
+  const Camera half = Mild().Scaled(320, 240);
+  EXPECT_LT((PixelOf(half, {0.2, 0.1}) - 0.5 * PixelOf(Mild(), {0.2, 0.1})).norm(), 1e-12);
 }
 
 // The same of COLMAP's models: 1 - 0.25 r^2 folds at r = 1.15 and is negative, the image mirrored, from r = 2 on.
@@ -48,12 +59,12 @@ TEST(PlumbBob, BeyondTheFoldAPhotosCameraHasNoRayEither) {
 
 // Every answer lies on the pixel's own side, within the fold (r = 1.72 here); beyond the fold there is none.
 TEST(PlumbBob, BeyondTheFoldThereIsNoRay) {
-  const PlumbBobCamera camera = Wide();
-  const Eigen::Vector2d c(camera.cx, camera.cy);
+  const Camera camera = Wide();
+  const Eigen::Vector2d c = camera.PrincipalPointPx();
   int without = 0;
   for (int y = 0; y <= camera.height_px; y += 8)
     for (int x = 0; x <= camera.width_px; x += 8) {
-      const auto ray = Unproject(camera, {x + 0.0, y + 0.0});
+      const auto ray = camera.Normalized({x + 0.0, y + 0.0});
       if (!ray) {
         ++without;
         continue;
@@ -63,7 +74,7 @@ TEST(PlumbBob, BeyondTheFoldThereIsNoRay) {
     }
   EXPECT_GT(without, 100);
   const Camera pinhole = PinholeInside(camera);
-  EXPECT_NEAR(pinhole.FocalPx().x() / camera.fx, 0.9, 0.1);
+  EXPECT_NEAR(pinhole.FocalPx().x() / camera.FocalPx().x(), 0.9, 0.1);
 }
 
 }  // namespace

@@ -125,17 +125,17 @@ TEST(Stability, OfWhatStandsStillIsOneAndOfWhatIsShortIsNone) {
   EXPECT_FALSE(StabilityOf(std::vector<double>(11, 7.0), 0.1));
 }
 
-TEST(CameraPath, GoesOnAcrossCutsAndThroughFramesThatFailed) {
-  CameraPath path;
+TEST(MeasuredPath, GoesOnAcrossCutsAndThroughFramesThatFailed) {
+  MeasuredPath path;
   path.Begin(0);
-  const auto add = [&](CameraPath::Step step, double x) { path.Add(path.frames() / 30.0, step, {{x, -x}, 0.1 * x}); };
-  for (int i = 0; i < 4; ++i) add(CameraPath::Step::kMeasured, 2);
-  add(CameraPath::Step::kFailed, 0);
-  add(CameraPath::Step::kMeasured, 4);
-  add(CameraPath::Step::kCut, 0);
-  add(CameraPath::Step::kFailed, 0);
-  add(CameraPath::Step::kMeasured, 1);
-  const CameraPath::Path p = path.Result();
+  const auto add = [&](MeasuredPath::Step step, double x) { path.Add(path.frames() / 30.0, step, {{x, -x}, 0.1 * x}); };
+  for (int i = 0; i < 4; ++i) add(MeasuredPath::Step::kMeasured, 2);
+  add(MeasuredPath::Step::kFailed, 0);
+  add(MeasuredPath::Step::kMeasured, 4);
+  add(MeasuredPath::Step::kCut, 0);
+  add(MeasuredPath::Step::kFailed, 0);
+  add(MeasuredPath::Step::kMeasured, 1);
+  const MeasuredPath::Path p = path.Result();
   EXPECT_THAT(p.x_px, testing::ElementsAre(0, 2, 4, 6, 8, 11, 15, 15, 16, 17));
   EXPECT_NEAR(p.rotation_rad.back(), 1.7, kRounding);
   EXPECT_FALSE(p.uneven);

@@ -25,18 +25,23 @@ struct KnownIntrinsics {
 // --camera, --intrinsics or --focal-px, else the EXIF focal length where all photos agree in it. Throws DataError where the photos differ in size.
 KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions& options);
 
-// Features followed through the frames of a video (or of a folder, with --matching sequential), else matched across photos.
-// A video is followed through all its frames; the tracks are then those of the frames that `capture` names and, where these are few,
-// of some between them; or of all with --all-frames. `used`: the frames that a camera is asked for. With --projective, all frames of a
-// video end with the first shot: `cut_frame` is then the next one's first.
-Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const std::filesystem::path& work_folder,
-                  Capture* used,
-                  std::optional<int>* cut_frame, ProgressSink& sink);
+// Features followed through the frames of a video (or of a folder, with --matching sequential), else matched across
+// photos. A video is followed through all its frames; the tracks are then those of the frames that `capture` names and,
+// where these are few, of some between them; or of all with --all-frames.
+struct FoundTracks {
+  Tracks tracks;
+  Capture used;  // the frames that a camera is asked for
+  std::optional<int>
+      cut_frame;  // with --projective, all frames of a video end with the first shot: the next one's first
+};
+FoundTracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
+                       const std::filesystem::path& work_folder, ProgressSink& sink);
 
 // Metric (distorted cameras, as they took the photos), or quasi-affine where the data or --projective ask for it; summary.upgrade tells.
 // Throws DataError: no structure in the tracks (named), or not metric where --require metric wants it so.
-Scene Factorize(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const std::filesystem::path& work_folder,
-                ReconstructSummary& summary, ProgressSink& sink);
+Scene ReconstructByFactorization(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
+                                 const std::filesystem::path& work_folder, ReconstructSummary& summary,
+                                 ProgressSink& sink);
 
 // FinishScene's counterpart: undistorted photos and projective.json.
 Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink);

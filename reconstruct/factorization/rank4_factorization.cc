@@ -1,4 +1,4 @@
-#include "reconstruct/factorization/factorise.h"
+#include "reconstruct/factorization/rank4_factorization.h"
 
 #include <Eigen/Dense>
 #include <cmath>

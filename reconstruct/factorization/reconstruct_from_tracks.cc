@@ -1,4 +1,4 @@
-#include "reconstruct/factorization/factorization.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 #include <algorithm>
 
@@ -19,6 +19,80 @@ namespace {
 
 // Of the cameras' left blocks, in one frame's normalised units: about a degree over the photo's half diagonal.
 constexpr double kConstantOrientation = 0.02;
+
+constexpr double kLeastSigmaPx = 0.25;  // the first adjustment's: the noise is not known yet
+constexpr int kFewestSights = 8;        // of a frame that counts as placed
+constexpr int kFewTracks = 12;          // of a frame: the reason why it is not
+
+// All frames at once, twice; between, what no window could place or solve sees the whole.
+void AdjustWhole(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys,
+                 const FactorizationOptions& options, FactorizationResult& result, ProgressSink& sink) {
+  Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);
+  CullResult culled = Cull(points, model, options.cull);
+  BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, kLeastSigmaPx), 10);
+  bundle.max_span = MaxSpan(model, options);
+  if (options.adjust) AdjustAll(points, model, bundle, options.adjust_sights, options.cull);
+  progress.Step();
+  CullOptions cull = options.cull;
+  cull.min_sights = std::min(cull.min_sights, std::max(2, model.PlacedCount()));
+  culled = Cull(points, model, cull);
+  SeedOptions grow;
+  grow.inlier_px = options.inlier_px;
+  grow.seed = options.seed;
+  if (model.PlacedCount() < static_cast<int>(points.FrameCount())) Grow(points, model, grow);
+  ParallelFor(points.tracks.size(), 32, [&](std::size_t from, std::size_t to) {
+    for (std::size_t t = from; t < to; ++t)
+      if (!model.solved[t])
+        IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
+  });
+  culled = Cull(points, model, cull);
+  if (options.adjust) {
+    progress.Step();
+    bundle = Adjustment(options, culled.sigma_px, 20);
+    bundle.max_span = MaxSpan(model, options);
+    AdjustAll(points, model, bundle, options.adjust_sights, cull, keys);
+    culled = Cull(points, model, cull);
+    progress.Step();
+  }
+  result.sigma_px = culled.sigma_px;
+  result.culled = culled.culled;
+}
+
+// No further adjustment follows: this one takes every track.
+void AdjustLast(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys,
+                const FactorizationOptions& options, FactorizationResult& result) {
+  CullOptions cull = options.cull;
+  cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
+  BundleOptions bundle = Adjustment(options, result.sigma_px, 10);
+  bundle.tolerance = 1e-4;
+  if (keys.empty())
+    AdjustProjective(points, model, bundle);
+  else
+    AdjustByKeys(points, model, keys, bundle, cull);
+  const CullResult culled = Cull(points, model, cull);
+  result.sigma_px = culled.sigma_px;
+  result.culled = culled.culled;
+  result.projective_rms_px = RmsPx(points, model);
+}
+
+// A frame with next to nothing left is not placed.
+void NameMissing(const ImagePoints& points, ProjectiveModel& model, FactorizationResult& result) {
+  std::vector<int> sights(points.FrameCount(), 0), seen(points.FrameCount(), 0);
+  for (std::size_t t = 0; t < points.tracks.size(); ++t)
+    for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
+      const auto f = static_cast<std::size_t>(points.tracks[t][k].frame);
+      ++seen[f];
+      if (model.solved[t] && model.inlier[t][k]) ++sights[f];
+    }
+  for (std::size_t f = 0; f < points.FrameCount(); ++f) {
+    if (model.placed[f] && sights[f] < kFewestSights) model.placed[f] = 0;
+    if (model.placed[f]) continue;
+    const std::string reason = seen[f] == 0           ? "no tracks"
+                               : seen[f] < kFewTracks ? "too few tracks (" + std::to_string(seen[f]) + ")"
+                                                      : "too few of its tracks agree with the other frames";
+    result.missing.push_back({static_cast<int>(f), reason});
+  }
+}
 
 }  // namespace
 
@@ -44,7 +118,8 @@ std::string_view Name(UpgradeKind kind) {
 
 FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optional<Camera>& camera, const FactorizationOptions& options,
                                           ProgressSink& sink) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
+  Stopwatch stage;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   if (camera)
     if (const auto wrong = Validate(*camera)) throw UsageError("camera: " + *wrong);
@@ -53,92 +128,32 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   if (points.FrameCount() < 2) Refuse(points, {}, camera);
 
   SolvedWindows solved = SolveWindows(points, camera, options, sink);
-  std::vector<Window> windows;
+  std::vector<FrameWindow> windows;
   for (const SolvedWindow& w : solved.solved) windows.push_back(w.window);
-  result.seconds.windows = SecondsSince(start);
+  result.seconds.windows = stage.Lap();
 
-  auto begin = std::chrono::steady_clock::now();
   MergedWindows merged = MergeWindows(points, std::move(solved.solved), options, sink);
   ProjectiveModel& model = merged.model;
   result.windows = std::move(merged.windows);
-  result.seconds.merging = SecondsSince(begin);
+  result.seconds.merging = stage.Lap();
 
-  const std::vector<char>& keys = solved.keys;
-  begin = std::chrono::steady_clock::now();
-  {
-    Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);
-    CullResult culled = Cull(points, model, options.cull);
-    BundleOptions bundle = Adjustment(options, std::max(culled.sigma_px, 0.25), 10);
-    bundle.max_span = MaxSpan(model, options);
-    if (options.adjust) AdjustAll(points, model, bundle, options.adjust_sights, options.cull);
-    progress.Step();
-    CullOptions cull = options.cull;
-    cull.min_sights = std::min(cull.min_sights, std::max(2, model.PlacedCount()));
-    culled = Cull(points, model, cull);
-    // Frames that no window could place, and tracks that no window could solve, see the whole now.
-    SeedOptions grow;
-    grow.inlier_px = options.inlier_px;
-    grow.seed = options.seed;
-    if (model.PlacedCount() < static_cast<int>(points.FrameCount())) Grow(points, model, grow);
-    ParallelFor(points.tracks.size(), 32, [&](std::size_t from, std::size_t to) {
-      for (std::size_t t = from; t < to; ++t)
-        if (!model.solved[t]) IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
-    });
-    culled = Cull(points, model, cull);
-    if (options.adjust) {
-      progress.Step();
-      bundle = Adjustment(options, culled.sigma_px, 20);
-      bundle.max_span = MaxSpan(model, options);
-      AdjustAll(points, model, bundle, options.adjust_sights, cull, keys);
-      culled = Cull(points, model, cull);
-      progress.Step();
-    }
-    result.sigma_px = culled.sigma_px;
-    result.culled = culled.culled;
-  }
-  // A frame with next to nothing left is not placed.
-  std::vector<int> sights(points.FrameCount(), 0), seen(points.FrameCount(), 0);
-  for (std::size_t t = 0; t < points.tracks.size(); ++t)
-    for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
-      ++seen[static_cast<std::size_t>(points.tracks[t][k].frame)];
-      if (model.solved[t] && model.inlier[t][k]) ++sights[static_cast<std::size_t>(points.tracks[t][k].frame)];
-    }
-  for (std::size_t f = 0; f < points.FrameCount(); ++f) {
-    if (model.placed[f] && sights[f] < 8) model.placed[f] = 0;
-    if (model.placed[f]) continue;
-    const std::string reason = seen[f] == 0    ? "no tracks"
-                               : seen[f] < 12 ? "too few tracks (" + std::to_string(seen[f]) + ")"
-                                              : "too few of its tracks agree with the other frames";
-    result.missing.push_back({static_cast<int>(f), reason});
-  }
+  AdjustWhole(points, model, solved.keys, options, result, sink);
+  NameMissing(points, model, result);
   if (model.PlacedCount() < 2) Refuse(points, solved.homographies, camera);
   result.projective_rms_px = RmsPx(points, model);
-  result.seconds.projective = SecondsSince(begin);
+  result.seconds.projective = stage.Lap();
 
   if (camera && !options.projective_only) {
     Progress progress(sink, "upgrade to a metric frame", 1);
-    TryMetric(points, model, windows, tracks, *camera, options, result);
+    TryMetric({points, tracks, options}, model, windows, *camera, result);
     progress.Step();
   } else {
     result.upgrade_reason = camera ? "a projective scene was asked for" : "the intrinsics are not known";
   }
   if (result.upgrade != UpgradeKind::kMetric) {
-    begin = std::chrono::steady_clock::now();
-    if (options.adjust) {
-      // No further adjustment follows: this one takes every track.
-      CullOptions cull = options.cull;
-      cull.min_sights = std::min(cull.min_sights, model.PlacedCount());
-      BundleOptions bundle = Adjustment(options, result.sigma_px, 10);
-      bundle.tolerance = 1e-4;
-      if (keys.empty()) AdjustProjective(points, model, bundle);
-      else AdjustByKeys(points, model, keys, bundle, cull);
-      const CullResult culled = Cull(points, model, cull);
-      result.sigma_px = culled.sigma_px;
-      result.culled = culled.culled;
-      result.projective_rms_px = RmsPx(points, model);
-      result.seconds.projective += SecondsSince(begin);
-      begin = std::chrono::steady_clock::now();
-    }
+    stage.Lap();
+    if (options.adjust) AdjustLast(points, model, solved.keys, options, result);
+    result.seconds.projective += stage.Lap();
     if (!camera && DeviationFromConstantOrientation(points, model) < kConstantOrientation)
       result.upgrade_reason = "constant orientation: the camera never turns, which leaves unknown intrinsics undetermined";
     const QuasiAffine quasi = SolveQuasiAffine(points, model);
@@ -154,7 +169,7 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     TakeCameras(points, model, result);
     TakePoints(points, model, tracks, result);
     result.rms_px = RmsPx(points, model);
-    result.seconds.upgrade += SecondsSince(begin);
+    result.seconds.upgrade += stage.Seconds();
   }
   if (!result.missing.empty())
     result.warnings.push_back(std::to_string(result.missing.size()) + " of " + std::to_string(points.FrameCount()) +
@@ -163,7 +178,7 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     if (w.outcome == "not connected")
       result.warnings.push_back("frames " + std::to_string(w.first_frame) + " to " + std::to_string(w.last_frame) +
           " share too little with the rest");
-  result.seconds.total = SecondsSince(start);
+  result.seconds.total = watch.Seconds();
   return result;
 }
 

@@ -1,4 +1,4 @@
-#include "reconstruct/factorize.h"
+#include "reconstruct/factorization_backend.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <set>
 
-#include "reconstruct/factorization/factorization.h"
 #include "reconstruct/factorization/homographies.h"
+#include "reconstruct/factorization/reconstruct_from_tracks.h"
 #include "reconstruct/features.h"
 #include "reconstruct/finish.h"
 #include "reconstruct/video_frames.h"
@@ -37,13 +37,13 @@ constexpr int kFramesBetween = 3, kFramesWanted = 96;
 
 std::vector<std::string> Names(const Capture& capture) {
   std::vector<std::string> names;
-  for (const Photo& photo : capture.photos) names.push_back(photo.name);
+  for (const InputPhoto& photo : capture.photos) names.push_back(photo.name);
   return names;
 }
 
 std::optional<std::pair<int, int>> OneSize(const Capture& capture) {
   std::set<std::pair<int, int>> sizes;
-  for (const Photo& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
+  for (const InputPhoto& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
   if (sizes.size() != 1) return std::nullopt;
   return *sizes.begin();
 }
@@ -77,7 +77,7 @@ std::set<std::string> FramesToFactorise(const Capture& keyframes, const Capture&
   std::size_t last = all.photos.size();
   for (std::size_t i = 0; i < all.photos.size(); ++i) {
     const bool key = std::binary_search(keyframes.photos.begin(), keyframes.photos.end(), all.photos[i],
-                                        [](const Photo& a, const Photo& b) { return a.name < b.name; });
+                                        [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
     if (!key) continue;
     names.insert(all.photos[i].name);
     for (std::size_t k = 1; last < i && k <= static_cast<std::size_t>(between); ++k)
@@ -131,7 +131,7 @@ KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions&
     known.source = "--focal-px";
   } else {
     std::set<double> focals;
-    for (const Photo& photo : capture.photos) focals.insert(photo.focal_35mm.value_or(0));
+    for (const InputPhoto& photo : capture.photos) focals.insert(photo.focal_35mm.value_or(0));
     if (focals.size() == 1 && *focals.begin() > 0) {
       const double f = std::max(width, height) * *focals.begin() / kFilm35WidthMm;
       known.camera = Camera::Pinhole(width, height, f, f, cx, cy);
@@ -142,9 +142,9 @@ KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions&
   return known;
 }
 
-Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const fs::path& work_folder, Capture* used,
-                  std::optional<int>* cut_frame, ProgressSink& sink) {
-  *used = capture;
+FoundTracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
+                       const fs::path& work_folder, ProgressSink& sink) {
+  FoundTracks found{{}, capture, {}};
   const bool follow = capture.is_video || options.matching == Matching::kSequential;
   if (!follow) {
     MatchPhotosOptions match;
@@ -152,7 +152,8 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
     if (options.features > 0) match.max_features = options.features;
     if (options.max_image_size_px > 0) match.max_size_px = options.max_image_size_px;
     if (options.matching == Matching::kAuto && capture.photos.size() > kMaxMatchedWithAll) match.partners = kPartners;
-    return MatchPhotos(PhotoSource(capture.folder, Names(capture), options.masks), match, sink);
+    found.tracks = MatchPhotos(PhotoSource(capture.folder, Names(capture), options.masks), match, sink);
+    return found;
   }
   TrackVideoOptions track;
   if (options.features > 0) track.features = options.features;
@@ -167,11 +168,12 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
   }
   if (!all.photos.empty()) track.patch_px = PatchPx(all.photos.front().width_px, track.patch_px);
   TrackVideoSummary followed;
-  Tracks tracks = TrackVideo(PhotoSource(all.folder, Names(all), options.masks), track, sink, &followed);
+  Tracks& tracks = found.tracks;
+  tracks = TrackVideo(PhotoSource(all.folder, Names(all), options.masks), track, sink, &followed);
   if (options.projective && (!capture.is_video || options.all_frames) && !followed.cuts.empty()) {
     // No track crosses a cut: what comes after it is another scene.
     const auto cut = static_cast<std::size_t>(followed.cuts.front());
-    *cut_frame = all.photos[cut].frame_index.value_or(followed.cuts.front());
+    found.cut_frame = all.photos[cut].frame_index.value_or(followed.cuts.front());
     std::set<std::string> shot;
     for (std::size_t f = 0; f < cut; ++f) shot.insert(tracks.frames[f].name);
     tracks = Among(tracks, shot, 2);
@@ -179,23 +181,26 @@ Tracks FindTracks(const Capture& capture, const ReconstructOptions& options, con
     sink.Message(fmt::format("a cut before {}: the scene ends there", capture.photos[cut].name));
   }
   if (!capture.is_video || options.all_frames) {
-    *used = all;
-    return tracks;
+    found.used = all;
+    return found;
   }
   const auto names = FramesToFactorise(capture, all);
-  return Among(tracks, names, std::min(kVideoTrackLength, static_cast<int>(names.size())));
+  tracks = Among(tracks, names, std::min(kVideoTrackLength, static_cast<int>(names.size())));
+  return found;
 }
 
-Scene Factorize(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given, const fs::path& work_folder,
-                ReconstructSummary& summary, ProgressSink& sink) {
+Scene ReconstructByFactorization(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
+                                 const fs::path& work_folder, ReconstructSummary& summary, ProgressSink& sink) {
   const KnownIntrinsics known = FindIntrinsics(capture, options);
   sink.Message(known.camera ? fmt::format("intrinsics by {}: f = {:.1f} px", known.source, known.camera->FocalPx().x())
                             : "no intrinsics are known (--camera, --focal-px or EXIF): the scene will be quasi-affine");
   if (options.require_metric && !known.camera)
     throw DataError("a metric scene needs known intrinsics", "calibrate the camera (lumi-calibrate) and give --camera camera.yaml, or --focal-px F");
 
-  Capture used;
-  Tracks tracks = FindTracks(capture, options, given, work_folder, &used, &summary.cut_frame, sink);
+  FoundTracks found = FindTracks(capture, options, given, work_folder, sink);
+  Tracks& tracks = found.tracks;
+  const Capture& used = found.used;
+  summary.cut_frame = found.cut_frame;
   summary.images_total = used.total();
 
   FactorizationOptions factorization;
