@@ -14,7 +14,7 @@ for option; do
 done
 
 folder=$(mktemp -d)
-[ "$keep" = yes ] && echo "in $folder" || trap 'rm -rf "$folder"' EXIT
+if [ "$keep" = yes ]; then echo "in $folder"; else trap 'rm -rf "$folder"' EXIT; fi
 git clone -q --no-hardlinks . "$folder/clone"
 [ ! -e ../shared ] || ln -s "$(realpath ../shared)" "$folder/shared"  # captures that some tests look for
 cd "$folder/clone"
