@@ -26,10 +26,17 @@ endfunction()
 # LUMI_PCH off shows where one does not.
 option(LUMI_PCH "Precompile the headers that most files include" ON)
 set(LUMI_PCH_HEADERS <algorithm> <array> <chrono> <cmath> <filesystem> <fstream> <functional> <limits> <map> <memory> <optional>
-  <random> <set> <sstream> <string> <utility> <vector> <Eigen/Dense> <fmt/format.h> <nlohmann/json.hpp>)
+  <random> <set> <sstream> <string> <utility> <vector> <Eigen/Dense> <fmt/format.h> <nlohmann/json.hpp>
+  ${CMAKE_CURRENT_LIST_DIR}/json_instances.h)
+set(LUMI_JSON_INSTANCES ${CMAKE_CURRENT_LIST_DIR}/json_instances.cc)
 function(lumi_pch name kind)
   if(NOT LUMI_PCH)
     return()
+  endif()
+  if(NOT TARGET lumi_json)
+    add_library(lumi_json STATIC ${LUMI_JSON_INSTANCES})
+    target_link_libraries(lumi_json PUBLIC nlohmann_json::nlohmann_json)
+    target_compile_options(lumi_json PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
   if(NOT TARGET lumi_pch_${kind})
     file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/pch/empty.cc CONTENT "")
@@ -47,7 +54,7 @@ function(lumi_pch name kind)
       target_compile_options(lumi_pch_${kind} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()
   endif()
-  target_link_libraries(${name} PRIVATE fmt::fmt)  # its macros are part of what was precompiled
+  target_link_libraries(${name} PRIVATE fmt::fmt lumi_json)  # their macros and declarations are part of what was precompiled
   target_precompile_headers(${name} REUSE_FROM lumi_pch_${kind})
 endfunction()
 

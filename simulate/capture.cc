@@ -151,6 +151,12 @@ Scene TrueScene(const SceneDescription& description, const std::vector<PlannedVi
 // About 150 points a view, within reason.
 int PointCount(std::size_t views) { return std::clamp(static_cast<int>(150 * views), 3000, 12000); }
 
+void Add(TraceCounters& sum, const TraceCounters& count) {
+  sum.rays += count.rays;
+  sum.poses += count.poses;
+  sum.noise_draws += count.noise_draws;
+}
+
 void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription& scene, const ViewRenderer& renderer,
                   const fs::path& folder, ProgressSink& sink, TraceCounters& counters) {
   Progress progress(sink, "Rendering views", static_cast<long>(views.size()));
@@ -170,9 +176,7 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
       if (!view.moving.empty()) WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
       {
         const std::lock_guard lock(mutex);
-        counters.rays += count.rays;
-        counters.poses += count.poses;
-        counters.noise_draws += count.noise_draws;
+        Add(counters, count);
       }
       progress.Step();
     }
@@ -193,21 +197,30 @@ void WriteVideo(const std::vector<PlannedView>& views, double fps, const fs::pat
   video.Finish();
 }
 
-// The same scene by a camera that stands still; `number` tells its noise from other cameras'.
-void WriteFixedVideo(const SceneDescription& description, const FixedVideoDescription& fixed, int frames, int number, const Tracer& tracer, const Shader& shader,
-                     const SimulateOptions& options, const fs::path& file, ProgressSink& sink, TraceCounters& counters) {
+// What is traced, and what it is counted and told to.
+struct Take {
+  const TracedScene& traced;
+  const SimulateOptions& options;
+  ProgressSink& sink;
+  TraceCounters& counters;
+};
+
+// The same scene by a camera that stands still; `number` tells its noise from other cameras'. Nothing, if it has no frames.
+void WriteFixedVideo(const Take& take, const FixedVideoDescription& fixed, int number, const fs::path& file) {
+  const int frames = take.options.fixed_frames >= 0 ? take.options.fixed_frames : fixed.frames;
+  if (frames == 0) return;
   constexpr int kBatch = 32;               // traced side by side before they are encoded in turn
   const int first_index = 0x40000000 + 1000000 * number;
-  SceneDescription scene = description;
+  SceneDescription scene = take.traced.scene;
   PathDescription path;
   path.kind = PathKind::kGiven;
-  path.fps = description.paths[0].fps;
+  path.fps = scene.paths[0].fps;
   path.views = frames;
   path.cam_from_world.assign(static_cast<std::size_t>(frames),
                              LookAt(fixed.eye, fixed.target, Eigen::Vector3d::UnitZ()));
   scene.paths = {path};
-  const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed);
-  Progress progress(sink, "Rendering " + file.filename().string(), frames);
+  const ViewRenderer renderer(scene, take.traced.tracer, take.traced.shader, take.options.width_px, take.options.seed);
+  Progress progress(take.sink, "Rendering " + file.filename().string(), frames);
   VideoWriter video(file, path.fps);
   std::mutex mutex;
   for (int first = 0; first < frames; first += kBatch) {
@@ -221,9 +234,7 @@ void WriteFixedVideo(const SceneDescription& description, const FixedVideoDescri
         TraceCounters count;
         photos[i] = renderer.Render(view, count).photo;
         const std::lock_guard lock(mutex);
-        counters.rays += count.rays;
-        counters.poses += count.poses;
-        counters.noise_draws += count.noise_draws;
+        Add(take.counters, count);
       }
     });
     for (const Image8& photo : photos) {
@@ -298,6 +309,34 @@ SceneDescription Steady(SceneDescription scene) {
   return scene;
 }
 
+// The true surfaces, as the proxy to begin with.
+void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
+  const Mesh mesh = tracer.TrueMesh();
+  if (mesh.faces.empty()) return;
+  WriteMesh(folder / "truth" / "mesh.ply", mesh);
+  WriteMesh(ProxyPath(folder, "truth"), mesh);
+  truth.active_proxy = "truth";
+  // Moving parts of the true mesh are where they are at time 0: nothing to blend other times over.
+  if (tracer.HasMovingParts()) {
+    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+    for (const View& view : truth.views) towards -= view.cam_from_world.R().row(2).transpose();
+    WriteMesh(ProxyPath(folder, "billboard"), tracer.BillboardMesh(towards.normalized()));
+    truth.active_proxy = "billboard";
+  }
+}
+
+// Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
+void MoveIntoPlace(const Staging& staging, const fs::path& output, Provenance& provenance) {
+  fs::remove(output / "provenance" / "simulate.json");
+  for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply",
+                              "video.mp4", "fixed.mp4", "videos"}) {
+    staging.MoveIntoPlace(name);
+    const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
+    if (optional && !fs::exists(output / name)) continue;
+    if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(output / name);
+  }
+}
+
 }  // namespace
 
 std::optional<std::string> Validate(const SimulateOptions& options) {
@@ -363,39 +402,24 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed, options.at_file.empty() ? 0 : kSweep);
     summary.height_px = renderer.CameraOf(views[0]).camera.height_px;
 
+    const TracedScene traced{scene, tracer, shader, renderer};
+    const Take take{traced, options, progress, summary.counters};
     RenderPhotos(views, scene, renderer, folder, progress, summary.counters);
     Scene truth = TrueScene(scene, views, renderer);
     truth.image_folder = folder / "images";
     truth.period_s = scene.period_s;
     if ((scene.period_s || options.video) && options.at_file.empty()) {
       WriteVideo(views, scene.paths[0].fps, folder, progress);
-      const int fixed = options.fixed_frames >= 0 || !scene.fixed_video ? options.fixed_frames : scene.fixed_video->frames;
-      if (scene.fixed_video && fixed > 0) WriteFixedVideo(scene, *scene.fixed_video, fixed, 0, tracer, shader, options, folder / "fixed.mp4", progress, summary.counters);
+      if (scene.fixed_video) WriteFixedVideo(take, *scene.fixed_video, 0, folder / "fixed.mp4");
     }
-    for (std::size_t i = 0; i < scene.videos.size() && options.at_file.empty(); ++i) {
-      const int frames = options.fixed_frames >= 0 ? options.fixed_frames : scene.videos[i].frames;
-      if (frames > 0)
-        WriteFixedVideo(scene, scene.videos[i], frames, static_cast<int>(i), tracer, shader, options, folder / "videos" / fmt::format("camera_{:02d}.mp4", i), progress, summary.counters);
-    }
-    truth.points = SampleSurfacePoints(scene, tracer, shader, renderer, views, PointCount(views.size()), options.seed,
-                                       progress, summary.counters.rays);
+    for (std::size_t i = 0; i < scene.videos.size() && options.at_file.empty(); ++i)
+      WriteFixedVideo(take, scene.videos[i], static_cast<int>(i), folder / "videos" / fmt::format("camera_{:02d}.mp4", i));
+    truth.points = SampleSurfacePoints(traced, views, PointCount(views.size()), options.seed, progress, summary.counters.rays);
     summary.points = static_cast<int>(truth.points.size());
     UpdateFrameOfReference(truth);
     truth.up = Eigen::Vector3d::UnitZ();
-    const Mesh mesh = tracer.TrueMesh();
+    WriteTrueMesh(tracer, folder, truth);
     const fs::path truth_folder = folder / "truth";
-    if (!mesh.faces.empty()) {
-      WriteMesh(truth_folder / "mesh.ply", mesh);
-      WriteMesh(ProxyPath(folder, "truth"), mesh);
-      truth.active_proxy = "truth";
-      // Moving parts of the true mesh are where they are at time 0: nothing to blend other times over.
-      if (tracer.HasMovingParts()) {
-        Eigen::Vector3d towards = Eigen::Vector3d::Zero();
-        for (const View& view : truth.views) towards -= view.cam_from_world.R().row(2).transpose();
-        WriteMesh(ProxyPath(folder, "billboard"), tracer.BillboardMesh(towards.normalized()));
-        truth.active_proxy = "billboard";
-      }
-    }
     WriteTextAtomically(truth_folder / "cameras.json", TrueCamerasJson(views, renderer));
     if (shaken)
       WriteTextAtomically(truth_folder / "steady.json", TrueCamerasJson(views, ViewRenderer(steady, tracer, shader, options.width_px, options.seed)));
@@ -406,15 +430,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       WriteColmapModel(truth, truth_folder / "sparse");
       WriteScene(truth, folder);
     }
-
-    // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
-    fs::remove(options.output / "provenance" / "simulate.json");
-    for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply", "video.mp4", "fixed.mp4", "videos"}) {
-      staging.MoveIntoPlace(name);
-      const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
-      if (optional && !fs::exists(options.output / name)) continue;
-      if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(options.output / name);
-    }
+    MoveIntoPlace(staging, options.output, provenance);
   } catch (...) {
     std::error_code ignored;
     if (!was_there) fs::remove(options.output, ignored);  // removes it only if it is empty

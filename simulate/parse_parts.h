@@ -14,11 +14,20 @@ struct ParseContext {
   SceneDescription* scene;       // so far: cameras, textures and materials by name
 };
 
+// What a group hands on to its parts.
+struct GroupDescription {
+  Eigen::Affine3d world_from_group = Eigen::Affine3d::Identity();
+  std::optional<bool> foreground;  // of parts that do not say
+  std::optional<SpinDescription> spin;
+};
+
 // A colour as [r, g, b] (code values 0..1) or "#rrggbb", as light.
 Rgb ParseColor(JsonReader& reader, const std::string& key, const Rgb& fallback);
 TextureDescription ParseTexture(const nlohmann::json& node, const ParseContext& context, const std::string& place);
 MaterialDescription ParseMaterial(const nlohmann::json& node, const ParseContext& context, const std::string& place);
-ObjectDescription ParseObject(const nlohmann::json& node, const ParseContext& context, const std::string& place);
+// Adds what the node describes to the scene: one object, its copies, or all that is in a group.
+void ParseObject(const nlohmann::json& node, const ParseContext& context, const std::string& place,
+                 const GroupDescription& group = {});
 CameraDescription ParseCamera(const nlohmann::json& node, const ParseContext& context, const std::string& place);
 PathDescription ParsePath(const nlohmann::json& node, const ParseContext& context, const std::string& place);
 LightDescription ParseLight(const nlohmann::json& node, const ParseContext& context, const std::string& place);

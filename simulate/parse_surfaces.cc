@@ -67,6 +67,22 @@ Eigen::Vector3d PositiveSize(JsonReader& reader, const std::string& key, bool fl
   return {numbers[0], numbers[1], flat ? 0.0 : numbers[2]};
 }
 
+// {"centre": [x, y, z], "half_size": [across, along up]}, or these five numbers in a row.
+LoftSection ParseSection(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+  LoftSection section;
+  const nlohmann::json row{{"section", node}};
+  JsonReader reader(node.is_array() ? row : node, context.name, place);
+  if (node.is_array()) {
+    const auto n = reader.Numbers("section", 5);
+    section = {{n[0], n[1], n[2]}, {n[3], n[4]}};
+  } else {
+    section = {reader.RequireVector3("centre"), reader.Vector2("half_size", {1, 1})};
+  }
+  if (!(section.half_size.minCoeff() > 0)) reader.Fail("half_size", "must be > 0");
+  reader.Done();
+  return section;
+}
+
 void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescription& object) {
   switch (object.kind) {
     case ShapeKind::kQuad:
@@ -81,7 +97,13 @@ void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescripti
       object.wavelength = reader.Number("wavelength", 0.3 * object.size.x(), Range::kPositive);
       break;
     case ShapeKind::kSphere:
-      object.radius = reader.RequireNumber("radius", Range::kPositive);
+      if (reader.Require("radius").is_array()) {  // an ellipsoid is a sphere that is as high as it is to be
+        const Eigen::Vector3d radii = PositiveSize(reader, "radius", false);
+        object.radius = radii.z();
+        object.world_from_object.scale(radii / radii.z());
+      } else {
+        object.radius = reader.RequireNumber("radius", Range::kPositive);
+      }
       break;
     case ShapeKind::kCylinder:
       object.radius = reader.RequireNumber("radius", Range::kPositive);
@@ -89,15 +111,7 @@ void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescripti
       object.height = reader.RequireNumber("height", Range::kPositive);
       break;
     case ShapeKind::kLoft:
-      for (const auto& [node, place] : reader.Array("sections")) {
-        JsonReader section(*node, context.name, place);
-        LoftSection parsed;
-        parsed.centre = section.RequireVector3("centre");
-        parsed.half_size = section.Vector2("half_size", {1, 1});
-        if (!(parsed.half_size.minCoeff() > 0)) section.Fail("half_size", "must be > 0");
-        section.Done();
-        object.sections.push_back(parsed);
-      }
+      for (const auto& [node, place] : reader.Array("sections")) object.sections.push_back(ParseSection(*node, context, place));
       if (object.sections.size() < 2) reader.Fail("sections", "needs at least 2");
       object.squareness = reader.Number("squareness", 2, Range::kPositive);
       object.loft_up = reader.Vector3("up", Eigen::Vector3d::UnitZ());
@@ -123,6 +137,52 @@ Eigen::Affine3d ParseTransform(JsonReader& reader) {
               Eigen::AngleAxisd(angle.x(), Eigen::Vector3d::UnitX()))
       .scale(scale);
   return transform;
+}
+
+// Where the copies stand from the first, which is one of them.
+std::vector<Eigen::Vector3d> ParseCopies(JsonReader& reader, const ParseContext& context) {
+  const auto* node = reader.Find("copies");
+  if (node == nullptr) return {Eigen::Vector3d::Zero()};
+  JsonReader copies(*node, context.name, reader.Place("copies"));
+  const Eigen::Vector3d count = copies.RequireVector3("count"), step = copies.RequireVector3("step");
+  if (!(count.minCoeff() >= 1 && count.prod() <= 100000 && count == count.array().floor().matrix()))
+    copies.Fail("count", "must be whole numbers >= 1, at most 100000 in all");
+  copies.Done();
+  std::vector<Eigen::Vector3d> offsets;
+  for (int z = 0; z < count.z(); ++z)
+    for (int y = 0; y < count.y(); ++y)
+      for (int x = 0; x < count.x(); ++x) offsets.emplace_back(x * step.x(), y * step.y(), z * step.z());
+  return offsets;
+}
+
+SpinDescription ParseSpin(const nlohmann::json& node, const ParseContext& context, const std::string& place,
+                          const Eigen::Vector3d& centre) {
+  JsonReader turn(node, context.name, place);
+  SpinDescription spin;
+  spin.axis = turn.Vector3("axis", Eigen::Vector3d::UnitZ());
+  if (!(spin.axis.norm() > 0)) turn.Fail("axis", "must not be zero");
+  spin.axis.normalize();
+  spin.centre = turn.Vector3("centre", centre);
+  spin.period_s = turn.RequireNumber("period_s", Range::kPositive);
+  spin.unsteady = turn.Number("unsteady", 0);
+  if (!(spin.unsteady >= 0 && spin.unsteady <= 1)) turn.Fail("unsteady", "must be within 0 and 1");
+  turn.Done();
+  return spin;
+}
+
+void ParseGroup(JsonReader& reader, const ParseContext& context, const std::vector<Eigen::Affine3d>& places,
+                const GroupDescription& parent) {
+  const auto parts = reader.Array("objects");
+  if (parts.empty()) reader.Fail("objects", "needs at least one");
+  GroupDescription group = parent;
+  if (reader.Has("foreground")) group.foreground = reader.Flag("foreground", true);
+  for (const Eigen::Affine3d& world_from_group : places) {
+    group.world_from_group = world_from_group;
+    if (const auto* spin = reader.Find("spin"); spin != nullptr)
+      group.spin = ParseSpin(*spin, context, reader.Place("spin"), world_from_group.translation());
+    for (const auto& [node, place] : parts) ParseObject(*node, context, place, group);
+  }
+  reader.Done();
 }
 
 }  // namespace
@@ -186,12 +246,19 @@ MaterialDescription ParseMaterial(const nlohmann::json& node, const ParseContext
   return material;
 }
 
-ObjectDescription ParseObject(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
-  static const std::vector<std::string> kKinds = {"quad", "box",         "sphere", "cylinder",
-                                                  "tube", "heightfield", "loft",   "mesh"};
+void ParseObject(const nlohmann::json& node, const ParseContext& context, const std::string& place,
+                 const GroupDescription& group) {
+  static const std::vector<std::string> kKinds = {"quad",        "box",  "sphere", "cylinder", "tube",
+                                                  "heightfield", "loft", "mesh",   "group"};
   JsonReader reader(node, context.name, place);
+  const std::size_t kind = OneOf(reader, "kind", reader.RequireText("kind"), kKinds);
+  const Eigen::Affine3d group_from_object = ParseTransform(reader);
+  std::vector<Eigen::Affine3d> places;
+  for (const Eigen::Vector3d& offset : ParseCopies(reader, context))
+    places.push_back(group.world_from_group * Eigen::Translation3d(offset) * group_from_object);
+  if (kKinds[kind] == "group") return ParseGroup(reader, context, places, group);
   ObjectDescription object;
-  object.kind = static_cast<ShapeKind>(OneOf(reader, "kind", reader.RequireText("kind"), kKinds));
+  object.kind = static_cast<ShapeKind>(kind);
   object.name = reader.Text("name", "");
   object.materials.clear();
   if (const auto& material = reader.Require("material"); material.is_array()) {
@@ -203,25 +270,18 @@ ObjectDescription ParseObject(const nlohmann::json& node, const ParseContext& co
     object.materials = {MaterialByName(reader, material, context, "material")};
   }
   ParseShape(reader, context, object);
-  object.world_from_object = ParseTransform(reader);
+  const Eigen::Affine3d shape = object.world_from_object;
   const bool surroundings =
       object.kind == ShapeKind::kQuad || object.kind == ShapeKind::kTube || object.kind == ShapeKind::kHeightfield;
-  object.foreground = reader.Flag("foreground", !surroundings);
-  if (const auto* spin = reader.Find("spin"); spin != nullptr) {
-    JsonReader turn(*spin, context.name, reader.Place("spin"));
-    SpinDescription parsed;
-    parsed.axis = turn.Vector3("axis", Eigen::Vector3d::UnitZ());
-    if (!(parsed.axis.norm() > 0)) turn.Fail("axis", "must not be zero");
-    parsed.axis.normalize();
-    parsed.centre = turn.Vector3("centre", object.world_from_object.translation());
-    parsed.period_s = turn.RequireNumber("period_s", Range::kPositive);
-    parsed.unsteady = turn.Number("unsteady", 0);
-    if (!(parsed.unsteady >= 0 && parsed.unsteady <= 1)) turn.Fail("unsteady", "must be within 0 and 1");
-    turn.Done();
-    object.spin = parsed;
+  object.foreground = reader.Flag("foreground", group.foreground.value_or(!surroundings));
+  object.spin = group.spin;
+  for (const Eigen::Affine3d& world_from_object : places) {
+    object.world_from_object = world_from_object * shape;
+    if (const auto* spin = reader.Find("spin"); spin != nullptr)
+      object.spin = ParseSpin(*spin, context, reader.Place("spin"), world_from_object.translation());
+    context.scene->objects.push_back(object);
   }
   reader.Done();
-  return object;
 }
 
 }  // namespace lumi

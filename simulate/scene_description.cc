@@ -53,6 +53,7 @@ SceneDescription ParseScene(const std::string& json_text, const std::filesystem:
   const ParseContext context{name, folder, &scene};
   JsonReader root(json, name, "");
   scene.name = root.Text("name", name.stem().string());
+  root.Text("description", "");
   ParseImage(root, context);
   for (const auto& [node, place] : root.Array("cameras")) scene.cameras.push_back(ParseCamera(*node, context, place));
   if (scene.cameras.empty()) root.Fail("cameras", "needs at least one camera");
@@ -69,7 +70,7 @@ SceneDescription ParseScene(const std::string& json_text, const std::filesystem:
       if (scene.materials[i].name == scene.materials.back().name)
         root.Fail("materials", "there are two named \"" + scene.materials[i].name + "\"");
   }
-  for (const auto& [node, place] : root.Array("objects")) scene.objects.push_back(ParseObject(*node, context, place));
+  for (const auto& [node, place] : root.Array("objects")) ParseObject(*node, context, place);
   for (const auto& [node, place] : root.Array("lights")) scene.lights.push_back(ParseLight(*node, context, place));
   ParseAmbient(root, context);
   if (root.Has("background")) scene.background = ParseBackground(root.Require("background"), context, "background");

@@ -68,6 +68,14 @@ INSTANTIATE_TEST_SUITE_P(
                 "objects[1].sections: needs at least 2"},
         BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "spin": {"period_s": -1}})"),
                 "objects[1].spin.period_s: must be > 0"},
+        BadCase{Object(R"({"kind": "sphere", "radius": [1, 0, 1], "material": "m"})"), "objects[1].radius: must be > 0"},
+        BadCase{Object(R"({"kind": "loft", "sections": [[0, 0, 0, 1], [0, 0, 1, 1]], "material": "m"})"),
+                "objects[1].sections[0].section: must be 5 numbers"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "copies": {"count": [0, 1, 1], "step": [1, 1, 1]}})"),
+                "objects[1].copies.count: must be whole numbers >= 1"},
+        BadCase{Object(R"({"kind": "group", "objects": []})"), "objects[1].objects: needs at least one"},
+        BadCase{Object(R"({"kind": "group", "objects": [{"kind": "sphere", "radius": 0, "material": "m"}]})"),
+                "objects[1].objects[0].radius: must be > 0"},
         BadCase{With(R"("lights": [{"strength": 1}])"), "lights[0].towards: is missing"},
         BadCase{With(R"("image": {"samples_per_pixel": 5})"), "image.samples_per_pixel: must be a square number"},
         BadCase{With(R"("effects": {"vignetting": 2})"), "effects.vignetting: must be <= 1"},
@@ -94,6 +102,38 @@ TEST(SceneDescription, SeveralCamerasTakeTurns) {
                                             "a.json", ".");
   EXPECT_EQ(scene.paths[0].cameras, (std::vector<int>{1, 0}));
   EXPECT_EQ(scene.cameras[1].camera.width_px, 6);
+}
+
+TEST(SceneDescription, CopiesOfAGroupStandWhereItsPartsWould) {
+  const SceneDescription scene = ParseScene(With(R"("objects": [
+    {"kind": "group", "position": [10, 0, 1], "rotate_deg": [0, 0, 90], "foreground": false, "spin": {"period_s": 2},
+     "copies": {"count": [2, 1, 2], "step": [3, 0, 5]},
+     "objects": [{"kind": "sphere", "radius": [1, 2, 4], "position": [1, 0, 0], "material": "m"},
+                 {"kind": "quad", "size": [1, 1], "material": "m", "foreground": true, "spin": {"period_s": 7}}]}])"),
+                                            "a.json", ".");
+  ASSERT_EQ(scene.objects.size(), 8u);
+  const Eigen::Vector3d kGroups[] = {{10, 0, 1}, {13, 0, 1}, {10, 0, 6}, {13, 0, 6}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const ObjectDescription &ball = scene.objects[2 * i], &quad = scene.objects[2 * i + 1];
+    EXPECT_LT((ball.world_from_object.translation() - kGroups[i] - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12);
+    EXPECT_LT((ball.world_from_object * Eigen::Vector3d(0, 4, 0) - kGroups[i] - Eigen::Vector3d(-2, 1, 0)).norm(), 1e-12);
+    EXPECT_EQ(ball.radius, 4);
+    EXPECT_FALSE(ball.foreground);
+    EXPECT_EQ(ball.spin->centre, kGroups[i]);
+    EXPECT_EQ(ball.spin->period_s, 2);
+    EXPECT_TRUE(quad.foreground);
+    EXPECT_EQ(quad.spin->period_s, 7);
+  }
+}
+
+TEST(SceneDescription, ALoftsSectionsMayBeRows) {
+  const SceneDescription scene = ParseScene(With(R"("objects": [
+    {"kind": "loft", "material": "m", "up": [0, 1, 0], "sections": [[1, 2, 3, 0.4, 0.5], {"centre": [1, 2, 4], "half_size": [6, 7]}]}])"),
+                                            "a.json", ".");
+  const auto& sections = scene.objects[0].sections;
+  EXPECT_EQ(sections[0].centre, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(sections[0].half_size, Eigen::Vector2d(0.4, 0.5));
+  EXPECT_EQ(sections[1].half_size, Eigen::Vector2d(6, 7));
 }
 
 TEST(SceneDescription, AnExampleThatIsNotThereIsNamedWithThoseThatAre) {

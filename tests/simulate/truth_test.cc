@@ -87,7 +87,7 @@ TEST_P(TruthOfCamera, PointsProjectOntoTheSurfaceAndItsColour) {
                 {"kind": "box", "size": [0.6, 0.7, 0.5], "position": [0.9, 0.2, 0.3], "rotate_deg": [10, 20, 30], "material": "m"}],
     "lights": [{"towards": [0.3, -0.5, 1]}]})");
   long rays = 0;
-  const auto points = SampleSurfacePoints(scene.description, scene.tracer, scene.shader, scene.renderer, scene.views,
+  const auto points = SampleSurfacePoints({scene.description, scene.tracer, scene.shader, scene.renderer}, scene.views,
                                           300, 1, SilentProgress(), rays);
   ASSERT_EQ(points.size(), 300u);
   std::vector<RenderedView> photos;

@@ -1,0 +1,2 @@
+#define LUMI_JSON_INSTANCES
+#include "json_instances.h"
