@@ -36,36 +36,16 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double kLeastCoverage = 0.995, kDeepestUncoveredPx = 2;  // what a hull promises of every silhouette used
-
-Scene OpenToSimplify(const fs::path& path, ProgressSink& progress) {
-  OpenOptions options;
-  options.check_photos = false;
-  Scene scene = OpenScene(path, options, progress);
-  RequireMetric(scene, "a proxy");
-  return scene;
-}
-
-OrderedJson RecordOf(const Scene& scene, const std::string& proxy) {
-  const fs::path record = scene.folder / "provenance" / ("proxy-" + proxy + ".json");
-  std::error_code error;
-  if (!fs::exists(record, error)) return {};
-  try {
-    return OrderedJson::parse(ReadText(record));
-  } catch (const nlohmann::json::exception&) {
-    return {};  // no record is no reason to stop
-  }
-}
-
-std::string OptionOf(const OrderedJson& record, const char* key) {
-  return record.contains("options") && record["options"].contains(key) ? record["options"][key].get<std::string>() : "";
+std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
+  const auto it = record ? record->options.find(key) : std::map<std::string, std::string>::const_iterator();
+  return record && it != record->options.end() ? it->second : "";
 }
 
 // What is simplified: a proxy that is itself the outcome stands for what it was made from, so that a second run has nothing to do.
 std::string SourceOf(const Scene& scene, const std::string& asked) {
   if (!asked.empty()) return asked;
   if (scene.active_proxy.empty()) throw UsageError(scene.folder.string() + " has no active proxy", "name one: --from NAME");
-  const OrderedJson record = RecordOf(scene, scene.active_proxy);
+  const auto record = RecordOf(scene, scene.active_proxy);
   const std::string from = OptionOf(record, "kind") == "simplify" ? OptionOf(record, "from") : "";
   return from.empty() ? scene.active_proxy : from;
 }
@@ -84,12 +64,9 @@ std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string&
   std::vector<std::string> without;
   std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, clean, &without, progress);
   const fs::path record = ProxyPath(scene.folder, from).replace_extension(".json");
-  if (fs::exists(record, error)) {
-    const OrderedJson hull = OrderedJson::parse(ReadText(record));
-    if (hull.contains("views_left_out"))
-      for (const OrderedJson& left : hull["views_left_out"])
-        std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.value("name", ""); });
-  }
+  const auto hull = fs::exists(record, error) ? JsonKeys::Parse(ReadText(record)) : std::nullopt;
+  if (hull)
+    for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out) std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.name; });
   return views;
 }
 
@@ -104,30 +81,28 @@ double PixelsPerUnit(const Scene& scene, const Mesh& mesh) {
 }
 
 // What there is to say of a simplified mesh beside the one that it was made from.
-OrderedJson Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views, double pixels_per_unit) {
+SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views, double pixels_per_unit) {
   const Soundness sound = CheckSoundness(after);
   const Deviation deviation = MeasureDeviation(before, after);
-  OrderedJson j{{"mean_distance_px", deviation.mean * pixels_per_unit}, {"max_distance_px", deviation.max * pixels_per_unit},
-                {"sound", sound.manifold && sound.degenerate_faces == 0 && (!sound.closed || sound.outward)}, {"soundness", sound.Describe()},
-                {"parts", sound.parts}, {"intersects_itself", sound.manifold && IntersectsItself(after)}};
+  SimplifiedFit fit;
+  fit.mean_distance_px = deviation.mean * pixels_per_unit;
+  fit.max_distance_px = deviation.max * pixels_per_unit;
+  fit.sound = sound.manifold && sound.degenerate_faces == 0 && (!sound.closed || sound.outward);
+  fit.soundness = sound.Describe();
+  fit.parts = sound.parts;
+  fit.intersects_itself = sound.manifold && IntersectsItself(after);
   if (sound.closed && IsClosed(before)) {
-    j["volume"] = EnclosedVolume(after);
-    j["volume_ratio"] = EnclosedVolume(after) / EnclosedVolume(before);
+    fit.volume = EnclosedVolume(after);
+    fit.volume_ratio = *fit.volume / EnclosedVolume(before);
   }
-  j["coverage_min"] = j["iou_min"] = j["iou_median"] = j["deepest_uncovered_px"] = nullptr;
-  if (views.empty() || !sound.closed) return j;
+  if (views.empty() || !sound.closed) return fit;
   const std::vector<SilhouetteFit> fits = MeasureSilhouettes(after, views);
-  const SilhouetteFitSummary fit = Summarize(fits);
-  j["coverage_min"] = fit.coverage_min;
-  j["iou_min"] = fit.iou_min;
-  j["iou_median"] = fit.iou_median;
-  j["deepest_uncovered_px"] = fit.deepest_uncovered_px;
-  j["views_used"] = views.size();
-  j["views_missed"] = OrderedJson::array();
+  fit.silhouettes = Summarize(fits);
+  fit.views_used = views.size();
   for (std::size_t v = 0; v < views.size(); ++v)
     if (fits[v].coverage < kLeastCoverage || fits[v].deepest_uncovered_px > kDeepestUncoveredPx)
-      j["views_missed"].push_back({{"name", views[v].name}, {"coverage", fits[v].coverage}, {"deepest_uncovered_px", fits[v].deepest_uncovered_px}});
-  return j;
+      fit.views_missed.push_back({views[v].name, fits[v].coverage, fits[v].deepest_uncovered_px});
+  return fit;
 }
 
 // lumi-render's own word on a mesh as the proxy of a copy of the scene that shares its photos and cameras.
@@ -238,9 +213,9 @@ std::string TradeoffSvgOf(const OrderedJson& points, const std::string& from) {
 
 }  // namespace
 
-std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress) {
+Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress) {
   if (request.faces < 1) throw UsageError("--faces must be at least 1");
-  const Scene opened = OpenToSimplify(target.scene, progress);
+  const Scene opened = OpenForProxy(target.scene, progress);
   const std::string from = SourceOf(opened, request.from);
   const Mesh before = LoadProxy(opened, from);
   const SimplifyMethod method = request.keep_hull ? SimplifyMethod::kKeepHull : SimplifyMethod::kQuadric;
@@ -248,36 +223,29 @@ std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& targe
   if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
   if (named.name == from && named.output.empty()) throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
   const fs::path silhouettes = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
-  OrderedJson made;
-  OrderedJson json = OrderedJson::parse(
+  std::optional<SimplifyFigures> figures;
+  Made<SimplifyFigures> made{
       MakeProxy(named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
-                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress, [&](const Scene& scene, OrderedJson&) {
+                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress, [&](const Scene& scene) {
         SimplifiedMesh simple = std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress).front());
         const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
-        made = OrderedJson{{"from", from}, {"method", Name(method)}, {"wanted", request.faces}, {"faces_before", before.faces.size()},
-                           {"reached", simple.reached}, {"wrapped", simple.wrapped}, {"simplify_s", simple.seconds}};
-        made.update(Judge(before, simple.mesh, views, PixelsPerUnit(scene, before)));
+        figures = SimplifyFigures{from, Name(method), request.faces, before.faces.size(), simple.reached, simple.wrapped, simple.seconds,
+                                  Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
         if (!simple.reached) progress.Message(fmt::format("warning: {} faces are left, no edge may be collapsed any more", simple.mesh.faces.size()));
-        if (request.keep_hull && made.contains("views_missed") && !made["views_missed"].empty())
-          progress.Message(fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?", made["views_missed"].size(),
-                                       100 * kLeastCoverage, kDeepestUncoveredPx, from));
+        if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
+          progress.Message(fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?", missed, 100 * kLeastCoverage,
+                                       kDeepestUncoveredPx, from));
         return std::move(simple.mesh);
-      }));
-  if (named.output.empty()) {
-    const fs::path record = ProxyPath(opened.folder, named.name).replace_extension(".json");
-    std::error_code error;
-    if (!made.empty()) WriteTextAtomically(record, made.dump(2) + "\n");
-    else if (fs::exists(record, error)) made = OrderedJson::parse(ReadText(record));
-  }
-  json.update(made);
-  return json.dump();
+      }), figures};
+  if (named.output.empty()) KeepFigures(opened.folder, made);
+  return made;
 }
 
 std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress) {
   if (request.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (request.width_px < 16) throw UsageError("--choose-width must be at least 16");
   const auto start = std::chrono::steady_clock::now();
-  const Scene scene = OpenToSimplify(request.scene, progress);
+  const Scene scene = OpenForProxy(request.scene, progress);
   RequireKeepsProxies(scene);
   const std::string from = SourceOf(scene, request.from);
   const Mesh before = LoadProxy(scene, from);
@@ -296,7 +264,7 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   Progress steps(progress, "measuring simplified proxies", static_cast<long>(counts.size() * methods.size()) + 1);
   const auto measure = [&](const std::string& method, std::size_t wanted, const SimplifiedMesh& simple) {
     OrderedJson p{{"method", method}, {"wanted", wanted}, {"faces", simple.mesh.faces.size()}, {"seconds", simple.seconds}, {"reached", simple.reached}};
-    p.update(Judge(before, simple.mesh, views, pixels_per_unit));
+    p.update(OrderedJson::parse(JsonKeys(Judge(before, simple.mesh, views, pixels_per_unit)).Text()));
     p["psnr_mean_db"] = p["ms_per_frame"] = nullptr;
     if (bench) {
       const RenderedError error = bench->Measure(simple.mesh);
@@ -349,29 +317,8 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
 
 std::string DescribeSimplified(const std::string& text) {
   const OrderedJson json = OrderedJson::parse(text);
-  if (json.contains("tradeoff")) {
-    const OrderedJson& t = json["tradeoff"];
-    return TradeoffRows(t["points"]) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
-  }
-  std::string out = fmt::format("{}: {} faces of {}'s {}, {}, {:.2f} s{}\n{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(), json.value("from", "?"),
-                                json.value("faces_before", std::size_t{0}), json.value("method", "?"), json["seconds"].get<double>(),
-                                json["reused"].get<bool>() ? " (nothing had changed)" : "", json.value("soundness", ""));
-  if (json.value("intersects_itself", false)) out += ", runs through itself";
-  if (json.contains("volume_ratio")) out += fmt::format("; volume {:.4f} of what it was", json["volume_ratio"].get<double>());
-  out += fmt::format("\ndistance {} px in the mean, {} px at most", Number(json, "mean_distance_px", "{:.2f}"), Number(json, "max_distance_px", "{:.1f}"));
-  if (json.contains("views_missed")) {
-    out += fmt::format("\n{} silhouettes: covered {} at least, deepest uncovered pixel {} px; intersection over union {} median, {} least", json["views_used"].get<std::size_t>(),
-                       Number(json, "coverage_min", "{:.2f} %", 100), Number(json, "deepest_uncovered_px", "{:.1f}"), Number(json, "iou_median", "{:.4f}"), Number(json, "iou_min", "{:.4f}"));
-    std::vector<OrderedJson> missed(json["views_missed"].begin(), json["views_missed"].end());
-    std::stable_sort(missed.begin(), missed.end(), [](const OrderedJson& a, const OrderedJson& b) { return a["coverage"].get<double>() < b["coverage"].get<double>(); });
-    if (!missed.empty()) out += fmt::format("\n{} silhouettes not covered to {:g} % and {:g} px, the worst:", missed.size(), 100 * kLeastCoverage, kDeepestUncoveredPx);
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, missed.size()); ++i)
-      out += fmt::format("\nnot covered: {}, {:.2f} %, {:.1f} px deep", missed[i]["name"].get<std::string>(), 100 * missed[i]["coverage"].get<double>(),
-                         missed[i]["deepest_uncovered_px"].get<double>());
-  } else {
-    out += "\nno silhouettes: what it covers of them was not measured";
-  }
-  return out;
+  const OrderedJson& t = json["tradeoff"];
+  return TradeoffRows(t["points"]) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
 }
 
 }  // namespace lumi
