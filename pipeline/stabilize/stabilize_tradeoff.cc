@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/sibling_stage.h"
+#include "pipeline/sibling_summaries.h"
 #include "pipeline/stabilize/film_output.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/matrix_path.h"
 #include "scene/plot/plot.h"
 
 namespace lumi {
@@ -25,10 +27,7 @@ struct Dial {
 };
 
 // NaN where there is none: a film of a few frames has no stability. JSON writes it as null.
-double NumberIn(const nlohmann::json& j, const char* key) {
-  const auto it = j.find(key);
-  return it != j.end() && it->is_number() ? it->get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
+double OrNan(const std::optional<double>& x) { return x.value_or(std::numeric_limits<double>::quiet_NaN()); }
 
 std::string Cell(double x, int digits) { return std::isnan(x) ? "-" : fmt::format("{:.{}f}", x, digits); }
 
@@ -37,14 +36,14 @@ std::string Cell(double x, int digits) { return std::isnan(x) ? "-" : fmt::forma
 StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::path& folder, const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
   using nlohmann::json;
   std::vector<fs::path> frames;
-  const json made = json::parse(ReadText(window / "path.json"));
-  for (const json& key : made["keys"]) frames.push_back(window / "frames" / key["view"].get<std::string>());
+  const MatrixPath made = ReadMatrixPath(window / "path.json");
+  for (const MatrixKey& key : made.keys) frames.push_back(window / "frames" / key.view);
   StabilizeTradeoff result;
   result.frames = static_cast<int>(frames.size());
   const fs::path filmed = folder / "tradeoff-filmed.mp4", steady = folder / "tradeoff-steady.mp4", path = folder / "tradeoff-path.json";
   WriteFilm(filmed, result.frames, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }, {}, "writing the window as filmed", progress);
 
-  const std::string width = std::to_string(std::max(16, 2 * (made["width"].get<int>() / 4)));
+  const std::string width = std::to_string(std::max(16, 2 * (made.width_px / 4)));
   const std::vector<Dial> dials{{"as chosen", {""}, "", false},
                                 {"frames to either side", {"0", "2", "10"}, "--window-frames", false},
                                 {"k", {"1", "2", "8"}, "--k", false},
@@ -70,17 +69,18 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
       const StageResult drawn = RunSiblingStage({"tradeoff: " + name, "lumi-render", arguments, number, count}, progress);
       arguments = {"score", filmed.string(), steady.string()};
       arguments.insert(arguments.end(), common.begin(), common.end());
-      const json score = json::parse(RunSiblingStage({"tradeoff: " + name, "lumi-stabilize", arguments, number, count}, progress).json)["videos"].back();
+      const auto scores = RunSiblingStage({"tradeoff: " + name, "lumi-stabilize", arguments, number, count}, progress).summary.As<sibling::ScoreSummary>();
+      const sibling::ScoredVideo& score = scores.videos.back();
       StabilizeTradeoffPoint point;
       point.dial = dial.name;
       point.value = value;
-      point.path_seconds = NumberIn(json::parse(solved.json), "seconds");
+      point.path_seconds = solved.summary.As<sibling::PathSummary>().seconds;
       point.render_seconds = drawn.seconds;
-      point.ms_per_frame = NumberIn(json::parse(drawn.json), "ms_per_frame");
-      point.kept_scale = NumberIn(score, "cropping_ratio");
-      point.stability = NumberIn(score, "stability");
-      point.distortion = NumberIn(score, "distortion");
-      point.jitter_px = NumberIn(score, "jitter_px");
+      point.ms_per_frame = drawn.summary.As<sibling::FramesSummary>().ms_per_frame;
+      point.kept_scale = OrNan(score.cropping_ratio);
+      point.stability = OrNan(score.stability);
+      point.distortion = OrNan(score.distortion);
+      point.jitter_px = OrNan(score.jitter_px);
       result.points.push_back(point);
     }
   std::error_code ec;
