@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/files/json_keys.h"
+
 namespace lumi {
 
 enum class Backend { kColmap, kFactorization };
@@ -131,8 +133,9 @@ struct ReconstructSummary {
   double seconds = 0;
 };
 
-// A JSON object's text, the keys of the programs' contract.
+// The keys of the programs' contract; their text; the text for people.
+void ListKeys(JsonKeys& j, ReconstructSummary& summary);
 std::string ToJson(const ReconstructSummary& summary);
-ReconstructSummary SummaryFromJson(const std::string& text);
+std::string Describe(const ReconstructSummary& summary);
 
 }  // namespace lumi

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "reconstruct/all_frames.h"
@@ -203,8 +202,11 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   const FolderLock lock(options.scene);
   fs::create_directories(options.scene / "provenance");
   Provenance wanted = WantedProvenance(options);
-  if (fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)) {
-    ReconstructSummary summary = SummaryFromJson(ReadText(options.scene / kSummaryFile));
+  const auto before = fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)
+                          ? JsonKeys::Parse(ReadText(options.scene / kSummaryFile))
+                          : std::nullopt;
+  if (before) {
+    auto summary = before->As<ReconstructSummary>();
     summary.reused = {"everything"};
     summary.colmap_seconds = 0;
     summary.seconds = elapsed();

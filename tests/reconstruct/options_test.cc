@@ -81,7 +81,7 @@ TEST(ReconstructSummary, SurvivesItsJson) {
   s.reused = {"features"};
   s.focal_px = 812.5;
   s.camera_model = "RADIAL";
-  const ReconstructSummary back = SummaryFromJson(ToJson(s));
+  const auto back = JsonKeys::Parse(ToJson(s))->As<ReconstructSummary>();
   EXPECT_EQ(ToJson(back), ToJson(s));
   EXPECT_EQ(back.missing[0].name, s.missing[0].name);
 }
