@@ -10,6 +10,7 @@
 
 #include "scene/program/progress.h"
 #include "timeperiodic/period.h"
+#include "timeperiodic/summaries.h"
 
 namespace lumi {
 
@@ -29,13 +30,11 @@ struct CalibrateVideoOptions {
 };
 std::optional<std::string> Validate(const CalibrateVideoOptions& options);
 
-// JSON text; writes SCENE and, in SCENE/timeperiodic/: masks/, period.svg, sampling.svg, summary.json. Throws DataError:
+// Writes SCENE and, in SCENE/timeperiodic/: masks/, period.svg, sampling.svg, summary.json. Throws DataError:
 // nothing repeats; too little that stands still; what lumi-reconstruct refuses.
-std::string CalibrateVideo(const CalibrateVideoOptions& options, ProgressSink& progress);
+CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& options, ProgressSink& progress);
 
-std::string DescribeCalibratedVideo(const std::string& json);
-
-// The sampling of a scene that has times and a period, as JSON; plot: SVG to write, or empty. Throws DataError where it has not.
-std::string ReportSceneSampling(const std::filesystem::path& scene, const std::filesystem::path& plot, ProgressSink& progress);
+// The sampling of a scene that has times and a period; plot: SVG to write, or empty. Throws DataError where it has not.
+SceneSampling ReportSceneSampling(const std::filesystem::path& scene, const std::filesystem::path& plot, ProgressSink& progress);
 
 }  // namespace lumi

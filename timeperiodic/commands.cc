@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
@@ -13,41 +12,7 @@
 #include "timeperiodic/period_plot.h"
 
 namespace lumi {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-}  // namespace
-
-std::string PeriodJson(const PeriodEstimate& e, double fps, int frames) {
-  Json j;
-  j["period_frames"] = e.period_frames;
-  j["period_sigma_frames"] = e.sigma_frames;
-  j["period_s"] = e.period_frames / fps;
-  j["fps"] = fps;
-  j["frames"] = frames;
-  j["cycles"] = e.cycles;
-  j["samples_per_window"] = frames / e.period_frames;
-  j["explained"] = e.explained;
-  j["harmonics"] = e.harmonics;
-  j["harmonics_considered"] = Json::array();
-  for (const PeriodCandidate& c : e.candidates)
-    j["harmonics_considered"].push_back(
-        {{"period_frames", c.period_frames}, {"relation", c.relation}, {"explained", c.explained}, {"harmonics", c.harmonics}});
-  j["ambiguous"] = e.ambiguous;
-  j["drift_percent"] = e.drift_percent;
-  j["drift_sigma_percent"] = e.drift_sigma_percent;
-  j["drifts"] = e.drifts;
-  j["aliases_frames"] = e.aliases_frames;
-  j["camera_share"] = e.camera_share;
-  j["few_cycles"] = e.few_cycles;
-  j["slips"] = Json::array();
-  for (const Slip& s : e.slips) j["slips"].push_back({{"frame", s.frame}, {"frames", s.frames}});
-  j["warnings"] = e.warnings;
-  return j.dump();
-}
-
-std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
+PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (!o.frames.empty() && o.frames.size() != 2) throw UsageError("--frames takes two frame numbers");
   if (o.frames.empty() != (o.count == 0)) throw UsageError("--frames A B and --count N go together");
@@ -68,16 +33,7 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   }
   for (const std::string& w : e.warnings) progress.Message(w);
   if (!o.plot.empty()) WriteTextAtomically(o.plot, PeriodPlot(e));
-  Json j = Json::parse(PeriodJson(e, stack.fps, stack.count()));
-  j["seconds"] = SecondsSince(start);
-  return j.dump();
-}
-
-std::string DescribePeriod(const std::string& text) {
-  const auto j = Json::parse(text);
-  return fmt::format("period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
-                     j["period_frames"].get<double>(), j["period_sigma_frames"].get<double>(), j["period_s"].get<double>(),
-                     j["cycles"].get<double>(), j["frames"].get<int>(), j["samples_per_window"].get<double>());
+  return {e, stack.fps, stack.count(), stack.count() / e.period_frames, SecondsSince(start)};
 }
 
 }  // namespace lumi

@@ -1,4 +1,4 @@
-// The program's commands: what they take, and their JSON.
+// The program's commands: what they take.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 
 #include "scene/program/progress.h"
 #include "timeperiodic/period.h"
+#include "timeperiodic/summaries.h"
 
 namespace lumi {
 
@@ -21,10 +22,6 @@ struct PeriodCommandOptions {
   std::filesystem::path plot;  // SVG; empty: none
 };
 
-// JSON text: period_frames, period_sigma_frames, harmonics_considered, samples_per_window ...
-std::string RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
-
-std::string PeriodJson(const PeriodEstimate& estimate, double fps, int frames);
-std::string DescribePeriod(const std::string& json);
+PeriodSummary RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
 
 }  // namespace lumi
