@@ -9,6 +9,7 @@
 #include "calibrate/fit.h"
 #include "calibrate/gather.h"
 #include "calibrate/uncertainty.h"
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -34,6 +35,8 @@ struct CalibrateSummary {
   int undistorted = 0;
   double seconds = 0;
   std::filesystem::path output, report, tradeoff_json, tradeoff_svg;
+  std::string board;     // as it was asked for
+  double square_mm = 0;
 };
 
 // COLMAP's camera: "OPENCV" and "fx,fy,cx,cy,k1,k2,p1,p2"; FULL_OPENCV where there is a k3, PINHOLE where there is no distortion. Nothing with
@@ -49,8 +52,10 @@ Board ParseBoard(const std::string& text, double square_mm);
 // Throws UsageError, InputError, DataError, MachineError; then nothing is written.
 CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progress);
 
-std::string ToJson(const CalibrateOptions& options, const CalibrateSummary& summary);
-// The same for a person: parameters with their standard deviations, the table of models, of views, what was refused.
-std::string DescribeCalibration(const std::string& json);
+void ListKeys(JsonKeys& j, CalibrateSummary& summary);
+// The tables alone: views, models.
+JsonKeys TradeoffKeys(const CalibrateSummary& summary);
+// For a person: parameters with their standard deviations, the table of models, of views, what was refused.
+std::string Describe(const CalibrateSummary& summary);
 
 }  // namespace lumi
