@@ -15,6 +15,7 @@
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/tradeoff/json_rows.h"
 #include "scene/undistort/undistorter.h"
 
 namespace lumi {
@@ -78,31 +79,6 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
   return written;
 }
 
-ordered_json TradeoffJson(const CalibrateSummary& summary) {
-  ordered_json list = ordered_json::array();
-  for (const ViewCountTrial& t : summary.tradeoff)
-    list.push_back({{"views", t.views},
-                    {"subsets", t.subsets},
-                    {"held_out_rms_px", t.held_out_rms_px},
-                    {"sigma_fx_percent", t.sigma_f_percent},
-                    {"spread_fx_percent", t.spread_f_percent},
-                    {"seconds", t.seconds}});
-  return list;
-}
-
-ordered_json ModelsJson(const CalibrateSummary& summary) {
-  ordered_json list = ordered_json::array();
-  for (const ModelTrial& t : summary.fit.trials) {
-    ordered_json row{{"name", t.model.name}, {"terms", t.model.FreeCount()}, {"rms_px", t.rms_px}};
-    row["cross_validated_rms_px"] = t.cross_validated_rms_px ? ordered_json(*t.cross_validated_rms_px) : ordered_json();
-    row["seconds"] = t.seconds;
-    if (!t.why_not.empty()) row["why_not"] = t.why_not;
-    row["chosen"] = t.model.name == summary.fit.calibration.model.name;
-    list.push_back(row);
-  }
-  return list;
-}
-
 }  // namespace
 
 Board ParseBoard(const std::string& text, double square_mm) {
@@ -143,16 +119,14 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
   summary.fit = Fit(board, summary.gathered.views, width, height, options.fit);
   summary.uncertainty = ProjectionUncertainty(summary.fit.calibration, width, height);
-  if (options.tradeoff) {
-    summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
-    summary.tradeoff_json = fs::path(options.output).replace_extension(".tradeoff.json");
-    summary.tradeoff_svg = fs::path(options.output).replace_extension(".tradeoff.svg");
-  }
+  if (options.tradeoff) summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
   if (!options.undistort.empty()) summary.undistorted = WriteUndistorted(options, summary, progress);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.tradeoff) {
-    WriteTextAtomically(summary.tradeoff_json, ordered_json{{"views", TradeoffJson(summary)}, {"models", ModelsJson(summary)}}.dump(2) + "\n");
-    WriteTextAtomically(summary.tradeoff_svg, TradeoffSvg(summary.tradeoff));
+    const TradeoffTable table = ViewCountTable(summary.tradeoff);
+    ordered_json json = ordered_json::parse(JsonTextOf(table));
+    json.update(ordered_json::parse(JsonTextOf(ModelTable(summary.fit))));
+    summary.tradeoff_files = WriteTradeoff(fs::path(options.output).replace_extension(".tradeoff"), table, ViewCountPlots(table), json.dump(2) + "\n");
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
   WriteCameraYaml(PlumbBobOf(summary.fit.calibration.intrinsics, width, height), options.output);
@@ -189,10 +163,10 @@ std::string ToJson(const CalibrateOptions& options, const CalibrateSummary& summ
   j["colmap_params"] = colmap ? ordered_json(colmap->params) : ordered_json();
   j["views"] = ordered_json::array();
   for (std::size_t v = 0; v < summary.fit.views.size(); ++v) j["views"].push_back({{"name", summary.fit.views[v].name}, {"rms_px", c.view_rms_px[v]}});
-  j["models"] = ModelsJson(summary);
+  j.update(ordered_json::parse(JsonTextOf(ModelTable(summary.fit))));
   if (!summary.tradeoff.empty()) {
-    j["tradeoff"] = TradeoffJson(summary);
-    j["tradeoff_json"] = summary.tradeoff_json.string(), j["tradeoff_svg"] = summary.tradeoff_svg.string();
+    j["tradeoff"] = ordered_json::parse(JsonTextOf(ViewCountTable(summary.tradeoff)))["views"];
+    j["tradeoff_json"] = summary.tradeoff_files.json.string(), j["tradeoff_svg"] = summary.tradeoff_files.svg.string();
   }
   j["undistorted"] = summary.undistorted;
   j["output"] = summary.output.string(), j["report"] = summary.report.string();
@@ -211,18 +185,12 @@ std::string DescribeCalibration(const std::string& text) {
   const auto number = [](const ordered_json& x) { return x.is_null() ? std::string("-") : fmt::format("{:.4f}", x.get<double>()); };
   s += fmt::format("\nRMS {:.4f} px, cross-validated {} px, projection uncertain by {:.3f} px (median), {:.3f} px (largest)\n", j["rms_px"].get<double>(),
                    number(j["cross_validated_rms_px"]), j["uncertainty_median_px"].get<double>(), j["uncertainty_largest_px"].get<double>());
-  s += "\n  model            terms   RMS px   cross-validated px   seconds\n";
-  for (const auto& m : j["models"])
-    s += fmt::format("{} {:<16} {:>5}  {:>7.4f}   {:>18}  {:>8.3f}{}\n", m["chosen"] ? '*' : ' ', m["name"].get<std::string>(), m["terms"].get<int>(),
-                     m["rms_px"].get<double>(), number(m["cross_validated_rms_px"]), m["seconds"].get<double>(),
-                     m.contains("why_not") ? "  " + m["why_not"].get<std::string>() : "");
-  s += fmt::format("* {}\n", j["choice"].get<std::string>());
-  if (j.contains("tradeoff")) {
-    s += "\n  views  held-out px   sigma fx %   spread fx %   seconds\n";
-    for (const auto& t : j["tradeoff"])
-      s += fmt::format("  {:>5}  {:>11.4f}  {:>11.4f}   {:>11.4f}  {:>8.3f}\n", t["views"].get<int>(), t["held_out_rms_px"].get<double>(),
-                       t["sigma_fx_percent"].get<double>(), t["spread_fx_percent"].get<double>(), t["seconds"].get<double>());
-  }
+  const auto table = [](TradeoffTable empty, const ordered_json& rows) {
+    AddRows(rows, empty);
+    return "\n" + TextOf(empty) + "\n";
+  };
+  s += table(ModelTable(), j["models"]) + fmt::format("* {}\n", j["choice"].get<std::string>());
+  if (j.contains("tradeoff")) s += table(ViewCountTable(), j["tradeoff"]);
   if (!j["views_refused"].empty()) s += "\nrefused:\n";
   for (const auto& r : j["views_refused"]) s += fmt::format("  {}: {}\n", r["name"].get<std::string>(), r["reason"].get<std::string>());
   s += j["colmap_model"].is_null() ? std::string("\nCOLMAP: no model of its has skew: undistort the photos (--undistort)\n")

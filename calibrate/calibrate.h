@@ -10,6 +10,7 @@
 #include "calibrate/gather.h"
 #include "calibrate/uncertainty.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -20,7 +21,7 @@ struct CalibrateOptions {
   std::filesystem::path output = "camera.yaml";
   std::filesystem::path report;     // empty: report.html beside the output
   std::filesystem::path undistort;  // empty: none
-  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json and .tradeoff.svg
+  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json, .csv and .svg
   FitOptions fit;
   GatherOptions gather;
   std::uint64_t seed = 0;
@@ -33,7 +34,8 @@ struct CalibrateSummary {
   std::vector<ViewCountTrial> tradeoff;
   int undistorted = 0;
   double seconds = 0;
-  std::filesystem::path output, report, tradeoff_json, tradeoff_svg;
+  std::filesystem::path output, report;
+  TradeoffFiles tradeoff_files;
 };
 
 // COLMAP's camera: "OPENCV" and "fx,fy,cx,cy,k1,k2,p1,p2"; FULL_OPENCV where there is a k3, PINHOLE where there is no distortion. Nothing with

@@ -179,7 +179,6 @@ std::string RunSilhouettes(const std::filesystem::path& path, const SilhouetteSo
 }
 
 std::string DescribeProxy(const std::string& text) {
-  if (const std::string tradeoff = DescribeHullTradeoff(text); !tradeoff.empty()) return tradeoff;
   const Json json = Json::parse(text);
   std::string out;
   if (json.contains("tradeoff") || json.contains("faces_before")) return DescribeSimplified(text);

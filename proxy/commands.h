@@ -1,5 +1,5 @@
 // What lumi-proxy does: the subcommands. Each returns its summary as JSON text (name, faces, closed, seconds;
-// more beside them).
+// more beside them); a hull's trade-off is a struct.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include "proxy/hull/visual_hull.h"
 #include "proxy/silhouettes/silhouette_files.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -75,9 +76,15 @@ std::string RunHull(const HullRequest& request, const ProxyTarget& target, Progr
 
 // Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg, SCENE/tradeoff
 // where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json, tradeoff_csv, tradeoff_svg.
-std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
-// Such a summary as a table for people; empty for any other.
-std::string DescribeHullTradeoff(const std::string& json);
+struct HullTradeoff {
+  TradeoffTable table;
+  TradeoffFiles files;
+  std::size_t silhouettes = 0;
+  double seconds = 0;
+};
+HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
+std::string ToJson(const HullTradeoff& tradeoff);
+std::string Describe(const HullTradeoff& tradeoff);
 
 struct SimplifyRequest {
   int faces = 500;

@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app();
   app.require_subcommand(1);
   std::function<std::string()> run;
+  std::string table;  // what a person reads of a trade-off
 
   lumi::AutoOptions choice;
   CLI::App* automatic = app.add_subcommand("auto", "Builds the proxies that the data allow, keeps as active the one with the smallest held-out error");
@@ -93,7 +94,11 @@ int main(int argc, char** argv) {
   hull->callback([&] {
     if (dilate->count() > 0) hull_request.hull.dilation_px = dilation_px;
     if (hull_tradeoff) {
-      run = [&] { return lumi::RunHullTradeoff(hull_request, hull_target.scene, hull_target.output, program.progress()); };
+      run = [&] {
+        const lumi::HullTradeoff tradeoff = lumi::RunHullTradeoff(hull_request, hull_target.scene, hull_target.output, program.progress());
+        table = lumi::Describe(tradeoff);
+        return lumi::ToJson(tradeoff);
+      };
       return;
     }
     run = [&] { return lumi::RunHull(hull_request, hull_target, program.progress()); };
@@ -169,5 +174,5 @@ int main(int argc, char** argv) {
   info->add_option("--name", which, "One proxy; default: all");
   info->callback([&] { run = [&] { return lumi::RunInfo(scene, which, program.progress()); }; });
 
-  return program.Run(argc, argv, [&] { return run(); }, lumi::DescribeProxy);
+  return program.Run(argc, argv, [&] { return run(); }, [&](const std::string& json) { return table.empty() ? lumi::DescribeProxy(json) : table; });
 }

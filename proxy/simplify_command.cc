@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -22,13 +21,12 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/temporary_folder.h"
 #include "scene/geometry/median.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/stopwatch.h"
-#include "scene/program/subprocess.h"
+#include "scene/tradeoff/held_out.h"
+#include "scene/tradeoff/json_rows.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -130,110 +128,43 @@ OrderedJson Judge(const Mesh& before, const Mesh& after, const std::vector<Silho
   return j;
 }
 
-// lumi-render's own word on a mesh as the proxy of a copy of the scene that shares its photos and cameras.
-struct RenderedError {
-  double psnr_db = 0, ms_per_frame = 0;
-};
-class RenderBench {
- public:
-  RenderBench(const Scene& scene, int holdout, int width_px) : holdout_(holdout), width_px_(width_px) {
-    fs::create_directory(copy_ / "proxies");
-    for (const auto& entry : fs::directory_iterator(scene.folder)) {
-      const std::string name = entry.path().filename().string();
-      if (name == "images" || name == "masks" || name == "sparse") fs::create_symlink(fs::absolute(entry.path()), copy_ / name);
-      if (name == "lumigraph.json") fs::copy_file(entry.path(), copy_ / name);
-    }
-  }
-  RenderedError Measure(const Mesh& mesh) const {
-    WriteMesh(copy_ / "proxies" / "measured.ply", mesh);
-    const TemporaryFolder frames;
-    SubprocessOptions options;
-    options.separate_stdout = true;
-    const SubprocessResult result = RunSubprocess({SiblingProgram("lumi-render").string(), copy_.path().string(), "-o", (frames / "frames").string(), "--proxy", "measured",
-                                                   "--holdout", std::to_string(holdout_), "--fold", "choose", "--width", std::to_string(width_px_), "--json"},
-                                                  options);
-    OrderedJson json;
-    try {
-      json = OrderedJson::parse(result.out);
-    } catch (const nlohmann::json::exception&) {
-    }
-    if (result.exit_code != 0 || !json.contains("psnr_mean_db") || !json["psnr_mean_db"].is_number()) {
-      const std::string why = json.contains("error") ? json["error"].value("message", "") : result.tail.empty() ? "" : result.tail.back();
-      throw Error(result.exit_code >= 1 && result.exit_code <= 4 ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine,
-                  fmt::format("lumi-render cannot measure a proxy of {} faces: {}", mesh.faces.size(), why));
-    }
-    return {json["psnr_mean_db"].get<double>(), json["ms_per_frame"].is_number() ? json["ms_per_frame"].get<double>() : 0};
-  }
-
- private:
-  TemporaryFolder copy_;
-  int holdout_, width_px_;
-};
-
 std::string Number(const OrderedJson& j, const char* key, const char* format, double factor = 1) {
   return j.contains(key) && j[key].is_number() ? fmt::format(fmt::runtime(format), factor * j[key].get<double>()) : "-";
 }
 
-std::string TradeoffRows(const OrderedJson& points) {
-  std::string text = fmt::format("{:<10} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "method", "faces", "seconds", "coverage", "deepest", "IoU min",
-                                 "IoU med", "mean px", "max px", "PSNR dB", "ms");
-  for (const OrderedJson& p : points) {
-    if (p.contains("failed")) {
-      text += fmt::format("\n{:<10} {:>8} {}", p["method"].get<std::string>(), p["wanted"].get<std::size_t>(), p["failed"].get<std::string>());
-      continue;
-    }
-    text += fmt::format("\n{:<10} {:>8} {:>8.2f} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}{}", p["method"].get<std::string>(), p["faces"].get<std::size_t>(),
-                        p["seconds"].get<double>(), Number(p, "coverage_min", "{:.2f}%", 100), Number(p, "deepest_uncovered_px", "{:.1f} px"), Number(p, "iou_min", "{:.4f}"),
-                        Number(p, "iou_median", "{:.4f}"), Number(p, "mean_distance_px", "{:.2f}"), Number(p, "max_distance_px", "{:.1f}"), Number(p, "psnr_mean_db", "{:.2f}"),
-                        Number(p, "ms_per_frame", "{:.1f}"), p["reached"].get<bool>() ? "" : fmt::format("  (of {} wanted)", p["wanted"].get<std::size_t>()));
-  }
-  return text;
+// Of the rows as RunSimplifyTradeoff's summary has them.
+TradeoffTable TableOf(const OrderedJson& points) {
+  using enum TradeoffRole;
+  return TradeoffTableOf<OrderedJson>(
+      {FromJson<OrderedJson>({"method", kSetting, "method", -10}), FromJson<OrderedJson>({"wanted", kSetting}),
+       {{"", kSetting, "faces", 8}, [](const OrderedJson& p) { return p[p.contains("failed") ? "wanted" : "faces"].get<int>(); }},
+       FromJson<OrderedJson>({"faces"}), FromJson<OrderedJson>({"seconds", kFigure, "seconds", 8, "{:.2f}"}),
+       FromJson<OrderedJson>({"coverage_min", kFigure, "coverage", 9, "{:.2f}%"}), FromJson<OrderedJson>({"deepest_uncovered_px", kFigure, "deepest", 9, "{:.1f} px"}),
+       FromJson<OrderedJson>({"iou_min", kFigure, "IoU min", 8, "{:.4f}"}), FromJson<OrderedJson>({"iou_median", kMoreIsBetter, "IoU med", 8, "{:.4f}"}),
+       FromJson<OrderedJson>({"volume_ratio"}), FromJson<OrderedJson>({"mean_distance_px", kLessIsBetter, "mean px", 8, "{:.2f}"}),
+       FromJson<OrderedJson>({"max_distance_px", kFigure, "max px", 8, "{:.1f}"}), FromJson<OrderedJson>({"psnr_mean_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}),
+       FromJson<OrderedJson>({"ms_per_frame", kFigure, "ms", 8, "{:.1f}"}), FromJson<OrderedJson>({"reached"}), FromJson<OrderedJson>({"failed", kFailed}),
+       {{"", kRemark}, [](const OrderedJson& p) {
+          return p.value("reached", true) ? std::string() : fmt::format("(of {} wanted)", p["wanted"].get<std::size_t>());
+        }}},
+      points.get<std::vector<OrderedJson>>());
 }
 
-std::string TradeoffCsvOf(const OrderedJson& points) {
-  constexpr std::array<const char*, 12> kColumns = {"wanted", "faces", "seconds", "coverage_min", "deepest_uncovered_px", "iou_min", "iou_median", "volume_ratio",
-                                                    "mean_distance_px", "max_distance_px", "psnr_mean_db", "ms_per_frame"};
-  std::string csv = "method";
-  for (const char* column : kColumns) csv += fmt::format(",{}", column);
-  csv += ",reached,failed\n";
-  for (const OrderedJson& p : points) {
-    csv += p["method"].get<std::string>();
-    for (const char* column : kColumns) csv += "," + (p.contains(column) && p[column].is_number() ? p[column].dump() : "");
-    const std::string failed = p.value("failed", "");
-    csv += fmt::format(",{},{}\n", p.value("reached", false) ? "yes" : "no", failed.empty() ? "" : "\"" + failed + "\"");
-  }
-  return csv;
-}
-
-std::string TradeoffSvgOf(const OrderedJson& points, const std::string& from) {
-  struct Panel {
-    const char *title, *x, *x_label, *y, *y_label;
-    bool x_log, y_log;
-  };
-  constexpr std::array<Panel, 3> kPanels = {{{"Distance to what it was made from", "faces", "faces", "mean_distance_px", "mean distance, px of the median view", true, true},
-                                             {"Overlap with the silhouettes", "faces", "faces", "iou_median", "intersection over union, median", true, false},
-                                             {"Held-out photos", "ms_per_frame", "milliseconds a frame", "psnr_mean_db", "PSNR, dB", false, false}}};
+std::vector<Plot> PanelsOf(const TradeoffTable& table, const std::string& from) {
   std::vector<Plot> plots;
-  for (const Panel& panel : kPanels) {
-    Plot plot;
-    plot.title = panel.title;
-    plot.subtitle = "simplified from " + from;
-    plot.x = {panel.x_label, panel.x_log, false};
-    plot.y = {panel.y_label, panel.y_log, false};
-    for (const auto& [method, color] : {std::pair("quadric", "#1f6feb"), std::pair("keep-hull", "#be123c"), std::pair("all", "#444444")}) {
-      PlotSeries series;
-      series.name = method;
-      series.color = color;
-      series.line = std::string(panel.x) == "faces";
-      for (const OrderedJson& p : points)
-        if (p["method"] == method && p.contains(panel.x) && p[panel.x].is_number() && p.contains(panel.y) && p[panel.y].is_number())
-          series.points.push_back({p[panel.x].get<double>(), p[panel.y].get<double>(), std::to_string(p["faces"].get<std::size_t>()),
-                                   fmt::format("{}, {} faces, {:.2f} s", method, p["faces"].get<std::size_t>(), p["seconds"].get<double>())});
-      if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
+  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y, const PlotAxis& y_axis) {
+    const bool line = x_axis.log;
+    Plot plot = PlotOf(table, {title, "simplified from " + from, x, x_axis, y, y_axis,
+                               {{"quadric", "quadric", "#1f6feb", Marker::kCircle, line},
+                                {"keep-hull", "keep-hull", "#be123c", Marker::kCircle, line},
+                                {"all", "all", "#444444"}}, "method", "faces"});
     if (!plot.series.empty()) plots.push_back(std::move(plot));
-  }
-  return SvgOf(plots);
+  };
+  const PlotAxis faces{"faces", true};
+  panel("Distance to what it was made from", "faces", faces, "mean_distance_px", {"mean distance, px of the median view", true});
+  panel("Overlap with the silhouettes", "faces", faces, "iou_median", {"intersection over union, median"});
+  panel("Held-out photos", "ms_per_frame", {"milliseconds a frame"}, "psnr_mean_db", {"PSNR, dB"});
+  return plots;
 }
 
 }  // namespace
@@ -284,8 +215,8 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
   const double pixels_per_unit = PixelsPerUnit(scene, before);
   const int photos = static_cast<int>(scene.views.size());
-  std::optional<RenderBench> bench;
-  if (request.render && photos >= 3) bench.emplace(scene, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
+  std::optional<HeldOutBench> bench;
+  if (request.render && photos >= 3) bench.emplace(scene.folder, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
 
   std::vector<std::size_t> counts;
   for (const int n : request.faces)
@@ -299,9 +230,10 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
     p.update(Judge(before, simple.mesh, views, pixels_per_unit));
     p["psnr_mean_db"] = p["ms_per_frame"] = nullptr;
     if (bench) {
-      const RenderedError error = bench->Measure(simple.mesh);
-      p["psnr_mean_db"] = error.psnr_db;
-      p["ms_per_frame"] = error.ms_per_frame;
+      WriteMesh(bench->folder() / "proxies" / "measured.ply", simple.mesh);
+      const HeldOutBench::Figures figures = bench->Measure("measured");
+      p["psnr_mean_db"] = figures.psnr_db;
+      p["ms_per_frame"] = figures.ms_per_frame;
     }
     points.push_back(std::move(p));
     steps.Step();
@@ -333,17 +265,13 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   all.mesh = before;
   measure("all", before.faces.size(), all);
 
-  const fs::path folder = scene.folder / "tradeoff", base = folder / ("simplify-" + from);
-  OrderedJson json{{"name", from}, {"faces", before.faces.size()}, {"closed", IsClosed(before)}, {"seconds", 0.0}, {"tradeoff", {{"from", from}, {"points", points}}}};
+  const fs::path stem = scene.folder / "tradeoff" / ("simplify-" + from);
+  OrderedJson t{{"from", from}, {"points", points}};
+  for (const char* kind : {"csv", "svg", "json"}) t[kind] = stem.string() + "." + kind;
+  const TradeoffTable table = TableOf(points);
   const FolderLock lock(scene.folder);
-  fs::create_directories(folder);
-  WriteTextAtomically(base.string() + ".csv", TradeoffCsvOf(points));
-  WriteTextAtomically(base.string() + ".svg", TradeoffSvgOf(points, from));
-  json["tradeoff"]["csv"] = base.string() + ".csv";
-  json["tradeoff"]["svg"] = base.string() + ".svg";
-  json["tradeoff"]["json"] = base.string() + ".json";
-  json["seconds"] = SecondsSince(start);
-  WriteTextAtomically(base.string() + ".json", json["tradeoff"].dump(2) + "\n");
+  WriteTradeoff(stem, table, PanelsOf(table, from), t.dump(2) + "\n");
+  const OrderedJson json{{"name", from}, {"faces", before.faces.size()}, {"closed", IsClosed(before)}, {"seconds", SecondsSince(start)}, {"tradeoff", t}};
   return json.dump();
 }
 
@@ -351,7 +279,7 @@ std::string DescribeSimplified(const std::string& text) {
   const OrderedJson json = OrderedJson::parse(text);
   if (json.contains("tradeoff")) {
     const OrderedJson& t = json["tradeoff"];
-    return TradeoffRows(t["points"]) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
+    return TextOf(TableOf(t["points"])) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
   }
   std::string out = fmt::format("{}: {} faces of {}'s {}, {}, {:.2f} s{}\n{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(), json.value("from", "?"),
                                 json.value("faces_before", std::size_t{0}), json.value("method", "?"), json["seconds"].get<double>(),

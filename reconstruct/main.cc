@@ -47,7 +47,6 @@ std::string ForPeople(const std::string& text) {
     for (const auto& n : j["components"]) lines += fmt::format(" {}", n.get<int>());
     lines += fmt::format(" photos; number {} was taken (--component picks)", j["component"].get<int>());
   }
-  if (const std::string table = lumi::TradeoffTable(text); !table.empty()) lines += "\n\n" + table;
   return lines;
 }
 
@@ -109,13 +108,16 @@ int main(int argc, char** argv) {
   app.add_flag("--tradeoff", o.tradeoff, "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; colmap: image size, features): "
                                          "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
   app.add_option("--reference", o.reference, "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside the photos, else the dearest setting's cameras");
+  std::string table;  // of --tradeoff, for people
   return program.Run(
       argc, argv,
       [&] {
         o.seed = program.seed();
         o.threads = program.threads();
-        if (o.tradeoff) return lumi::ToJson(lumi::ReconstructWithTradeoff(o, program.progress()));
-        return lumi::ToJson(lumi::Reconstruct(o, program.progress()));
+        if (!o.tradeoff) return lumi::ToJson(lumi::Reconstruct(o, program.progress()));
+        const lumi::MeasuredReconstruction measured = lumi::ReconstructWithTradeoff(o, program.progress());
+        table = "\n\n" + lumi::Describe(measured.tradeoff);
+        return lumi::ToJson(measured);
       },
-      ForPeople);
+      [&](const std::string& json) { return ForPeople(json) + table; });
 }

@@ -79,8 +79,8 @@ class StabilizeRun {
     if (o_.score) Score();
     if (o_.tradeoff && !windows_.front().alone) {
       const StabilizeTradeoff measured = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_);
-      summary_.tradeoff_json = ReadText(measured.json);
-      summary_.tradeoff_table = TableOf(measured);
+      summary_.tradeoff_json = JsonTextOf(measured.table) + "\n";
+      summary_.tradeoff_table = TextOf(measured.table);
     }
     summary_.fps = facts_.fps;
     summary_.frames = frames_;
