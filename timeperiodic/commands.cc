@@ -8,7 +8,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
-#include "timeperiodic/align.h"
+#include "scene/tradeoff/json_rows.h"
 #include "timeperiodic/frame_stack.h"
 #include "timeperiodic/period_plot.h"
 
@@ -51,6 +51,8 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (!o.frames.empty() && o.frames.size() != 2) throw UsageError("--frames takes two frame numbers");
   if (o.frames.empty() != (o.count == 0)) throw UsageError("--frames A B and --count N go together");
+  if (!o.frames.empty() && !o.tradeoff.empty()) throw UsageError("--tradeoff measures a search: it does not go with --frames");
+  if (o.true_period_frames && o.tradeoff.empty()) throw UsageError("--true-period goes with --tradeoff");
   FrameStackOptions reading;
   reading.max_width_px = o.width_px;
   const FrameStack stack = ReadFrameStack(o.video, reading, progress);
@@ -60,15 +62,17 @@ std::string RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
       if (f < 0 || f >= stack.count())
         throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(), stack.count() - 1));
     e = CountedPeriod(o.frames[0], o.frames[1], o.count);
-  } else if (o.moving) {
-    const Alignment alignment = AlignFrames(stack, {}, progress);
-    e = EstimatePeriod(MovingSignals(stack, alignment, {.components = 48}), alignment.camera, o.period);
   } else {
-    e = EstimatePeriod(FixedSignals(stack, {}), {}, o.period);
+    e = PeriodOfVideo(stack, o.moving, o.period, progress);
   }
   for (const std::string& w : e.warnings) progress.Message(w);
   if (!o.plot.empty()) WriteTextAtomically(o.plot, PeriodPlot(e));
   Json j = Json::parse(PeriodJson(e, stack.fps, stack.count()));
+  if (!o.tradeoff.empty()) {
+    const TradeoffTable table =
+        MeasurePeriodTradeoff({o.video, o.moving, o.period, o.width_px, o.true_period_frames}, {}, progress);
+    j.update(Json::parse(PeriodTradeoffJson(table, WritePeriodTradeoff(o.tradeoff, table))));
+  }
   j["seconds"] = SecondsSince(start);
   return j.dump();
 }
@@ -77,7 +81,25 @@ std::string DescribePeriod(const std::string& text) {
   const auto j = Json::parse(text);
   return fmt::format("period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
                      j["period_frames"].get<double>(), j["period_sigma_frames"].get<double>(), j["period_s"].get<double>(),
-                     j["cycles"].get<double>(), j["frames"].get<int>(), j["samples_per_window"].get<double>());
+                     j["cycles"].get<double>(), j["frames"].get<int>(), j["samples_per_window"].get<double>()) +
+         DescribePeriodTradeoff(text);
+}
+
+std::string PeriodTradeoffJson(const TradeoffTable& table, const TradeoffFiles& files) {
+  const Json j{{"tradeoff", Json::parse(JsonTextOf(table))},
+               {"tradeoff_json", files.json.string()},
+               {"tradeoff_csv", files.csv.string()},
+               {"tradeoff_svg", files.svg.string()}};
+  return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string DescribePeriodTradeoff(const std::string& text) {
+  const auto j = Json::parse(text);
+  if (!j.contains("tradeoff")) return {};
+  TradeoffTable table = PeriodTradeoffTable();
+  AddRows(j["tradeoff"]["points"], table);
+  return "\n\n" + TextOf(table) + "\n* no other setting is both faster and nearer; errors against " +
+         j["tradeoff"]["reference"].get<std::string>() + "\n" + j["tradeoff_json"].get<std::string>() + ", .csv, .svg";
 }
 
 }  // namespace lumi

@@ -30,6 +30,9 @@ int main(int argc, char** argv) {
       ->expected(2);
   p->add_option("--count", period.count, "Periods between --frames, >= 1");
   AddSearch(*p, period.period, period.width_px);
+  p->add_option("--tradeoff", period.tradeoff, "Also the width that frames are looked at and their number against the period's error and seconds: table, and period.json, .csv, .svg in this folder");
+  p->add_option_function<double>("--true-period", [&](const double& t) { period.true_period_frames = t; }, "With --tradeoff: the period, frames, > 0, where it is known")
+      ->check(CLI::PositiveNumber);
   p->add_option("--plot", period.plot, "SVG of the video's likeness to itself and of the periods considered");
 
   lumi::CalibrateVideoOptions calibrate;
@@ -44,6 +47,7 @@ int main(int argc, char** argv) {
   c->add_option("--masks", calibrate.masks, "Masks given instead of found: frame_000000.jpg.png ..., black = moves");
   c->add_flag("--masks-only", calibrate.masks_only, "Stop when the masks are written to SCENE/timeperiodic/masks, to edit them");
   AddSearch(*c, calibrate.period, calibrate.width_px);
+  c->add_flag("--tradeoff", calibrate.tradeoff, "Also the width that frames are looked at and their number against the period's error (--period-frames is the truth), held-out error and seconds: table, and period.json, .csv, .svg in SCENE/tradeoff");
   c->add_option("--max-moving", calibrate.max_moving_share, "Share of the picture that may move, 0 to 1; more is refused")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
