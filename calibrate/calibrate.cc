@@ -117,16 +117,13 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
   summary.fit = Fit(board, summary.gathered.views, width, height, options.fit);
   summary.uncertainty = ProjectionUncertainty(summary.fit.calibration, width, height);
-  if (options.tradeoff) {
-    summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
-    summary.tradeoff_json = fs::path(options.output).replace_extension(".tradeoff.json");
-    summary.tradeoff_svg = fs::path(options.output).replace_extension(".tradeoff.svg");
-  }
+  if (options.tradeoff) summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
   if (!options.undistort.empty()) summary.undistorted = WriteUndistorted(options, summary, progress);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.tradeoff) {
-    WriteTextAtomically(summary.tradeoff_json, TradeoffKeys(summary).Text(2) + "\n");
-    WriteTextAtomically(summary.tradeoff_svg, TradeoffSvg(summary.tradeoff));
+    const TradeoffTable table = ViewCountTable(summary.tradeoff);
+    summary.tradeoff_files = WriteTradeoff(fs::path(options.output).replace_extension(".tradeoff"), table, ViewCountPlots(table),
+                                           KeysOf(table).Append(KeysOf(ModelTable(summary.fit))).Text(2) + "\n");
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
   WriteCameraYaml(PlumbBobOf(summary.fit.calibration.intrinsics, width, height), options.output);

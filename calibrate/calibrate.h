@@ -11,6 +11,7 @@
 #include "calibrate/uncertainty.h"
 #include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -21,7 +22,7 @@ struct CalibrateOptions {
   std::filesystem::path output = "camera.yaml";
   std::filesystem::path report;     // empty: report.html beside the output
   std::filesystem::path undistort;  // empty: none
-  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json and .tradeoff.svg
+  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json, .csv and .svg
   FitOptions fit;
   GatherOptions gather;
   std::uint64_t seed = 0;
@@ -34,7 +35,8 @@ struct CalibrateSummary {
   std::vector<ViewCountTrial> tradeoff;
   int undistorted = 0;
   double seconds = 0;
-  std::filesystem::path output, report, tradeoff_json, tradeoff_svg;
+  std::filesystem::path output, report;
+  TradeoffFiles tradeoff_files;
   std::string board;     // as it was asked for
   double square_mm = 0;
 };
@@ -53,8 +55,6 @@ Board ParseBoard(const std::string& text, double square_mm);
 CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progress);
 
 void ListKeys(JsonKeys& j, CalibrateSummary& summary);
-// The tables alone: views, models.
-JsonKeys TradeoffKeys(const CalibrateSummary& summary);
 // For a person: parameters with their standard deviations, the table of models, of views, what was refused.
 std::string Describe(const CalibrateSummary& summary);
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "calibrate/calibrate.h"
+#include "calibrate/report.h"
 
 namespace lumi {
 namespace {
@@ -13,24 +14,6 @@ struct ViewRow {
   double rms_px;
 };
 void ListKeys(JsonKeys& j, ViewRow& v) { j("name", v.name, "rms_px", v.rms_px); }
-
-struct ModelRow {
-  ModelTrial trial;
-  bool chosen;
-};
-void ListKeys(JsonKeys& j, ModelRow& row) {
-  ModelTrial& t = row.trial;
-  j("name", t.model.name).Say("terms", t.model.FreeCount());
-  j("rms_px", t.rms_px, "cross_validated_rms_px", t.cross_validated_rms_px, "seconds", t.seconds);
-  j.IfAny("why_not", t.why_not);
-  j("chosen", row.chosen);
-}
-
-std::vector<ModelRow> ModelRows(const CalibrateSummary& s) {
-  std::vector<ModelRow> rows;
-  for (const ModelTrial& t : s.fit.trials) rows.push_back({t, t.model.name == s.fit.calibration.model.name});
-  return rows;
-}
 
 // Of each parameter: its name, value and standard deviation.
 struct Parameter {
@@ -54,18 +37,7 @@ std::vector<Parameter> ParametersOf(const Calibration& c) {
 
 }  // namespace
 
-static void ListKeys(JsonKeys& j, ViewCountTrial& t) {
-  j("views", t.views, "subsets", t.subsets, "held_out_rms_px", t.held_out_rms_px, "sigma_fx_percent",
-    t.sigma_f_percent);
-  j("spread_fx_percent", t.spread_f_percent, "seconds", t.seconds);
-}
 static void ListKeys(JsonKeys& j, RefusedView& r) { j("name", r.name, "reason", r.reason); }
-
-JsonKeys TradeoffKeys(const CalibrateSummary& s) {
-  JsonKeys j;
-  j.Say("views", s.tradeoff).Say("models", ModelRows(s));
-  return j;
-}
 
 void ListKeys(JsonKeys& j, CalibrateSummary& s) {
   Calibration& c = s.fit.calibration;
@@ -87,8 +59,13 @@ void ListKeys(JsonKeys& j, CalibrateSummary& s) {
       .Say("colmap_params", colmap ? std::optional(colmap->params) : std::nullopt);
   std::vector<ViewRow> views;
   for (std::size_t v = 0; v < s.fit.views.size(); ++v) views.push_back({s.fit.views[v].name, c.view_rms_px[v]});
-  j("views", views).Say("models", ModelRows(s));
-  if (!s.tradeoff.empty()) j("tradeoff", s.tradeoff, "tradeoff_json", s.tradeoff_json, "tradeoff_svg", s.tradeoff_svg);
+  j("views", views).Append(KeysOf(ModelTable(s.fit)));
+  if (!s.tradeoff.empty()) {
+    TradeoffTable table = ViewCountTable(s.tradeoff);
+    table.rows_key = "tradeoff";
+    j.Append(KeysOf(table));
+    j("tradeoff_json", s.tradeoff_files.json, "tradeoff_svg", s.tradeoff_files.svg);
+  }
   j("undistorted", s.undistorted, "output", s.output, "report", s.report, "seconds_boards", s.gathered.seconds,
     "seconds", s.seconds);
 }
@@ -104,16 +81,8 @@ std::string Describe(const CalibrateSummary& s) {
   text += fmt::format(
       "\nRMS {:.4f} px, cross-validated {} px, projection uncertain by {:.3f} px (median), {:.3f} px (largest)\n",
       c.rms_px, number(s.fit.cross_validated_rms_px), s.uncertainty.median_px, s.uncertainty.largest_px);
-  text += "\n  model            terms   RMS px   cross-validated px   seconds\n";
-  for (const ModelRow& m : ModelRows(s))
-    text += fmt::format("{} {:<16} {:>5}  {:>7.4f}   {:>18}  {:>8.3f}{}\n", m.chosen ? '*' : ' ', m.trial.model.name,
-                        m.trial.model.FreeCount(), m.trial.rms_px, number(m.trial.cross_validated_rms_px),
-                        m.trial.seconds, m.trial.why_not.empty() ? "" : "  " + m.trial.why_not);
-  text += fmt::format("* {}\n", s.fit.choice);
-  if (!s.tradeoff.empty()) text += "\n  views  held-out px   sigma fx %   spread fx %   seconds\n";
-  for (const ViewCountTrial& t : s.tradeoff)
-    text += fmt::format("  {:>5}  {:>11.4f}  {:>11.4f}   {:>11.4f}  {:>8.3f}\n", t.views, t.held_out_rms_px,
-                        t.sigma_f_percent, t.spread_f_percent, t.seconds);
+  text += "\n" + TextOf(ModelTable(s.fit)) + fmt::format("\n* {}\n", s.fit.choice);
+  if (!s.tradeoff.empty()) text += "\n" + TextOf(ViewCountTable(s.tradeoff)) + "\n";
   if (!s.gathered.refused.empty() || !s.fit.refused.empty()) text += "\nrefused:\n";
   for (const auto* refused : {&s.gathered.refused, &s.fit.refused})
     for (const RefusedView& r : *refused) text += fmt::format("  {}: {}\n", r.name, r.reason);

@@ -11,6 +11,7 @@
 #include "proxy/silhouettes/silhouette_files.h"
 #include "proxy/summaries.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -65,9 +66,15 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
 
 // Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg, SCENE/tradeoff
 // where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json, tradeoff_csv, tradeoff_svg.
-std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
-// Such a summary as a table for people.
-std::string DescribeHullTradeoff(const std::string& json);
+struct HullTradeoff {
+  TradeoffTable table;
+  TradeoffFiles files;
+  std::size_t silhouettes = 0;
+  double seconds = 0;
+};
+HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
+void ListKeys(JsonKeys& j, HullTradeoff& tradeoff);
+std::string Describe(const HullTradeoff& tradeoff);
 
 struct SimplifyRequest {
   int faces = 500;
@@ -87,11 +94,28 @@ struct SimplifyTradeoffRequest {
   int holdout = 8;                    // every N-th photo is left out, measured on N/2, N/2 + N ...
   int width_px = 480;                 // of the pictures that are compared
 };
-// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg. Key beside
-// the common ones: tradeoff{from, points[{method, wanted, faces, seconds, the keys of RunSimplify, psnr_mean_db, ms_per_frame}], csv, svg, json}.
-std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
-// Such a summary as a table for people.
-std::string DescribeSimplified(const std::string& json);
+struct SimplifyTradeoffRow {
+  std::string method;
+  std::size_t wanted = 0;
+  std::string failed;  // why there is no such mesh; empty: there is one
+  std::size_t faces = 0;
+  double seconds = 0;
+  bool reached = true;
+  SimplifiedFit fit;
+  std::optional<double> psnr_db, ms_per_frame;  // of left-out photos; none: not asked for, or too few photos
+};
+struct SimplifyTradeoff {
+  std::string from;  // the proxy that was simplified
+  std::size_t faces = 0;
+  bool closed = false;
+  double seconds = 0;
+  std::vector<SimplifyTradeoffRow> rows;
+  TradeoffFiles files;
+};
+// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg.
+SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
+void ListKeys(JsonKeys& j, SimplifyTradeoff& tradeoff);
+std::string Describe(const SimplifyTradeoff& tradeoff);
 
 // Silhouettes of the scene's photos, into SCENE/silhouettes or `output`.
 SilhouettesSummary RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,

@@ -83,8 +83,7 @@ int main(int argc, char** argv) {
   bool hull_tradeoff = false;
   Options hull = program.Command("hull", "The visual hull of the object's silhouettes: closed, covers every silhouette used", [&]() -> Answer {
     if (!hull_tradeoff) return RunHull(hull_request, hull_target, program.progress());
-    const std::string json = RunHullTradeoff(hull_request, hull_target.scene, hull_target.output, program.progress());
-    return {JsonKeys::Parse(json).value(), DescribeHullTradeoff(json)};
+    return RunHullTradeoff(hull_request, hull_target.scene, hull_target.output, program.progress());
   });
   AddTarget(hull, hull_target, true);
   hull.Add("--silhouettes", hull_request.silhouettes, "Folder of silhouettes, white = object; default: SCENE/silhouettes");
@@ -105,8 +104,7 @@ int main(int argc, char** argv) {
     simplify_tradeoff.scene = simplify_target.scene;
     simplify_tradeoff.from = simplify_request.from;
     simplify_tradeoff.silhouettes = simplify_request.silhouettes;
-    const std::string json = RunSimplifyTradeoff(simplify_tradeoff, program.progress());
-    return {JsonKeys::Parse(json).value(), DescribeSimplified(json)};
+    return RunSimplifyTradeoff(simplify_tradeoff, program.progress());
   });
   AddTarget(simplify, simplify_target, false);
   simplify.Add("--faces", simplify_request.faces, "Faces wanted, >= 1; 4 for a closed mesh").Default();

@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
@@ -22,19 +20,28 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/temporary_folder.h"
 #include "scene/geometry/median.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/stopwatch.h"
-#include "scene/program/subprocess.h"
+#include "scene/tradeoff/held_out.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
-namespace {
 
-using OrderedJson = nlohmann::ordered_json;
+static void ListKeys(JsonKeys& j, SimplifyTradeoffRow& r) {
+  j("method", r.method, "wanted", r.wanted);
+  if (!r.failed.empty()) {
+    j("failed", r.failed);
+    return;
+  }
+  j("faces", r.faces, "seconds", r.seconds, "reached", r.reached);
+  ListKeys(j, r.fit);
+  j("psnr_mean_db", r.psnr_db, "ms_per_frame", r.ms_per_frame);
+}
+
+namespace {
 
 std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
   const auto it = record ? record->options.find(key) : std::map<std::string, std::string>::const_iterator();
@@ -105,110 +112,56 @@ SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<Sil
   return fit;
 }
 
-// lumi-render's own word on a mesh as the proxy of a copy of the scene that shares its photos and cameras.
-struct RenderedError {
-  double psnr_db = 0, ms_per_frame = 0;
-};
-class RenderBench {
- public:
-  RenderBench(const Scene& scene, int holdout, int width_px) : holdout_(holdout), width_px_(width_px) {
-    fs::create_directory(copy_ / "proxies");
-    for (const auto& entry : fs::directory_iterator(scene.folder)) {
-      const std::string name = entry.path().filename().string();
-      if (name == "images" || name == "masks" || name == "sparse") fs::create_symlink(fs::absolute(entry.path()), copy_ / name);
-      if (name == "lumigraph.json") fs::copy_file(entry.path(), copy_ / name);
-    }
-  }
-  RenderedError Measure(const Mesh& mesh) const {
-    WriteMesh(copy_ / "proxies" / "measured.ply", mesh);
-    const TemporaryFolder frames;
-    SubprocessOptions options;
-    options.separate_stdout = true;
-    const SubprocessResult result = RunSubprocess({SiblingProgram("lumi-render").string(), copy_.path().string(), "-o", (frames / "frames").string(), "--proxy", "measured",
-                                                   "--holdout", std::to_string(holdout_), "--fold", "choose", "--width", std::to_string(width_px_), "--json"},
-                                                  options);
-    OrderedJson json;
-    try {
-      json = OrderedJson::parse(result.out);
-    } catch (const nlohmann::json::exception&) {
-    }
-    if (result.exit_code != 0 || !json.contains("psnr_mean_db") || !json["psnr_mean_db"].is_number()) {
-      const std::string why = json.contains("error") ? json["error"].value("message", "") : result.tail.empty() ? "" : result.tail.back();
-      throw Error(result.exit_code >= 1 && result.exit_code <= 4 ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine,
-                  fmt::format("lumi-render cannot measure a proxy of {} faces: {}", mesh.faces.size(), why));
-    }
-    return {json["psnr_mean_db"].get<double>(), json["ms_per_frame"].is_number() ? json["ms_per_frame"].get<double>() : 0};
-  }
-
- private:
-  TemporaryFolder copy_;
-  int holdout_, width_px_;
-};
-
-std::string Number(const OrderedJson& j, const char* key, const char* format, double factor = 1) {
-  return j.contains(key) && j[key].is_number() ? fmt::format(fmt::runtime(format), factor * j[key].get<double>()) : "-";
-}
-
-std::string TradeoffRows(const OrderedJson& points) {
-  std::string text = fmt::format("{:<10} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "method", "faces", "seconds", "coverage", "deepest", "IoU min",
-                                 "IoU med", "mean px", "max px", "PSNR dB", "ms");
-  for (const OrderedJson& p : points) {
-    if (p.contains("failed")) {
-      text += fmt::format("\n{:<10} {:>8} {}", p["method"].get<std::string>(), p["wanted"].get<std::size_t>(), p["failed"].get<std::string>());
-      continue;
-    }
-    text += fmt::format("\n{:<10} {:>8} {:>8.2f} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}{}", p["method"].get<std::string>(), p["faces"].get<std::size_t>(),
-                        p["seconds"].get<double>(), Number(p, "coverage_min", "{:.2f}%", 100), Number(p, "deepest_uncovered_px", "{:.1f} px"), Number(p, "iou_min", "{:.4f}"),
-                        Number(p, "iou_median", "{:.4f}"), Number(p, "mean_distance_px", "{:.2f}"), Number(p, "max_distance_px", "{:.1f}"), Number(p, "psnr_mean_db", "{:.2f}"),
-                        Number(p, "ms_per_frame", "{:.1f}"), p["reached"].get<bool>() ? "" : fmt::format("  (of {} wanted)", p["wanted"].get<std::size_t>()));
-  }
-  return text;
-}
-
-std::string TradeoffCsvOf(const OrderedJson& points) {
-  constexpr std::array<const char*, 12> kColumns = {"wanted", "faces", "seconds", "coverage_min", "deepest_uncovered_px", "iou_min", "iou_median", "volume_ratio",
-                                                    "mean_distance_px", "max_distance_px", "psnr_mean_db", "ms_per_frame"};
-  std::string csv = "method";
-  for (const char* column : kColumns) csv += fmt::format(",{}", column);
-  csv += ",reached,failed\n";
-  for (const OrderedJson& p : points) {
-    csv += p["method"].get<std::string>();
-    for (const char* column : kColumns) csv += "," + (p.contains(column) && p[column].is_number() ? p[column].dump() : "");
-    const std::string failed = p.value("failed", "");
-    csv += fmt::format(",{},{}\n", p.value("reached", false) ? "yes" : "no", failed.empty() ? "" : "\"" + failed + "\"");
-  }
-  return csv;
-}
-
-std::string TradeoffSvgOf(const OrderedJson& points, const std::string& from) {
-  struct Panel {
-    const char *title, *x, *x_label, *y, *y_label;
-    bool x_log, y_log;
+TradeoffTable TableOf(const std::vector<SimplifyTradeoffRow>& rows) {
+  using Row = SimplifyTradeoffRow;
+  using enum TradeoffRole;
+  const auto fit = [](std::optional<double> SimplifiedFit::*member) { return [=](const Row& r) { return r.fit.*member; }; };
+  const auto covered = [](double SilhouetteFitSummary::*member) {
+    return [=](const Row& r) { return r.fit.silhouettes ? std::optional((*r.fit.silhouettes).*member) : std::nullopt; };
   };
-  constexpr std::array<Panel, 3> kPanels = {{{"Distance to what it was made from", "faces", "faces", "mean_distance_px", "mean distance, px of the median view", true, true},
-                                             {"Overlap with the silhouettes", "faces", "faces", "iou_median", "intersection over union, median", true, false},
-                                             {"Held-out photos", "ms_per_frame", "milliseconds a frame", "psnr_mean_db", "PSNR, dB", false, false}}};
+  return TradeoffTableOf<Row>(
+      {{{"method", kSetting, "method", -10}, &Row::method},
+       {{"wanted", kSetting}, &Row::wanted},
+       {{"", kSetting, "faces", 8}, [](const Row& r) { return r.failed.empty() ? r.faces : r.wanted; }},
+       {{"faces"}, &Row::faces},
+       {{"seconds", kFigure, "seconds", 8, "{:.2f}"}, &Row::seconds},
+       {{"coverage_min", kFigure, "coverage", 9, "{:.2f}%"}, covered(&SilhouetteFitSummary::coverage_min)},
+       {{"deepest_uncovered_px", kFigure, "deepest", 9, "{:.1f} px"}, covered(&SilhouetteFitSummary::deepest_uncovered_px)},
+       {{"iou_min", kFigure, "IoU min", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_min)},
+       {{"iou_median", kMoreIsBetter, "IoU med", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_median)},
+       {{"volume_ratio"}, fit(&SimplifiedFit::volume_ratio)},
+       {{"mean_distance_px", kLessIsBetter, "mean px", 8, "{:.2f}"}, [](const Row& r) { return r.fit.mean_distance_px; }},
+       {{"max_distance_px", kFigure, "max px", 8, "{:.1f}"}, [](const Row& r) { return r.fit.max_distance_px; }},
+       {{"psnr_mean_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, &Row::psnr_db},
+       {{"ms_per_frame", kFigure, "ms", 8, "{:.1f}"}, &Row::ms_per_frame},
+       {{"reached"}, &Row::reached},
+       {{"failed", kFailed}, &Row::failed},
+       {{"", kRemark}, [](const Row& r) { return r.reached ? std::string() : fmt::format("(of {} wanted)", r.wanted); }}},
+      rows);
+}
+
+std::vector<Plot> PanelsOf(const TradeoffTable& table, const std::string& from) {
   std::vector<Plot> plots;
-  for (const Panel& panel : kPanels) {
-    Plot plot;
-    plot.title = panel.title;
-    plot.subtitle = "simplified from " + from;
-    plot.x = {panel.x_label, panel.x_log, false};
-    plot.y = {panel.y_label, panel.y_log, false};
-    for (const auto& [method, color] : {std::pair("quadric", "#1f6feb"), std::pair("keep-hull", "#be123c"), std::pair("all", "#444444")}) {
-      PlotSeries series;
-      series.name = method;
-      series.color = color;
-      series.line = std::string(panel.x) == "faces";
-      for (const OrderedJson& p : points)
-        if (p["method"] == method && p.contains(panel.x) && p[panel.x].is_number() && p.contains(panel.y) && p[panel.y].is_number())
-          series.points.push_back({p[panel.x].get<double>(), p[panel.y].get<double>(), std::to_string(p["faces"].get<std::size_t>()),
-                                   fmt::format("{}, {} faces, {:.2f} s", method, p["faces"].get<std::size_t>(), p["seconds"].get<double>())});
-      if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
+  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y, const PlotAxis& y_axis) {
+    const bool line = x_axis.log;
+    Plot plot = PlotOf(table, {title, "simplified from " + from, x, x_axis, y, y_axis,
+                               {{"quadric", "quadric", "#1f6feb", Marker::kCircle, line},
+                                {"keep-hull", "keep-hull", "#be123c", Marker::kCircle, line},
+                                {"all", "all", "#444444"}}, "method", "faces"});
     if (!plot.series.empty()) plots.push_back(std::move(plot));
-  }
-  return SvgOf(plots);
+  };
+  const PlotAxis faces{"faces", true};
+  panel("Distance to what it was made from", "faces", faces, "mean_distance_px", {"mean distance, px of the median view", true});
+  panel("Overlap with the silhouettes", "faces", faces, "iou_median", {"intersection over union, median"});
+  panel("Held-out photos", "ms_per_frame", {"milliseconds a frame"}, "psnr_mean_db", {"PSNR, dB"});
+  return plots;
+}
+
+// As in the file.
+JsonKeys TradeoffKeysOf(SimplifyTradeoff t) {
+  JsonKeys j;
+  j("from", t.from, "points", t.rows, "csv", t.files.csv, "svg", t.files.svg, "json", t.files.json);
+  return j;
 }
 
 }  // namespace
@@ -241,7 +194,7 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   return made;
 }
 
-std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress) {
+SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress) {
   if (request.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (request.width_px < 16) throw UsageError("--choose-width must be at least 16");
   const auto start = std::chrono::steady_clock::now();
@@ -252,30 +205,29 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
   const double pixels_per_unit = PixelsPerUnit(scene, before);
   const int photos = static_cast<int>(scene.views.size());
-  std::optional<RenderBench> bench;
-  if (request.render && photos >= 3) bench.emplace(scene, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
+  std::optional<HeldOutBench> bench;
+  if (request.render && photos >= 3) bench.emplace(scene.folder, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
 
   std::vector<std::size_t> counts;
   for (const int n : request.faces)
     if (n > 0 && static_cast<std::size_t>(n) < before.faces.size()) counts.push_back(static_cast<std::size_t>(n));
   std::vector<SimplifyMethod> methods = {SimplifyMethod::kQuadric};
   if (IsClosed(before)) methods.push_back(SimplifyMethod::kKeepHull);
-  OrderedJson points = OrderedJson::array();
+  SimplifyTradeoff t{from, before.faces.size(), IsClosed(before), 0, {}, {}};
   Progress steps(progress, "measuring simplified proxies", static_cast<long>(counts.size() * methods.size()) + 1);
   const auto measure = [&](const std::string& method, std::size_t wanted, const SimplifiedMesh& simple) {
-    OrderedJson p{{"method", method}, {"wanted", wanted}, {"faces", simple.mesh.faces.size()}, {"seconds", simple.seconds}, {"reached", simple.reached}};
-    p.update(OrderedJson::parse(JsonKeys(Judge(before, simple.mesh, views, pixels_per_unit)).Text()));
-    p["psnr_mean_db"] = p["ms_per_frame"] = nullptr;
+    SimplifyTradeoffRow row{method, wanted, {}, simple.mesh.faces.size(), simple.seconds, simple.reached, Judge(before, simple.mesh, views, pixels_per_unit), {}, {}};
     if (bench) {
-      const RenderedError error = bench->Measure(simple.mesh);
-      p["psnr_mean_db"] = error.psnr_db;
-      p["ms_per_frame"] = error.ms_per_frame;
+      WriteMesh(bench->folder() / "proxies" / "measured.ply", simple.mesh);
+      const HeldOutBench::Figures figures = bench->Measure("measured");
+      row.psnr_db = figures.psnr_db;
+      row.ms_per_frame = figures.ms_per_frame;
     }
-    points.push_back(std::move(p));
+    t.rows.push_back(std::move(row));
     steps.Step();
   };
   const auto fail = [&](SimplifyMethod method, std::size_t wanted, const char* why) {
-    points.push_back({{"method", Name(method)}, {"wanted", wanted}, {"failed", why}});
+    t.rows.push_back({Name(method), wanted, why, 0, 0, true, {}, {}, {}});
     steps.Step();
   };
   for (const SimplifyMethod method : methods) {
@@ -301,24 +253,21 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   all.mesh = before;
   measure("all", before.faces.size(), all);
 
-  const fs::path folder = scene.folder / "tradeoff", base = folder / ("simplify-" + from);
-  OrderedJson json{{"name", from}, {"faces", before.faces.size()}, {"closed", IsClosed(before)}, {"seconds", 0.0}, {"tradeoff", {{"from", from}, {"points", points}}}};
+  const fs::path stem = scene.folder / "tradeoff" / ("simplify-" + from);
+  t.files = {stem.string() + ".json", stem.string() + ".csv", stem.string() + ".svg"};
+  const TradeoffTable table = TableOf(t.rows);
   const FolderLock lock(scene.folder);
-  fs::create_directories(folder);
-  WriteTextAtomically(base.string() + ".csv", TradeoffCsvOf(points));
-  WriteTextAtomically(base.string() + ".svg", TradeoffSvgOf(points, from));
-  json["tradeoff"]["csv"] = base.string() + ".csv";
-  json["tradeoff"]["svg"] = base.string() + ".svg";
-  json["tradeoff"]["json"] = base.string() + ".json";
-  json["seconds"] = SecondsSince(start);
-  WriteTextAtomically(base.string() + ".json", json["tradeoff"].dump(2) + "\n");
-  return json.dump();
+  WriteTradeoff(stem, table, PanelsOf(table, from), TradeoffKeysOf(t).Text(2) + "\n");
+  t.seconds = SecondsSince(start);
+  return t;
 }
 
-std::string DescribeSimplified(const std::string& text) {
-  const OrderedJson json = OrderedJson::parse(text);
-  const OrderedJson& t = json["tradeoff"];
-  return TradeoffRows(t["points"]) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
+void ListKeys(JsonKeys& j, SimplifyTradeoff& t) {
+  j("name", t.from, "faces", t.faces, "closed", t.closed, "seconds", t.seconds).Say("tradeoff", TradeoffKeysOf(t));
+}
+
+std::string Describe(const SimplifyTradeoff& t) {
+  return TextOf(TableOf(t.rows)) + fmt::format("\n{}, {}, {}; {:.0f} s", t.files.csv.string(), t.files.svg.string(), t.files.json.string(), t.seconds);
 }
 
 }  // namespace lumi

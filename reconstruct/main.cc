@@ -71,8 +71,6 @@ int main(int argc, char** argv) {
     o.seed = program.seed();
     o.threads = program.threads();
     if (!o.tradeoff) return lumi::Reconstruct(o, program.progress());
-    const lumi::MeasuredReconstruction measured = lumi::ReconstructWithTradeoff(o, program.progress());
-    const std::string json = lumi::ToJson(measured);
-    return {lumi::JsonKeys::Parse(json).value(), Describe(measured.summary) + "\n\n" + lumi::TradeoffTable(json)};
+    return lumi::ReconstructWithTradeoff(o, program.progress());
   });
 }

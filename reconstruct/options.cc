@@ -124,7 +124,6 @@ void ListKeys(JsonKeys& j, ReconstructSummary& s) {
   j.IfAny("focal_px", s.focal_px);
   j("reused", s.reused, "colmap_seconds", s.colmap_seconds, "seconds", s.seconds);
 }
-std::string ToJson(const ReconstructSummary& s) { return JsonKeys(s).Text(2); }
 
 std::string Describe(const ReconstructSummary& s) {
   std::string lines = fmt::format("{} of {} photos, {} points, {:.2f} px mean reprojection error; {:.1f} s", s.images_registered, s.images_total, s.points,

@@ -133,9 +133,8 @@ struct ReconstructSummary {
   double seconds = 0;
 };
 
-// The keys of the programs' contract; their text; the text for people.
+// The keys of the programs' contract; the text for people.
 void ListKeys(JsonKeys& j, ReconstructSummary& summary);
-std::string ToJson(const ReconstructSummary& summary);
 std::string Describe(const ReconstructSummary& summary);
 
 }  // namespace lumi

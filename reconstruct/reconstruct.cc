@@ -260,7 +260,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
 
   for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"}) wanted.outputs[output] = Fingerprint(options.scene / output);
   wanted.seconds = summary.seconds;
-  WriteTextAtomically(options.scene / kSummaryFile, ToJson(summary) + "\n");
+  WriteTextAtomically(options.scene / kSummaryFile, JsonKeys(summary).Text(2) + "\n");
   WriteProvenance(options.scene, wanted);
   return summary;
 }

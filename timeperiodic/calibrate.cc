@@ -9,11 +9,13 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 #include "scene/program/sibling.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
+#include "scene/tradeoff/held_out.h"
 #include "timeperiodic/align.h"
 #include "timeperiodic/commands.h"
 #include "timeperiodic/frame_stack.h"
@@ -28,6 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOwnFolder = "timeperiodic";
 constexpr int kMovingComponents = 48;
+constexpr int kLeastHoldout = 8, kHeldOutViews = 24, kHeldOutWidth = 160;  // what --tradeoff renders: about so many frames of this width
 
 // Frames of a video as lumi-reconstruct names them.
 std::string MaskName(int frame) { return fmt::format("frame_{:06d}.jpg.png", frame); }
@@ -88,6 +91,33 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
   return wanted;
 }
 
+// Dials of the search against what they bring: the period, and the scene's held-out frames rendered with it.
+PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
+  const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period, o.width_px, o.period_frames};
+  const double fps = VideoReader(options.video).fps();
+  OpenOptions open;
+  open.check_photos = false;
+  Scene scene = OpenScene(o.scene, open, progress);
+  const HeldOutBench bench(o.scene, std::max(kLeastHoldout, static_cast<int>(scene.views.size()) / kHeldOutViews), kHeldOutWidth);
+  HeldOutByPeriod held_out = [&](double period_frames) {
+    scene.period_s = period_frames / fps;
+    WriteManifest(scene, bench.folder());
+    return bench.Measure("plane").psnr_db;
+  };
+  try {
+    bench.MakePlane();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    progress.Message(std::string("no figures of held-out frames: ") + e.what());
+    held_out = {};
+  }
+  PeriodTradeoff t{MeasurePeriodTradeoff(options, held_out, progress), {}};
+  const FolderLock lock(o.scene);
+  t.files = WritePeriodTradeoff(o.scene / "tradeoff", t.table);
+  return t;
+}
+
 }  // namespace
 
 std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
@@ -95,13 +125,15 @@ std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
   if (o.scene.empty()) return "say where the scene goes: -o SCENE";
   if (o.period_frames && !o.fixed_video.empty()) return "--period-frames and --fixed-video do not go together: both say the period";
   if (o.period_frames && !(*o.period_frames > 0)) return "--period-frames must be > 0";
+  if (o.masks_only && o.tradeoff) return "--tradeoff measures the scene, which --masks-only does not make";
   if (o.masks_only && !o.masks.empty()) return "--masks-only finds masks, --masks gives them";
   return Validate(o.period);
 }
 
-CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progress) {
+namespace {
+
+CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
-  if (const auto wrong = Validate(o)) throw UsageError(*wrong);
   if (o.period_frames) RequireResolved(*o.period_frames);
   for (const fs::path& file : {o.video, o.fixed_video, o.masks})
     if (!file.empty() && !fs::exists(file)) throw InputError(file, "no such file or folder");
@@ -202,6 +234,15 @@ CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& pro
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
   wanted.outputs[(fs::path(kOwnFolder) / "summary.json").string()] = Fingerprint(summary_file);
   WriteProvenance(o.scene, wanted);
+  return summary;
+}
+
+}  // namespace
+
+CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progress) {
+  if (const auto wrong = Validate(o)) throw UsageError(*wrong);
+  CalibratedVideo summary = Calibrated(o, progress);
+  if (o.tradeoff) summary.period.tradeoff = Tradeoff(o, progress);
   return summary;
 }
 

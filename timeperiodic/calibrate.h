@@ -20,6 +20,7 @@ struct CalibrateVideoOptions {
   std::filesystem::path fixed_video;               // of the same scene from a tripod: its period is taken; empty: none
   std::optional<double> period_frames;             // of `video`; neither: from the moving video itself
   std::filesystem::path masks;                     // COLMAP's, frame_000000.jpg.png ...; empty: found
+  bool tradeoff = false;                           // also what a period costs, and what it brings; SCENE/tradeoff/period.*
   bool masks_only = false;                         // stop when the masks are written, to be looked at and edited
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct
   PeriodOptions period;

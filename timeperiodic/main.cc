@@ -25,6 +25,8 @@ int main(int argc, char** argv) {
   p.Add("--frames", period.frames, "Two frames (from 0) that look alike, with --count periods between them, instead of a search").Values(2);
   p.Add("--count", period.count, "Periods between --frames, >= 1");
   AddSearch(p, period.period, period.width_px);
+  p.Add("--tradeoff", period.tradeoff, "Also the width that frames are looked at and their number against the period's error and seconds: table, and period.json, .csv, .svg in this folder");
+  p.Add("--true-period", period.true_period_frames, "With --tradeoff: the period, frames, > 0, where it is known").Positive();
   p.Add("--plot", period.plot, "SVG of the video's likeness to itself and of the periods considered");
 
   lumi::CalibrateVideoOptions calibrate;
@@ -41,6 +43,7 @@ int main(int argc, char** argv) {
   c.Add("--masks", calibrate.masks, "Masks given instead of found: frame_000000.jpg.png ..., black = moves");
   c.Flag("--masks-only", calibrate.masks_only, "Stop when the masks are written to SCENE/timeperiodic/masks, to edit them");
   AddSearch(c, calibrate.period, calibrate.width_px);
+  c.Flag("--tradeoff", calibrate.tradeoff, "Also the width that frames are looked at and their number against the period's error (--period-frames is the truth), held-out error and seconds: table, and period.json, .csv, .svg in SCENE/tradeoff");
   c.Add("--max-moving", calibrate.max_moving_share, "Share of the picture that may move, 0 to 1; more is refused").Range(0.0, 1.0).Default();
   c.Group("Cameras");
   const auto pass = [&](const std::string& name, const std::string& help) { c.Pass(name, calibrate.reconstruct_arguments, help + " (as lumi-reconstruct)"); };

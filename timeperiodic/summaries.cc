@@ -21,12 +21,23 @@ void ListKeys(JsonKeys& j, PeriodSummary& s) {
   j("aliases_frames", e.aliases_frames, "camera_share", e.camera_share, "few_cycles", e.few_cycles, "slips", e.slips,
     "warnings", e.warnings);
   j("seconds", s.seconds);
+  if (!s.tradeoff) return;
+  j.Say("tradeoff", KeysOf(s.tradeoff->table));
+  j("tradeoff_json", s.tradeoff->files.json, "tradeoff_csv", s.tradeoff->files.csv, "tradeoff_svg", s.tradeoff->files.svg);
+}
+static std::string Describe(const std::optional<PeriodTradeoff>& tradeoff) {
+  if (!tradeoff) return {};
+  std::string reference;
+  for (const auto& [key, value] : tradeoff->table.facts)
+    if (key == "reference") reference = std::get<std::string>(value);
+  return "\n\n" + TextOf(tradeoff->table) + "\n* no other setting is both faster and nearer; errors against " + reference + "\n" +
+         tradeoff->files.json.string() + ", .csv, .svg";
 }
 std::string Describe(const PeriodSummary& s) {
   const PeriodEstimate& e = s.estimate;
   return fmt::format(
       "period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
-      e.period_frames, e.sigma_frames, e.period_frames / s.fps, e.cycles, s.frames, s.samples_per_window);
+      e.period_frames, e.sigma_frames, e.period_frames / s.fps, e.cycles, s.frames, s.samples_per_window) + Describe(s.tradeoff);
 }
 
 static void ListKeys(JsonKeys& j, SamplingGap& g) {
@@ -68,7 +79,7 @@ std::string Describe(const CalibratedVideo& s) {
       s.images_registered.value_or(0), s.period.frames, r.samples_per_window, r.window_least, r.window_most,
       r.uniformity);
   for (const SamplingGap& g : r.gaps) lines += "\n  gap: " + g.what_to_film;
-  return lines;
+  return lines + Describe(s.period.tradeoff);
 }
 
 void ListKeys(JsonKeys& j, SceneSampling& s) {

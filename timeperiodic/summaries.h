@@ -7,10 +7,15 @@
 #include <string>
 
 #include "scene/files/json_keys.h"
-#include "timeperiodic/period.h"
+#include "timeperiodic/period_tradeoff.h"
 #include "timeperiodic/sampling.h"
 
 namespace lumi {
+
+struct PeriodTradeoff {
+  TradeoffTable table;
+  TradeoffFiles files;
+};
 
 struct PeriodSummary {
   PeriodEstimate estimate;
@@ -18,6 +23,7 @@ struct PeriodSummary {
   int frames = 0;
   double samples_per_window = 0;  // of one frame
   double seconds = 0;
+  std::optional<PeriodTradeoff> tradeoff;  // none: not asked for
 };
 
 struct MasksFigures {

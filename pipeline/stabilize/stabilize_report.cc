@@ -26,7 +26,7 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
     for (const ScoreRow& r : scored) rows.push_back({EscapeHtml(r.video), r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area});
     body += HtmlSection("Score", HtmlTable({{"video", false}, {"cropping ratio", true}, {"distortion", true}, {"stability", true}, {"jitter, px", true}, {"kept area", true}}, rows));
   }
-  if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && !s.tradeoff_json.empty()) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(s.tradeoff_table) + "</pre>" + ReadText(folder / "tradeoff.svg"));
+  if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && s.tradeoff) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(TextOf(*s.tradeoff)) + "</pre>" + ReadText(folder / "tradeoff.svg"));
   std::string tracks;
   for (std::size_t i = 0; i < s.windows.size() && i < 6; ++i) {
     const fs::path svg = folder / fmt::format("window-{:03d}", i) / "tracks.svg";

@@ -117,9 +117,7 @@ class StabilizeRun {
     WriteVideos();
     if (o_.score) Score();
     if (o_.tradeoff && !windows_.front().alone) {
-      const StabilizeTradeoff measured = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_);
-      summary_.tradeoff_json = ReadText(measured.json);
-      summary_.tradeoff_table = TableOf(measured);
+      summary_.tradeoff = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_).table;
     }
     summary_.fps = facts_.fps;
     summary_.frames = frames_;
@@ -442,7 +440,7 @@ void ListKeys(JsonKeys& j, StabilizeVideoSummary& s) {
   j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "sound", s.sound, "border", s.border, "kept_scale", s.kept_scale);
   j.Say("kept_area", s.kept_scale * s.kept_scale);
   j("windows", s.windows, "score", s.score);
-  if (!s.tradeoff_json.empty()) j.Say("tradeoff", JsonKeys::Parse(s.tradeoff_json));
+  if (s.tradeoff) j.Say("tradeoff", KeysOf(*s.tradeoff));
   j("peak_memory_mb", s.peak_memory_mb, "seconds", s.seconds);
 }
 
@@ -454,7 +452,7 @@ std::string Describe(const StabilizeVideoSummary& s) {
                         w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "", w.cut ? ", a cut" : "");
   for (const ScoreRow& r : ScoreRows(s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary()))
     text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video, r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
-  if (!s.tradeoff_table.empty()) text += "\n" + s.tradeoff_table + "\n";
+  if (s.tradeoff) text += "\n" + TextOf(*s.tradeoff) + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";
   if (!s.false_color.empty()) text += "colours: " + s.false_color.string() + "\n";

@@ -13,6 +13,7 @@
 
 #include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -55,7 +56,7 @@ struct StabilizeVideoSummary {
   bool sound = false;
   std::vector<StabilizedWindow> windows;
   std::optional<JsonKeys> score;         // lumi-stabilize score's; none: not asked for, or nothing could be measured
-  std::string tradeoff_json, tradeoff_table;  // empty: not asked for
+  std::optional<TradeoffTable> tradeoff; // none: not asked for
   double peak_memory_mb = 0;             // at most: this program's and the largest one's that it started
   double seconds = 0;
 };

@@ -95,9 +95,9 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   HullRequest request;
   request.hull.cell_px = 6;
   EXPECT_THROW(RunHullTradeoff(request, folder / "scene", folder / "hull.ply", SilentProgress()), UsageError);
-  const std::string text = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
+  const HullTradeoff tradeoff = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "hull")));
-  const json t = json::parse(text)["hull_tradeoff"];
+  const json t = AsJson(tradeoff)["hull_tradeoff"];
   ASSERT_EQ(t["points"].size(), 8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
   EXPECT_EQ(t["points"][0]["name"], "as given");
   bool front = false;
@@ -114,7 +114,7 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   EXPECT_EQ(json::parse(ReadText(folder / "scene" / "tradeoff" / "hull.json"))["points"], t["points"]);
   EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.csv"), testing::HasSubstr("\"4 views\",views,4,1,6,4,"));
   EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.svg"), testing::HasSubstr("as given"));
-  EXPECT_THAT(DescribeHullTradeoff(text), testing::HasSubstr("IoU med."));
+  EXPECT_THAT(Describe(tradeoff), testing::HasSubstr("IoU med."));
   RunHullTradeoff(request, folder / "scene", folder / "elsewhere", SilentProgress());
   EXPECT_TRUE(fs::exists(folder / "elsewhere" / "hull.svg"));
 }

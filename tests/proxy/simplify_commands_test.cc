@@ -102,8 +102,8 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   request.scene = scene;
   request.faces = {2, 50, 200};
   request.width_px = 80;
-  const std::string text = RunSimplifyTradeoff(request, SilentProgress());
-  const json points = json::parse(text)["tradeoff"]["points"];
+  const SimplifyTradeoff tradeoff = RunSimplifyTradeoff(request, SilentProgress());
+  const json points = AsJson(tradeoff)["tradeoff"]["points"];
   ASSERT_EQ(points.size(), 7u);
   EXPECT_TRUE(points[0].contains("failed"));
   for (const json& p : points) {
@@ -115,7 +115,7 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   EXPECT_EQ(points[6]["method"], "all");
   EXPECT_EQ(points[6]["mean_distance_px"].get<double>() < 1e-6, true);
   for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(scene / "tradeoff" / ("simplify-hull" + std::string(ending)))) << ending;
-  EXPECT_THAT(DescribeSimplified(text), HasSubstr("keep-hull"));
+  EXPECT_THAT(Describe(tradeoff), HasSubstr("keep-hull"));
   EXPECT_EQ(ListProxies(scene).size(), 1u);  // nothing is left behind
 }
 
