@@ -68,38 +68,31 @@ std::string Row(const std::vector<std::string>& cells, const char* tag = "td", c
 
 }  // namespace
 
-TradeoffTable ViewCountTable() {
-  using enum TradeoffRole;
-  return {.columns = {{"views", kSetting, "views", 7},
-                      {"subsets"},
-                      {"held_out_rms_px", kLessIsBetter, "held-out px", 12, "{:.4f}"},
-                      {"sigma_fx_percent", kLessIsBetter, "sigma fx %", 12, "{:.4f}"},
-                      {"spread_fx_percent", kLessIsBetter, "spread fx %", 13, "{:.4f}"},
-                      {"seconds", kCost, "seconds", 9, "{:.3f}"}},
-          .rows_key = "views"};
-}
-
 TradeoffTable ViewCountTable(const std::vector<ViewCountTrial>& trials) {
-  TradeoffTable table = ViewCountTable();
+  using enum TradeoffRole;
+  TradeoffTable table{.columns = {{"views", kSetting, "views", 7},
+                                  {"subsets"},
+                                  {"held_out_rms_px", kLessIsBetter, "held-out px", 12, "{:.4f}"},
+                                  {"sigma_fx_percent", kLessIsBetter, "sigma fx %", 12, "{:.4f}"},
+                                  {"spread_fx_percent", kLessIsBetter, "spread fx %", 13, "{:.4f}"},
+                                  {"seconds", kCost, "seconds", 9, "{:.3f}"}},
+                      .rows_key = "views"};
   for (const ViewCountTrial& t : trials)
     table.Add({t.views, t.subsets, t.held_out_rms_px, t.sigma_f_percent, t.spread_f_percent, t.seconds});
   return table;
 }
 
-TradeoffTable ModelTable() {
-  using enum TradeoffRole;
-  return {.columns = {{"name", kSetting, "model", -16},
-                      {"terms", kSetting, "terms", 5},
-                      {"rms_px", kFigure, "RMS px", 8, "{:.4f}"},
-                      {"cross_validated_rms_px", kLessIsBetter, "cross-validated px", 20, "{:.4f}"},
-                      {"seconds", kCost, "seconds", 9, "{:.3f}"},
-                      {"why_not", kRemark},
-                      {"chosen"}},
-          .rows_key = "models", .starred = "chosen"};
-}
-
 TradeoffTable ModelTable(const FitResult& fit) {
-  TradeoffTable table = ModelTable();
+  using enum TradeoffRole;
+  TradeoffTable table{.columns = {{"name", kSetting, "model", -16},
+                                  {"terms", kSetting, "terms", 5},
+                                  {"rms_px", kFigure, "RMS px", 8, "{:.4f}"},
+                                  {"cross_validated_rms_px", kLessIsBetter, "cross-validated px", 20, "{:.4f}"},
+                                  {"seconds", kCost, "seconds", 9, "{:.3f}"},
+                                  {"why_not", kRemark},
+                                  {"chosen"}},
+                      .rows_key = "models",
+                      .starred = "chosen"};
   for (const ModelTrial& t : fit.trials)
     table.Add({t.model.name, t.model.FreeCount(), t.rms_px, t.cross_validated_rms_px, t.seconds, t.why_not,
                t.model.name == fit.calibration.model.name});

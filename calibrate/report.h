@@ -13,12 +13,10 @@ inline constexpr const char* kReportMark = "lumi-calibrate";  // in every report
 
 std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& summary);
 
-// Models against error and seconds; without rows, and with.
-TradeoffTable ModelTable();
-TradeoffTable ModelTable(const FitResult& fit);
+// Models against error and seconds.
+TradeoffTable ModelTable(const FitResult& fit = {});
 // Held-out error and standard deviation of the focal length against the number of views.
-TradeoffTable ViewCountTable();
-TradeoffTable ViewCountTable(const std::vector<ViewCountTrial>& trials);
+TradeoffTable ViewCountTable(const std::vector<ViewCountTrial>& trials = {});
 std::vector<Plot> ViewCountPlots(const TradeoffTable& table);
 
 }  // namespace lumi

@@ -393,41 +393,30 @@ class Tradeoff {
 
   // Error against samples a side, the thesis's Fig. 5-4: a, of the picture; b, of its false colours.
   std::vector<Plot> Figure54() const {
-    std::vector<Plot> panels;
-    for (const bool false_color : {false, true}) {
-      Plot plot;
-      plot.title = false_color ? "(b) False colours" : "(a) The picture";
-      plot.subtitle = fmt::format("squared error against a weight a pixel, {} px wide, {}", reference_width_,
-                                  o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string());
-      plot.x = {"samples a side", true, false};
-      plot.y = {"squared error a pixel (code values, summed over channels)", true, false};
-      struct Line {
-        Method method;
-        bool epipoles;
-        const char *name, *color;
-        Marker marker;
-      };
-      constexpr Line kLines[] = {{Method::kInterpolated, true, "interpolated, with epipoles", "#1f6feb", Marker::kCircle},
-                                 {Method::kInterpolated, false, "without epipoles", "#cf222e", Marker::kCross},
-                                 {Method::kCandidates, true, "candidates", "#15803d", Marker::kSquare},
-                                 {Method::kOptimumGrid, true, "optimum on the grid", "#9333ea", Marker::kDiamond}};
-      for (const Line& line : kLines) {
-        PlotSeries s{line.name, line.color, line.marker, true, false, !line.epipoles, {}};
-        for (const MeasuredPoint& p : points_) {
-          if (!p.pixel || p.proxy != bench_.proxies().front() || MethodOf(p.settings) != line.method) continue;
-          RadianceSettings alike = WithMethod(bench_.settings(), line.method, p.settings.grid_columns);
-          alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
-          if (!(alike == p.settings)) continue;
-          const double error = false_color ? p.false_color_pixel : p.pixel->mse;
-          s.points.push_back(
-              {static_cast<double>(p.settings.grid_columns), std::max(error, kLeastShown), {}, fmt::format("{}: {:.4g}", p.name, error)});
-        }
-        std::sort(s.points.begin(), s.points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
-        if (!s.points.empty()) plot.series.push_back(std::move(s));
-      }
-      panels.push_back(std::move(plot));
+    TradeoffTable table{{{"name"}, {"line"}, {"samples"}, {"picture"}, {"false_color"}}};
+    for (const MeasuredPoint& p : points_) {
+      const Method method = MethodOf(p.settings);
+      RadianceSettings alike = WithMethod(bench_.settings(), method, p.settings.grid_columns);
+      if (method != Method::kCandidates) alike.epipoles = p.settings.epipoles;
+      if (!p.pixel || p.proxy != bench_.proxies().front() || !(alike == p.settings)) continue;
+      const bool without = method != Method::kCandidates && !alike.epipoles;
+      table.Add({p.name, std::string(Name(method)) + (without ? " without epipoles" : ""), p.settings.grid_columns, p.pixel->mse,
+                 p.false_color_pixel});
     }
-    return panels;
+    TradeoffPanel panel{"(a) The picture",
+                        fmt::format("squared error against a weight a pixel, {} px wide, {}", reference_width_,
+                                    o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string()),
+                        "samples", {"samples a side", true}, "picture", {"squared error a pixel (code values, summed over channels)", true},
+                        {{"interpolated", "interpolated, with epipoles", "#1f6feb", Marker::kCircle, true},
+                         {"interpolated without epipoles", "without epipoles", "#cf222e", Marker::kCross, true, "", true},
+                         {"candidates", "", "#15803d", Marker::kSquare, true},
+                         {"optimum on the grid", "", "#9333ea", Marker::kDiamond, true}},
+                        "line"};
+    panel.label_front_only = true;  // there is none: a line's points need no labels
+    panel.least = kLeastShown;
+    const Plot picture = PlotOf(table, panel);
+    panel.title = "(b) False colours", panel.y = "false_color";
+    return {picture, PlotOf(table, panel)};
   }
 
   void Write(const Json& j) {

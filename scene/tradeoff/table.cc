@@ -12,6 +12,7 @@ namespace lumi {
 namespace {
 
 bool IsText(TradeoffRole role) { return role == TradeoffRole::kRemark || role == TradeoffRole::kFailed; }
+bool IsOfSetting(TradeoffRole role) { return role == TradeoffRole::kSetting || role == TradeoffRole::kCost; }
 
 double NumberOf(const TradeoffValue& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
@@ -66,8 +67,8 @@ void TradeoffTable::Add(std::vector<TradeoffValue> row) {
   const bool failed = !FailureOf(*this, row).empty();
   for (std::size_t c = 0; c < row.size(); ++c) {
     const TradeoffRole role = columns[c].role;
-    const bool kept = role == TradeoffRole::kSetting || role == TradeoffRole::kCost || role == TradeoffRole::kFailed;
-    if (IsText(role) ? TextOf(row[c]).empty() || (failed && !kept) : failed && !kept) row[c] = {};
+    const bool kept = IsText(role) ? !TextOf(row[c]).empty() : !failed || IsOfSetting(role);
+    if (!kept) row[c] = {};
   }
   rows.push_back(std::move(row));
 }
@@ -123,11 +124,8 @@ std::string TextOf(const TradeoffTable& table) {
   for (const auto& row : table.rows) {
     text += std::string("\n") + (!stars ? "" : IsTrue(row[star]) ? "*" : " ");
     const bool failed = !FailureOf(table, row).empty();
-    for (std::size_t i = 0; i < shown.size(); ++i) {
-      const TradeoffColumn& column = table.columns[shown[i]];
-      if (failed && column.role != TradeoffRole::kSetting && column.role != TradeoffRole::kCost) break;
-      text += (i > 0 || stars ? " " : "") + padded(i, CellOf(column, row[shown[i]]));
-    }
+    for (std::size_t i = 0; i < shown.size() && (!failed || IsOfSetting(table.columns[shown[i]].role)); ++i)
+      text += (i > 0 || stars ? " " : "") + padded(i, CellOf(table.columns[shown[i]], row[shown[i]]));
     for (std::size_t c = 0; c < row.size(); ++c)
       if (const std::string remark = TextOf(row[c]); IsText(table.columns[c].role) && !remark.empty())
         text += (table.columns[c].role == TradeoffRole::kFailed ? " " : "  ") +
@@ -166,7 +164,7 @@ Plot PlotOf(const TradeoffTable& table, const TradeoffPanel& panel) {
     plot.series.push_back(std::move(front));
   }
   for (const TradeoffSeries& s : panel.series) {
-    PlotSeries series{s.name.empty() ? s.is : s.name, s.color, s.marker, s.line, false, false, {}};
+    PlotSeries series{s.name.empty() ? s.is : s.name, s.color, s.marker, s.line, false, s.dashed, {}};
     const std::string& key = s.y.empty() ? panel.y : s.y;
     for (std::size_t row = 0; row < table.rows.size(); ++row) {
       if (!panel.by.empty() && TextOf(table.rows[row][table.Find(panel.by)]) != s.is) continue;
@@ -180,6 +178,7 @@ Plot PlotOf(const TradeoffTable& table, const TradeoffPanel& panel) {
           {x, y, labelled ? name.substr(0, name.find(':')) : "",
            fmt::format("{}: {} {:.4g}, {} {:.4g}", tip, panel.x_axis.label, x, panel.y_axis.label, y)});
     }
+    if (s.line) std::ranges::stable_sort(series.points, {}, &PlotPoint::x);
     if (!series.points.empty()) plot.series.push_back(std::move(series));
   }
   return plot;

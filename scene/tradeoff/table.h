@@ -98,8 +98,9 @@ struct TradeoffSeries {
   std::string is;  // rows whose column `by` says so
   std::string name = {}, color = "#24292f";
   Marker marker = Marker::kCircle;
-  bool line = false;
+  bool line = false;   // through the points in the order of x
   std::string y = {};  // another column than the panel's
+  bool dashed = false;
 };
 
 struct TradeoffPanel {
