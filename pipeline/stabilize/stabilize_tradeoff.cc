@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "pipeline/sibling_stage.h"
 #include "pipeline/sibling_summaries.h"
@@ -25,9 +24,6 @@ struct Dial {
   bool of_path = false;
 };
 
-// NaN where there is none: a film of a few frames has no stability. JSON writes it as null.
-double OrNan(const std::optional<double>& x) { return x.value_or(std::numeric_limits<double>::quiet_NaN()); }
-
 std::vector<TradeoffColumn> Columns() {
   using enum TradeoffRole;
   return {{"dial", kSetting, "dial", -23},
@@ -44,7 +40,6 @@ std::vector<TradeoffColumn> Columns() {
 }  // namespace
 
 StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::path& folder, const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
-  using nlohmann::json;
   std::vector<fs::path> frames;
   const MatrixPath made = ReadMatrixPath(window / "path.json");
   for (const MatrixKey& key : made.keys) frames.push_back(window / "frames" / key.view);
