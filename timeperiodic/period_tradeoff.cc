@@ -14,7 +14,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kMovingComponents = 48;
+constexpr int kPeriodComponents = 48;
 constexpr int kLeastWidth = 16, kLeastFrames = 16;
 constexpr double kLeastShownPercent = 1e-5;  // where the logarithmic axis ends
 
@@ -59,7 +59,7 @@ PeriodEstimate PeriodOfVideo(const FrameStack& stack, bool moving, const PeriodO
                              ProgressSink& progress) {
   if (!moving) return EstimatePeriod(FixedSignals(stack, {}), {}, options);
   const Alignment alignment = AlignFrames(stack, {}, progress);
-  return EstimatePeriod(MovingSignals(stack, alignment, {.components = kMovingComponents}), alignment.camera, options);
+  return EstimatePeriod(MovingSignals(stack, alignment, {.components = kPeriodComponents}), alignment.camera, options);
 }
 
 TradeoffTable PeriodTradeoffTable() {
