@@ -167,6 +167,14 @@ if [ -z "$only_speed$only_quality" ]; then
   "$bin/time_scenes_bench" "$work" ${data:+"$data"}
   printf '\n## Time-periodic scenes\n\n'
   "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
+  for example in 'lamp 150.37' 'helicopter 15.37'; do
+    printf '\n## lumi-timeperiodic period --tradeoff: %s\n\n```\n' "${example% *}"
+    "$bin/lumi-timeperiodic" period "$work/${example% *}/fixed.mp4" --true-period "${example#* }" --tradeoff "$work/${example% *}-period"
+    printf '```\n'
+  done
+  printf '\n## lumi-timeperiodic calibrate --tradeoff: helicopter\n\n```\n'
+  "$bin/lumi-timeperiodic" calibrate "$work/helicopter/video.mp4" -o "$work/helicopter-calibrated" --fixed-video "$work/helicopter/fixed.mp4" --tradeoff
+  printf '```\n'
   for example in lamp helicopter; do
     # From the video alone, as wide as the example is, and its period from a tripod's.
     capture=$work/$example-whole

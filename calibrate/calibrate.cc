@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "calibrate/report.h"
 #include "scene/files/atomic_file.h"
@@ -20,8 +19,6 @@
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-using nlohmann::ordered_json;
 
 constexpr int kMostCorners = 200;  // along a side of a board
 
@@ -78,31 +75,6 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
   return written;
 }
 
-ordered_json TradeoffJson(const CalibrateSummary& summary) {
-  ordered_json list = ordered_json::array();
-  for (const ViewCountTrial& t : summary.tradeoff)
-    list.push_back({{"views", t.views},
-                    {"subsets", t.subsets},
-                    {"held_out_rms_px", t.held_out_rms_px},
-                    {"sigma_fx_percent", t.sigma_f_percent},
-                    {"spread_fx_percent", t.spread_f_percent},
-                    {"seconds", t.seconds}});
-  return list;
-}
-
-ordered_json ModelsJson(const CalibrateSummary& summary) {
-  ordered_json list = ordered_json::array();
-  for (const ModelTrial& t : summary.fit.trials) {
-    ordered_json row{{"name", t.model.name}, {"terms", t.model.FreeCount()}, {"rms_px", t.rms_px}};
-    row["cross_validated_rms_px"] = t.cross_validated_rms_px ? ordered_json(*t.cross_validated_rms_px) : ordered_json();
-    row["seconds"] = t.seconds;
-    if (!t.why_not.empty()) row["why_not"] = t.why_not;
-    row["chosen"] = t.model.name == summary.fit.calibration.model.name;
-    list.push_back(row);
-  }
-  return list;
-}
-
 }  // namespace
 
 Board ParseBoard(const std::string& text, double square_mm) {
@@ -135,6 +107,8 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   const Board board = ParseBoard(options.board, options.square_mm);
   if (const std::string problem = options.fit.Problem(); !problem.empty()) throw UsageError(problem);
   CalibrateSummary summary;
+  summary.board = options.board;
+  summary.square_mm = options.square_mm;
   summary.output = options.output;
   summary.report = options.report.empty() ? options.output.parent_path() / "report.html" : options.report;
   RequireWritable(options, summary);
@@ -143,93 +117,17 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
   summary.fit = Fit(board, summary.gathered.views, width, height, options.fit);
   summary.uncertainty = ProjectionUncertainty(summary.fit.calibration, width, height);
-  if (options.tradeoff) {
-    summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
-    summary.tradeoff_json = fs::path(options.output).replace_extension(".tradeoff.json");
-    summary.tradeoff_svg = fs::path(options.output).replace_extension(".tradeoff.svg");
-  }
+  if (options.tradeoff) summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
   if (!options.undistort.empty()) summary.undistorted = WriteUndistorted(options, summary, progress);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.tradeoff) {
-    WriteTextAtomically(summary.tradeoff_json, ordered_json{{"views", TradeoffJson(summary)}, {"models", ModelsJson(summary)}}.dump(2) + "\n");
-    WriteTextAtomically(summary.tradeoff_svg, TradeoffSvg(summary.tradeoff));
+    const TradeoffTable table = ViewCountTable(summary.tradeoff);
+    summary.tradeoff_files = WriteTradeoff(fs::path(options.output).replace_extension(".tradeoff"), table, ViewCountPlots(table),
+                                           KeysOf(table).Append(KeysOf(ModelTable(summary.fit))).Text(2) + "\n");
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
   WriteCameraYaml(CameraOf(summary.fit.calibration.intrinsics, width, height), options.output);
   return summary;
-}
-
-std::string ToJson(const CalibrateOptions& options, const CalibrateSummary& summary) {
-  const Calibration& c = summary.fit.calibration;
-  const Intrinsics& k = c.intrinsics;
-  ordered_json j;
-  j["fx"] = k[kFx], j["fy"] = c.Fy(), j["cx"] = k[kCx], j["cy"] = k[kCy], j["skew"] = k[kSkew];
-  j["k1"] = k[kK1], j["k2"] = k[kK2], j["p1"] = k[kP1], j["p2"] = k[kP2], j["k3"] = k[kK3];
-  j["sigma_fx"] = c.Sigma(kFx, c.noise_px), j["sigma_fy"] = c.SigmaFy(c.noise_px);
-  const std::vector<std::pair<const char*, Term>> others = {{"cx", kCx}, {"cy", kCy}, {"skew", kSkew}, {"k1", kK1},
-                                                            {"k2", kK2}, {"p1", kP1}, {"p2", kP2},     {"k3", kK3}};
-  for (const auto& [name, term] : others) j[std::string("sigma_") + name] = c.Sigma(term, c.noise_px);
-  j["rms_px"] = c.rms_px;
-  j["cross_validated_rms_px"] = summary.fit.cross_validated_rms_px ? ordered_json(*summary.fit.cross_validated_rms_px) : ordered_json();
-  j["noise_px"] = c.noise_px;
-  j["width_px"] = summary.gathered.width_px, j["height_px"] = summary.gathered.height_px;
-  j["board"] = options.board, j["square_mm"] = options.square_mm;
-  j["model"] = c.model.name, j["choice"] = summary.fit.choice;
-  j["views_used"] = summary.fit.views.size();
-  j["views_refused"] = ordered_json::array();
-  for (const auto* refused : {&summary.gathered.refused, &summary.fit.refused})
-    for (const RefusedView& r : *refused) j["views_refused"].push_back({{"name", r.name}, {"reason", r.reason}});
-  j["pictures"] = summary.gathered.pictures, j["pictures_searched"] = summary.gathered.searched;
-  j["pictures_without_board"] = summary.gathered.without_board, j["pictures_redundant"] = summary.gathered.redundant;
-  j["corners_left_out"] = summary.fit.corners_left_out;
-  j["coverage"] = summary.fit.coverage;
-  j["uncertainty_median_px"] = summary.uncertainty.median_px, j["uncertainty_largest_px"] = summary.uncertainty.largest_px;
-  const auto colmap = ColmapCameraOf(k);
-  j["colmap_model"] = colmap ? ordered_json(colmap->model) : ordered_json();
-  j["colmap_params"] = colmap ? ordered_json(colmap->params) : ordered_json();
-  j["views"] = ordered_json::array();
-  for (std::size_t v = 0; v < summary.fit.views.size(); ++v) j["views"].push_back({{"name", summary.fit.views[v].name}, {"rms_px", c.view_rms_px[v]}});
-  j["models"] = ModelsJson(summary);
-  if (!summary.tradeoff.empty()) {
-    j["tradeoff"] = TradeoffJson(summary);
-    j["tradeoff_json"] = summary.tradeoff_json.string(), j["tradeoff_svg"] = summary.tradeoff_svg.string();
-  }
-  j["undistorted"] = summary.undistorted;
-  j["output"] = summary.output.string(), j["report"] = summary.report.string();
-  j["seconds_boards"] = summary.gathered.seconds, j["seconds"] = summary.seconds;
-  return j.dump();
-}
-
-std::string DescribeCalibration(const std::string& text) {
-  const ordered_json j = ordered_json::parse(text);
-  std::string s = fmt::format("{} of {} pictures with a {} board are used, {}x{} pixels\n\n", j["views_used"].get<int>(), j["pictures"].get<int>(),
-                              j["board"].get<std::string>(), j["width_px"].get<int>(), j["height_px"].get<int>());
-  for (const char* name : {"fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3"}) {
-    const double sigma = j[std::string("sigma_") + name];
-    s += sigma > 0 ? fmt::format("{:>5} {:12.5f} +- {:.5f}\n", name, j[name].get<double>(), sigma) : fmt::format("{:>5} {:12.5f}    held\n", name, j[name].get<double>());
-  }
-  const auto number = [](const ordered_json& x) { return x.is_null() ? std::string("-") : fmt::format("{:.4f}", x.get<double>()); };
-  s += fmt::format("\nRMS {:.4f} px, cross-validated {} px, projection uncertain by {:.3f} px (median), {:.3f} px (largest)\n", j["rms_px"].get<double>(),
-                   number(j["cross_validated_rms_px"]), j["uncertainty_median_px"].get<double>(), j["uncertainty_largest_px"].get<double>());
-  s += "\n  model            terms   RMS px   cross-validated px   seconds\n";
-  for (const auto& m : j["models"])
-    s += fmt::format("{} {:<16} {:>5}  {:>7.4f}   {:>18}  {:>8.3f}{}\n", m["chosen"] ? '*' : ' ', m["name"].get<std::string>(), m["terms"].get<int>(),
-                     m["rms_px"].get<double>(), number(m["cross_validated_rms_px"]), m["seconds"].get<double>(),
-                     m.contains("why_not") ? "  " + m["why_not"].get<std::string>() : "");
-  s += fmt::format("* {}\n", j["choice"].get<std::string>());
-  if (j.contains("tradeoff")) {
-    s += "\n  views  held-out px   sigma fx %   spread fx %   seconds\n";
-    for (const auto& t : j["tradeoff"])
-      s += fmt::format("  {:>5}  {:>11.4f}  {:>11.4f}   {:>11.4f}  {:>8.3f}\n", t["views"].get<int>(), t["held_out_rms_px"].get<double>(),
-                       t["sigma_fx_percent"].get<double>(), t["spread_fx_percent"].get<double>(), t["seconds"].get<double>());
-  }
-  if (!j["views_refused"].empty()) s += "\nrefused:\n";
-  for (const auto& r : j["views_refused"]) s += fmt::format("  {}: {}\n", r["name"].get<std::string>(), r["reason"].get<std::string>());
-  s += j["colmap_model"].is_null() ? std::string("\nCOLMAP: no model of its has skew: undistort the photos (--undistort)\n")
-                                   : fmt::format("\nCOLMAP: --ImageReader.camera_model {} --ImageReader.camera_params {}\n", j["colmap_model"].get<std::string>(),
-                                                 j["colmap_params"].get<std::string>());
-  s += fmt::format("{} and {}, {:.1f} s", j["output"].get<std::string>(), j["report"].get<std::string>(), j["seconds"].get<double>());
-  return s;
 }
 
 }  // namespace lumi

@@ -9,7 +9,9 @@
 #include "calibrate/fit.h"
 #include "calibrate/gather.h"
 #include "calibrate/uncertainty.h"
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -20,7 +22,7 @@ struct CalibrateOptions {
   std::filesystem::path output = "camera.yaml";
   std::filesystem::path report;     // empty: report.html beside the output
   std::filesystem::path undistort;  // empty: none
-  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json and .tradeoff.svg
+  bool tradeoff = false;            // also over the number of views; OUTPUT's name with .tradeoff.json, .csv and .svg
   FitOptions fit;
   GatherOptions gather;
   std::uint64_t seed = 0;
@@ -33,7 +35,10 @@ struct CalibrateSummary {
   std::vector<ViewCountTrial> tradeoff;
   int undistorted = 0;
   double seconds = 0;
-  std::filesystem::path output, report, tradeoff_json, tradeoff_svg;
+  std::filesystem::path output, report;
+  TradeoffFiles tradeoff_files;
+  std::string board;     // as it was asked for
+  double square_mm = 0;
 };
 
 // COLMAP's camera: "OPENCV" and "fx,fy,cx,cy,k1,k2,p1,p2"; FULL_OPENCV where there is a k3, PINHOLE where there is no distortion. Nothing with
@@ -49,8 +54,8 @@ Board ParseBoard(const std::string& text, double square_mm);
 // Throws UsageError, InputError, DataError, MachineError; then nothing is written.
 CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progress);
 
-std::string ToJson(const CalibrateOptions& options, const CalibrateSummary& summary);
-// The same for a person: parameters with their standard deviations, the table of models, of views, what was refused.
-std::string DescribeCalibration(const std::string& json);
+void ListKeys(JsonKeys& j, CalibrateSummary& summary);
+// For a person: parameters with their standard deviations, the table of models, of views, what was refused.
+std::string Describe(const CalibrateSummary& summary);
 
 }  // namespace lumi

@@ -10,20 +10,6 @@ namespace {
 
 constexpr double kDrawingWidthPx = 560;
 
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
 // Light to dark blue.
 std::string Shade(double share) {
   const double t = std::clamp(share, 0.0, 1.0);
@@ -82,52 +68,44 @@ std::string Row(const std::vector<std::string>& cells, const char* tag = "td", c
 
 }  // namespace
 
-std::string TradeoffSvg(const std::vector<ViewCountTrial>& trials) {
-  constexpr double kWidth = 460, kHeight = 300, kLeft = 60, kBottom = 40, kTop = 30, kRight = 15;
-  std::string svg = SvgOpen(2 * kWidth, kHeight, "Accuracy against the number of views");
-  // 1, 2 or 5 times a power of ten.
-  const auto round_step = [](double about) {
-    const double power = std::pow(10, std::floor(std::log10(about)));
-    return power * (about < 1.5 * power ? 1 : about < 3.5 * power ? 2 : about < 7.5 * power ? 5 : 10);
-  };
-  const auto panel = [&](double at, const char* title, const std::vector<std::pair<const char*, double ViewCountTrial::*>>& series) {
-    double low = 1e300, high = 0;  // of a logarithmic axis: with three views errors are tens of times those with thirty
-    for (const auto& t : trials)
-      for (const auto& [color, value] : series)
-        if (t.*value > 0) low = std::min(low, t.*value), high = std::max(high, t.*value);
-    if (!(high > 0)) low = 0.1, high = 1;
-    low /= 1.15, high *= 1.15;
-    const double most = trials.empty() ? 1 : std::max(1, trials.back().views);
-    const auto x = [&](double v) { return at + kLeft + (kWidth - kLeft - kRight) * v / most; };
-    const auto y = [&](double v) { return kHeight - kBottom - (kHeight - kBottom - kTop) * std::log(v / low) / std::log(high / low); };
-    svg += fmt::format("<text x='{:.0f}' y='18' font-size='13'>{}</text>\n", at + kLeft, title);
-    svg += fmt::format("<path d='M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}' fill='none' stroke='#555'/>\n", x(0), y(high), y(low), x(most));
-    for (int power = static_cast<int>(std::floor(std::log10(low))); power <= static_cast<int>(std::ceil(std::log10(high))); ++power)
-      for (const int digit : {1, 2, 5}) {
-        const double v = digit * std::pow(10, power);
-        if (v < low || v > high) continue;
-        svg += fmt::format("<path d='M{:.1f} {:.1f}H{:.1f}' stroke='#e2e5e8'/>\n", x(0), y(v), x(most));
-        svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='end'>{:g}</text>\n", x(0) - 5, y(v) + 4, v);
-      }
-    const double step = std::max(1.0, round_step(most / 5));
-    for (double v = 0; v <= most; v += step)
-      svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>{:g}</text>\n", x(v), y(low) + 16, v);
-    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' font-size='11' text-anchor='middle'>views</text>\n", x(most / 2), y(low) + 32);
-    for (const auto& [color, value] : series) {
-      std::string line;
-      for (const auto& t : trials) {
-        if (!(t.*value > 0)) continue;
-        line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x(t.views), y(t.*value));
-        svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='3' fill='{}'><title>{} views: {:.4g}, {:.3f} s</title></circle>\n", x(t.views), y(t.*value), color,
-                           t.views, t.*value, t.seconds);
-      }
-      svg += fmt::format("<path d='{}' fill='none' stroke='{}'/>\n", line, color);
-    }
-  };
-  panel(0, "error on views left out, px", {{"#1b5e9b", &ViewCountTrial::held_out_rms_px}});
-  panel(kWidth, "fx, %: sigma (blue), spread of subsets (orange)",
-        {{"#1b5e9b", &ViewCountTrial::sigma_f_percent}, {"#c46a12", &ViewCountTrial::spread_f_percent}});
-  return svg + "</svg>\n";
+TradeoffTable ViewCountTable(const std::vector<ViewCountTrial>& trials) {
+  using enum TradeoffRole;
+  TradeoffTable table{.columns = {{"views", kSetting, "views", 7},
+                                  {"subsets"},
+                                  {"held_out_rms_px", kLessIsBetter, "held-out px", 12, "{:.4f}"},
+                                  {"sigma_fx_percent", kLessIsBetter, "sigma fx %", 12, "{:.4f}"},
+                                  {"spread_fx_percent", kLessIsBetter, "spread fx %", 13, "{:.4f}"},
+                                  {"seconds", kCost, "seconds", 9, "{:.3f}"}},
+                      .rows_key = "views"};
+  for (const ViewCountTrial& t : trials)
+    table.Add({t.views, t.subsets, t.held_out_rms_px, t.sigma_f_percent, t.spread_f_percent, t.seconds});
+  return table;
+}
+
+TradeoffTable ModelTable(const FitResult& fit) {
+  using enum TradeoffRole;
+  TradeoffTable table{.columns = {{"name", kSetting, "model", -16},
+                                  {"terms", kSetting, "terms", 5},
+                                  {"rms_px", kFigure, "RMS px", 8, "{:.4f}"},
+                                  {"cross_validated_rms_px", kLessIsBetter, "cross-validated px", 20, "{:.4f}"},
+                                  {"seconds", kCost, "seconds", 9, "{:.3f}"},
+                                  {"why_not", kRemark},
+                                  {"chosen"}},
+                      .rows_key = "models",
+                      .starred = "chosen"};
+  for (const ModelTrial& t : fit.trials)
+    table.Add({t.model.name, t.model.FreeCount(), t.rms_px, t.cross_validated_rms_px, t.seconds, t.why_not,
+               t.model.name == fit.calibration.model.name});
+  return table;
+}
+
+std::vector<Plot> ViewCountPlots(const TradeoffTable& table) {
+  const PlotAxis views{"views", false, true};
+  return {PlotOf(table, {"Error on views left out", "", "views", views, "held_out_rms_px", {"rms, px", true},
+                         {{"", "held out", "#1b5e9b", Marker::kCircle, true}}}),
+          PlotOf(table, {"Focal length fx", "", "views", views, "sigma_fx_percent", {"percent", true},
+                         {{"", "sigma", "#1b5e9b", Marker::kCircle, true},
+                          {"", "spread of subsets", "#c46a12", Marker::kCircle, true, "spread_fx_percent"}}})};
 }
 
 std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& summary) {
@@ -168,7 +146,7 @@ std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& 
     h += Row({t.model.name, std::to_string(t.model.FreeCount()), fmt::format("{:.4f}", t.rms_px), optional(t.cross_validated_rms_px), fmt::format("{:.3f}", t.seconds), t.why_not},
              "td", t.model.name == c.model.name ? " class='chosen'" : "");
   h += "</table>\n";
-  if (!summary.tradeoff.empty()) h += "<h2>Number of views</h2>" + TradeoffSvg(summary.tradeoff);
+  if (!summary.tradeoff.empty()) h += "<h2>Number of views</h2>" + SvgOf(ViewCountPlots(ViewCountTable(summary.tradeoff)));
   h += "<h2>Views</h2><table>" + Row({"view", "RMS px"}, "th");
   for (std::size_t v = 0; v < fit.views.size(); ++v) h += Row({fit.views[v].name, fmt::format("{:.4f}", c.view_rms_px[v])});
   h += "</table>\n";

@@ -1,7 +1,6 @@
 #include "pipeline/import_scene.h"
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
@@ -19,24 +18,19 @@ constexpr const char* kStage = "import";
 constexpr const char* kUnfinishedMark = "IMPORT-UNFINISHED";
 constexpr const char* kNewImages = ".images-import";
 
-std::string SummaryJson(const Scene& scene, bool reused) {
+// As lumi-reconstruct's.
+JsonKeys SummaryOf(const Scene& scene, bool reused) {
   double error_sum = 0;
   std::size_t observations = 0;
   for (const Point& point : scene.points) {
     error_sum += point.error_px * static_cast<double>(point.track.size());
     observations += point.track.size();
   }
-  nlohmann::ordered_json j;
-  j["images_total"] = scene.views.size();
-  j["images_registered"] = scene.views.size();
-  j["missing"] = nlohmann::json::array();
-  j["mean_reprojection_error_px"] = observations ? error_sum / static_cast<double>(observations) : 0.0;
-  j["points"] = scene.points.size();
-  j["backend"] = kStage;
-  j["upgrade"] = Name(scene.frame);
-  j["colmap_seconds"] = 0.0;
-  j["reused"] = reused;
-  return j.dump();
+  JsonKeys j;
+  j.Say("images_total", scene.views.size()).Say("images_registered", scene.views.size()).Say("missing", std::vector<std::string>());
+  j.Say("mean_reprojection_error_px", observations ? error_sum / static_cast<double>(observations) : 0.0).Say("points", scene.points.size());
+  j.Say("backend", kStage).Say("upgrade", Name(scene.frame)).Say("colmap_seconds", 0.0).Say("reused", reused);
+  return j;
 }
 
 // A scene that did not come from an import holds photos of its own, which an import would replace.
@@ -107,7 +101,7 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       throw;
     }
   }
-  result.json = SummaryJson(scene, result.reused);
+  result.summary = SummaryOf(scene, result.reused);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
 #include "pipeline/report/report.h"
+#include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
@@ -21,8 +21,6 @@
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-using nlohmann::json;
 
 constexpr int kFewestPhotosForHoldout = 4;  // below, leaving one out says little about the rest
 
@@ -44,28 +42,38 @@ bool HasSilhouetteSource(const PipelineOptions& o) {
 
 bool IsCameraFile(const fs::path& path) { return path.extension() == ".yaml" || path.extension() == ".yml"; }
 
+struct WorkTime {
+  double seconds = 0, colmap_seconds = 0;
+};
+void ListKeys(JsonKeys& j, WorkTime& t) { j("seconds", t.seconds, "colmap_seconds", t.colmap_seconds); }
+struct NamedWorkTime {
+  std::string stage;
+  WorkTime time;
+};
+void ListKeys(JsonKeys& j, NamedWorkTime& n) { j(n.stage.c_str(), n.time); }
+
 // How long stages took when they did their work, STAGE -> {seconds, colmap_seconds}: kept after each stage, so that a
 // later run that reuses one can say so, also after a kill.
 class WorkTimes {
  public:
   explicit WorkTimes(const fs::path& scene) : scene_(scene), file_(scene / "provenance" / "pipeline-times.txt") {
     std::error_code error;
-    if (fs::is_regular_file(file_, error)) times_ = json::parse(ReadText(file_), nullptr, false);
-    if (!times_.is_object()) times_ = json::object();
+    if (fs::is_regular_file(file_, error)) times_ = JsonKeys::Parse(ReadText(file_)).value_or(JsonKeys());
   }
-  double Of(const std::string& stage, const char* key, double fallback) const {
-    const auto it = times_.find(stage);
-    return it != times_.end() && it->is_object() && it->contains(key) && (*it)[key].is_number() ? (*it)[key].get<double>() : fallback;
+  WorkTime Of(const std::string& stage, const WorkTime& fallback) const {
+    NamedWorkTime named{stage, fallback};
+    times_.Into(named);
+    return named.time;
   }
-  void Keep(const std::string& stage, double seconds, double colmap_seconds) {
-    times_[stage] = {{"seconds", seconds}, {"colmap_seconds", colmap_seconds}};
+  void Keep(const std::string& stage, const WorkTime& time) {
+    times_.Say(stage.c_str(), time);
     const FolderLock lock(scene_);
-    WriteTextAtomically(file_, times_.dump());
+    WriteTextAtomically(file_, times_.Text());
   }
 
  private:
   fs::path scene_, file_;
-  json times_;
+  JsonKeys times_;
 };
 
 // Folders that a stage which failed has not written into.
@@ -82,12 +90,6 @@ class RemoveIfEmpty {
  private:
   std::vector<fs::path> folders_;
 };
-
-double NumberOf(const StageResult& stage, const char* key) {
-  const json j = json::parse(stage.json, nullptr, false);
-  const auto it = j.find(key);
-  return it != j.end() && it->is_number() ? it->get<double>() : 0;
-}
 
 class Run {
  public:
@@ -140,9 +142,10 @@ class Run {
   }
 
   void Add(StageResult stage) {
-    if (!stage.reused) times_->Keep(stage.name, stage.seconds, NumberOf(stage, "colmap_seconds"));
-    summary_.computed_seconds.push_back(times_->Of(stage.name, "seconds", stage.seconds));
-    summary_.colmap_seconds += times_->Of(stage.name, "colmap_seconds", 0);
+    if (!stage.reused) times_->Keep(stage.name, {stage.seconds, stage.summary.As<sibling::CamerasSummary>().colmap_seconds});
+    const WorkTime time = times_->Of(stage.name, {stage.seconds, 0});
+    stage.computed_seconds = time.seconds;
+    summary_.colmap_seconds += time.colmap_seconds;
     summary_.stages.push_back(std::move(stage));
   }
 
@@ -198,14 +201,14 @@ class Run {
     const auto start = Clock::now();
     if (IsUpToDate(summary_.scene, wanted)) {
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      Add({name, seconds, true, ReadText(record)});
+      Add({name, seconds, true, JsonKeys::Parse(ReadText(record)).value_or(JsonKeys())});
       return;
     }
     arguments.insert(arguments.begin(), paths.begin(), paths.end());
     Start(name, program, std::move(arguments));
     wanted.seconds = summary_.stages.back().seconds;
     const FolderLock lock(summary_.scene);
-    WriteTextAtomically(record, summary_.stages.back().json);
+    WriteTextAtomically(record, summary_.stages.back().summary.Text());
     wanted.outputs[record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(record);
     for (const fs::path& file : outputs) wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
     WriteProvenance(summary_.scene, wanted);
@@ -258,15 +261,16 @@ class Run {
 
   // The proxy that was made becomes NAME-FACES beside it, and that one is active.
   void Simplify() {
-    const json made = json::parse(summary_.stages.back().json, nullptr, false);
-    const std::string name = made.value("name", options_.proxy), faces = std::to_string(options_.faces);
+    sibling::MadeProxySummary made{options_.proxy, {}};
+    summary_.stages.back().summary.Into(made);
+    const std::string name = made.name, faces = std::to_string(options_.faces);
     std::vector<std::string> arguments{"simplify", summary_.scene.string(), "--from", name, "--name", name + "-" + faces, "--faces", faces, "--activate"};
     if (options_.proxy == "hull") arguments.emplace_back("--keep-hull");
     Start("simplify", "lumi-proxy", std::move(arguments));
   }
 
   void Evaluate(bool in_place) {
-    if (!in_place && NumberOf(StageNamed({"reconstruct", "import", "timeperiodic"}), "images_registered") < kFewestPhotosForHoldout) {
+    if (!in_place && StageNamed({"reconstruct", "import", "timeperiodic"}).summary.As<sibling::CamerasSummary>().images_registered < kFewestPhotosForHoldout) {
       progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
       --count_;
       return;
@@ -283,18 +287,15 @@ class Run {
   // Of the stages before the report.
   double AroundColmapSeconds() const {
     double seconds = 0;
-    for (std::size_t i = 0; i < summary_.stages.size(); ++i) {
-      const std::string& name = summary_.stages[i].name;
-      if (name == "reconstruct" || name == "timeperiodic" || name == "import" || name == "silhouettes" || name == "proxy" || name == "simplify") seconds += summary_.computed_seconds[i];
-    }
+    for (const StageResult& s : summary_.stages)
+      if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "proxy", "simplify"}.contains(s.name)) seconds += s.computed_seconds;
     return std::max(0.0, seconds - summary_.colmap_seconds);
   }
 
   void Report() {
     const auto start = Clock::now();
     summary_.around_colmap_seconds = AroundColmapSeconds();
-    ReportInput input{summary_.scene, options_.input, summary_.stages, summary_.computed_seconds, summary_.colmap_seconds,
-                      summary_.around_colmap_seconds, holdout_folder_, summary_.video};
+    ReportInput input{summary_.scene, options_.input, summary_.stages, summary_.colmap_seconds, summary_.around_colmap_seconds, holdout_folder_, summary_.video};
     StageResult stage;
     stage.name = "report";
 
@@ -317,16 +318,16 @@ class Run {
       WriteProvenance(summary_.scene, wanted);
     }
     stage.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    stage.json = "{}";
     Add(std::move(stage));
-    summary_.around_colmap_seconds += summary_.computed_seconds.back();
+    summary_.around_colmap_seconds += summary_.stages.back().computed_seconds;
   }
 
   // A summary without what differs between a run and its reuse.
   static std::string WithoutReuse(const StageResult& stage) {
-    json j = json::parse(stage.json, nullptr, false);
-    for (const char* key : {"reused", "seconds", "colmap_seconds"}) j.erase(key);
-    return j.dump(-1, ' ', false, json::error_handler_t::replace);
+    JsonKeys rest;
+    rest.Append(stage.summary);
+    for (const char* key : {"reused", "seconds", "colmap_seconds"}) rest.Remove(key);
+    return rest.Text();
   }
 
   const PipelineOptions& options_;
@@ -368,48 +369,50 @@ PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progre
   return Run(options, progress).Go();
 }
 
-std::string ToJson(const PipelineSummary& summary) {
-  nlohmann::ordered_json j;
-  j["scene"] = summary.scene.string();
-  j["report"] = summary.report.string();
-  j["stages"] = json::array();
-  for (std::size_t i = 0; i < summary.stages.size(); ++i) {
-    const StageResult& s = summary.stages[i];
-    nlohmann::ordered_json stage{{"name", s.name}, {"seconds", s.seconds}, {"reused", s.reused}, {"computed_seconds", summary.computed_seconds[i]}};
-    if (s.name != "report") stage["summary"] = json::parse(s.json, nullptr, false);
-    j["stages"].push_back(stage);
-  }
-  j["video"] = summary.video.empty() ? json(nullptr) : json(summary.video.string());
-  j["contact_sheet"] = summary.contact_sheet.empty() ? json(nullptr) : json(summary.contact_sheet.string());
-  j["colmap_seconds"] = summary.colmap_seconds;
-  j["around_colmap_seconds"] = summary.around_colmap_seconds;
-  j["around_colmap_percent"] =
-      summary.colmap_seconds > 0 ? json(100 * summary.around_colmap_seconds / summary.colmap_seconds) : json(nullptr);
-  j["seconds"] = summary.seconds;
-  return j.dump();
+static void ListKeys(JsonKeys& j, StageResult& s) {
+  j("name", s.name, "seconds", s.seconds, "reused", s.reused, "computed_seconds", s.computed_seconds);
+  if (s.name != "report") j("summary", s.summary);
 }
 
-std::string ForPeople(const PipelineSummary& summary) {
-  std::string text;
-  for (std::size_t i = 0; i < summary.stages.size(); ++i) {
-    const StageResult& s = summary.stages[i];
-    text += fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "");
-    if (s.name == "holdout")
-      text += fmt::format("             PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n", NumberOf(s, "psnr_mean_db"),
-                          NumberOf(s, "nearest_photo_psnr_mean_db"), NumberOf(s, "ssim_mean"), 100 * NumberOf(s, "coverage"));
-    if (s.name == "calibrate")
-      text += fmt::format("             focal length {:.2f} +- {:.2f} px, {:.0f} views, cross-validated error {:.3f} px\n", NumberOf(s, "fx"), NumberOf(s, "sigma_fx"),
-                          NumberOf(s, "views_used"), NumberOf(s, "cross_validated_rms_px"));
-    if (s.name == "timeperiodic")
-      text += fmt::format("             period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", NumberOf(s, "period_frames"), NumberOf(s, "period_sigma_frames"), NumberOf(s, "samples_per_window"));
-    if (s.name == "simplify") text += fmt::format("             {:.0f} faces\n", NumberOf(s, "faces"));
-    if (s.name == "holdout" && NumberOf(s, "psnr_object_mean_db") > 0)
-      text += fmt::format("             over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", NumberOf(s, "psnr_object_mean_db"),
-                          NumberOf(s, "nearest_photo_psnr_object_mean_db"));
-    if (s.name == "reconstruct")
-      text += fmt::format("             {:.0f} of {:.0f} photos have a camera, reprojection error {:.2f} px\n", NumberOf(s, "images_registered"),
-                          NumberOf(s, "images_total"), NumberOf(s, "mean_reprojection_error_px"));
+void ListKeys(JsonKeys& j, PipelineSummary& s) {
+  const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
+  j("scene", s.scene, "report", s.report, "stages", s.stages).Say("video", written(s.video)).Say("contact_sheet", written(s.contact_sheet));
+  j("colmap_seconds", s.colmap_seconds, "around_colmap_seconds", s.around_colmap_seconds);
+  j.Say("around_colmap_percent", s.colmap_seconds > 0 ? std::optional(100 * s.around_colmap_seconds / s.colmap_seconds) : std::nullopt);
+  j("seconds", s.seconds);
+}
+
+// A line for people below a stage's own, where its summary has something for them.
+static std::string LineOf(const StageResult& stage) {
+  constexpr const char* kIndent = "             ";
+  if (stage.name == "holdout") {
+    const auto s = stage.summary.As<sibling::HoldoutSummary>();
+    std::string text = fmt::format("{}PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n", kIndent, s.psnr_mean_db.value_or(0),
+                                   s.nearest_photo_psnr_mean_db.value_or(0), s.ssim_mean, 100 * s.coverage);
+    if (s.psnr_object_mean_db > 0)
+      text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent, s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);
+    return text;
   }
+  if (stage.name == "calibrate") {
+    const auto s = stage.summary.As<sibling::CalibratedSummary>();
+    return fmt::format("{}focal length {:.2f} +- {:.2f} px, {} views, cross-validated error {:.3f} px\n", kIndent, s.fx.value_or(0), s.sigma_fx, s.views_used,
+                       s.cross_validated_rms_px);
+  }
+  if (stage.name == "timeperiodic") {
+    const auto s = stage.summary.As<sibling::TimedSummary>();
+    return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames, s.period_sigma_frames, s.samples_per_window);
+  }
+  if (stage.name == "simplify") return fmt::format("{}{} faces\n", kIndent, stage.summary.As<sibling::MadeProxySummary>().faces.value_or(0));
+  if (stage.name == "reconstruct") {
+    const auto s = stage.summary.As<sibling::CamerasSummary>();
+    return fmt::format("{}{} of {} photos have a camera, reprojection error {:.2f} px\n", kIndent, s.images_registered, s.images_total, s.mean_reprojection_error_px);
+  }
+  return {};
+}
+
+std::string Describe(const PipelineSummary& summary) {
+  std::string text;
+  for (const StageResult& s : summary.stages) text += fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "") + LineOf(s);
   if (summary.colmap_seconds > 0)
     text += fmt::format("Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
                         summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds, summary.colmap_seconds);

@@ -13,7 +13,6 @@ namespace lumi {
 struct PipelineSummary {
   std::filesystem::path scene, report, video, contact_sheet;  // video, contact sheet: empty where not made
   std::vector<StageResult> stages;
-  std::vector<double> computed_seconds;  // a stage: of the run that did its work (an earlier one where it was reused)
   double colmap_seconds = 0;             // COLMAP's own part of reconstruct
   // Preparation, proxy and report: all that is needed for a lumigraph beside COLMAP. Evaluation and video are extras.
   double around_colmap_seconds = 0;
@@ -24,7 +23,7 @@ struct PipelineSummary {
 PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progress);
 
 // The summary as --json has it, and as a person reads it.
-std::string ToJson(const PipelineSummary& summary);
-std::string ForPeople(const PipelineSummary& summary);
+void ListKeys(JsonKeys& j, PipelineSummary& summary);
+std::string Describe(const PipelineSummary& summary);
 
 }  // namespace lumi

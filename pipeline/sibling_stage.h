@@ -1,10 +1,10 @@
-// One stage: a sibling program started with --json, its progress shown as ours, its failure thrown as ours.
+// One stage: a sibling program, its progress shown as ours, its failure thrown as ours.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "scene/program/child_progress.h"
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -13,7 +13,8 @@ struct StageResult {
   std::string name;             // "reconstruct", "proxy", ...
   double seconds = 0;           // of this run, wall clock
   bool reused = false;          // nothing had changed since an earlier run
-  std::string json;             // the program's own summary
+  JsonKeys summary;             // the program's own, handed on as it came (sibling_summaries.h reads it)
+  double computed_seconds = 0;  // of the run that did its work, an earlier one where it was reused
 };
 
 struct SiblingStage {

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "proxy/box/box_proxy.h"
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
-#include "proxy/describe.h"
+#include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
@@ -17,34 +16,21 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
-#include "scene/program/subprocess.h"
+#include "scene/program/sibling.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a run that has nothing to do
 
 constexpr int kMostPhotos = 10;  // that the choice is made on: more take their time and change little
-
-struct Candidate {
-  std::string name;
-  std::string refused;      // why it cannot be made or measured here, or empty
-  std::size_t faces = 0;
-  bool closed = false;
-  bool made = false;
-  double build_s = 0, measure_s = 0;
-  std::optional<double> psnr_db, ssim, coverage, ms;
-  std::optional<double> psnr_object_db;  // over the object's pixels, where the scene has silhouettes
-};
 
 // A kind of proxy that is tried: the name that it is kept under, why this scene does not call for it (or empty), how it is made.
 struct Recipe {
   std::string name, kind;
   std::function<std::string(const Scene&)> unfit;
-  std::function<std::string(const ProxyTarget&, ProgressSink&)> run;
+  std::function<ProxySummary(const ProxyTarget&, ProgressSink&)> run;
 };
 
 // Walls on at least three sides that hold half of the points, twice as long as wide, along which the cameras travel: anything less a
@@ -99,20 +85,16 @@ const std::vector<Recipe>& Recipes() {
 
 // A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which stays.
 bool MadeBefore(const Scene& scene, const Recipe& recipe) {
-  const fs::path record = scene.folder / "provenance" / ("proxy-" + recipe.name + ".json");
   std::error_code error;
-  if (!fs::exists(ProxyPath(scene.folder, recipe.name), error) || !fs::exists(record, error)) return false;
-  try {
-    const Json json = Json::parse(ReadText(record));
-    return json.at("options").at("kind") == recipe.kind && json.at("inputs").at("sparse") == Fingerprint(scene.folder / "sparse");
-  } catch (const Json::exception&) {
-    return false;  // an unreadable record says nothing
-  }
+  if (!fs::exists(ProxyPath(scene.folder, recipe.name), error)) return false;
+  const auto record = RecordOf(scene, recipe.name);
+  if (!record || !record->options.contains("kind") || !record->inputs.contains("sparse")) return false;
+  return record->options.at("kind") == recipe.kind && record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
 }
 
-Candidate Make(const Scene& scene, const std::string& name, ProgressSink& progress) {
+ProxyCandidate Make(const Scene& scene, const std::string& name, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
-  Candidate c;
+  ProxyCandidate c;
   c.name = name;
   const auto recipe = std::find_if(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
   try {
@@ -121,9 +103,9 @@ Candidate Make(const Scene& scene, const std::string& name, ProgressSink& progre
       c.faces = mesh.faces.size();
       c.closed = IsClosed(mesh);
     } else if (c.refused = recipe->unfit(scene); c.refused.empty()) {
-      const Json json = Json::parse(recipe->run({scene.folder, name, {}, false}, progress));
-      c.faces = json["faces"].get<std::size_t>();
-      c.closed = json["closed"].get<bool>();
+      const ProxySummary made = recipe->run({scene.folder, name, {}, false}, progress);
+      c.faces = made.faces;
+      c.closed = made.closed;
     }
     c.made = c.refused.empty();
   } catch (const Error& e) {
@@ -135,98 +117,75 @@ Candidate Make(const Scene& scene, const std::string& name, ProgressSink& progre
   return c;
 }
 
-void Measure(const Scene& scene, const AutoOptions& options, int holdout, Candidate& c) {
-  const auto start = std::chrono::steady_clock::now();
-  const TemporaryFolder folder;
-  SubprocessOptions subprocess;
-  subprocess.separate_stdout = true;
-  const std::vector<std::string> argv = {SiblingProgram("lumi-render").string(), scene.folder.string(), "-o", (folder.path() / "frames").string(),
-                                         "--proxy", c.name, "--holdout", std::to_string(holdout), "--fold", "choose",
-                                         "--width", std::to_string(options.choose_width_px), "--json"};
-  const SubprocessResult result = RunSubprocess(argv, subprocess);
-  Json json;
-  try {
-    json = Json::parse(result.out);
-  } catch (const Json::exception&) {
-  }
-  c.measure_s = SecondsSince(start);
-  if (result.exit_code == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();
-  if (result.exit_code != 0) {
-    c.refused = fmt::format("lumi-render ended with {}", result.exit_code);
-    if (json.contains("error")) c.refused = json["error"].value("message", c.refused);
-    else if (!result.tail.empty()) c.refused += ": " + result.tail.back();
-    return;
-  }
-  const auto number = [&](const char* key) -> std::optional<double> {
-    if (!json.contains(key) || !json[key].is_number()) return std::nullopt;
-    return json[key].get<double>();
-  };
-  c.psnr_db = number("psnr_mean_db");
-  c.ssim = number("ssim_mean");
-  c.coverage = number("coverage");
-  c.ms = number("ms_per_frame");
-  c.psnr_object_db = number("psnr_object_mean_db");
-  if (!c.psnr_db || !c.ssim || !c.coverage || !c.ms) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
+// What lumi-render says of held-out photos.
+struct HoldoutErrors {
+  std::optional<double> psnr_db, ssim, coverage, ms, psnr_object_db;
+};
+void ListKeys(JsonKeys& j, HoldoutErrors& e) {
+  j("psnr_mean_db", e.psnr_db, "ssim_mean", e.ssim, "coverage", e.coverage, "ms_per_frame", e.ms, "psnr_object_mean_db", e.psnr_object_db);
 }
 
-Json ToJson(const Candidate& c) {
-  const auto value = [](const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); };
-  Json j{{"name", c.name}, {"psnr_mean_db", value(c.psnr_db)}, {"psnr_object_mean_db", value(c.psnr_object_db)}, {"ssim_mean", value(c.ssim)}, {"coverage", value(c.coverage)}, {"ms_per_frame", value(c.ms)},
-         {"faces", c.faces}, {"closed", c.closed}, {"seconds", c.build_s + c.measure_s}, {"build_seconds", c.build_s}, {"measure_seconds", c.measure_s}};
-  if (!c.refused.empty()) j["refused"] = c.refused;
-  return j;
+void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
+  const auto start = std::chrono::steady_clock::now();
+  const TemporaryFolder folder;
+  HoldoutErrors errors;
+  try {
+    errors = RunSibling({"lumi-render", {scene.folder.string(), "-o", (folder.path() / "frames").string(), "--proxy", c.name, "--holdout", std::to_string(holdout),
+                                         "--fold", "choose", "--width", std::to_string(options.choose_width_px)}, {}, {}},
+                        SilentProgress()).summary.As<HoldoutErrors>();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    c.refused = e.what();
+  }
+  c.measure_s = SecondsSince(start);
+  if (!c.refused.empty()) return;
+  if (!errors.psnr_db || !errors.ssim || !errors.coverage || !errors.ms) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
+  c.psnr_db = errors.psnr_db;
+  c.ssim = errors.ssim;
+  c.coverage = errors.coverage;
+  c.ms = errors.ms;
+  c.psnr_object_db = errors.psnr_object_db;
 }
 
 // Who gave silhouettes is after the object: around it a hull shows nothing, and holes count as black.
-double Score(const Json& c) {
-  const auto object = c.find("psnr_object_mean_db");
-  return object != c.end() && object->is_number() ? object->get<double>() : c["psnr_mean_db"].get<double>();
-}
+double Score(const ProxyCandidate& c) { return c.psnr_object_db ? *c.psnr_object_db : *c.psnr_db; }
 
-struct Choice {
-  std::string name, reason;
-};
-
-// The best of those within the budget; of equals the one with fewer faces. Where nothing is within it, the fastest.
-Choice Choose(const Json& candidates, const std::string& unmeasured_reason, const std::string& fold, std::optional<double> budget_ms) {
-  const Json* best = nullptr;
-  const Json* fastest = nullptr;
+// The best of those within the budget, and why; of equals the one with fewer faces. Where nothing is within it, the fastest.
+std::pair<const ProxyCandidate*, std::string> Choose(const AutoTable& table, std::optional<double> budget_ms) {
+  const ProxyCandidate* best = nullptr;
+  const ProxyCandidate* fastest = nullptr;
+  const ProxyCandidate* last = nullptr;
   std::size_t made = 0, measured = 0;
-  for (const Json& c : candidates) {
-    if (c.contains("refused")) continue;
+  for (const ProxyCandidate& c : table.candidates) {
+    if (!c.refused.empty()) continue;
     ++made;
-    if (c["psnr_mean_db"].is_null()) continue;
+    if (!last || last->name != "mesh") last = &c;
+    if (!c.psnr_db) continue;
     ++measured;
-    const double psnr = Score(c), ms = c["ms_per_frame"];
-    if (!fastest || ms < (*fastest)["ms_per_frame"].get<double>()) fastest = &c;
-    if (budget_ms && ms > *budget_ms) continue;
-    const double ahead = best ? psnr - Score(*best) : 1;
-    if (ahead > 0 || (ahead == 0 && c["faces"].get<std::size_t>() < (*best)["faces"].get<std::size_t>())) best = &c;
+    if (!fastest || *c.ms < *fastest->ms) fastest = &c;
+    if (budget_ms && *c.ms > *budget_ms) continue;
+    const double ahead = best ? Score(c) - Score(*best) : 1;
+    if (ahead > 0 || (ahead == 0 && c.faces < best->faces)) best = &c;
   }
-  if (measured == 0) {
-    // Nothing to go by: what goes through the points, or the last that there is, which is the most elaborate.
-    const Json* last = nullptr;
-    for (const Json& c : candidates)
-      if (!c.contains("refused") && (!last || (*last)["name"] != "mesh")) last = &c;
-    return {(*last)["name"].get<std::string>(), made == 1 ? "the only one that can be made" : unmeasured_reason};
-  }
-  if (!best) return {(*fastest)["name"].get<std::string>(), fmt::format("none is within {:g} ms a frame: the fastest", *budget_ms)};
-  std::string reason = measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + fold;
+  // Nothing to go by: what goes through the points, or the last that there is, which is the most elaborate.
+  if (measured == 0) return {last, made == 1 ? "the only one that can be made" : table.unmeasured};
+  if (!best) return {fastest, fmt::format("none is within {:g} ms a frame: the fastest", *budget_ms)};
+  std::string reason = measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + table.fold;
   if (budget_ms) reason += fmt::format(" within {:g} ms a frame", *budget_ms);
-  return {(*best)["name"].get<std::string>(), reason};
+  return {best, reason};
 }
 
-Json Chosen(const Json& table, const AutoOptions& options) {
-  const Choice choice = Choose(table["candidates"], table["unmeasured"].get<std::string>(), table["fold"].get<std::string>(), options.budget_ms);
-  Json json{{"name", choice.name}, {"faces", 0}, {"closed", false}, {"seconds", 0.0}, {"reason", choice.reason}};
-  for (const Json& c : table["candidates"])
-    if (c["name"] == choice.name) {
-      json["faces"] = c["faces"];
-      json["closed"] = c["closed"];
-    }
-  if (options.budget_ms) json["budget_ms"] = *options.budget_ms;
-  json.update(table);
-  return json;
+AutoSummary Chosen(AutoTable table, const AutoOptions& options) {
+  AutoSummary s;
+  const auto [choice, reason] = Choose(table, options.budget_ms);
+  s.name = choice->name;
+  s.reason = reason;
+  s.faces = choice->faces;
+  s.closed = choice->closed;
+  s.budget_ms = options.budget_ms;
+  s.table = std::move(table);
+  return s;
 }
 
 std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) {
@@ -251,15 +210,12 @@ std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) 
 
 }  // namespace
 
-std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
+AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   if (options.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (options.choose_width_px < 16) throw UsageError("--choose-width must be at least 16");
   if (options.budget_ms && !(*options.budget_ms > 0)) throw UsageError("--budget-ms must be above 0");
   const auto start = std::chrono::steady_clock::now();
-  OpenOptions open;
-  open.check_photos = false;
-  Scene scene = OpenScene(options.scene, open, progress);
-  RequireMetric(scene, "a proxy");
+  Scene scene = OpenForProxy(options.scene, progress);
   RequireKeepsProxies(scene);
   const std::vector<std::string> names = Wanted(scene, options);
 
@@ -270,11 +226,13 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
   if (IsUpToDate(scene.folder, wanted)) {
     // Measured already: a budget only chooses among what is there.
     const FolderLock lock(scene.folder);
-    Json json = Chosen(Json::parse(ReadText(scene.folder / kSummaryFile)), options);
-    Activate(scene, json.at("name").get<std::string>());
-    json["reused"] = true;
-    json["seconds"] = SecondsSince(start);
-    return json.dump();
+    const auto table = JsonKeys::Parse(ReadText(scene.folder / kSummaryFile));
+    if (!table) throw InputError(scene.folder / kSummaryFile, "is no JSON object", "remove it, and what was measured is measured again");
+    AutoSummary s = Chosen(table->As<AutoTable>(), options);
+    Activate(scene, s.name);
+    s.table.reused = true;
+    s.seconds = SecondsSince(start);
+    return s;
   }
 
   // With fewer photos than N the fold for choosing would be empty: every photo's number then is in one fold of two.
@@ -283,7 +241,7 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
   // An odd multiple of N keeps clear of 0, N, 2N ..., which quality is reported on.
   for (const int n = holdout; views / holdout > kMostPhotos; holdout += 2 * n) {
   }
-  std::vector<Candidate> candidates;
+  std::vector<ProxyCandidate> candidates;
   {
     Progress steps(progress, "making proxies", static_cast<long>(names.size()));
     for (const std::string& name : names) {
@@ -291,60 +249,39 @@ std::string RunAuto(const AutoOptions& options, ProgressSink& progress) {
       steps.Step();
     }
   }
-  const auto made = std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.made; });
+  const auto made = std::count_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
   if (made == 0) throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
   if (views >= 3 && made > 1) {
     Progress steps(progress, "choosing a proxy", static_cast<long>(made));
-    for (Candidate& c : candidates) {
+    for (ProxyCandidate& c : candidates) {
       if (!c.made) continue;
       Measure(scene, options, holdout, c);
       steps.Step();
     }
-    if (std::none_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.psnr_db.has_value(); })) {
-      const auto first = std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.made; });
+    if (std::none_of(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
+      const auto first = std::find_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
       throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
     }
   }
 
   const FolderLock lock(scene.folder);
-  Json table{{"holdout", holdout}, {"choose_width_px", options.choose_width_px}, {"unmeasured", "too few photos to leave one out"},
-             {"fold", fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout)}, {"candidates", Json::array()}, {"reused", false}};
-  for (const Candidate& c : candidates) table["candidates"].push_back(ToJson(c));
-  Json json = Chosen(table, options);
+  AutoTable table{holdout, options.choose_width_px, "too few photos to leave one out", fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout),
+                  candidates, false};
+  WriteTextAtomically(scene.folder / kSummaryFile, JsonKeys(table).Text(2) + "\n");
+  AutoSummary s = Chosen(std::move(table), options);
   // The first that was made has become the active one meanwhile.
-  scene.active_proxy = OpenScene(options.scene, open, progress).active_proxy;
-  Activate(scene, json["name"].get<std::string>());
-  WriteTextAtomically(scene.folder / kSummaryFile, table.dump(2) + "\n");
+  scene.active_proxy = OpenForProxy(options.scene, progress).active_proxy;
+  Activate(scene, s.name);
   wanted.outputs[kSummaryFile] = Fingerprint(scene.folder / kSummaryFile);
-  for (const Candidate& c : candidates) {
+  for (const ProxyCandidate& c : candidates) {
     if (!c.made) continue;
     const fs::path path = ProxyPath(scene.folder, c.name);
     wanted.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
   }
   wanted.seconds = SecondsSince(start);
   WriteProvenance(scene.folder, wanted);
-  json["seconds"] = SecondsSince(start);
-  return json.dump();
-}
-
-std::string DescribeAuto(const std::string& text) {
-  const Json json = Json::parse(text);
-  std::string out = fmt::format("{:<14} {:>8} {:>9} {:>10} {:>8} {:>9} {:>9} {:>8} {:>10}\n", "proxy", "faces", "PSNR dB", "object dB", "SSIM", "coverage", "ms/frame", "built s", "measured s");
-  for (const Json& c : json["candidates"]) {
-    if (c.contains("refused")) {
-      out += fmt::format("{:<14} {}\n", c["name"].get<std::string>(), c["refused"].get<std::string>());
-    } else if (c["psnr_mean_db"].is_null()) {
-      out += fmt::format("{:<14} {:>8} {:>9} {:>10} {:>8} {:>9} {:>9} {:>8.2f} {:>10}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(), "-", "-", "-", "-", "-",
-                         c["build_seconds"].get<double>(), "-");
-    } else {
-      const std::string object = c.contains("psnr_object_mean_db") && c["psnr_object_mean_db"].is_number() ? fmt::format("{:.2f}", c["psnr_object_mean_db"].get<double>()) : "-";
-      out += fmt::format("{:<14} {:>8} {:>9.2f} {:>10} {:>8.4f} {:>8.1f}% {:>9.1f} {:>8.2f} {:>10.2f}\n", c["name"].get<std::string>(), c["faces"].get<std::size_t>(),
-                         c["psnr_mean_db"].get<double>(), object, c["ssim_mean"].get<double>(), 100 * c["coverage"].get<double>(), c["ms_per_frame"].get<double>(),
-                         c["build_seconds"].get<double>(), c["measure_seconds"].get<double>());
-    }
-  }
-  return out + fmt::format("active: {} ({}), {} px wide; {:.1f} s{}", json["name"].get<std::string>(), json["reason"].get<std::string>(), json["choose_width_px"].get<int>(),
-                           json["seconds"].get<double>(), json["reused"].get<bool>() ? ", nothing had changed" : "");
+  s.seconds = SecondsSince(start);
+  return s;
 }
 
 }  // namespace lumi

@@ -1,5 +1,4 @@
-// What lumi-proxy does: the subcommands. Each returns its summary as JSON text (name, faces, closed, seconds;
-// more beside them).
+// What lumi-proxy does: the subcommands. Each returns its summary (summaries.h).
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,9 @@
 
 #include "proxy/hull/visual_hull.h"
 #include "proxy/silhouettes/silhouette_files.h"
+#include "proxy/summaries.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -21,32 +22,26 @@ struct ProxyTarget {
   bool activate = false;         // make it the scene's default also where there is one already
 };
 
-std::string RunPlane(const ProxyTarget& target, ProgressSink& progress);
+Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress);
 
 // `merge_px`: points nearer than this many pixels in the view that sees them finest become one.
-std::string RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress);
+Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress);
 
 // A rectangular tube around the cameras' path, of 4 to 6 sides (docs/proxy.md).
-std::string RunBox(const ProxyTarget& target, int sides, ProgressSink& progress);
+Made<BoxSummary> RunBox(const ProxyTarget& target, int sides, ProgressSink& progress);
 
 struct PlanesRequest {
-  int max_planes = 6;
-  double tolerance = 0.01;     // of the median depth
-  double min_share = 0.05;     // of the points
-  bool backdrop = true;
-  std::uint64_t seed = 0;
+  PlanesOptions planes = {};
   std::filesystem::path from;  // JSON of quads and planes to take instead of looking for some
 };
-std::string RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress);
+Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress);
 
 // A surface for what moves before a proxy of what stands still (proxy/moving/moving_proxy.h).
 struct MovingRequest {
   std::string over = "mesh";  // the proxy of what stands still; made where it is "mesh" and not there
-  int moments = 64;
-  int grid = 96;
-  double smoothness = 6;
+  MovingOptions moving = {};
 };
-std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress);
+Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress);
 // Why the scene does not call for one, or empty.
 std::string UnfitForMoving(const Scene& scene);
 
@@ -60,24 +55,26 @@ struct ImportRequest {
   bool icp = false;                  // then aligned with the scene's points
   bool repair = true;                // false: what is not sound is refused
 };
-// Keys beside the common ones: repaired{a count for each flaw}, soundness, parts, placement{scale, rotation_deg, translation}, coverage,
-// front_fraction; pairs{count, rms, rms_of_extent, distances}, icp{rms, rms_of_diagonal, points, overlap, iterations} where used.
-std::string RunImport(const ImportRequest& request, const ProxyTarget& target, ProgressSink& progress);
+Made<ImportFigures> RunImport(const ImportRequest& request, const ProxyTarget& target, ProgressSink& progress);
 
 struct HullRequest {
   std::filesystem::path silhouettes;  // a folder; empty: the scene's own
   HullOptions hull;
   CleanOptions clean;
 };
-// Keys beside the common ones: coverage_min, iou_min, iou_median, deepest_uncovered_px, dilation_px, cell_px, volume, bounded, sound,
-// views_used, views_left_out[{name, reason}], views_mended[{name, share}].
-std::string RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress);
+Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress);
 
 // Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg, SCENE/tradeoff
 // where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json, tradeoff_csv, tradeoff_svg.
-std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
-// Such a summary as a table for people; empty for any other.
-std::string DescribeHullTradeoff(const std::string& json);
+struct HullTradeoff {
+  TradeoffTable table;
+  TradeoffFiles files;
+  std::size_t silhouettes = 0;
+  double seconds = 0;
+};
+HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
+void ListKeys(JsonKeys& j, HullTradeoff& tradeoff);
+std::string Describe(const HullTradeoff& tradeoff);
 
 struct SimplifyRequest {
   int faces = 500;
@@ -85,10 +82,8 @@ struct SimplifyRequest {
   bool keep_hull = false;             // enclose the former, where else quadrics decide
   std::filesystem::path silhouettes;  // to be measured against; empty: the scene's own, where it has some
 };
-// target.name empty: FROM-FACES, with -kept where the hull is kept. Keys beside the common ones: from, method, wanted, faces_before, reached,
-// wrapped, simplify_s, mean_distance_px, max_distance_px (in the median view), sound, soundness, parts, intersects_itself, volume, volume_ratio (closed
-// meshes), coverage_min, iou_min, iou_median, deepest_uncovered_px (null without silhouettes), views_missed[{name, coverage, deepest_uncovered_px}].
-std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress);
+// target.name empty: FROM-FACES, with -kept where the hull is kept.
+Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress);
 
 struct SimplifyTradeoffRequest {
   std::filesystem::path scene;
@@ -99,15 +94,32 @@ struct SimplifyTradeoffRequest {
   int holdout = 8;                    // every N-th photo is left out, measured on N/2, N/2 + N ...
   int width_px = 480;                 // of the pictures that are compared
 };
-// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg. Key beside
-// the common ones: tradeoff{from, points[{method, wanted, faces, seconds, the keys of RunSimplify, psnr_mean_db, ms_per_frame}], csv, svg, json}.
-std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
-std::string DescribeSimplified(const std::string& json);
+struct SimplifyTradeoffRow {
+  std::string method;
+  std::size_t wanted = 0;
+  std::string failed;  // why there is no such mesh; empty: there is one
+  std::size_t faces = 0;
+  double seconds = 0;
+  bool reached = true;
+  SimplifiedFit fit;
+  std::optional<double> psnr_db, ms_per_frame;  // of left-out photos; none: not asked for, or too few photos
+};
+struct SimplifyTradeoff {
+  std::string from;  // the proxy that was simplified
+  std::size_t faces = 0;
+  bool closed = false;
+  double seconds = 0;
+  std::vector<SimplifyTradeoffRow> rows;
+  TradeoffFiles files;
+};
+// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg.
+SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
+void ListKeys(JsonKeys& j, SimplifyTradeoff& tradeoff);
+std::string Describe(const SimplifyTradeoff& tradeoff);
 
-// Silhouettes of the scene's photos, into SCENE/silhouettes or `output`. Keys: silhouettes[{name, kind, pixels, parts, holes,
-// touches_border}], empty, full, tiny, folder, seconds.
-std::string RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,
-                           const std::filesystem::path& output, ProgressSink& progress);
+// Silhouettes of the scene's photos, into SCENE/silhouettes or `output`.
+SilhouettesSummary RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,
+                                  const std::filesystem::path& output, ProgressSink& progress);
 
 struct AutoOptions {
   std::filesystem::path scene;
@@ -118,15 +130,11 @@ struct AutoOptions {
 };
 // Makes the candidates that the data allow, asks lumi-render for the error of each on the fold for choosing, makes the best one the
 // scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a candidate's name and kind that is
-// there already, of these cameras and points, is taken as it is. Keys beside the common ones: reason, candidates[{name, psnr_mean_db,
-// ssim_mean, coverage, ms_per_frame, faces, closed, seconds, build_seconds, measure_seconds, refused}].
-std::string RunAuto(const AutoOptions& options, ProgressSink& progress);
+// there already, of these cameras and points, is taken as it is.
+AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress);
 
 // What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to the points.
 // Writes nothing. `name`: of one; empty: all.
-std::string RunInfo(const std::filesystem::path& scene, const std::string& name, ProgressSink& progress);
-
-// A few lines for people from a summary of any of them.
-std::string DescribeProxy(const std::string& json);
+InfoSummary RunInfo(const std::filesystem::path& scene, const std::string& name, ProgressSink& progress);
 
 }  // namespace lumi

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
 #include "proxy/hull/hull_tradeoff.h"
@@ -10,101 +8,61 @@
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json RowsJson(const std::vector<HullTradeoffRow>& rows) {
-  Json points = Json::array();
-  for (const HullTradeoffRow& r : rows) {
-    Json j{{"name", r.name},       {"line", r.line},      {"views", r.views}, {"silhouette_reduction", r.reduction},
-           {"cell_px", r.cell_px}, {"seconds", r.seconds}};
-    if (!r.failed.empty()) {
-      j["failed"] = r.failed;
-    } else {
-      j.update(Json{{"views_used", r.used},
-                    {"faces", r.faces},
-                    {"dilation_px", r.dilation_px},
-                    {"iou_median", r.iou_median},
-                    {"iou_min", r.iou_min},
-                    {"coverage_min", r.coverage_min},
-                    {"volume", r.volume},
-                    {"volume_ratio", r.volume / rows[0].volume},
-                    {"front", r.on_front}});
-    }
-    points.push_back(std::move(j));
-  }
-  return points;
+TradeoffTable TableOf(const std::vector<HullTradeoffRow>& rows) {
+  using Row = HullTradeoffRow;
+  using enum TradeoffRole;
+  return TradeoffTableOf<Row>(
+      {{{"name", kSetting, "setting", -32, "{}", "setting"}, &Row::name},
+       {{"line", kSetting}, &Row::line},
+       {{"views", kSetting}, &Row::views},
+       {{"silhouette_reduction", kSetting}, &Row::reduction},
+       {{"cell_px", kSetting}, &Row::cell_px},
+       {{"views_used"}, &Row::used},
+       {{"seconds", kCost, "seconds", 8, "{:.2f}"}, &Row::seconds},
+       {{"", kFigure, "used", 6}, [](const Row& r) { return fmt::format("{}/{}", r.used, r.views); }},
+       {{"faces", kFigure, "faces", 8}, &Row::faces},
+       {{"dilation_px", kFigure, "dilation", 9, "{:.2f}"}, &Row::dilation_px},
+       {{"iou_median", kMoreIsBetter, "IoU med.", 8, "{:.4f}"}, &Row::iou_median},
+       {{"iou_min", kFigure, "least", 8, "{:.4f}"}, &Row::iou_min},
+       {{"coverage_min", kFigure, "covered", 9, "{:.2f}%"}, &Row::coverage_min},
+       {{"volume"}, &Row::volume},
+       {{"volume_ratio", kFigure, "volume", 7, "{:.3f}"}, [&](const Row& r) { return r.volume / rows[0].volume; }},
+       {{"failed", kFailed}, &Row::failed}},
+      rows);
 }
 
-std::string RowsCsv(const std::vector<HullTradeoffRow>& rows) {
-  std::string csv =
-      "setting,line,views,silhouette_reduction,cell_px,views_used,faces,dilation_px,iou_median,iou_min,coverage_min,volume,volume_ratio,"
-      "seconds,front,failed\n";
-  for (const HullTradeoffRow& r : rows) {
-    csv += fmt::format("\"{}\",{},{},{},{:g},", r.name, r.line, r.views, r.reduction, r.cell_px);
-    if (r.failed.empty()) {
-      csv += fmt::format("{},{},{:.4g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3f},{},\n", r.used, r.faces, r.dilation_px, r.iou_median,
-                         r.iou_min, r.coverage_min, r.volume, r.volume / rows[0].volume, r.seconds, r.on_front ? 1 : 0);
-    } else {
-      std::string why = r.failed;
-      std::replace(why.begin(), why.end(), '"', '\'');
-      csv += fmt::format(",,,,,,,,{:.3f},0,\"{}\"\n", r.seconds, why);
-    }
-  }
-  return csv;
-}
-
-std::string RowsSvg(const std::vector<HullTradeoffRow>& rows) {
-  struct Kind {
-    const char *line, *label, *color;
-    Marker marker;
-  };
-  constexpr Kind kKinds[] = {{"", "as given", "#24292f", Marker::kDiamond},
-                             {"views", "fewer views", "#1f6feb", Marker::kCircle},
-                             {"silhouettes", "smaller silhouettes", "#b45309", Marker::kSquare},
-                             {"several", "fewer and smaller", "#9333ea", Marker::kCircle},
-                             {"cell", "wider cells", "#15803d", Marker::kSquare}};
-  const auto panel = [&](const char* title, const char* subtitle, const char* label, bool front, auto&& value) {
-    Plot plot;
-    plot.title = title;
-    plot.subtitle = subtitle;
-    plot.x = {"seconds", true, false};
-    plot.y = {label, false, false};
-    if (front) {
-      std::vector<const HullTradeoffRow*> best;
-      for (const HullTradeoffRow& r : rows)
-        if (r.on_front) best.push_back(&r);
-      std::sort(best.begin(), best.end(), [](const HullTradeoffRow* a, const HullTradeoffRow* b) { return a->seconds < b->seconds; });
-      PlotSeries line{"front", "#57606a", Marker::kNone, true, true, false, {}};
-      for (const HullTradeoffRow* r : best) line.points.push_back({r->seconds, value(*r), {}, {}});
-      plot.series.push_back(std::move(line));
-    }
-    for (const Kind& kind : kKinds) {
-      PlotSeries series{kind.label, kind.color, kind.marker, false, false, false, {}};
-      for (const HullTradeoffRow& r : rows) {
-        if (!r.failed.empty() || r.line != kind.line) continue;
-        series.points.push_back({r.seconds, value(r), r.name, fmt::format("{}: {:.2f} s, {:.4f}", r.name, r.seconds, value(r))});
-      }
-      if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
-    return plot;
-  };
-  return SvgOf({panel("Tightness", "intersection over union with all silhouettes", "median", true,
-                      [](const HullTradeoffRow& r) { return r.iou_median; }),
-                panel("Volume", "over that of the hull as given", "ratio", false,
-                      [&](const HullTradeoffRow& r) { return r.volume / rows[0].volume; })});
+std::vector<Plot> PanelsOf(const TradeoffTable& table) {
+  TradeoffPanel panel{"Tightness",
+                      "intersection over union with all silhouettes",
+                      "seconds",
+                      {"seconds", true},
+                      "iou_median",
+                      {"median"},
+                      {{"", "as given", "#24292f", Marker::kDiamond},
+                       {"views", "fewer views", "#1f6feb"},
+                       {"silhouettes", "smaller silhouettes", "#b45309", Marker::kSquare},
+                       {"several", "fewer and smaller", "#9333ea"},
+                       {"cell", "wider cells", "#15803d", Marker::kSquare}},
+                      "line",
+                      "",
+                      table.Front("seconds", "iou_median")};
+  const Plot tightness = PlotOf(table, panel);
+  panel.title = "Volume", panel.subtitle = "over that of the hull as given";
+  panel.y = "volume_ratio", panel.y_axis.label = "ratio";
+  panel.front.clear();
+  return {tightness, PlotOf(table, panel)};
 }
 
 }  // namespace
 
-std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::path& path, const std::filesystem::path& output,
-                            ProgressSink& progress) {
+HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& path,
+                             const std::filesystem::path& output, ProgressSink& progress) {
   if (const std::string wrong = Validate(request.hull); !wrong.empty()) throw UsageError(wrong);
   if (output.extension() == ".ply" || output.extension() == ".obj")
     throw UsageError("--tradeoff writes tables and a plot: --output names a folder, not " + output.string());
@@ -118,41 +76,30 @@ std::string RunHullTradeoff(const HullRequest& request, const std::filesystem::p
     RequireKeepsProxies(scene);
     lock.emplace(scene.folder);
   }
-  const std::vector<SilhouetteView> views = ReadSilhouettes(
-      scene, request.silhouettes.empty() ? scene.folder / "silhouettes" : request.silhouettes, request.clean, nullptr, progress);
-  const std::vector<HullTradeoffRow> rows = MeasureHullTradeoff(views, request.hull, progress, MedianPoint(scene));
-  const std::filesystem::path folder = output.empty() ? scene.folder / "tradeoff" : output;
-  std::filesystem::create_directories(folder);
-  const std::filesystem::path json = folder / "hull.json", csv = folder / "hull.csv", svg = folder / "hull.svg";
-  const Json tradeoff{{"silhouettes", views.size()}, {"points", RowsJson(rows)}, {"seconds", SecondsSince(start)}};
-  WriteTextAtomically(json, tradeoff.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-  WriteTextAtomically(csv, RowsCsv(rows));
-  WriteTextAtomically(svg, RowsSvg(rows));
-  return Json{{"hull_tradeoff", tradeoff}, {"tradeoff_json", json.string()}, {"tradeoff_csv", csv.string()}, {"tradeoff_svg", svg.string()}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::vector<SilhouetteView> views =
+      ReadSilhouettes(scene, request.silhouettes.empty() ? scene.folder / "silhouettes" : request.silhouettes,
+                      request.clean, nullptr, progress);
+  HullTradeoff t;
+  t.table = TableOf(MeasureHullTradeoff(views, request.hull, progress, MedianPoint(scene)));
+  t.table.MarkFront("seconds", "iou_median");
+  t.silhouettes = views.size();
+  t.seconds = SecondsSince(start);
+  t.table.facts = {{"silhouettes", t.silhouettes}, {"seconds", t.seconds}};
+  t.files = WriteTradeoff((output.empty() ? scene.folder / "tradeoff" : output) / "hull", t.table, PanelsOf(t.table));
+  return t;
 }
 
-std::string DescribeHullTradeoff(const std::string& text) {
-  const Json json = Json::parse(text);
-  if (!json.contains("hull_tradeoff")) return {};
-  const Json& t = json["hull_tradeoff"];
-  std::string out = fmt::format("  {:<32} {:>8} {:>6} {:>8} {:>9} {:>8} {:>8} {:>9} {:>7}\n", "setting", "seconds", "used", "faces",
-                                "dilation", "IoU med.", "least", "covered", "volume");
-  for (const Json& p : t["points"]) {
-    const std::string name = p["name"];
-    if (p.contains("failed")) {
-      out += fmt::format("  {:<32} {:>8.2f} {}\n", name, p["seconds"].get<double>(), p["failed"].get<std::string>());
-      continue;
-    }
-    out += fmt::format("{} {:<32} {:>8.2f} {:>6} {:>8} {:>9.2f} {:>8.4f} {:>8.4f} {:>8.2f}% {:>7.3f}\n", p["front"].get<bool>() ? '*' : ' ',
-                       name, p["seconds"].get<double>(), fmt::format("{}/{}", p["views_used"].get<int>(), p["views"].get<int>()),
-                       p["faces"].get<std::size_t>(), p["dilation_px"].get<double>(), p["iou_median"].get<double>(),
-                       p["iou_min"].get<double>(), 100 * p["coverage_min"].get<double>(), p["volume_ratio"].get<double>());
-  }
-  return out + fmt::format(
-                   "* no other setting is both faster and tighter; over all {} silhouettes, whole size, used or not; volume over the first "
-                   "row's\n{}, .csv, .svg; {:.0f} s",
-                   t["silhouettes"].get<std::size_t>(), json["tradeoff_json"].get<std::string>(), t["seconds"].get<double>());
+void ListKeys(JsonKeys& j, HullTradeoff& t) {
+  j.Say("hull_tradeoff", KeysOf(t.table));
+  j("tradeoff_json", t.files.json, "tradeoff_csv", t.files.csv, "tradeoff_svg", t.files.svg);
+}
+
+std::string Describe(const HullTradeoff& t) {
+  return TextOf(t.table) + fmt::format(
+                               "\n* no other setting is both faster and tighter; over all {} silhouettes, whole size, "
+                               "used or not; volume over the first "
+                               "row's\n{}, .csv, .svg; {:.0f} s",
+                               t.silhouettes, t.files.json.string(), t.seconds);
 }
 
 }  // namespace lumi

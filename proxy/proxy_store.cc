@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -50,19 +48,14 @@ Provenance ProxyProvenance(const Scene& scene, const std::string& name, const st
   return p;
 }
 
+std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name) { return ReadProvenance(scene.folder, StageOf(name)); }
+
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name) {
   const fs::path path = ProxyPath(scene.folder, name);
   std::error_code error;
   if (!fs::exists(path, error)) return;
   std::string before = "unknown";
-  const fs::path record = scene.folder / "provenance" / (StageOf(name) + ".json");
-  if (fs::exists(record, error)) {
-    try {
-      before = nlohmann::json::parse(ReadText(record)).at("options").at("kind").get<std::string>();
-    } catch (const nlohmann::json::exception&) {
-      // an unreadable record says nothing about the kind
-    }
-  }
+  if (const auto record = RecordOf(scene, name); record && record->options.contains("kind")) before = record->options.at("kind");
   if (before == wanted.options.at("kind")) return;
   throw UsageError(fmt::format("{} is there already, of another kind ({})", path.string(), before),
                    "choose another --name, or remove that file");

@@ -26,6 +26,9 @@ void RequireProxyName(const std::string& name);
 Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,
                            std::map<std::string, std::string> options);
 
+// How NAME was made; none where there is no record, or none that can be read.
+std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name);
+
 // Throws UsageError where NAME.ply exists and its record names another kind, or none.
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name);
 

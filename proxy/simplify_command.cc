@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
@@ -22,50 +20,39 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/temporary_folder.h"
 #include "scene/geometry/median.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/stopwatch.h"
-#include "scene/program/subprocess.h"
+#include "scene/tradeoff/held_out.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
+
+static void ListKeys(JsonKeys& j, SimplifyTradeoffRow& r) {
+  j("method", r.method, "wanted", r.wanted);
+  if (!r.failed.empty()) {
+    j("failed", r.failed);
+    return;
+  }
+  j("faces", r.faces, "seconds", r.seconds, "reached", r.reached);
+  ListKeys(j, r.fit);
+  j("psnr_mean_db", r.psnr_db, "ms_per_frame", r.ms_per_frame);
+}
+
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;
-
-constexpr double kLeastCoverage = 0.995, kDeepestUncoveredPx = 2;  // what a hull promises of every silhouette used
-
-Scene OpenToSimplify(const fs::path& path, ProgressSink& progress) {
-  OpenOptions options;
-  options.check_photos = false;
-  Scene scene = OpenScene(path, options, progress);
-  RequireMetric(scene, "a proxy");
-  return scene;
-}
-
-OrderedJson RecordOf(const Scene& scene, const std::string& proxy) {
-  const fs::path record = scene.folder / "provenance" / ("proxy-" + proxy + ".json");
-  std::error_code error;
-  if (!fs::exists(record, error)) return {};
-  try {
-    return OrderedJson::parse(ReadText(record));
-  } catch (const nlohmann::json::exception&) {
-    return {};  // no record is no reason to stop
-  }
-}
-
-std::string OptionOf(const OrderedJson& record, const char* key) {
-  return record.contains("options") && record["options"].contains(key) ? record["options"][key].get<std::string>() : "";
+std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
+  const auto it = record ? record->options.find(key) : std::map<std::string, std::string>::const_iterator();
+  return record && it != record->options.end() ? it->second : "";
 }
 
 // What is simplified: a proxy that is itself the outcome stands for what it was made from, so that a second run has nothing to do.
 std::string SourceOf(const Scene& scene, const std::string& asked) {
   if (!asked.empty()) return asked;
   if (scene.active_proxy.empty()) throw UsageError(scene.folder.string() + " has no active proxy", "name one: --from NAME");
-  const OrderedJson record = RecordOf(scene, scene.active_proxy);
+  const auto record = RecordOf(scene, scene.active_proxy);
   const std::string from = OptionOf(record, "kind") == "simplify" ? OptionOf(record, "from") : "";
   return from.empty() ? scene.active_proxy : from;
 }
@@ -84,12 +71,9 @@ std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string&
   std::vector<std::string> without;
   std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, clean, &without, progress);
   const fs::path record = ProxyPath(scene.folder, from).replace_extension(".json");
-  if (fs::exists(record, error)) {
-    const OrderedJson hull = OrderedJson::parse(ReadText(record));
-    if (hull.contains("views_left_out"))
-      for (const OrderedJson& left : hull["views_left_out"])
-        std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.value("name", ""); });
-  }
+  const auto hull = fs::exists(record, error) ? JsonKeys::Parse(ReadText(record)) : std::nullopt;
+  if (hull)
+    for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out) std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.name; });
   return views;
 }
 
@@ -104,143 +88,87 @@ double PixelsPerUnit(const Scene& scene, const Mesh& mesh) {
 }
 
 // What there is to say of a simplified mesh beside the one that it was made from.
-OrderedJson Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views, double pixels_per_unit) {
+SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views, double pixels_per_unit) {
   const Soundness sound = CheckSoundness(after);
   const Deviation deviation = MeasureDeviation(before, after);
-  OrderedJson j{{"mean_distance_px", deviation.mean * pixels_per_unit}, {"max_distance_px", deviation.max * pixels_per_unit},
-                {"sound", sound.manifold && sound.degenerate_faces == 0 && (!sound.closed || sound.outward)}, {"soundness", sound.Describe()},
-                {"parts", sound.parts}, {"intersects_itself", sound.manifold && IntersectsItself(after)}};
+  SimplifiedFit fit;
+  fit.mean_distance_px = deviation.mean * pixels_per_unit;
+  fit.max_distance_px = deviation.max * pixels_per_unit;
+  fit.sound = sound.manifold && sound.degenerate_faces == 0 && (!sound.closed || sound.outward);
+  fit.soundness = sound.Describe();
+  fit.parts = sound.parts;
+  fit.intersects_itself = sound.manifold && IntersectsItself(after);
   if (sound.closed && IsClosed(before)) {
-    j["volume"] = EnclosedVolume(after);
-    j["volume_ratio"] = EnclosedVolume(after) / EnclosedVolume(before);
+    fit.volume = EnclosedVolume(after);
+    fit.volume_ratio = *fit.volume / EnclosedVolume(before);
   }
-  j["coverage_min"] = j["iou_min"] = j["iou_median"] = j["deepest_uncovered_px"] = nullptr;
-  if (views.empty() || !sound.closed) return j;
+  if (views.empty() || !sound.closed) return fit;
   const std::vector<SilhouetteFit> fits = MeasureSilhouettes(after, views);
-  const SilhouetteFitSummary fit = Summarize(fits);
-  j["coverage_min"] = fit.coverage_min;
-  j["iou_min"] = fit.iou_min;
-  j["iou_median"] = fit.iou_median;
-  j["deepest_uncovered_px"] = fit.deepest_uncovered_px;
-  j["views_used"] = views.size();
-  j["views_missed"] = OrderedJson::array();
+  fit.silhouettes = Summarize(fits);
+  fit.views_used = views.size();
   for (std::size_t v = 0; v < views.size(); ++v)
     if (fits[v].coverage < kLeastCoverage || fits[v].deepest_uncovered_px > kDeepestUncoveredPx)
-      j["views_missed"].push_back({{"name", views[v].name}, {"coverage", fits[v].coverage}, {"deepest_uncovered_px", fits[v].deepest_uncovered_px}});
-  return j;
+      fit.views_missed.push_back({views[v].name, fits[v].coverage, fits[v].deepest_uncovered_px});
+  return fit;
 }
 
-// lumi-render's own word on a mesh as the proxy of a copy of the scene that shares its photos and cameras.
-struct RenderedError {
-  double psnr_db = 0, ms_per_frame = 0;
-};
-class RenderBench {
- public:
-  RenderBench(const Scene& scene, int holdout, int width_px) : holdout_(holdout), width_px_(width_px) {
-    fs::create_directory(copy_ / "proxies");
-    for (const auto& entry : fs::directory_iterator(scene.folder)) {
-      const std::string name = entry.path().filename().string();
-      if (name == "images" || name == "masks" || name == "sparse") fs::create_symlink(fs::absolute(entry.path()), copy_ / name);
-      if (name == "lumigraph.json") fs::copy_file(entry.path(), copy_ / name);
-    }
-  }
-  RenderedError Measure(const Mesh& mesh) const {
-    WriteMesh(copy_ / "proxies" / "measured.ply", mesh);
-    const TemporaryFolder frames;
-    SubprocessOptions options;
-    options.separate_stdout = true;
-    const SubprocessResult result = RunSubprocess({SiblingProgram("lumi-render").string(), copy_.path().string(), "-o", (frames / "frames").string(), "--proxy", "measured",
-                                                   "--holdout", std::to_string(holdout_), "--fold", "choose", "--width", std::to_string(width_px_), "--json"},
-                                                  options);
-    OrderedJson json;
-    try {
-      json = OrderedJson::parse(result.out);
-    } catch (const nlohmann::json::exception&) {
-    }
-    if (result.exit_code != 0 || !json.contains("psnr_mean_db") || !json["psnr_mean_db"].is_number()) {
-      const std::string why = json.contains("error") ? json["error"].value("message", "") : result.tail.empty() ? "" : result.tail.back();
-      throw Error(result.exit_code >= 1 && result.exit_code <= 4 ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine,
-                  fmt::format("lumi-render cannot measure a proxy of {} faces: {}", mesh.faces.size(), why));
-    }
-    return {json["psnr_mean_db"].get<double>(), json["ms_per_frame"].is_number() ? json["ms_per_frame"].get<double>() : 0};
-  }
-
- private:
-  TemporaryFolder copy_;
-  int holdout_, width_px_;
-};
-
-std::string Number(const OrderedJson& j, const char* key, const char* format, double factor = 1) {
-  return j.contains(key) && j[key].is_number() ? fmt::format(fmt::runtime(format), factor * j[key].get<double>()) : "-";
-}
-
-std::string TradeoffRows(const OrderedJson& points) {
-  std::string text = fmt::format("{:<10} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "method", "faces", "seconds", "coverage", "deepest", "IoU min",
-                                 "IoU med", "mean px", "max px", "PSNR dB", "ms");
-  for (const OrderedJson& p : points) {
-    if (p.contains("failed")) {
-      text += fmt::format("\n{:<10} {:>8} {}", p["method"].get<std::string>(), p["wanted"].get<std::size_t>(), p["failed"].get<std::string>());
-      continue;
-    }
-    text += fmt::format("\n{:<10} {:>8} {:>8.2f} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}{}", p["method"].get<std::string>(), p["faces"].get<std::size_t>(),
-                        p["seconds"].get<double>(), Number(p, "coverage_min", "{:.2f}%", 100), Number(p, "deepest_uncovered_px", "{:.1f} px"), Number(p, "iou_min", "{:.4f}"),
-                        Number(p, "iou_median", "{:.4f}"), Number(p, "mean_distance_px", "{:.2f}"), Number(p, "max_distance_px", "{:.1f}"), Number(p, "psnr_mean_db", "{:.2f}"),
-                        Number(p, "ms_per_frame", "{:.1f}"), p["reached"].get<bool>() ? "" : fmt::format("  (of {} wanted)", p["wanted"].get<std::size_t>()));
-  }
-  return text;
-}
-
-std::string TradeoffCsvOf(const OrderedJson& points) {
-  constexpr std::array<const char*, 12> kColumns = {"wanted", "faces", "seconds", "coverage_min", "deepest_uncovered_px", "iou_min", "iou_median", "volume_ratio",
-                                                    "mean_distance_px", "max_distance_px", "psnr_mean_db", "ms_per_frame"};
-  std::string csv = "method";
-  for (const char* column : kColumns) csv += fmt::format(",{}", column);
-  csv += ",reached,failed\n";
-  for (const OrderedJson& p : points) {
-    csv += p["method"].get<std::string>();
-    for (const char* column : kColumns) csv += "," + (p.contains(column) && p[column].is_number() ? p[column].dump() : "");
-    const std::string failed = p.value("failed", "");
-    csv += fmt::format(",{},{}\n", p.value("reached", false) ? "yes" : "no", failed.empty() ? "" : "\"" + failed + "\"");
-  }
-  return csv;
-}
-
-std::string TradeoffSvgOf(const OrderedJson& points, const std::string& from) {
-  struct Panel {
-    const char *title, *x, *x_label, *y, *y_label;
-    bool x_log, y_log;
+TradeoffTable TableOf(const std::vector<SimplifyTradeoffRow>& rows) {
+  using Row = SimplifyTradeoffRow;
+  using enum TradeoffRole;
+  const auto fit = [](std::optional<double> SimplifiedFit::*member) { return [=](const Row& r) { return r.fit.*member; }; };
+  const auto covered = [](double SilhouetteFitSummary::*member) {
+    return [=](const Row& r) { return r.fit.silhouettes ? std::optional((*r.fit.silhouettes).*member) : std::nullopt; };
   };
-  constexpr std::array<Panel, 3> kPanels = {{{"Distance to what it was made from", "faces", "faces", "mean_distance_px", "mean distance, px of the median view", true, true},
-                                             {"Overlap with the silhouettes", "faces", "faces", "iou_median", "intersection over union, median", true, false},
-                                             {"Held-out photos", "ms_per_frame", "milliseconds a frame", "psnr_mean_db", "PSNR, dB", false, false}}};
+  return TradeoffTableOf<Row>(
+      {{{"method", kSetting, "method", -10}, &Row::method},
+       {{"wanted", kSetting}, &Row::wanted},
+       {{"", kSetting, "faces", 8}, [](const Row& r) { return r.failed.empty() ? r.faces : r.wanted; }},
+       {{"faces"}, &Row::faces},
+       {{"seconds", kFigure, "seconds", 8, "{:.2f}"}, &Row::seconds},
+       {{"coverage_min", kFigure, "coverage", 9, "{:.2f}%"}, covered(&SilhouetteFitSummary::coverage_min)},
+       {{"deepest_uncovered_px", kFigure, "deepest", 9, "{:.1f} px"}, covered(&SilhouetteFitSummary::deepest_uncovered_px)},
+       {{"iou_min", kFigure, "IoU min", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_min)},
+       {{"iou_median", kMoreIsBetter, "IoU med", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_median)},
+       {{"volume_ratio"}, fit(&SimplifiedFit::volume_ratio)},
+       {{"mean_distance_px", kLessIsBetter, "mean px", 8, "{:.2f}"}, [](const Row& r) { return r.fit.mean_distance_px; }},
+       {{"max_distance_px", kFigure, "max px", 8, "{:.1f}"}, [](const Row& r) { return r.fit.max_distance_px; }},
+       {{"psnr_mean_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, &Row::psnr_db},
+       {{"ms_per_frame", kFigure, "ms", 8, "{:.1f}"}, &Row::ms_per_frame},
+       {{"reached"}, &Row::reached},
+       {{"failed", kFailed}, &Row::failed},
+       {{"", kRemark}, [](const Row& r) { return r.reached ? std::string() : fmt::format("(of {} wanted)", r.wanted); }}},
+      rows);
+}
+
+std::vector<Plot> PanelsOf(const TradeoffTable& table, const std::string& from) {
   std::vector<Plot> plots;
-  for (const Panel& panel : kPanels) {
-    Plot plot;
-    plot.title = panel.title;
-    plot.subtitle = "simplified from " + from;
-    plot.x = {panel.x_label, panel.x_log, false};
-    plot.y = {panel.y_label, panel.y_log, false};
-    for (const auto& [method, color] : {std::pair("quadric", "#1f6feb"), std::pair("keep-hull", "#be123c"), std::pair("all", "#444444")}) {
-      PlotSeries series;
-      series.name = method;
-      series.color = color;
-      series.line = std::string(panel.x) == "faces";
-      for (const OrderedJson& p : points)
-        if (p["method"] == method && p.contains(panel.x) && p[panel.x].is_number() && p.contains(panel.y) && p[panel.y].is_number())
-          series.points.push_back({p[panel.x].get<double>(), p[panel.y].get<double>(), std::to_string(p["faces"].get<std::size_t>()),
-                                   fmt::format("{}, {} faces, {:.2f} s", method, p["faces"].get<std::size_t>(), p["seconds"].get<double>())});
-      if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
+  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y, const PlotAxis& y_axis) {
+    const bool line = x_axis.log;
+    Plot plot = PlotOf(table, {title, "simplified from " + from, x, x_axis, y, y_axis,
+                               {{"quadric", "quadric", "#1f6feb", Marker::kCircle, line},
+                                {"keep-hull", "keep-hull", "#be123c", Marker::kCircle, line},
+                                {"all", "all", "#444444"}}, "method", "faces"});
     if (!plot.series.empty()) plots.push_back(std::move(plot));
-  }
-  return SvgOf(plots);
+  };
+  const PlotAxis faces{"faces", true};
+  panel("Distance to what it was made from", "faces", faces, "mean_distance_px", {"mean distance, px of the median view", true});
+  panel("Overlap with the silhouettes", "faces", faces, "iou_median", {"intersection over union, median"});
+  panel("Held-out photos", "ms_per_frame", {"milliseconds a frame"}, "psnr_mean_db", {"PSNR, dB"});
+  return plots;
+}
+
+// As in the file.
+JsonKeys TradeoffKeysOf(SimplifyTradeoff t) {
+  JsonKeys j;
+  j("from", t.from, "points", t.rows, "csv", t.files.csv, "svg", t.files.svg, "json", t.files.json);
+  return j;
 }
 
 }  // namespace
 
-std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress) {
+Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTarget& target, ProgressSink& progress) {
   if (request.faces < 1) throw UsageError("--faces must be at least 1");
-  const Scene opened = OpenToSimplify(target.scene, progress);
+  const Scene opened = OpenForProxy(target.scene, progress);
   const std::string from = SourceOf(opened, request.from);
   const Mesh before = LoadProxy(opened, from);
   const SimplifyMethod method = request.keep_hull ? SimplifyMethod::kKeepHull : SimplifyMethod::kQuadric;
@@ -248,66 +176,58 @@ std::string RunSimplify(const SimplifyRequest& request, const ProxyTarget& targe
   if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
   if (named.name == from && named.output.empty()) throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
   const fs::path silhouettes = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
-  OrderedJson made;
-  OrderedJson json = OrderedJson::parse(
+  std::optional<SimplifyFigures> figures;
+  Made<SimplifyFigures> made{
       MakeProxy(named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
-                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress, [&](const Scene& scene, OrderedJson&) {
+                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress, [&](const Scene& scene) {
         SimplifiedMesh simple = std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress).front());
         const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
-        made = OrderedJson{{"from", from}, {"method", Name(method)}, {"wanted", request.faces}, {"faces_before", before.faces.size()},
-                           {"reached", simple.reached}, {"wrapped", simple.wrapped}, {"simplify_s", simple.seconds}};
-        made.update(Judge(before, simple.mesh, views, PixelsPerUnit(scene, before)));
+        figures = SimplifyFigures{from, Name(method), request.faces, before.faces.size(), simple.reached, simple.wrapped, simple.seconds,
+                                  Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
         if (!simple.reached) progress.Message(fmt::format("warning: {} faces are left, no edge may be collapsed any more", simple.mesh.faces.size()));
-        if (request.keep_hull && made.contains("views_missed") && !made["views_missed"].empty())
-          progress.Message(fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?", made["views_missed"].size(),
-                                       100 * kLeastCoverage, kDeepestUncoveredPx, from));
+        if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
+          progress.Message(fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?", missed, 100 * kLeastCoverage,
+                                       kDeepestUncoveredPx, from));
         return std::move(simple.mesh);
-      }));
-  if (named.output.empty()) {
-    const fs::path record = ProxyPath(opened.folder, named.name).replace_extension(".json");
-    std::error_code error;
-    if (!made.empty()) WriteTextAtomically(record, made.dump(2) + "\n");
-    else if (fs::exists(record, error)) made = OrderedJson::parse(ReadText(record));
-  }
-  json.update(made);
-  return json.dump();
+      }), figures};
+  if (named.output.empty()) KeepFigures(opened.folder, made);
+  return made;
 }
 
-std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress) {
+SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress) {
   if (request.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (request.width_px < 16) throw UsageError("--choose-width must be at least 16");
   const auto start = std::chrono::steady_clock::now();
-  const Scene scene = OpenToSimplify(request.scene, progress);
+  const Scene scene = OpenForProxy(request.scene, progress);
   RequireKeepsProxies(scene);
   const std::string from = SourceOf(scene, request.from);
   const Mesh before = LoadProxy(scene, from);
   const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
   const double pixels_per_unit = PixelsPerUnit(scene, before);
   const int photos = static_cast<int>(scene.views.size());
-  std::optional<RenderBench> bench;
-  if (request.render && photos >= 3) bench.emplace(scene, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
+  std::optional<HeldOutBench> bench;
+  if (request.render && photos >= 3) bench.emplace(scene.folder, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
 
   std::vector<std::size_t> counts;
   for (const int n : request.faces)
     if (n > 0 && static_cast<std::size_t>(n) < before.faces.size()) counts.push_back(static_cast<std::size_t>(n));
   std::vector<SimplifyMethod> methods = {SimplifyMethod::kQuadric};
   if (IsClosed(before)) methods.push_back(SimplifyMethod::kKeepHull);
-  OrderedJson points = OrderedJson::array();
+  SimplifyTradeoff t{from, before.faces.size(), IsClosed(before), 0, {}, {}};
   Progress steps(progress, "measuring simplified proxies", static_cast<long>(counts.size() * methods.size()) + 1);
   const auto measure = [&](const std::string& method, std::size_t wanted, const SimplifiedMesh& simple) {
-    OrderedJson p{{"method", method}, {"wanted", wanted}, {"faces", simple.mesh.faces.size()}, {"seconds", simple.seconds}, {"reached", simple.reached}};
-    p.update(Judge(before, simple.mesh, views, pixels_per_unit));
-    p["psnr_mean_db"] = p["ms_per_frame"] = nullptr;
+    SimplifyTradeoffRow row{method, wanted, {}, simple.mesh.faces.size(), simple.seconds, simple.reached, Judge(before, simple.mesh, views, pixels_per_unit), {}, {}};
     if (bench) {
-      const RenderedError error = bench->Measure(simple.mesh);
-      p["psnr_mean_db"] = error.psnr_db;
-      p["ms_per_frame"] = error.ms_per_frame;
+      WriteMesh(bench->folder() / "proxies" / "measured.ply", simple.mesh);
+      const HeldOutBench::Figures figures = bench->Measure("measured");
+      row.psnr_db = figures.psnr_db;
+      row.ms_per_frame = figures.ms_per_frame;
     }
-    points.push_back(std::move(p));
+    t.rows.push_back(std::move(row));
     steps.Step();
   };
   const auto fail = [&](SimplifyMethod method, std::size_t wanted, const char* why) {
-    points.push_back({{"method", Name(method)}, {"wanted", wanted}, {"failed", why}});
+    t.rows.push_back({Name(method), wanted, why, 0, 0, true, {}, {}, {}});
     steps.Step();
   };
   for (const SimplifyMethod method : methods) {
@@ -333,45 +253,21 @@ std::string RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Progress
   all.mesh = before;
   measure("all", before.faces.size(), all);
 
-  const fs::path folder = scene.folder / "tradeoff", base = folder / ("simplify-" + from);
-  OrderedJson json{{"name", from}, {"faces", before.faces.size()}, {"closed", IsClosed(before)}, {"seconds", 0.0}, {"tradeoff", {{"from", from}, {"points", points}}}};
+  const fs::path stem = scene.folder / "tradeoff" / ("simplify-" + from);
+  t.files = {stem.string() + ".json", stem.string() + ".csv", stem.string() + ".svg"};
+  const TradeoffTable table = TableOf(t.rows);
   const FolderLock lock(scene.folder);
-  fs::create_directories(folder);
-  WriteTextAtomically(base.string() + ".csv", TradeoffCsvOf(points));
-  WriteTextAtomically(base.string() + ".svg", TradeoffSvgOf(points, from));
-  json["tradeoff"]["csv"] = base.string() + ".csv";
-  json["tradeoff"]["svg"] = base.string() + ".svg";
-  json["tradeoff"]["json"] = base.string() + ".json";
-  json["seconds"] = SecondsSince(start);
-  WriteTextAtomically(base.string() + ".json", json["tradeoff"].dump(2) + "\n");
-  return json.dump();
+  WriteTradeoff(stem, table, PanelsOf(table, from), TradeoffKeysOf(t).Text(2) + "\n");
+  t.seconds = SecondsSince(start);
+  return t;
 }
 
-std::string DescribeSimplified(const std::string& text) {
-  const OrderedJson json = OrderedJson::parse(text);
-  if (json.contains("tradeoff")) {
-    const OrderedJson& t = json["tradeoff"];
-    return TradeoffRows(t["points"]) + fmt::format("\n{}, {}, {}; {:.0f} s", t["csv"].get<std::string>(), t["svg"].get<std::string>(), t["json"].get<std::string>(), json["seconds"].get<double>());
-  }
-  std::string out = fmt::format("{}: {} faces of {}'s {}, {}, {:.2f} s{}\n{}", json["file"].get<std::string>(), json["faces"].get<std::size_t>(), json.value("from", "?"),
-                                json.value("faces_before", std::size_t{0}), json.value("method", "?"), json["seconds"].get<double>(),
-                                json["reused"].get<bool>() ? " (nothing had changed)" : "", json.value("soundness", ""));
-  if (json.value("intersects_itself", false)) out += ", runs through itself";
-  if (json.contains("volume_ratio")) out += fmt::format("; volume {:.4f} of what it was", json["volume_ratio"].get<double>());
-  out += fmt::format("\ndistance {} px in the mean, {} px at most", Number(json, "mean_distance_px", "{:.2f}"), Number(json, "max_distance_px", "{:.1f}"));
-  if (json.contains("views_missed")) {
-    out += fmt::format("\n{} silhouettes: covered {} at least, deepest uncovered pixel {} px; intersection over union {} median, {} least", json["views_used"].get<std::size_t>(),
-                       Number(json, "coverage_min", "{:.2f} %", 100), Number(json, "deepest_uncovered_px", "{:.1f}"), Number(json, "iou_median", "{:.4f}"), Number(json, "iou_min", "{:.4f}"));
-    std::vector<OrderedJson> missed(json["views_missed"].begin(), json["views_missed"].end());
-    std::stable_sort(missed.begin(), missed.end(), [](const OrderedJson& a, const OrderedJson& b) { return a["coverage"].get<double>() < b["coverage"].get<double>(); });
-    if (!missed.empty()) out += fmt::format("\n{} silhouettes not covered to {:g} % and {:g} px, the worst:", missed.size(), 100 * kLeastCoverage, kDeepestUncoveredPx);
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, missed.size()); ++i)
-      out += fmt::format("\nnot covered: {}, {:.2f} %, {:.1f} px deep", missed[i]["name"].get<std::string>(), 100 * missed[i]["coverage"].get<double>(),
-                         missed[i]["deepest_uncovered_px"].get<double>());
-  } else {
-    out += "\nno silhouettes: what it covers of them was not measured";
-  }
-  return out;
+void ListKeys(JsonKeys& j, SimplifyTradeoff& t) {
+  j("name", t.from, "faces", t.faces, "closed", t.closed, "seconds", t.seconds).Say("tradeoff", TradeoffKeysOf(t));
+}
+
+std::string Describe(const SimplifyTradeoff& t) {
+  return TextOf(TableOf(t.rows)) + fmt::format("\n{}, {}, {}; {:.0f} s", t.files.csv.string(), t.files.svg.string(), t.files.json.string(), t.seconds);
 }
 
 }  // namespace lumi

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "scene/files/atomic_file.h"
@@ -15,53 +14,54 @@ namespace {
 
 fs::path CamerasOf(Backend backend, const fs::path& scene_folder) { return scene_folder / "provenance" / fmt::format("cameras-{}.json", Name(backend)); }
 
-nlohmann::json ToJson(const Rigid3& pose) {
+struct KeptCameras {
+  std::string input;  // fingerprint
+  double mean_reprojection_error_px = 0, seconds = 0;
+  std::map<std::string, std::vector<double>> cam_from_world;  // by photo: quaternion w x y z, translation
+};
+void ListKeys(JsonKeys& j, KeptCameras& k) {
+  j("cam_from_world", k.cam_from_world, "input", k.input, "mean_reprojection_error_px", k.mean_reprojection_error_px, "seconds", k.seconds);
+}
+
+std::vector<double> NumbersOf(const Rigid3& pose) {
   const auto &q = pose.rotation;
   const auto &t = pose.translation;
   return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
 }
 
-Rigid3 PoseFromJson(const nlohmann::json& j) {
+Rigid3 RigidOf(const std::vector<double>& v) {
   Rigid3 pose;
-  pose.rotation = Eigen::Quaterniond(j.at(0), j.at(1), j.at(2), j.at(3)).normalized();
-  pose.translation = Eigen::Vector3d(j.at(4), j.at(5), j.at(6));
+  pose.rotation = Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized();
+  pose.translation = Eigen::Vector3d(v[4], v[5], v[6]);
   return pose;
 }
 
 }  // namespace
 
 std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const ReconstructSummary& summary, const std::string& fingerprint, const fs::path& scene_folder) {
-  nlohmann::json mine = {{"input", fingerprint}, {"mean_reprojection_error_px", summary.mean_reprojection_error_px}, {"seconds", summary.seconds}};
-  for (const View& view : scene.views) mine["cam_from_world"][view.name] = ToJson(view.cam_from_world);
-  WriteTextAtomically(CamerasOf(summary.backend, scene_folder), mine.dump(1) + "\n");
+  KeptCameras mine{fingerprint, summary.mean_reprojection_error_px, summary.seconds, {}};
+  for (const View& view : scene.views) mine.cam_from_world[view.name] = NumbersOf(view.cam_from_world);
+  WriteTextAtomically(CamerasOf(summary.backend, scene_folder), JsonKeys(mine).Text(1) + "\n");
 
   const Backend other = summary.backend == Backend::kColmap ? Backend::kFactorization : Backend::kColmap;
   const fs::path file = CamerasOf(other, scene_folder);
   std::error_code ec;
   if (!fs::exists(file, ec)) return std::nullopt;
-  const auto theirs = nlohmann::json::parse(ReadText(file), nullptr, false);
+  const auto json = JsonKeys::Parse(ReadText(file));
   // Ours, but a user may have edited it: what does not fit is not compared.
-  try {
-    if (theirs.at("input") != fingerprint) return std::nullopt;
-    std::vector<Rigid3> ours, others;
-    for (const View& view : scene.views) {
-      if (!theirs.at("cam_from_world").contains(view.name)) continue;
-      ours.push_back(view.cam_from_world);
-      others.push_back(PoseFromJson(theirs.at("cam_from_world").at(view.name)));
-    }
-    if (ours.size() < 3) return std::nullopt;
-    const PoseErrors errors = ComparePoses(ours, others);
-    BackendComparison c;
-    c.backend = other;
-    c.views = static_cast<int>(ours.size());
-    c.centre_rms_percent = errors.centre_rms_percent;
-    c.rotation_rms_deg = errors.rotation_rms_deg;
-    c.mean_reprojection_error_px = theirs.at("mean_reprojection_error_px");
-    c.seconds = theirs.at("seconds");
-    return c;
-  } catch (const nlohmann::json::exception&) {
-    return std::nullopt;
+  KeptCameras theirs;
+  if (!json || !json->Into(theirs) || theirs.input != fingerprint) return std::nullopt;
+  std::vector<Rigid3> ours, others;
+  for (const View& view : scene.views) {
+    const auto it = theirs.cam_from_world.find(view.name);
+    if (it == theirs.cam_from_world.end()) continue;
+    if (it->second.size() != 7) return std::nullopt;
+    ours.push_back(view.cam_from_world);
+    others.push_back(RigidOf(it->second));
   }
+  if (ours.size() < 3) return std::nullopt;
+  const PoseErrors errors = ComparePoses(ours, others);
+  return BackendComparison{other, static_cast<int>(ours.size()), errors.centre_rms_percent, errors.rotation_rms_deg, theirs.mean_reprojection_error_px, theirs.seconds};
 }
 
 }  // namespace lumi

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "reconstruct/colmap_database.h"
@@ -32,26 +31,39 @@ std::string ParamsText(const Camera& camera) {
 }
 
 // What the features in a database depend on: settings, and each photo's content.
-nlohmann::json FeatureKey(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits,
-                          const ReconstructOptions& options, const fs::path& user_database) {
-  nlohmann::json key;
-  key["settings"] = {{"max_image_size_px", limits.max_image_size_px},
-                     {"max_features", limits.max_features},
-                     {"masks", options.masks.empty() ? "" : Fingerprint(options.masks)},
-                     {"shared_camera", cameras.shared},
-                     {"camera_model", Name(cameras.known ? cameras.known->model : cameras.model)},
-                     {"camera_params", cameras.known ? ParamsText(*cameras.known) : ""},
-                     {"database", user_database.empty() ? "" : Fingerprint(user_database)}};
-  for (const InputPhoto& photo : capture.photos) key["photos"][photo.name] = Fingerprint(capture.folder / photo.name);
+struct FeatureSettings {
+  int max_image_size_px = 0, max_features = 0;
+  std::string masks;
+  bool shared_camera = false;
+  std::string camera_model, camera_params, database;
+  bool operator==(const FeatureSettings&) const = default;
+};
+void ListKeys(JsonKeys& j, FeatureSettings& s) {
+  j("max_image_size_px", s.max_image_size_px, "max_features", s.max_features, "masks", s.masks, "shared_camera", s.shared_camera);
+  j("camera_model", s.camera_model, "camera_params", s.camera_params, "database", s.database);
+}
+struct FeatureKey {
+  FeatureSettings settings;
+  std::map<std::string, std::string> photos;  // name, fingerprint
+};
+void ListKeys(JsonKeys& j, FeatureKey& k) { j("settings", k.settings, "photos", k.photos); }
+
+FeatureKey KeyOf(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits, const ReconstructOptions& options, const fs::path& user_database) {
+  FeatureKey key;
+  key.settings = {limits.max_image_size_px, limits.max_features, options.masks.empty() ? "" : Fingerprint(options.masks), cameras.shared,
+                  std::string(Name(cameras.known ? cameras.known->model : cameras.model)), cameras.known ? ParamsText(*cameras.known) : "",
+                  user_database.empty() ? "" : Fingerprint(user_database)};
+  for (const InputPhoto& photo : capture.photos) key.photos[photo.name] = Fingerprint(capture.folder / photo.name);
   return key;
 }
 
-// Whether a database made under `old_key` serves `new_key`: same settings, and no photo changed or gone.
-bool Serves(const nlohmann::json& old_key, const nlohmann::json& new_key) {
-  if (!old_key.is_object() || !old_key.contains("photos") || old_key.value("settings", nlohmann::json()) != new_key["settings"]) return false;
-  for (const auto& [name, fingerprint] : old_key["photos"].items())
-    if (!new_key["photos"].contains(name) || new_key["photos"][name] != fingerprint) return false;
-  return true;
+// Whether a database made under the key in `file` serves `key`: same settings, and no photo changed or gone.
+bool Serves(const fs::path& file, const FeatureKey& key) {
+  std::error_code ec;
+  const auto json = fs::exists(file, ec) ? JsonKeys::Parse(ReadText(file)) : std::nullopt;
+  FeatureKey old;
+  if (!json || !json->Into(old) || !(old.settings == key.settings)) return false;
+  return std::includes(key.photos.begin(), key.photos.end(), old.photos.begin(), old.photos.end());
 }
 
 void RemoveDatabase(const fs::path& database) {
@@ -254,11 +266,9 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   for (const InputPhoto& photo : capture.photos) names.insert(photo.name);
   const fs::path user_database = UserDatabase(capture, options, names);
 
-  const nlohmann::json key = FeatureKey(capture, cameras, limits, options, user_database);
-  nlohmann::json old_key;
+  const FeatureKey key = KeyOf(capture, cameras, limits, options, user_database);
   std::error_code ec;
-  if (fs::exists(key_file, ec)) old_key = nlohmann::json::parse(ReadText(key_file), nullptr, false);
-  if (!Serves(old_key, key) || !ColmapDatabase::IsDatabase(features.database)) {
+  if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database)) {
     RemoveDatabase(features.database);
     if (!user_database.empty()) {
       sink.Message("features and matches come from " + user_database.string() + " (copied)");
@@ -269,7 +279,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
       if (fs::exists(wal, ec)) fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
     }
   }
-  WriteTextAtomically(key_file, key.dump(1));
+  WriteTextAtomically(key_file, JsonKeys(key).Text(1));
   std::string list;
   for (const InputPhoto& photo : capture.photos) list += photo.name + "\n";
   WriteTextAtomically(work_folder / kPhotoList, list);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/provenance.h"
 
@@ -100,74 +99,49 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   return text;
 }
 
-std::string ToJson(const ReconstructSummary& s) {
-  nlohmann::ordered_json j;
-  j["images_total"] = s.images_total;
-  j["images_registered"] = s.images_registered;
-  j["missing"] = nlohmann::ordered_json::array();
-  for (const auto& m : s.missing) j["missing"].push_back({{"name", m.name}, {"reason", m.reason}, {"hint", m.hint}});
-  j["mean_reprojection_error_px"] = s.mean_reprojection_error_px;
-  j["backend"] = Name(s.backend);
-  j["upgrade"] = s.upgrade;
-  if (!s.upgrade_reason.empty()) j["upgrade_reason"] = s.upgrade_reason;
-  if (s.upgrade != "metric") j["structure"] = s.structure;
-  if (s.homography_frames > 0) j["homography_frames"] = s.homography_frames;
-  if (s.cut_frame) j["cut_frame"] = *s.cut_frame;
-  if (!s.warnings.empty()) j["warnings"] = s.warnings;
-  if (s.comparison) {
-    const BackendComparison& c = *s.comparison;
-    j["compared_with"] = {{"backend", Name(c.backend)}, {"views", c.views}, {"centre_rms_percent", c.centre_rms_percent}, {"rotation_rms_deg", c.rotation_rms_deg},
-                          {"mean_reprojection_error_px", c.mean_reprojection_error_px}, {"seconds", c.seconds}};
-  }
-  j["points"] = s.points;
-  j["cameras"] = s.cameras;
-  j["camera_model"] = s.camera_model;
-  j["components"] = s.components;
-  j["component"] = s.component;
-  if (s.keyframes > 0) j["keyframes"] = s.keyframes;
-  if (s.focal_px) j["focal_px"] = *s.focal_px;
-  j["reused"] = s.reused;
-  j["colmap_seconds"] = s.colmap_seconds;
-  j["seconds"] = s.seconds;
-  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+static Backend BackendNamed(const std::string& name) { return name == Name(Backend::kFactorization) ? Backend::kFactorization : Backend::kColmap; }
+
+static void ListKeys(JsonKeys& j, Backend& backend) {
+  std::string name = Name(backend);
+  j("backend", name);
+  if (j.reading()) backend = BackendNamed(name);
+}
+static void ListKeys(JsonKeys& j, MissingPhoto& m) { j("name", m.name, "reason", m.reason, "hint", m.hint); }
+static void ListKeys(JsonKeys& j, BackendComparison& c) {
+  ListKeys(j, c.backend);
+  j("views", c.views, "centre_rms_percent", c.centre_rms_percent, "rotation_rms_deg", c.rotation_rms_deg);
+  j("mean_reprojection_error_px", c.mean_reprojection_error_px, "seconds", c.seconds);
+}
+void ListKeys(JsonKeys& j, ReconstructSummary& s) {
+  j("images_total", s.images_total, "images_registered", s.images_registered, "missing", s.missing, "mean_reprojection_error_px", s.mean_reprojection_error_px);
+  ListKeys(j, s.backend);
+  j("upgrade", s.upgrade).IfAny("upgrade_reason", s.upgrade_reason);
+  if (s.upgrade != "metric") j("structure", s.structure);
+  if (j.reading() ? j.Has("homography_frames") : s.homography_frames > 0) j("homography_frames", s.homography_frames);
+  j.IfAny("cut_frame", s.cut_frame).IfAny("warnings", s.warnings).IfAny("compared_with", s.comparison);
+  j("points", s.points, "cameras", s.cameras, "camera_model", s.camera_model, "components", s.components, "component", s.component);
+  if (j.reading() ? j.Has("keyframes") : s.keyframes > 0) j("keyframes", s.keyframes);
+  j.IfAny("focal_px", s.focal_px);
+  j("reused", s.reused, "colmap_seconds", s.colmap_seconds, "seconds", s.seconds);
 }
 
-ReconstructSummary SummaryFromJson(const std::string& text) {
-  const auto j = nlohmann::json::parse(text);
-  ReconstructSummary s;
-  s.images_total = j.at("images_total");
-  s.images_registered = j.at("images_registered");
-  for (const auto& m : j.at("missing")) s.missing.push_back({m.at("name"), m.at("reason"), m.at("hint")});
-  s.mean_reprojection_error_px = j.at("mean_reprojection_error_px");
-  if (j.value("backend", "colmap") == Name(Backend::kFactorization)) s.backend = Backend::kFactorization;
-  s.upgrade = j.value("upgrade", "metric");
-  s.upgrade_reason = j.value("upgrade_reason", "");
-  s.structure = j.value("structure", "points");
-  s.homography_frames = j.value("homography_frames", 0);
-  if (j.contains("cut_frame")) s.cut_frame = j.at("cut_frame").get<int>();
-  s.warnings = j.value("warnings", std::vector<std::string>{});
-  if (j.contains("compared_with")) {
-    const auto& c = j.at("compared_with");
-    BackendComparison comparison;
-    if (c.at("backend") == Name(Backend::kFactorization)) comparison.backend = Backend::kFactorization;
-    comparison.views = c.at("views");
-    comparison.centre_rms_percent = c.at("centre_rms_percent");
-    comparison.rotation_rms_deg = c.at("rotation_rms_deg");
-    comparison.mean_reprojection_error_px = c.at("mean_reprojection_error_px");
-    comparison.seconds = c.at("seconds");
-    s.comparison = comparison;
+std::string Describe(const ReconstructSummary& s) {
+  std::string lines = fmt::format("{} of {} photos, {} points, {:.2f} px mean reprojection error; {:.1f} s", s.images_registered, s.images_total, s.points,
+                                  s.mean_reprojection_error_px, s.seconds);
+  if (s.backend == Backend::kColmap) lines += fmt::format(", of which COLMAP {:.1f} s", s.colmap_seconds);
+  if (s.upgrade != "metric") lines += fmt::format("\n  {}: {}", s.upgrade, s.upgrade_reason);
+  if (s.cut_frame) lines += fmt::format("\n  a cut: the scene ends before frame {}", *s.cut_frame);
+  if (s.homography_frames > 0) lines += fmt::format("\n  {} frames are placed by a homography against their neighbour", s.homography_frames);
+  for (const std::string& w : s.warnings) lines += "\n  warning: " + w;
+  if (s.comparison) {
+    const BackendComparison& c = *s.comparison;
+    lines += fmt::format("\n  against {} ({} photos, aligned): centres {:.3f} % rms, rotations {:.3f} degree rms; {:.2f} px and {:.1f} s there", Name(c.backend), c.views,
+                         c.centre_rms_percent, c.rotation_rms_deg, c.mean_reprojection_error_px, c.seconds);
   }
-  s.points = j.at("points");
-  s.cameras = j.at("cameras");
-  s.camera_model = j.at("camera_model");
-  s.components = j.at("components").get<std::vector<int>>();
-  s.component = j.at("component");
-  s.keyframes = j.value("keyframes", 0);
-  if (j.contains("focal_px")) s.focal_px = j.at("focal_px").get<double>();
-  s.reused = j.at("reused").get<std::vector<std::string>>();
-  s.colmap_seconds = j.at("colmap_seconds");
-  s.seconds = j.at("seconds");
-  return s;
+  for (const MissingPhoto& m : s.missing) lines += fmt::format("\n  without camera: {}: {} -> {}", m.name, m.reason, m.hint);
+  if (s.components.size() > 1)
+    lines += fmt::format("\n  COLMAP split the scene into parts of {} photos; number {} was taken (--component picks)", fmt::join(s.components, " "), s.component);
+  return lines;
 }
 
 }  // namespace lumi

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/files/json_keys.h"
+
 namespace lumi {
 
 enum class Backend { kColmap, kFactorization };
@@ -131,8 +133,8 @@ struct ReconstructSummary {
   double seconds = 0;
 };
 
-// A JSON object's text, the keys of the programs' contract.
-std::string ToJson(const ReconstructSummary& summary);
-ReconstructSummary SummaryFromJson(const std::string& text);
+// The keys of the programs' contract; the text for people.
+void ListKeys(JsonKeys& j, ReconstructSummary& summary);
+std::string Describe(const ReconstructSummary& summary);
 
 }  // namespace lumi

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "reconstruct/all_frames.h"
@@ -203,8 +202,11 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   const FolderLock lock(options.scene);
   fs::create_directories(options.scene / "provenance");
   Provenance wanted = WantedProvenance(options);
-  if (fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)) {
-    ReconstructSummary summary = SummaryFromJson(ReadText(options.scene / kSummaryFile));
+  const auto before = fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)
+                          ? JsonKeys::Parse(ReadText(options.scene / kSummaryFile))
+                          : std::nullopt;
+  if (before) {
+    auto summary = before->As<ReconstructSummary>();
     summary.reused = {"everything"};
     summary.colmap_seconds = 0;
     summary.seconds = watch.Seconds();
@@ -260,7 +262,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
 
   for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"}) wanted.outputs[output] = Fingerprint(options.scene / output);
   wanted.seconds = summary.seconds;
-  WriteTextAtomically(options.scene / kSummaryFile, ToJson(summary) + "\n");
+  WriteTextAtomically(options.scene / kSummaryFile, JsonKeys(summary).Text(2) + "\n");
   WriteProvenance(options.scene, wanted);
   return summary;
 }

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "reconstruct/factorization/windows.h"
 #include "reconstruct/features.h"
@@ -16,7 +15,6 @@
 #include "scene/files/colmap_model.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/stopwatch.h"
@@ -26,8 +24,6 @@
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::size_t kLeastShared = 3;  // photos: fewer cannot be aligned
 constexpr int kLeastFeatures = 50, kLeastWindow = 3, kLeastSidePx = 100;
@@ -196,59 +192,91 @@ class SettingProgress : public ProgressSink {
   const double left_;
 };
 
-OrderedJson SettingsJson(const ReconstructOptions& o, bool sized) {
-  OrderedJson j;
-  if (o.backend == Backend::kFactorization) {
-    j = {{"features", o.features}, {"window", o.window_frames}, {"adjust", o.adjust}};
-    if (sized) j["max_image_size"] = o.max_image_size_px;
-  } else {
-    j = {{"max_image_size", o.max_image_size_px}, {"max_features", o.max_features}};
-  }
-  return j;
-}
-
 double SecondsOfGiven(const ReconstructTradeoff& t) {
   return t.rows.empty() || !t.rows.front().failed.empty() ? 0 : t.rows.front().seconds;
 }
 
-OrderedJson RowJson(const TradeoffRow& row, double given_seconds) {
-  OrderedJson j = {{"name", row.setting.name},
-                   {"line", row.setting.line},
-                   {"settings", SettingsJson(row.setting.options, row.setting.options.max_image_size_px > 0)},
-                   {"seconds", row.seconds},
-                   {"seconds_ratio", given_seconds > 0 && row.failed.empty() ? OrderedJson(row.seconds / given_seconds) : OrderedJson()}};
-  if (!row.failed.empty()) {
-    j["failed"] = row.failed;
-    return j;
+// By the centres where rows have poses, else by the reprojection error; of rows that placed as many photos as any did. The fastest first.
+std::vector<std::size_t> FrontOf(const std::vector<TradeoffRow>& rows) {
+  int most = 0;
+  bool posed = false;
+  for (const TradeoffRow& row : rows) {
+    if (row.failed.empty()) most = std::max(most, row.images_registered);
+    posed = posed || row.poses;
   }
-  j["images_registered"] = row.images_registered;
-  j["images_total"] = row.images_total;
-  j["points"] = row.points;
-  j["mean_reprojection_error_px"] = row.mean_reprojection_error_px;
-  j["upgrade"] = row.upgrade;
-  if (row.poses) {
-    j["centre_rms_percent"] = row.poses->centre_rms_percent;
-    j["centre_max_percent"] = row.poses->centre_max_percent;
-    j["rotation_rms_deg"] = row.poses->rotation_rms_deg;
-    j["rotation_max_deg"] = row.poses->rotation_max_deg;
+  std::vector<CostAndQuality> axes;
+  for (const TradeoffRow& row : rows) {
+    const bool able = row.failed.empty() && row.images_registered == most && !row.is_reference && (row.poses || !posed);
+    axes.push_back(!able ? CostAndQuality() : CostAndQuality{row.seconds, -(posed ? row.poses->centre_rms_percent : row.mean_reprojection_error_px)});
   }
-  j["reference"] = row.is_reference;
-  j["front"] = row.on_front;
-  return j;
+  return ParetoFront(axes);
 }
 
-OrderedJson JsonOf(const ReconstructTradeoff& t) {
-  OrderedJson j = {{"backend", Name(t.backend)}, {"reference", t.reference}, {"points", OrderedJson::array()}};
+TradeoffTable TableOf(const ReconstructTradeoff& t) {
+  using Row = TradeoffRow;
+  using enum TradeoffRole;
+  const bool colmap = t.backend == Backend::kColmap;
   const double given = SecondsOfGiven(t);
-  for (const TradeoffRow& row : t.rows) j["points"].push_back(RowJson(row, given));
-  j["seconds"] = t.seconds;
-  return j;
+  const auto pose = [](double PoseErrors::*figure) {
+    return [figure](const Row& r) { return r.poses ? TradeoffValue((*r.poses).*figure) : TradeoffValue(); };
+  };
+  const auto option = [](bool there, auto ReconstructOptions::*value) {
+    return [there, value](const Row& r) { return there ? TradeoffValue(r.setting.options.*value) : TradeoffValue(); };
+  };
+  const std::string features = colmap ? "settings.max_features" : "settings.features";
+  TradeoffTable table = TradeoffTableOf<Row>(
+      {{{"name", kSetting, "setting", -20, "{}", "setting"}, [](const Row& r) { return r.setting.name; }},
+       {{"line", kSetting}, [](const Row& r) { return r.setting.line; }},
+       {{features, kSetting, "", 0, "", "features"}, option(true, colmap ? &ReconstructOptions::max_features : &ReconstructOptions::features)},
+       {{"settings.window", kSetting}, option(!colmap, &ReconstructOptions::window_frames)},
+       {{"settings.adjust", kSetting}, option(!colmap, &ReconstructOptions::adjust)},
+       {{"settings.max_image_size", kSetting}, [](const Row& r) {
+          return r.setting.options.max_image_size_px > 0 ? TradeoffValue(r.setting.options.max_image_size_px) : TradeoffValue();
+        }},
+       {{"seconds", kCost, "seconds", 9, "{:.1f}"}, &Row::seconds},
+       {{"seconds_ratio", kCost, "ratio", 6, "{:.2f}"}, [&](const Row& r) {
+          return given > 0 && r.failed.empty() ? r.seconds / given : CostAndQuality::kNone;
+        }},
+       {{"images_registered"}, &Row::images_registered},
+       {{"images_total"}, &Row::images_total},
+       {{"", kFigure, "photos", 9}, [](const Row& r) { return fmt::format("{}/{}", r.images_registered, r.images_total); }},
+       {{"points", kFigure, "points", 7}, &Row::points},
+       {{"mean_reprojection_error_px", kLessIsBetter, "px", 7, "{:.3f}"}, &Row::mean_reprojection_error_px},
+       {{"centre_rms_percent", kLessIsBetter, "centres %", 10, "{:.4f}"}, pose(&PoseErrors::centre_rms_percent)},
+       {{"centre_max_percent"}, pose(&PoseErrors::centre_max_percent)},
+       {{"rotation_rms_deg", kLessIsBetter, "degrees", 10, "{:.4f}"}, pose(&PoseErrors::rotation_rms_deg)},
+       {{"rotation_max_deg"}, pose(&PoseErrors::rotation_max_deg)},
+       {{"upgrade"}, &Row::upgrade},
+       {{"reference"}, &Row::is_reference},
+       {{"front"}, &Row::on_front},
+       {{"failed", kFailed}, &Row::failed},
+       {{"", kRemark}, [](const Row& r) { return r.is_reference ? "the reference" : r.upgrade != "metric" ? r.upgrade : ""; }}},
+      t.rows);
+  table.starred = "front";
+  table.facts = {{"backend", Name(t.backend)}, {"reference", t.reference}, {"seconds", t.seconds}};
+  return table;
 }
 
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+std::vector<Plot> PanelsOf(const ReconstructTradeoff& t) {
+  const TradeoffTable table = TableOf(t);
+  const bool posed = std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
+  std::vector<Plot> panels;
+  const auto panel = [&](const char* title, const std::string& subtitle, const char* y, const char* label, bool front) {
+    panels.push_back(PlotOf(table, {title, subtitle, "seconds", {"seconds", true}, y, {label, true},
+                                    {{"", "as given", "#24292f", Marker::kDiamond},
+                                     {"features", "", "#1f6feb"},
+                                     {"window", "", "#15803d", Marker::kSquare},
+                                     {"adjustment", "", "#cf222e", Marker::kCross},
+                                     {"image size", "", "#b45309", Marker::kSquare},
+                                     {"several", "", "#9333ea"}},
+                                    "line", "", front ? FrontOf(t.rows) : std::vector<std::size_t>(), false, kLeastShownError}));
+  };
+  if (posed) {
+    panel("Camera centres", "against " + t.reference, "centre_rms_percent", "rms, % of their extent", true);
+    panel("Rotations", "against " + t.reference, "rotation_rms_deg", "rms, degrees", false);
+  }
+  panel("Reprojection error", "of each setting's own points", "mean_reprojection_error_px", "mean, px", !posed);
+  return panels;
 }
 
 // The dearest of those that placed the most photos: -1 where no row is metric.
@@ -309,26 +337,8 @@ std::vector<ReconstructSetting> TradeoffSettings(const ReconstructOptions& optio
 }
 
 void MarkFront(std::vector<TradeoffRow>& rows) {
-  int most = 0;
-  bool posed = false;
-  for (TradeoffRow& row : rows) {
-    row.on_front = false;
-    if (row.failed.empty()) most = std::max(most, row.images_registered);
-    posed = posed || row.poses;
-  }
-  std::vector<TradeoffRow*> able;
-  for (TradeoffRow& row : rows)
-    if (row.failed.empty() && row.images_registered == most && !row.is_reference && (row.poses || !posed)) able.push_back(&row);
-  const auto error = [&](const TradeoffRow& row) { return posed ? row.poses->centre_rms_percent : row.mean_reprojection_error_px; };
-  std::stable_sort(able.begin(), able.end(), [&](const TradeoffRow* a, const TradeoffRow* b) {
-    return std::pair(a->seconds, error(*a)) < std::pair(b->seconds, error(*b));
-  });
-  double best = std::numeric_limits<double>::infinity();
-  for (TradeoffRow* row : able)
-    if (error(*row) < best) {
-      row->on_front = true;
-      best = error(*row);
-    }
+  for (TradeoffRow& row : rows) row.on_front = false;
+  for (const std::size_t i : FrontOf(rows)) rows[i].on_front = true;
 }
 
 MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options, ProgressSink& sink) {
@@ -426,135 +436,27 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
   t.seconds = SecondsSince(start);
 
   const FolderLock lock(options.scene);
-  const fs::path stem = options.scene / "tradeoff" / Name(t.backend);
-  t.json = stem.string() + ".json";
-  t.csv = stem.string() + ".csv";
-  t.svg = stem.string() + ".svg";
-  WriteTextAtomically(t.json, JsonOf(t).dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n");
-  WriteTextAtomically(t.csv, TradeoffCsv(t));
-  WriteTextAtomically(t.svg, TradeoffSvg(t));
+  t.files = WriteTradeoff(options.scene / "tradeoff" / Name(t.backend), TableOf(t), PanelsOf(t));
   return measured;
 }
 
-std::string TradeoffCsv(const ReconstructTradeoff& t) {
-  std::string csv =
-      "setting,line,features,window,adjust,max_image_size,seconds,seconds_ratio,images_registered,images_total,points,mean_reprojection_"
-      "error_px,"
-      "centre_rms_percent,centre_max_percent,rotation_rms_deg,rotation_max_deg,upgrade,reference,front,failed\n";
-  const double given = SecondsOfGiven(t);
-  for (const TradeoffRow& row : t.rows) {
-    const ReconstructOptions& o = row.setting.options;
-    const bool colmap = o.backend == Backend::kColmap;
-    csv += fmt::format("{},{},{},{},{},{},{:.3f},", Quoted(row.setting.name), row.setting.line, colmap ? o.max_features : o.features,
-                       colmap ? "" : std::to_string(o.window_frames),
-                       colmap     ? ""
-                       : o.adjust ? "1"
-                                  : "0",
-                       o.max_image_size_px > 0 ? std::to_string(o.max_image_size_px) : "", row.seconds);
-    if (!row.failed.empty()) {
-      csv += ",,,,,,,,,,,," + Quoted(row.failed) + "\n";
-      continue;
-    }
-    csv += fmt::format("{},{},{},{},{:.6g},", given > 0 ? fmt::format("{:.3f}", row.seconds / given) : "", row.images_registered,
-                       row.images_total, row.points, row.mean_reprojection_error_px);
-    csv += row.poses ? fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},", row.poses->centre_rms_percent, row.poses->centre_max_percent,
-                                   row.poses->rotation_rms_deg, row.poses->rotation_max_deg)
-                     : ",,,,";
-    csv += fmt::format("{},{},{},\n", row.upgrade, row.is_reference ? 1 : 0, row.on_front ? 1 : 0);
-  }
-  return csv;
+std::string TradeoffCsv(const ReconstructTradeoff& t) { return CsvOf(TableOf(t)); }
+
+std::string TradeoffSvg(const ReconstructTradeoff& t) { return SvgOf(PanelsOf(t)); }
+
+void ListKeys(JsonKeys& j, MeasuredReconstruction& measured) {
+  ReconstructTradeoff& t = measured.tradeoff;
+  ListKeys(j, measured.summary);
+  j.Say("tradeoff", KeysOf(TableOf(t)));
+  j("tradeoff_json", t.files.json, "tradeoff_csv", t.files.csv, "tradeoff_svg", t.files.svg);
 }
 
-std::string TradeoffSvg(const ReconstructTradeoff& t) {
-  struct Kind {
-    const char *line, *color;
-    Marker marker;
-  };
-  constexpr Kind kKinds[] = {{"", "#24292f", Marker::kDiamond},          {"features", "#1f6feb", Marker::kCircle},
-                             {"window", "#15803d", Marker::kSquare},     {"adjustment", "#cf222e", Marker::kCross},
-                             {"image size", "#b45309", Marker::kSquare}, {"several", "#9333ea", Marker::kCircle}};
-  const bool posed = std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
-  const auto panel = [&](const std::string& title, const std::string& subtitle, const std::string& label, bool front, auto&& error) {
-    Plot plot;
-    plot.title = title;
-    plot.subtitle = subtitle;
-    plot.x = {"seconds", true, false};
-    plot.y = {label, true, false};
-    if (front) {
-      std::vector<const TradeoffRow*> best;
-      for (const TradeoffRow& row : t.rows)
-        if (row.on_front) best.push_back(&row);
-      std::sort(best.begin(), best.end(), [](const TradeoffRow* a, const TradeoffRow* b) { return a->seconds < b->seconds; });
-      PlotSeries line{"front", "#57606a", Marker::kNone, true, true, false, {}};
-      for (const TradeoffRow* row : best) line.points.push_back({row->seconds, std::max(kLeastShownError, *error(*row)), {}, {}});
-      if (!line.points.empty()) plot.series.push_back(std::move(line));
-    }
-    for (const Kind& kind : kKinds) {
-      PlotSeries series{*kind.line ? kind.line : "as given", kind.color, kind.marker, false, false, false, {}};
-      for (const TradeoffRow& row : t.rows) {
-        const std::optional<double> e = row.failed.empty() && row.setting.line == kind.line ? error(row) : std::nullopt;
-        if (!e) continue;
-        const std::string place =
-            row.images_registered < row.images_total ? fmt::format(", {} of {} photos", row.images_registered, row.images_total) : "";
-        series.points.push_back({row.seconds, std::max(kLeastShownError, *e), row.setting.line.empty() ? "as given" : row.setting.name,
-                                 fmt::format("{}: {:.1f} s, {:.4g}{}", row.setting.name, row.seconds, *e, place)});
-      }
-      if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
-    return plot;
-  };
-  using Figure = std::optional<double>;
-  std::vector<Plot> panels;
-  if (posed) {
-    const std::string against = "against " + t.reference;
-    panels.push_back(panel("Camera centres", against, "rms, % of their extent", true,
-                           [](const TradeoffRow& row) { return row.poses ? Figure(row.poses->centre_rms_percent) : Figure(); }));
-    panels.push_back(panel("Rotations", against, "rms, degrees", false,
-                           [](const TradeoffRow& row) { return row.poses ? Figure(row.poses->rotation_rms_deg) : Figure(); }));
-  }
-  panels.push_back(panel("Reprojection error", "of each setting's own points", "mean, px", !posed,
-                         [](const TradeoffRow& row) { return Figure(row.mean_reprojection_error_px); }));
-  return SvgOf(panels);
-}
+std::string Describe(const MeasuredReconstruction& measured) { return Describe(measured.summary) + "\n\n" + Describe(measured.tradeoff); }
 
-std::string ToJson(const MeasuredReconstruction& measured) {
-  OrderedJson j = OrderedJson::parse(ToJson(measured.summary));
-  j["tradeoff"] = JsonOf(measured.tradeoff);
-  const ReconstructTradeoff& t = measured.tradeoff;
-  j["tradeoff_json"] = t.json.string(), j["tradeoff_csv"] = t.csv.string(), j["tradeoff_svg"] = t.svg.string();
-  return j.dump(2, ' ', false, OrderedJson::error_handler_t::replace);
-}
-
-std::string TradeoffTable(const std::string& json) {
-  const OrderedJson j = OrderedJson::parse(json);
-  if (!j.contains("tradeoff")) return {};
-  const OrderedJson& t = j["tradeoff"];
-  const auto number = [](const OrderedJson& row, const char* key, int digits) {
-    return row.contains(key) && row[key].is_number() ? fmt::format("{:.{}f}", row[key].get<double>(), digits) : std::string("-");
-  };
-  std::size_t wide = 20;
-  for (const auto& row : t["points"]) wide = std::max(wide, row["name"].get<std::string>().size());
-  std::string text = fmt::format("  {:<{}}  {:>8} {:>6} {:>9} {:>7} {:>7} {:>10} {:>10}\n", "setting", wide, "seconds", "ratio", "photos",
-                                 "points", "px", "centres %", "degrees");
-  for (const auto& row : t["points"]) {
-    const std::string name = row["name"];
-    if (row.contains("failed")) {
-      text += fmt::format("  {:<{}}  {:>8} {:>6} {}\n", name, wide, number(row, "seconds", 1), "-", row["failed"].get<std::string>());
-      continue;
-    }
-    text +=
-        fmt::format("{} {:<{}}  {:>8} {:>6} {:>9} {:>7} {:>7} {:>10} {:>10}{}\n", row["front"].get<bool>() ? '*' : ' ', name, wide,
-                    number(row, "seconds", 1), number(row, "seconds_ratio", 2),
-                    fmt::format("{}/{}", row["images_registered"].get<int>(), row["images_total"].get<int>()), row["points"].get<int>(),
-                    number(row, "mean_reprojection_error_px", 3), number(row, "centre_rms_percent", 4), number(row, "rotation_rms_deg", 4),
-                    row["reference"].get<bool>() ? "  the reference"
-                    : row["upgrade"] != "metric" ? "  " + row["upgrade"].get<std::string>()
-                                                 : "");
-  }
-  text += "* no other setting is both faster and better";
-  if (const std::string reference = t["reference"]; !reference.empty())
-    text += "; centres and rotations (rms, aligned) against " + reference;
-  return text + fmt::format("\n{}, .csv, .svg; {:.0f} s", j["tradeoff_json"].get<std::string>(), t["seconds"].get<double>());
+std::string Describe(const ReconstructTradeoff& t) {
+  return TextOf(TableOf(t)) + "\n* no other setting is both faster and better" +
+         (t.reference.empty() ? "" : "; centres and rotations (rms, aligned) against " + t.reference) +
+         fmt::format("\n{}, .csv, .svg; {:.0f} s", t.files.json.string(), t.seconds);
 }
 
 }  // namespace lumi

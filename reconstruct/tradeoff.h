@@ -13,6 +13,7 @@
 #include "reconstruct/options.h"
 #include "scene/geometry/similarity3.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -51,7 +52,7 @@ struct ReconstructTradeoff {
   Backend backend = Backend::kColmap;
   std::string reference;  // what `poses` are against, for people; empty: no row is metric
   std::vector<TradeoffRow> rows;
-  std::filesystem::path json, csv, svg;  // SCENE/tradeoff/BACKEND.*
+  TradeoffFiles files;    // SCENE/tradeoff/BACKEND.*
   double seconds = 0;
 };
 
@@ -72,9 +73,10 @@ void MarkFront(std::vector<TradeoffRow>& rows);
 
 std::string TradeoffCsv(const ReconstructTradeoff& tradeoff);
 std::string TradeoffSvg(const ReconstructTradeoff& tradeoff);
-// The summary's JSON object with a key "tradeoff".
-std::string ToJson(const MeasuredReconstruction& measured);
-// Such an object's "tradeoff" as a table for people; empty where it has none.
-std::string TradeoffTable(const std::string& json);
+// The summary's keys and "tradeoff".
+void ListKeys(JsonKeys& j, MeasuredReconstruction& measured);
+std::string Describe(const MeasuredReconstruction& measured);
+// The table for people.
+std::string Describe(const ReconstructTradeoff& tradeoff);
 
 }  // namespace lumi

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "scene/files/atomic_file.h"
@@ -62,6 +61,19 @@ InputPhoto FramePhoto(int index, double time_s, int width_px, int height_px) {
   return photo;
 }
 
+// keyframes.json: what was chosen, and from what.
+struct ChosenFrame {
+  int index = 0;
+  double time_s = 0;
+};
+void ListKeys(JsonKeys& j, ChosenFrame& f) { j("index", f.index, "time_s", f.time_s); }
+struct ChosenFrames {
+  std::string key;
+  int width = 0, height = 0, video_frames = 0;
+  std::vector<ChosenFrame> frames;
+};
+void ListKeys(JsonKeys& j, ChosenFrames& c) { j("key", c.key, "width", c.width, "height", c.height, "video_frames", c.video_frames, "frames", c.frames); }
+
 }  // namespace
 
 std::string FrameName(int index) { return fmt::format("frame_{:06d}.jpg", index); }
@@ -73,21 +85,15 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   const fs::path list = work_folder / "keyframes.json";
   const std::string key = Fingerprint(options.input) + fmt::format(" keyframes {}", options.keyframes);
   std::error_code ec;
-  if (fs::exists(list, ec)) {
-    const auto j = nlohmann::json::parse(ReadText(list), nullptr, false);
-    if (j.is_object() && j.value("key", "") == key) {
-      bool complete = true;
-      for (const auto& f : j["frames"]) {
-        capture.photos.push_back(FramePhoto(f["index"], f["time_s"], j["width"], j["height"]));
-        complete = complete && fs::exists(capture.folder / capture.photos.back().name, ec);
-      }
-      capture.video_frames = j["video_frames"];
-      if (complete) {
-        reused->push_back("keyframes");
-        return capture;
-      }
-      capture.photos.clear();
+  ChosenFrames found;
+  if (const auto json = fs::exists(list, ec) ? JsonKeys::Parse(ReadText(list)) : std::nullopt; json && json->Into(found) && found.key == key) {
+    for (const ChosenFrame& f : found.frames) capture.photos.push_back(FramePhoto(f.index, f.time_s, found.width, found.height));
+    capture.video_frames = found.video_frames;
+    if (std::all_of(capture.photos.begin(), capture.photos.end(), [&](const Photo& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
+      reused->push_back("keyframes");
+      return capture;
     }
+    capture.photos.clear();
   }
 
   const VideoStatistics video = AnalyseVideo(options.input, sink);
@@ -103,17 +109,12 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   fs::remove_all(capture.folder);
   const std::set<int> wanted(chosen.begin(), chosen.end());
   const auto times = WriteFrames(options.input, capture.folder, static_cast<long>(chosen.size()), "writing keyframes", [&](int i) { return wanted.count(i) > 0; }, sink);
-  nlohmann::json j;
-  j["key"] = key;
-  j["width"] = video.width_px;
-  j["height"] = video.height_px;
-  j["video_frames"] = capture.video_frames;
-  j["frames"] = nlohmann::json::array();
+  found = {key, video.width_px, video.height_px, capture.video_frames, {}};
   for (const auto& [index, time_s] : times) {
     capture.photos.push_back(FramePhoto(index, time_s, video.width_px, video.height_px));
-    j["frames"].push_back({{"index", index}, {"time_s", time_s}});
+    found.frames.push_back({index, time_s});
   }
-  WriteTextAtomically(list, j.dump(1));
+  WriteTextAtomically(list, JsonKeys(found).Text(1));
   sink.Message(fmt::format("{} keyframes of {} frames", capture.photos.size(), capture.video_frames));
   return capture;
 }

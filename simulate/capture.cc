@@ -381,6 +381,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
   SimulateSummary summary;
   summary.scene = scene.name;
+  summary.output = options.output;
   summary.views = static_cast<int>(views.size());
   summary.effects = EffectsOn(scene);
   const Camera& first = scene.cameras[static_cast<std::size_t>(views[0].camera)].camera;
@@ -441,21 +442,16 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   return summary;
 }
 
-std::string ToJson(const SimulateOptions& options, const SimulateSummary& summary) {
-  Json json;
-  json["scene"] = summary.scene;
-  json["output"] = options.output.string();
-  json["views"] = summary.views;
-  json["width"] = summary.width_px;
-  json["height"] = summary.height_px;
-  json["points"] = summary.points;
-  json["seconds"] = summary.seconds;
-  json["rays"] = summary.counters.rays;
-  json["camera_poses"] = summary.counters.poses;
-  json["noise_draws"] = summary.counters.noise_draws;
-  json["effects"] = summary.effects;
-  json["reused"] = summary.reused;
-  return json.dump();
+void ListKeys(JsonKeys& j, SimulateSummary& s) {
+  j("scene", s.scene, "output", s.output, "views", s.views, "width", s.width_px, "height", s.height_px, "points", s.points, "seconds", s.seconds);
+  j.Say("rays", s.counters.rays).Say("camera_poses", s.counters.poses).Say("noise_draws", s.counters.noise_draws);
+  j("effects", s.effects, "reused", s.reused);
+}
+
+std::string Describe(const SimulateSummary& s) {
+  const std::string output = s.output.string();
+  if (s.reused) return output + " holds this capture already";
+  return fmt::format("{} photos in {}/images, what is true about them in {}/truth", s.views, output, output);
 }
 
 }  // namespace lumi

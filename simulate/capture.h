@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
 #include "simulate/view_renderer.h"
 
@@ -43,6 +44,7 @@ std::optional<std::string> Validate(const SimulateOptions& options);
 
 struct SimulateSummary {
   std::string scene;
+  std::filesystem::path output;
   int views = 0;
   int width_px = 0, height_px = 0;  // of the first photo
   int points = 0;
@@ -55,6 +57,7 @@ struct SimulateSummary {
 // Throws UsageError (options, somebody else's folder), InputError (the scene), MachineError (the disk).
 SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress);
 
-std::string ToJson(const SimulateOptions& options, const SimulateSummary& summary);
+void ListKeys(JsonKeys& j, SimulateSummary& summary);
+std::string Describe(const SimulateSummary& summary);
 
 }  // namespace lumi

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
 #include "stabilize/stabilize.h"
 
@@ -16,8 +18,16 @@ struct StabilizeCommandOptions {
   StabilizeOptions stabilize;
 };
 
-// JSON text: model, frames, view_scale, shake_before_px, shake_after_px ...
-std::string RunStabilize(const StabilizeCommandOptions& options, ProgressSink& progress);
-std::string DescribeStabilize(const std::string& json);
+struct StabilizeSummary {
+  std::filesystem::path path;      // that was written
+  StabilizeReport report;
+  bool cropped = false;            // to report.view_scale
+  std::vector<std::string> shown;  // names of the first and the last frame that belong to this path
+  double seconds = 0;
+};
+void ListKeys(JsonKeys& j, StabilizeSummary& summary);
+std::string Describe(const StabilizeSummary& summary);
+
+StabilizeSummary RunStabilize(const StabilizeCommandOptions& options, ProgressSink& progress);
 
 }  // namespace lumi

@@ -4,18 +4,18 @@
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/program/child_progress.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/sibling.h"
 #include "scene/program/stopwatch.h"
-#include "scene/program/subprocess.h"
 #include "scene/program/version.h"
+#include "scene/tradeoff/held_out.h"
 #include "timeperiodic/align.h"
 #include "timeperiodic/commands.h"
 #include "timeperiodic/frame_stack.h"
@@ -27,35 +27,13 @@ namespace lumi {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kOwnFolder = "timeperiodic";
 constexpr int kMovingComponents = 48;
+constexpr int kLeastHoldout = 8, kHeldOutViews = 24, kHeldOutWidth = 160;  // what --tradeoff renders: about so many frames of this width
 
 // Frames of a video as lumi-reconstruct names them.
 std::string MaskName(int frame) { return fmt::format("frame_{:06d}.jpg.png", frame); }
-
-Json SamplingJson(const SamplingReport& r) {
-  Json j;
-  j["views"] = r.views;
-  j["samples_per_window"] = r.samples_per_window;
-  j["window_least"] = r.window_least;
-  j["window_most"] = r.window_most;
-  j["uniformity"] = r.uniformity;
-  j["covered"] = r.covered;
-  j["half_share"] = r.half_share;
-  j["camera_period_frames"] = r.camera_period;
-  j["commensurate"] = r.commensurate > 0 ? Json(fmt::format("{}:{}", r.commensurate_p, r.commensurate_q)) : Json(nullptr);
-  j["gaps"] = Json::array();
-  for (const SamplingGap& g : r.gaps)
-    j["gaps"].push_back({{"phase_from", g.phase_from},
-                         {"phase_to", g.phase_to},
-                         {"place_from", g.place_from},
-                         {"place_to", g.place_to},
-                         {"what_to_film", g.what_to_film}});
-  j["warnings"] = r.warnings;
-  return j;
-}
 
 // The views that have a time, in frames of 1 / fps.
 std::vector<SampledView> SampledViews(const Scene& scene, double fps) {
@@ -81,48 +59,17 @@ void WriteMasks(const FrameStack& stack, const Alignment& alignment, const Movin
 }
 
 // lumi-reconstruct's summary.
-Json Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, ProgressSink& progress) {
-  std::vector<std::string> argv{SiblingProgram("lumi-reconstruct").string(),
-                                o.video.string(),
-                                "-o",
-                                o.scene.string(),
-                                "--all-frames",
-                                "--masks",
-                                masks.string(),
-                                "--json",
-                                "--threads",
-                                std::to_string(o.threads),
-                                "--seed",
-                                std::to_string(o.seed)};
-  argv.insert(argv.end(), o.reconstruct_arguments.begin(), o.reconstruct_arguments.end());
-  SubprocessOptions subprocess;
-  subprocess.separate_stdout = true;
-  ChildProgress display(progress, "lumi-reconstruct: ");
-  subprocess.environment["LUMI_PROGRESS_PIPE"] = "1";
-  subprocess.on_line = [&](const std::string& line) {
-    if (const auto parsed = ParseProgressLine(line))
-      display.Show(*parsed);
-    else
-      progress.Message("lumi-reconstruct: " + line);
-  };
-  const SubprocessResult result = RunSubprocess(argv, subprocess);
-  const Json json = Json::parse(result.out, nullptr, false);
-  if (result.exit_code == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();
-  if (result.exit_code != 0) {
-    std::string why = fmt::format("it ended with {}", result.exit_code), hint;
-    fs::path file = o.video;
-    if (json.is_object() && json.contains("error")) {
-      why = json["error"].value("message", why);
-      hint = json["error"].value("hint", "");
-    } else if (!result.tail.empty()) {
-      why += ": " + result.tail.back();
-    }
-    const bool own = result.exit_code >= 1 && result.exit_code <= 4;
-    throw Error(own ? static_cast<ExitCode>(result.exit_code) : ExitCode::kMachine, "lumi-reconstruct cannot place the cameras: " + why,
-                file, hint);
+JsonKeys Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, ProgressSink& progress) {
+  std::vector<std::string> arguments{o.video.string(), "-o", o.scene.string(), "--all-frames", "--masks", masks.string(),
+                                     "--threads", std::to_string(o.threads), "--seed", std::to_string(o.seed)};
+  arguments.insert(arguments.end(), o.reconstruct_arguments.begin(), o.reconstruct_arguments.end());
+  try {
+    return RunSibling({"lumi-reconstruct", arguments, "lumi-reconstruct: ", "lumi-reconstruct: "}, progress).summary;
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(e.code() == ExitCode::kBug ? ExitCode::kMachine : e.code(), std::string("lumi-reconstruct cannot place the cameras: ") + e.what(), o.video, e.hint());
   }
-  if (!json.is_object()) throw MachineError("lumi-reconstruct printed no summary", "is it of the same version as this program?");
-  return json;
 }
 
 Provenance Wanted(const CalibrateVideoOptions& o) {
@@ -144,6 +91,33 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
   return wanted;
 }
 
+// Dials of the search against what they bring: the period, and the scene's held-out frames rendered with it.
+PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
+  const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period, o.width_px, o.period_frames};
+  const double fps = VideoReader(options.video).fps();
+  OpenOptions open;
+  open.check_photos = false;
+  Scene scene = OpenScene(o.scene, open, progress);
+  const HeldOutBench bench(o.scene, std::max(kLeastHoldout, static_cast<int>(scene.views.size()) / kHeldOutViews), kHeldOutWidth);
+  HeldOutByPeriod held_out = [&](double period_frames) {
+    scene.period_s = period_frames / fps;
+    WriteManifest(scene, bench.folder());
+    return bench.Measure("plane").psnr_db;
+  };
+  try {
+    bench.MakePlane();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    progress.Message(std::string("no figures of held-out frames: ") + e.what());
+    held_out = {};
+  }
+  PeriodTradeoff t{MeasurePeriodTradeoff(options, held_out, progress), {}};
+  const FolderLock lock(o.scene);
+  t.files = WritePeriodTradeoff(o.scene / "tradeoff", t.table);
+  return t;
+}
+
 }  // namespace
 
 std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
@@ -151,13 +125,15 @@ std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
   if (o.scene.empty()) return "say where the scene goes: -o SCENE";
   if (o.period_frames && !o.fixed_video.empty()) return "--period-frames and --fixed-video do not go together: both say the period";
   if (o.period_frames && !(*o.period_frames > 0)) return "--period-frames must be > 0";
+  if (o.masks_only && o.tradeoff) return "--tradeoff measures the scene, which --masks-only does not make";
   if (o.masks_only && !o.masks.empty()) return "--masks-only finds masks, --masks gives them";
   return Validate(o.period);
 }
 
-std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progress) {
+namespace {
+
+CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
-  if (const auto wrong = Validate(o)) throw UsageError(*wrong);
   if (o.period_frames) RequireResolved(*o.period_frames);
   for (const fs::path& file : {o.video, o.fixed_video, o.masks})
     if (!file.empty() && !fs::exists(file)) throw InputError(file, "no such file or folder");
@@ -165,10 +141,12 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
   RequireOurFolder(o.scene, "provenance");
   Provenance wanted = Wanted(o);
   if (fs::exists(summary_file) && IsUpToDate(o.scene, wanted)) {
-    Json json = Json::parse(ReadText(summary_file));
-    json["reused"] = true;
-    json["seconds"] = SecondsSince(start);
-    return json.dump();
+    const auto json = JsonKeys::Parse(ReadText(summary_file));
+    if (!json) throw InputError(summary_file, "is no JSON object", "remove it, and the video is calibrated again");
+    auto summary = json->As<CalibratedVideo>();
+    summary.reused = true;
+    summary.period.seconds = SecondsSince(start);
+    return summary;
   }
 
   FrameStackOptions reading;
@@ -180,8 +158,9 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
   if (o.masks.empty() || (!o.period_frames && o.fixed_video.empty())) alignment = AlignFrames(stack, {}, progress);
 
   // The period, in frames of the moving video.
-  PeriodEstimate estimate;
-  std::string period_from = "given";
+  CalibratedVideo summary;
+  PeriodEstimate& estimate = summary.period.estimate;
+  std::string& period_from = summary.period_from = "given";
   if (o.period_frames) {
     estimate.period_frames = *o.period_frames;
     estimate.candidates.push_back({*o.period_frames, "taken", 1, 0});
@@ -202,7 +181,6 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
   for (const std::string& w : estimate.warnings) progress.Message(w);
 
   // What moves.
-  Json masks_json;
   fs::path masks = o.masks;
   {
     const FolderLock lock(o.scene);
@@ -211,26 +189,22 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
     if (period_from != "given") WriteTextAtomically(own / "period.svg", PeriodPlot(estimate));
     if (masks.empty()) {
       const MovingParts parts = FindMovingParts(stack, *alignment, period, {});
-      masks_json = {
-          {"found", true}, {"moving_share", parts.share}, {"corners", alignment->corners}, {"aligned_frames", alignment->frames.size()}};
+      summary.masks = {true, parts.share, static_cast<int>(alignment->corners), static_cast<int>(alignment->frames.size())};
       if (parts.share > o.max_moving_share)
         throw DataError(fmt::format("too little of the picture stands still: {:.0f} % of it moves", 100 * parts.share),
                         "film with more of a still background in view, or give masks (--masks)", o.video);
       if (parts.share == 0) progress.Message("nothing was found that moves with this period: no masks");
       masks = own / "masks";
       WriteMasks(stack, *alignment, parts, masks, progress);
-    } else {
-      masks_json = {{"found", false}};
     }
   }
 
-  Json json = Json::parse(PeriodJson(estimate, stack.fps, stack.count()));
-  json["period_from"] = period_from;
-  json["scene"] = o.scene.string();
-  json["masks"] = masks_json;
-  json["reused"] = false;
+  summary.period.fps = stack.fps;
+  summary.period.frames = stack.count();
+  summary.period.samples_per_window = stack.count() / period;
+  summary.scene = o.scene;
   if (!o.masks_only) {
-    json["reconstruct"] = Reconstruct(o, masks, progress);
+    summary.reconstruct = Reconstruct(o, masks, progress);
     const FolderLock lock(o.scene);
     OpenOptions open;
     open.check_photos = false;
@@ -250,36 +224,29 @@ std::string CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progres
     const SamplingReport report = ReportSampling(views, period);
     for (const std::string& w : report.warnings) progress.Message(w);
     WriteTextAtomically(own / "sampling.svg", SamplingPlot(report, views));
-    json["images_registered"] = views.size();
-    json["samples_per_window"] = report.samples_per_window;
-    json["sampling"] = SamplingJson(report);
-    for (const std::string& w : report.warnings) json["warnings"].push_back(w);
+    summary.images_registered = static_cast<int>(views.size());
+    summary.period.samples_per_window = report.samples_per_window;
+    summary.sampling = report;
+    estimate.warnings.insert(estimate.warnings.end(), report.warnings.begin(), report.warnings.end());
   }
-  json["seconds"] = wanted.seconds = SecondsSince(start);
+  summary.period.seconds = wanted.seconds = SecondsSince(start);
   const FolderLock lock(o.scene);
-  WriteTextAtomically(summary_file, json.dump(1) + "\n");
+  WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
   wanted.outputs[(fs::path(kOwnFolder) / "summary.json").string()] = Fingerprint(summary_file);
   WriteProvenance(o.scene, wanted);
-  return json.dump();
+  return summary;
 }
 
-std::string DescribeCalibratedVideo(const std::string& text) {
-  const auto j = Json::parse(text);
-  std::string lines = fmt::format("period {:.6g} frames +- {:.2g} (from the {})", j["period_frames"].get<double>(),
-                                  j["period_sigma_frames"].get<double>(), j["period_from"].get<std::string>());
-  if (j["masks"].value("found", false))
-    lines += fmt::format("; {:.1f} % of the picture moves", 100 * j["masks"]["moving_share"].get<double>());
-  if (!j.contains("sampling"))
-    return lines + "\nmasks in " + j["scene"].get<std::string>() + "/timeperiodic/masks: look at them, and give them with --masks";
-  const auto& s = j["sampling"];
-  lines += fmt::format("\n{} of {} frames have a camera: {:.3g} samples in a window of one frame ({:.0f} to {:.0f}), uniformity {:.2f}",
-                       j["images_registered"].get<int>(), j["frames"].get<int>(), s["samples_per_window"].get<double>(),
-                       s["window_least"].get<double>(), s["window_most"].get<double>(), s["uniformity"].get<double>());
-  for (const auto& g : s["gaps"]) lines += "\n  gap: " + g["what_to_film"].get<std::string>();
-  return lines;
+}  // namespace
+
+CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& progress) {
+  if (const auto wrong = Validate(o)) throw UsageError(*wrong);
+  CalibratedVideo summary = Calibrated(o, progress);
+  if (o.tradeoff) summary.period.tradeoff = Tradeoff(o, progress);
+  return summary;
 }
 
-std::string ReportSceneSampling(const fs::path& folder, const fs::path& plot, ProgressSink& progress) {
+SceneSampling ReportSceneSampling(const fs::path& folder, const fs::path& plot, ProgressSink& progress) {
   OpenOptions open;
   open.check_photos = open.undistort = false;
   const Scene scene = OpenScene(folder, open, progress);
@@ -297,11 +264,7 @@ std::string ReportSceneSampling(const fs::path& folder, const fs::path& plot, Pr
   const SamplingReport report = ReportSampling(views, *scene.period_s * fps);
   for (const std::string& w : report.warnings) progress.Message(w);
   if (!plot.empty()) WriteTextAtomically(plot, SamplingPlot(report, views));
-  Json json = SamplingJson(report);
-  json["period_frames"] = *scene.period_s * fps;
-  json["period_s"] = *scene.period_s;
-  json["fps"] = fps;
-  return json.dump();
+  return {report, *scene.period_s * fps, *scene.period_s, fps};
 }
 
 }  // namespace lumi

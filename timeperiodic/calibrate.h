@@ -10,6 +10,7 @@
 
 #include "scene/program/progress.h"
 #include "timeperiodic/period.h"
+#include "timeperiodic/summaries.h"
 
 namespace lumi {
 
@@ -19,6 +20,7 @@ struct CalibrateVideoOptions {
   std::filesystem::path fixed_video;               // of the same scene from a tripod: its period is taken; empty: none
   std::optional<double> period_frames;             // of `video`; neither: from the moving video itself
   std::filesystem::path masks;                     // COLMAP's, frame_000000.jpg.png ...; empty: found
+  bool tradeoff = false;                           // also what a period costs, and what it brings; SCENE/tradeoff/period.*
   bool masks_only = false;                         // stop when the masks are written, to be looked at and edited
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct
   PeriodOptions period;
@@ -29,13 +31,11 @@ struct CalibrateVideoOptions {
 };
 std::optional<std::string> Validate(const CalibrateVideoOptions& options);
 
-// JSON text; writes SCENE and, in SCENE/timeperiodic/: masks/, period.svg, sampling.svg, summary.json. Throws DataError:
+// Writes SCENE and, in SCENE/timeperiodic/: masks/, period.svg, sampling.svg, summary.json. Throws DataError:
 // nothing repeats; too little that stands still; what lumi-reconstruct refuses.
-std::string CalibrateVideo(const CalibrateVideoOptions& options, ProgressSink& progress);
+CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& options, ProgressSink& progress);
 
-std::string DescribeCalibratedVideo(const std::string& json);
-
-// The sampling of a scene that has times and a period, as JSON; plot: SVG to write, or empty. Throws DataError where it has not.
-std::string ReportSceneSampling(const std::filesystem::path& scene, const std::filesystem::path& plot, ProgressSink& progress);
+// The sampling of a scene that has times and a period; plot: SVG to write, or empty. Throws DataError where it has not.
+SceneSampling ReportSceneSampling(const std::filesystem::path& scene, const std::filesystem::path& plot, ProgressSink& progress);
 
 }  // namespace lumi

@@ -1,4 +1,4 @@
-// The program's commands: what they take, and their JSON.
+// The program's commands: what they take.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 
 #include "scene/program/progress.h"
 #include "timeperiodic/period.h"
+#include "timeperiodic/summaries.h"
 
 namespace lumi {
 
@@ -19,12 +20,14 @@ struct PeriodCommandOptions {
   PeriodOptions period;
   int width_px = 192;          // of the frames that are looked at
   std::filesystem::path plot;  // SVG; empty: none
+  std::filesystem::path tradeoff;             // a folder for the table of width and frames against error and seconds; empty: none
+  std::optional<double> true_period_frames;   // which its errors are against
 };
 
-// JSON text: period_frames, period_sigma_frames, harmonics_considered, samples_per_window ...
-std::string RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
+PeriodSummary RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
 
-std::string PeriodJson(const PeriodEstimate& estimate, double fps, int frames);
-std::string DescribePeriod(const std::string& json);
+// The keys tradeoff, tradeoff_json, tradeoff_csv and tradeoff_svg of a summary; what a person reads of them, empty where it has none.
+std::string PeriodTradeoffJson(const TradeoffTable& table, const TradeoffFiles& files);
+std::string DescribePeriodTradeoff(const std::string& json);
 
 }  // namespace lumi

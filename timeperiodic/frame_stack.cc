@@ -62,6 +62,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     }
     if (frame->rgb.width != stack.video_width || frame->rgb.height != stack.video_height)
       throw InputError(path, fmt::format("frame {} has another size than the first", frame->index));
+    if (options.first_frames > 0 && static_cast<int>(stack.time_s.size()) >= options.first_frames) break;
     if (static_cast<int>(stack.time_s.size()) >= options.max_frames)
       throw DataError(fmt::format("the video has more than {} frames", options.max_frames),
                       "cut a part out of it that shows some 20 periods", path);

@@ -29,6 +29,7 @@ struct FrameStack {
 struct FrameStackOptions {
   int max_width_px = 192;    // of the small frames, >= 16
   int max_frames = 100000;   // more: DataError, a period shows in fewer
+  int first_frames = 0;      // no more are read; 0: all
   double max_bytes = 1.5e9;  // the frames are made smaller where they would take more
 };
 

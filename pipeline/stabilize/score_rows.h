@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/sibling_summaries.h"
+
 namespace lumi {
 
 // Each figure with the digits that it is read with; "-" where the score has none (a film too short for a stability, a blank one).
@@ -12,7 +14,6 @@ struct ScoreRow {
   std::string cropping, distortion, stability, jitter_px, kept_area;
 };
 
-// `score_json`: the program's summary; no rows where it is empty.
-std::vector<ScoreRow> ScoreRows(const std::string& score_json);
+std::vector<ScoreRow> ScoreRows(const sibling::ScoreSummary& score);
 
 }  // namespace lumi

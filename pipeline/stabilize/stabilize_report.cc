@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "pipeline/report/html.h"
 #include "pipeline/stabilize/score_rows.h"
 #include "scene/files/atomic_file.h"
@@ -12,7 +10,6 @@ namespace lumi {
 namespace fs = std::filesystem;
 
 fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOptions& options, const StabilizeVideoSummary& s) {
-  using nlohmann::json;
   std::string cards = HtmlCard(std::to_string(s.frames), "frames", fmt::format("{:.2f} a second", s.fps)) +
                       HtmlCard(s.border == "fill" ? "filled" : fmt::format("{:.0f} %", 100 * s.kept_scale), s.border == "fill" ? "border" : "of the width kept",
                                s.border == "fill" ? "holes come from frames farther away" : fmt::format("{:.0f} % of the area", 100 * s.kept_scale * s.kept_scale)) +
@@ -24,12 +21,12 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
   std::string body = cards + HtmlSection("Windows", HtmlTable({{"frames", false}, {"reconstructed from", false}, {"structure", false}, {"shake before, px", true}, {"after, px", true},
                                                                {"seen in every frame, % of width", true}, {"follow the camera", true}, {"ends with", false}, {"seconds", true}}, rows) +
                                                  "<p>Structure <em>homographies</em>: the camera only turned, or saw one plane, or stood still. Shake: above 1 Hz.</p>");
-  if (const std::vector<ScoreRow> scored = ScoreRows(s.score_json); !scored.empty()) {
+  if (const std::vector<ScoreRow> scored = ScoreRows(s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary()); !scored.empty()) {
     rows.clear();
     for (const ScoreRow& r : scored) rows.push_back({EscapeHtml(r.video), r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area});
     body += HtmlSection("Score", HtmlTable({{"video", false}, {"cropping ratio", true}, {"distortion", true}, {"stability", true}, {"jitter, px", true}, {"kept area", true}}, rows));
   }
-  if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && !s.tradeoff_json.empty()) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(s.tradeoff_table) + "</pre>" + ReadText(folder / "tradeoff.svg"));
+  if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && s.tradeoff) body += HtmlSection("What the dials cost and give", "<pre>" + EscapeHtml(TextOf(*s.tradeoff)) + "</pre>" + ReadText(folder / "tradeoff.svg"));
   std::string tracks;
   for (std::size_t i = 0; i < s.windows.size() && i < 6; ++i) {
     const fs::path svg = folder / fmt::format("window-{:03d}", i) / "tracks.svg";
@@ -39,9 +36,7 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
   if (!tracks.empty()) body += HtmlSection("Tracks", tracks);
   const fs::path page = folder / "report.html";
   WriteTextAtomically(page, HtmlPage("Stabilised: " + options.input.filename().string(), body));
-  json j = json::parse(ToJson(s));
-  j["report"] = page.string();
-  WriteTextAtomically(folder / "report.json", j.dump(1) + "\n");
+  WriteTextAtomically(folder / "report.json", JsonKeys(s).Say("report", page).Text(1) + "\n");
   return page;
 }
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "pipeline/sibling_stage.h"
+#include "pipeline/sibling_summaries.h"
 #include "pipeline/stabilize/film_output.h"
 #include "pipeline/stabilize/film_windows.h"
 #include "pipeline/stabilize/score_rows.h"
@@ -28,7 +28,6 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSmoothWindow = 240, kShotWindow = 600;  // frames reconstructed at once
@@ -54,10 +53,50 @@ struct Window {
   bool alone = false;          // one frame: nothing to stabilise
   int first_shown = 0;         // by this window, not by the one before
   fs::path folder;
-  json path_summary;
+  std::optional<sibling::PathSummary> path;
   std::string structure;
   double seconds = 0;
 };
+
+// What the windows depend on, in state.json.
+struct Asked {
+  std::string version, input, model;
+  int window_frames = 0;
+  std::vector<std::string> path, reconstruct;
+  std::size_t seed = 0;
+  bool operator==(const Asked&) const = default;
+};
+void ListKeys(JsonKeys& j, Asked& a) {
+  j("version", a.version, "input", a.input, "model", a.model, "window_frames", a.window_frames, "path", a.path, "reconstruct", a.reconstruct, "seed", a.seed);
+}
+struct State {
+  Asked wanted;
+};
+void ListKeys(JsonKeys& j, State& s) { j("wanted", s.wanted); }
+
+// A window that is solved, in window.json: what it was made of, and what came of it.
+struct WindowKey {
+  int begin = 0, asked_end = 0;
+  bool joined = false;
+  std::string before;
+  bool operator==(const WindowKey&) const = default;
+};
+void ListKeys(JsonKeys& j, WindowKey& k) { j("begin", k.begin, "asked_end", k.asked_end, "joined", k.joined, "before", k.before); }
+struct WindowRecord {
+  WindowKey key;
+  Window window;
+};
+void ListKeys(JsonKeys& j, WindowRecord& r) {
+  Window& w = r.window;
+  j("key", r.key, "end", w.end, "cut", w.cut, "structure", w.structure, "path", w.path, "first_shown", w.first_shown, "seconds", w.seconds);
+}
+
+template <typename T>
+std::optional<T> ReadRecord(const fs::path& file, T record) {
+  std::error_code ec;
+  const auto json = fs::exists(file, ec) ? JsonKeys::Parse(ReadText(file)) : std::nullopt;
+  return json && json->Into(record) ? std::optional(record) : std::nullopt;
+}
 
 class StabilizeRun {
  public:
@@ -78,9 +117,7 @@ class StabilizeRun {
     WriteVideos();
     if (o_.score) Score();
     if (o_.tradeoff && !windows_.front().alone) {
-      const StabilizeTradeoff measured = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_);
-      summary_.tradeoff_json = ReadText(measured.json);
-      summary_.tradeoff_table = TableOf(measured);
+      summary_.tradeoff = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_).table;
     }
     summary_.fps = facts_.fps;
     summary_.frames = frames_;
@@ -102,17 +139,12 @@ class StabilizeRun {
 
   // What an earlier run made for the same input and options stays; else the folder begins anew.
   void OpenState() {
-    json wanted{{"version", kVersion}, {"input", Fingerprint(o_.input)}, {"model", o_.model}, {"window_frames", o_.window_frames}, {"path", o_.path_arguments},
-                {"reconstruct", o_.reconstruct_arguments}, {"seed", o_.seed}};
+    const State asked{{kVersion, Fingerprint(o_.input), o_.model, o_.window_frames, o_.path_arguments, o_.reconstruct_arguments, o_.seed}};
     const fs::path file = work_ / "state.json";
-    std::error_code ec;
-    json state = fs::exists(file, ec) ? json::parse(ReadText(file), nullptr, false) : json();
-    if (!state.is_object() || state.value("wanted", json()) != wanted) {
-      for (const auto& entry : fs::directory_iterator(work_))
-        if (entry.path().filename().string().starts_with("window-") && entry.is_directory()) fs::remove_all(entry.path());
-      state = {{"wanted", wanted}};
-      WriteTextAtomically(file, state.dump(1) + "\n");
-    }
+    if (const auto state = ReadRecord<State>(file, {}); state && state->wanted == asked.wanted) return;
+    for (const auto& entry : fs::directory_iterator(work_))
+      if (entry.path().filename().string().starts_with("window-") && entry.is_directory()) fs::remove_all(entry.path());
+    WriteTextAtomically(file, JsonKeys(asked).Text(1) + "\n");
   }
 
   int WindowFrames() const {
@@ -180,25 +212,19 @@ class StabilizeRun {
     std::error_code ec;
     std::string before;
     if (window.joined) before = Fingerprint(windows_.back().folder / "path.json");
-    const json key{{"begin", window.begin}, {"asked_end", window.end}, {"joined", window.joined}, {"before", before}};
-    const json known = fs::exists(record, ec) ? json::parse(ReadText(record), nullptr, false) : json();
-    if (known.is_object() && known.value("key", json()) == key && known.contains("first_shown") && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
-      window.end = known["end"];
-      window.cut = known["cut"];
-      window.structure = known["structure"];
-      window.path_summary = known["path"];
-      window.seconds = known["seconds"];
-      window.first_shown = known["first_shown"];
+    const WindowKey key{window.begin, window.end, window.joined, before};
+    if (const auto known = ReadRecord<WindowRecord>(record, {{}, window}); known && known->key == key && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
+      window = known->window;
       return;
     }
     const auto start = Clock::now();
     std::vector<std::string> arguments{(window.folder / "frames").string(), "-o", scene.string(), "--backend", "factorization", "--projective", "--matching", "sequential", "--fps", fmt::format("{}", facts_.fps)};
     arguments.insert(arguments.end(), o_.reconstruct_arguments.begin(), o_.reconstruct_arguments.end());
-    const json cameras = json::parse(Start("cameras", "lumi-reconstruct", arguments, number).json);
-    window.structure = cameras.value("structure", "points");
-    if (cameras.contains("cut_frame")) {
+    const auto cameras = Start("cameras", "lumi-reconstruct", arguments, number).summary.As<sibling::CamerasSummary>();
+    window.structure = cameras.structure;
+    if (cameras.cut_frame) {
       window.cut = true;
-      window.end = cameras["cut_frame"].get<int>() - 1;
+      window.end = *cameras.cut_frame - 1;
     }
     if (window.end > window.begin) {
       FindPath(window, more && !window.cut, number);
@@ -208,8 +234,7 @@ class StabilizeRun {
     }
     fs::remove_all(scene / "colmap", ec);
     window.seconds = SecondsSince(start);
-    if (!window.alone)
-      WriteTextAtomically(record, json{{"key", key}, {"end", window.end}, {"cut", window.cut}, {"structure", window.structure}, {"path", window.path_summary}, {"first_shown", window.first_shown}, {"seconds", window.seconds}}.dump(1) + "\n");
+    if (!window.alone) WriteTextAtomically(record, JsonKeys(WindowRecord{key, window}).Text(1) + "\n");
   }
 
   // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short, nothing to be seen): that is
@@ -228,14 +253,14 @@ class StabilizeRun {
       if (ways[i].joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
       arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
       try {
-        window.path_summary = json::parse(Start("path", "lumi-stabilize", arguments, number).json);
+        window.path = Start("path", "lumi-stabilize", arguments, number).summary.As<sibling::PathSummary>();
       } catch (const Error& e) {
         if (e.code() != ExitCode::kDataRefused || i + 1 == ways.size()) throw;
         progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined || !window.joined ? "smooth instead" : "smooth instead, not joined to what came before"));
         continue;
       }
       if (ways[i].joined)
-        window.first_shown = FrameOf(window.path_summary.at("shown").at(0));
+        window.first_shown = FrameOf(window.path->shown.at(0));
       else if (window.joined)
         window.first_shown = std::min(window.end, window.begin + Overlap() / 2);
       return;
@@ -284,31 +309,24 @@ class StabilizeRun {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render", arguments, static_cast<int>(i) + 1);
     windows_[i].seconds += stage.seconds;
-    if (std::string(folder) == "steady") summary_.frames_reused += json::parse(stage.json).value("frames_reused", 0);
+    if (std::string(folder) == "steady") summary_.frames_reused += stage.summary.As<sibling::FramesSummary>().frames_reused;
   }
 
   // The frames that the window renders, zoomed to the crop of all.
   fs::path PathPart(std::size_t i) const {
     const Window& window = windows_[i];
-    json path = json::parse(ReadText(window.folder / "path.json"));
+    MatrixPath path = ReadMatrixPath(window.folder / "path.json");
     const auto [first, last] = Rendered(i);
-    const double width = path["width"], height = path["height"], scale = summary_.kept_scale;
-    json keys = json::array();
-    for (json& key : path["keys"]) {
-      const std::string name = key["view"];
-      if (name < FilmFrameName(first) || name > FilmFrameName(last)) continue;
-      key.erase("anchors_px");
-      for (int c = 0; c < 4; ++c) {
-        const double w = key["P"][8 + c];
-        key["P"][c] = key["P"][c].get<double>() / scale + (1 - 1 / scale) * 0.5 * width * w;
-        key["P"][4 + c] = key["P"][4 + c].get<double>() / scale + (1 - 1 / scale) * 0.5 * height * w;
-      }
-      keys.push_back(std::move(key));
+    std::erase_if(path.keys, [&, first = first, last = last](const MatrixKey& key) { return key.view < FilmFrameName(first) || key.view > FilmFrameName(last); });
+    const double scale = summary_.kept_scale;
+    for (MatrixKey& key : path.keys) {
+      key.anchors.clear();
+      key.P.row(0) = key.P.row(0) / scale + (1 - 1 / scale) * 0.5 * path.width_px * key.P.row(2);
+      key.P.row(1) = key.P.row(1) / scale + (1 - 1 / scale) * 0.5 * path.height_px * key.P.row(2);
     }
-    path["keys"] = std::move(keys);
-    path["cropped"] = true;
+    path.cropped = true;
     const fs::path part = window.folder / "part.json";
-    WriteTextAtomically(part, path.dump() + "\n");
+    WriteMatrixPath(part, path);
     return part;
   }
 
@@ -319,15 +337,14 @@ class StabilizeRun {
       const auto [first, last] = Rendered(i);
       for (int f = first; f <= last; ++f) files[static_cast<std::size_t>(f)] = windows_[i].folder / "frames" / FilmFrameName(f);
       if (windows_[i].alone) continue;
-      const json path = json::parse(ReadText(windows_[i].folder / "part.json"));
+      const std::vector<MatrixKey> keys = ReadMatrixPath(windows_[i].folder / "part.json").keys;
       std::vector<fs::path> rendered;
       for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder / "frames"))
         if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_")) rendered.push_back(entry.path());
       std::sort(rendered.begin(), rendered.end());
-      const json& keys = path["keys"];
       if (rendered.size() < keys.size()) throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(), (windows_[i].folder / folder).string()));
       for (std::size_t k = 0; k < keys.size(); ++k) {
-        files[static_cast<std::size_t>(FrameOf(keys[k]["view"]))] = rendered[k];
+        files[static_cast<std::size_t>(FrameOf(keys[k].view))] = rendered[k];
       }
     }
     return files;
@@ -359,7 +376,7 @@ class StabilizeRun {
   void Score() {
     const int number = static_cast<int>(windows_.size());
     try {
-      summary_.score_json = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).json;
+      summary_.score = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).summary;
     } catch (const Error& error) {  // a film of a white wall is made as well as it can be; nothing can be measured on it
       if (error.code() != ExitCode::kDataRefused) throw;
       progress_.Message(fmt::format("no figures for the result: {}", error.what()));
@@ -375,12 +392,12 @@ class StabilizeRun {
     r.structure = w.structure;
     r.seconds = w.seconds;
     r.cut = w.cut;
-    if (w.path_summary.is_object()) {
-      r.view_scale = w.path_summary.value("view_scale", 1.0);
-      r.shake_before_px = w.path_summary.value("shake_before_px", 0.0);
-      r.shake_after_px = w.path_summary.value("shake_after_px", 0.0);
-      r.followed_frames = w.path_summary.value("followed_frames", 0);
-      r.model = w.path_summary.value("model", o_.model);
+    if (w.path) {
+      r.view_scale = w.path->view_scale;
+      r.shake_before_px = w.path->shake_before_px;
+      r.shake_after_px = w.path->shake_after_px;
+      r.followed_frames = w.path->followed_frames;
+      r.model = w.path->model;
     }
     return r;
   }
@@ -411,39 +428,31 @@ StabilizeVideoSummary RunStabilizeVideo(const StabilizeVideoOptions& options, Pr
   return StabilizeRun(options, progress).Go();
 }
 
-std::string ToJson(const StabilizeVideoSummary& s) {
-  nlohmann::ordered_json j;
-  j["video"] = s.video.string();
-  j["report"] = s.report.string();
-  j["split_screen"] = s.split_screen.empty() ? json(nullptr) : json(s.split_screen.string());
-  j["false_color"] = s.false_color.empty() ? json(nullptr) : json(s.false_color.string());
-  j["frames"] = s.frames;
-  j["frames_reused"] = s.frames_reused;
-  j["fps"] = s.fps;
-  j["sound"] = s.sound;
-  j["border"] = s.border;
-  j["kept_scale"] = s.kept_scale;
-  j["kept_area"] = s.kept_scale * s.kept_scale;
-  j["windows"] = json::array();
-  for (const StabilizedWindow& w : s.windows)
-    j["windows"].push_back({{"first", w.first}, {"last", w.last}, {"reconstructed", {w.begin, w.end}}, {"structure", w.structure}, {"model", w.model}, {"view_scale", w.view_scale},
-                            {"shake_before_px", w.shake_before_px}, {"shake_after_px", w.shake_after_px}, {"followed_frames", w.followed_frames}, {"cut", w.cut}, {"seconds", w.seconds}});
-  j["score"] = s.score_json.empty() ? json(nullptr) : json::parse(s.score_json, nullptr, false);
-  if (!s.tradeoff_json.empty()) j["tradeoff"] = json::parse(s.tradeoff_json, nullptr, false);
-  j["peak_memory_mb"] = s.peak_memory_mb;
-  j["seconds"] = s.seconds;
-  return j.dump();
+static void ListKeys(JsonKeys& j, StabilizedWindow& w) {
+  j("first", w.first, "last", w.last).Say("reconstructed", std::array{w.begin, w.end});
+  j("structure", w.structure, "model", w.model, "view_scale", w.view_scale);
+  j("shake_before_px", w.shake_before_px, "shake_after_px", w.shake_after_px, "followed_frames", w.followed_frames, "cut", w.cut, "seconds", w.seconds);
 }
 
-std::string ForPeople(const StabilizeVideoSummary& s) {
+void ListKeys(JsonKeys& j, StabilizeVideoSummary& s) {
+  const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
+  j("video", s.video, "report", s.report).Say("split_screen", written(s.split_screen)).Say("false_color", written(s.false_color));
+  j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "sound", s.sound, "border", s.border, "kept_scale", s.kept_scale);
+  j.Say("kept_area", s.kept_scale * s.kept_scale);
+  j("windows", s.windows, "score", s.score);
+  if (s.tradeoff) j.Say("tradeoff", KeysOf(*s.tradeoff));
+  j("peak_memory_mb", s.peak_memory_mb, "seconds", s.seconds);
+}
+
+std::string Describe(const StabilizeVideoSummary& s) {
   std::string text = fmt::format("{} frames in {} window{}, {:.1f} s, {:.1f} GB; {}{}\n", s.frames, s.windows.size(), s.windows.size() == 1 ? "" : "s", s.seconds, s.peak_memory_mb / 1024,
                                  s.border == "fill" ? "the whole picture, its borders filled" : fmt::format("cropped to {:.0f} % of the width", 100 * s.kept_scale), s.sound ? ", with its sound" : "");
   for (const StabilizedWindow& w : s.windows)
     text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure, w.shake_before_px, w.shake_after_px,
                         w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "", w.cut ? ", a cut" : "");
-  for (const ScoreRow& r : ScoreRows(s.score_json))
+  for (const ScoreRow& r : ScoreRows(s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary()))
     text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video, r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
-  if (!s.tradeoff_table.empty()) text += "\n" + s.tradeoff_table + "\n";
+  if (s.tradeoff) text += "\n" + TextOf(*s.tradeoff) + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";
   if (!s.false_color.empty()) text += "colours: " + s.false_color.string() + "\n";

@@ -7,10 +7,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 
@@ -52,8 +55,8 @@ struct StabilizeVideoSummary {
   std::string border;
   bool sound = false;
   std::vector<StabilizedWindow> windows;
-  std::string score_json;                // lumi-stabilize score's; empty: not asked for
-  std::string tradeoff_json, tradeoff_table;  // empty: not asked for
+  std::optional<JsonKeys> score;         // lumi-stabilize score's; none: not asked for, or nothing could be measured
+  std::optional<TradeoffTable> tradeoff; // none: not asked for
   double peak_memory_mb = 0;             // at most: this program's and the largest one's that it started
   double seconds = 0;
 };
@@ -62,7 +65,7 @@ struct StabilizeVideoSummary {
 // programs that it starts say.
 StabilizeVideoSummary RunStabilizeVideo(const StabilizeVideoOptions& options, ProgressSink& progress);
 
-std::string ToJson(const StabilizeVideoSummary& summary);
-std::string ForPeople(const StabilizeVideoSummary& summary);
+void ListKeys(JsonKeys& j, StabilizeVideoSummary& summary);
+std::string Describe(const StabilizeVideoSummary& summary);
 
 }  // namespace lumi

@@ -13,15 +13,9 @@
 namespace lumi {
 namespace {
 
-struct Setting {
-  std::string name, line;
-  std::size_t views;
-  int reduction;
-  double cell_px;
-};
-
-std::vector<Setting> SettingsFor(std::size_t views, const HullOptions& options) {
-  std::vector<Setting> settings{{"as given", "", views, 1, options.cell_px}};
+// What is to be measured.
+std::vector<HullTradeoffRow> SettingsFor(std::size_t views, const HullOptions& options) {
+  std::vector<HullTradeoffRow> rows{{"as given", "", views, 1, options.cell_px}};
   std::vector<std::size_t> counts;
   for (std::size_t n = 4; n < views; n *= 2) counts.push_back(n);
   counts.push_back(views);
@@ -30,13 +24,12 @@ std::vector<Setting> SettingsFor(std::size_t views, const HullOptions& options) 
       if (n == views && reduction == 1) continue;
       std::string name = n == views ? fmt::format("all {} views", n) : fmt::format("{} views", n);
       if (reduction > 1) name += fmt::format(", silhouettes 1/{}", reduction);
-      settings.push_back({name, n == views ? "silhouettes" : reduction == 1 ? "views" : "several", n, reduction, options.cell_px});
+      rows.push_back({name, n == views ? "silhouettes" : reduction == 1 ? "views" : "several", n, reduction, options.cell_px});
     }
   }
   for (const int wider : {2, 4})
-    settings.push_back(
-        {fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1, wider * options.cell_px});
-  return settings;
+    rows.push_back({fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1, wider * options.cell_px});
+  return rows;
 }
 
 }  // namespace
@@ -82,37 +75,30 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
     const auto object = std::count_if(v.mask.data.begin(), v.mask.data.end(), [](std::uint8_t m) { return m >= 128; });
     if (object > 0 && static_cast<std::size_t>(object) < v.mask.data.size()) whole.push_back(v);
   }
-  const std::vector<Setting> settings = SettingsFor(whole.size(), options);
-  std::vector<HullTradeoffRow> rows;
-  Progress steps(progress, "hulls", static_cast<long>(settings.size()));
-  for (const Setting& setting : settings) {
-    HullTradeoffRow row;
-    row.name = setting.name;
-    row.line = setting.line;
-    row.views = setting.views;
-    row.reduction = setting.reduction;
-    row.cell_px = setting.cell_px;
+  std::vector<HullTradeoffRow> rows = SettingsFor(whole.size(), options);
+  Progress steps(progress, "hulls", static_cast<long>(rows.size()));
+  for (HullTradeoffRow& row : rows) {
+    const bool first = &row == &rows.front();
     HullOptions o = options;
-    o.cell_px = setting.cell_px;
-    if (o.dilation_px) *o.dilation_px /= setting.reduction;
-    o.max_dilation_px = std::max(0.5, o.max_dilation_px / setting.reduction);
+    o.cell_px = row.cell_px;
+    if (o.dilation_px) *o.dilation_px /= row.reduction;
+    o.max_dilation_px = std::max(0.5, o.max_dilation_px / row.reduction);
     std::vector<SilhouetteView> offered;
-    for (std::size_t n = 0; n < setting.views; ++n)
-      offered.push_back(setting.reduction == 1 ? spread[n] : Reduced(spread[n], setting.reduction));
+    for (std::size_t n = 0; n < row.views; ++n) offered.push_back(row.reduction == 1 ? spread[n] : Reduced(spread[n], row.reduction));
     const auto start = std::chrono::steady_clock::now();
     try {
       HullSummary s;
-      const Mesh mesh = BuildVisualHull(rows.empty() ? whole : offered, o, SilentProgress(), &s, near);
+      const Mesh mesh = BuildVisualHull(first ? whole : offered, o, SilentProgress(), &s, near);
       row.seconds = SecondsSince(start);
       const SilhouetteFitSummary fit = Summarize(MeasureSilhouettes(mesh, whole));
       row.used = s.used.size();
       row.faces = mesh.faces.size();
-      row.dilation_px = s.dilation_px * setting.reduction;
+      row.dilation_px = s.dilation_px * row.reduction;
       row.iou_median = fit.iou_median;
       row.iou_min = fit.iou_min;
       row.coverage_min = fit.coverage_min;
       row.volume = s.volume;
-      if (rows.empty()) {
+      if (first) {
         Eigen::Vector3d middle = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3d& x : mesh.vertices) middle += x / static_cast<double>(mesh.vertices.size());
         std::vector<SilhouetteView> trusted;
@@ -127,17 +113,11 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
         spread = std::move(trusted);
       }
     } catch (const DataError& e) {
-      if (rows.empty()) throw;
+      if (first) throw;
       row.seconds = SecondsSince(start);
       row.failed = e.what();
     }
-    rows.push_back(std::move(row));
     steps.Step();
-  }
-  for (HullTradeoffRow& row : rows) {
-    row.on_front = row.failed.empty() && std::none_of(rows.begin(), rows.end(), [&](const HullTradeoffRow& other) {
-                     return other.failed.empty() && other.seconds < row.seconds && other.iou_median > row.iou_median;
-                   });
   }
   return rows;
 }

@@ -13,19 +13,18 @@
 namespace lumi {
 
 struct HullTradeoffRow {
-  std::string name;       // "8 views, silhouettes 1/2"; the hull as given: "as given"
-  std::string line;       // what was turned: "views", "silhouettes", "cell", "several"; "" as given
+  std::string name = {};  // "8 views, silhouettes 1/2"; the hull as given: "as given"
+  std::string line = {};  // what was turned: "views", "silhouettes", "cell", "several"; "" as given
   std::size_t views = 0;  // offered
   int reduction = 1;      // of the silhouettes' width and height
   double cell_px = 0;     // of the reduced silhouettes
-  std::string failed;     // why there is no hull; empty: there is one
+  std::string failed = {};  // why there is no hull; empty: there is one
   std::size_t used = 0, faces = 0;
   double dilation_px = 0;              // of the full silhouettes
   double iou_median = 0, iou_min = 0;  // over all silhouettes, whole size
   double coverage_min = 0;             // over all silhouettes: those that were not used may be covered less
   double volume = 0;                   // cubic world units
   double seconds = 0;
-  bool on_front = false;  // no other row is both faster and tighter (iou_median)
 };
 
 // Views in an order in which the first N look along directions as far from each other as can be, for every N. Opposite

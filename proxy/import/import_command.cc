@@ -3,10 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
-#include "proxy/describe.h"
 #include "proxy/hull/soundness.h"
 #include "proxy/import/icp.h"
 #include "proxy/import/mesh_repair.h"
@@ -19,8 +17,6 @@
 
 namespace lumi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr double kPairsAgree = 0.05;  // of the extent: an rms above is warned about
 constexpr double kFewFit = 0.7;       // of the points: less is warned about
@@ -53,23 +49,11 @@ std::vector<long> VotesOf(const RepairedMesh& repaired, const std::vector<ProxyV
   return votes;
 }
 
-Json Described(const MeshFlaws& f) {
-  return {{"not_finite_vertices", f.not_finite_vertices}, {"duplicate_vertices", f.duplicate_vertices}, {"duplicate_faces", f.duplicate_faces},
-          {"zero_area_faces", f.zero_area_faces}, {"non_manifold_edges", f.non_manifold_edges}, {"non_manifold_vertices", f.non_manifold_vertices},
-          {"turned_faces", f.turned_faces}, {"inside_out_parts", f.inside_out_parts}};
-}
-
-Json Described(const Similarity3& s) {
-  return {{"scale", s.scale},
-          {"rotation_deg", 180 / 3.14159265358979323846 * Eigen::AngleAxisd(s.rotation).angle()},
-          {"translation", {s.translation.x(), s.translation.y(), s.translation.z()}}};
-}
-
 // Scene from mesh by pairs of points.
-Similarity3 ByPairs(const std::filesystem::path& file, Json& json, ProgressSink& progress) {
+Similarity3 ByPairs(const std::filesystem::path& file, ImportFigures& figures, ProgressSink& progress) {
   const std::vector<PointPair> pairs = ReadPointPairs(file);
   const PairAlignment a = AlignPairs(pairs);
-  json["pairs"] = {{"count", pairs.size()}, {"rms", a.rms}, {"rms_of_extent", a.rms_of_extent}, {"distances", a.distance}};
+  figures.pairs = PairsFigures{pairs.size(), a.rms, a.rms_of_extent, a.distance};
   if (a.rms_of_extent > kPairsAgree) {
     const auto worst = std::max_element(a.distance.begin(), a.distance.end());
     progress.Message(fmt::format("warning: the pairs of {} disagree by {:.1f} % of their extent; pair {} is off most, by {:.4g}", file.string(), 100 * a.rms_of_extent,
@@ -78,7 +62,7 @@ Similarity3 ByPairs(const std::filesystem::path& file, Json& json, ProgressSink&
   return a.scene_from_mesh;
 }
 
-Similarity3 ByIcp(const Mesh& mesh, const Scene& scene, const Similarity3& guess, Json& json) {
+IcpResult ByIcp(const Mesh& mesh, const Scene& scene, const Similarity3& guess) {
   const std::vector<ProxyView> views = MakeProxyViews(scene);
   std::vector<Eigen::Vector3d> points;
   for (const ProxyPoint& p : SelectPoints(scene, views, {}).points) points.push_back(p.x_in_world);
@@ -86,19 +70,20 @@ Similarity3 ByIcp(const Mesh& mesh, const Scene& scene, const Similarity3& guess
   if (!r.converged)
     throw DataError("the mesh could not be aligned with the scene's points: " + r.why_not,
                     "start nearer to where it belongs: --axes for its turn, --unit or --scale for its size, or name three points of it and of the scene with --correspond");
-  json["icp"] = {{"rms", r.rms}, {"rms_of_diagonal", r.rms_of_diagonal}, {"points", r.points}, {"overlap", r.overlap}, {"iterations", r.iterations}};
-  return r.scene_from_mesh;
+  return r;
 }
 
 }  // namespace
 
-std::string RunImport(const ImportRequest& request, const ProxyTarget& target, ProgressSink& progress) {
+Made<ImportFigures> RunImport(const ImportRequest& request, const ProxyTarget& target, ProgressSink& progress) {
   RequireConsistent(request);
   std::map<std::string, std::string> options{{"scale", fmt::format("{}", request.scale)}, {"unit", request.unit}, {"axes", request.axes},
                                              {"align", request.icp ? "icp" : "none"}, {"repair", request.repair ? "yes" : "no"}};
   std::map<std::string, std::string> inputs{{"mesh", Fingerprint(request.file)}};
   if (!request.correspond.empty()) inputs["pairs"] = Fingerprint(request.correspond);
-  return MakeProxy(target, "import", std::move(options), std::move(inputs), progress, [&](const Scene& scene, Json& json) {
+  std::optional<ImportFigures> figures;
+  return {MakeProxy(target, "import", std::move(options), std::move(inputs), progress, [&](const Scene& scene) {
+    ImportFigures& f = figures.emplace();
     const std::string name = request.file.string();
     Mesh given = ReadMeshWithFlaws(request.file);
     RepairedMesh repaired = RepairMesh(given);
@@ -108,20 +93,21 @@ std::string RunImport(const ImportRequest& request, const ProxyTarget& target, P
 
     Similarity3 scene_from_mesh;
     if (!request.correspond.empty()) {
-      scene_from_mesh = ByPairs(request.correspond, json, progress);
+      scene_from_mesh = ByPairs(request.correspond, f, progress);
     } else {
       scene_from_mesh.scale = request.scale * (request.unit.empty() ? 1 : MetresIn(request.unit));
       if (!request.axes.empty()) {
         const Eigen::Matrix3d axes = AxesFromText(request.axes, scene.up);
         for (Eigen::Vector3d& v : repaired.mesh.vertices) v = axes * v;
         if (axes.determinant() < 0)
-          for (auto& f : repaired.mesh.faces) std::swap(f[1], f[2]);  // a mirror turns what is outside in
+          for (auto& face : repaired.mesh.faces) std::swap(face[1], face[2]);  // a mirror turns what is outside in
       }
     }
     if (request.icp) {
-      scene_from_mesh = ByIcp(repaired.mesh, scene, scene_from_mesh, json);
-      if (const double overlap = json["icp"]["overlap"]; overlap < kFewFit)
-        progress.Message(fmt::format("warning: {:.0f} % of the points near {} fit it; is it where it belongs? lumi-proxy info says how far the points are off", 100 * overlap, name));
+      f.icp = ByIcp(repaired.mesh, scene, scene_from_mesh);
+      scene_from_mesh = f.icp->scene_from_mesh;
+      if (f.icp->overlap < kFewFit)
+        progress.Message(fmt::format("warning: {:.0f} % of the points near {} fit it; is it where it belongs? lumi-proxy info says how far the points are off", 100 * f.icp->overlap, name));
     }
     Apply(scene_from_mesh, repaired.mesh);
     if (const auto wrong = Validate(repaired.mesh)) throw InputError(request.file, *wrong + " in the scene's frame");
@@ -142,16 +128,16 @@ std::string RunImport(const ImportRequest& request, const ProxyTarget& target, P
     if (!sound.manifold || sound.degenerate_faces > 0) throw DataError(name + " could not be repaired: " + sound.Describe(), "repair it where it was made");
 
     const MeshFit fit = MeasureFit(repaired.mesh, views, {});
-    json["placement"] = Described(scene_from_mesh);
-    json["repaired"] = Described(repaired.flaws);
-    json["parts"] = repaired.parts;
-    json["soundness"] = DescribeSurface(sound);
-    json["coverage"] = fit.coverage;
-    json["front_fraction"] = fit.front_fraction;
+    f.placement = scene_from_mesh;
+    f.repaired = repaired.flaws;
+    f.parts = repaired.parts;
+    f.soundness = DescribeSurface(sound);
+    f.coverage = fit.coverage;
+    f.front_fraction = fit.front_fraction;
     if (fit.coverage == 0)
       progress.Message("warning: no view sees " + name + "; is it in the scene's own units and frame (--unit, --scale, --axes, --correspond, --align icp)?");
     return repaired.mesh;
-  });
+  }), figures};
 }
 
 }  // namespace lumi

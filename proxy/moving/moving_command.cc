@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
@@ -15,8 +14,6 @@
 
 namespace lumi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // The photo, its exposure taken out, and its mask, as large as asked for.
 MovingPhoto ReadMovingPhoto(const Scene& scene, const MomentView& moment, int longer_px) {
@@ -61,16 +58,10 @@ std::string UnfitForMoving(const Scene& scene) {
   return {};
 }
 
-std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress) {
-  MovingOptions options;
-  options.moments = request.moments;
-  options.grid = request.grid;
-  options.smoothness = request.smoothness;
+Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress) {
+  const MovingOptions& options = request.moving;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  OpenOptions open;
-  open.check_photos = false;
-  const Scene opened = OpenScene(target.scene, open, progress);
-  RequireMetric(opened, "a proxy");
+  const Scene opened = OpenForProxy(target.scene, progress);
   if (const std::string unfit = UnfitForMoving(opened); !unfit.empty())
     throw DataError(unfit, "lumi-timeperiodic calibrate masks what moves and gives the photos their times", opened.folder);
   const std::vector<std::string> there = ListProxies(opened.folder);
@@ -83,7 +74,8 @@ std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, P
                                             {"moments", std::to_string(options.moments)},
                                             {"grid", std::to_string(options.grid)},
                                             {"smoothness", fmt::format("{}", options.smoothness)}};
-  return MakeProxy(target, "moving", std::move(record), std::move(inputs), progress, [&](const Scene& scene, Json& json) {
+  std::optional<MovingFigures> figures;
+  return {MakeProxy(target, "moving", std::move(record), std::move(inputs), progress, [&](const Scene& scene) {
     const Mesh still = made ? BuildDelaunayProxy(scene, {}, progress) : LoadProxy(scene, request.over);
     const std::vector<MomentView> moments = PickMoments(scene, options);
     std::vector<MovingPhoto> photos(moments.size());
@@ -96,21 +88,9 @@ std::string RunMoving(const ProxyTarget& target, const MovingRequest& request, P
         }
       });
     }
-    MovingSummary s;
-    Mesh mesh = BuildMovingProxy(photos, still, options, progress, &s);
-    json["over"] = request.over;
-    json["photos"] = s.photos;
-    json["moments"] = s.moments;
-    json["depths"] = s.depths;
-    json["grid"] = {s.columns, s.rows};
-    json["moving_samples"] = s.region;
-    json["surface_samples"] = s.surface;
-    json["depth_nearest"] = s.nearest;
-    json["depth_median"] = s.median_depth;
-    json["depth_farthest"] = s.farthest;
-    json["agreement_gain"] = s.gain;
-    return mesh;
-  });
+    figures.emplace().over = request.over;
+    return BuildMovingProxy(photos, still, options, progress, &figures->surface);
+  }), figures};
 }
 
 }  // namespace lumi

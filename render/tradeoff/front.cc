@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "render/settings_json.h"
 #include "scene/files/atomic_file.h"
@@ -30,35 +29,28 @@ std::string ShortHash(const std::string& text) {
   return fmt::format("{:08x}", h);
 }
 
+std::vector<CostAndQuality> AxesOf(const std::vector<FrontPoint>& points) {
+  std::vector<CostAndQuality> axes;
+  for (const FrontPoint& p : points) axes.push_back({p.ms, p.Quality()});
+  return axes;
+}
+
 std::optional<double> Optional(const Json& j, const char* key) {
   return j.contains(key) && j[key].is_number() ? std::optional(j[key].get<double>()) : std::nullopt;
 }
 
 }  // namespace
 
-std::vector<FrontPoint> ParetoFront(std::vector<FrontPoint> points) {
-  std::erase_if(points, [](const FrontPoint& p) {
-    return !(p.ms > 0) || !std::isfinite(p.ms) || !std::isfinite(p.Quality()) || (!p.psnr_holdout_db && !p.psnr_optimum_db);
-  });
-  std::stable_sort(points.begin(), points.end(),
-                   [](const FrontPoint& a, const FrontPoint& b) { return a.ms != b.ms ? a.ms < b.ms : a.Quality() > b.Quality(); });
+std::vector<FrontPoint> ParetoFront(const std::vector<FrontPoint>& points) {
   std::vector<FrontPoint> front;
-  for (FrontPoint& p : points)
-    if (front.empty() || (p.Quality() > front.back().Quality() && p.ms > front.back().ms)) front.push_back(std::move(p));
+  for (const std::size_t i : ParetoFront(AxesOf(points))) front.push_back(points[i]);
   return front;
 }
 
 std::size_t Recommend(const std::vector<FrontPoint>& front, std::optional<double> budget_ms, bool* fits) {
-  if (front.empty()) throw std::invalid_argument("Recommend: the front is empty");
-  std::size_t best = 0;
-  bool any = false;
-  for (std::size_t i = 0; i < front.size(); ++i)
-    if (!budget_ms || front[i].ms <= *budget_ms) {
-      best = i;
-      any = true;
-    }
-  if (fits != nullptr) *fits = any;
-  return best;
+  const Recommended best = RecommendedRow(AxesOf(front), budget_ms);
+  if (fits != nullptr) *fits = best.fits;
+  return best.row;
 }
 
 RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/radiance/settings.h"
+#include "scene/tradeoff/front.h"
 
 namespace lumi {
 
@@ -20,12 +21,12 @@ struct FrontPoint {
   std::optional<double> psnr_holdout_db;   // against the photos of the choosing fold
 
   // What the front climbs: the photos' word where there is one, else the optimum's.
-  double Quality() const { return psnr_holdout_db ? *psnr_holdout_db : psnr_optimum_db.value_or(0); }
+  double Quality() const { return psnr_holdout_db ? *psnr_holdout_db : psnr_optimum_db.value_or(CostAndQuality::kNone); }
 };
 
 // The points that no other is both faster and better than: ms and quality ascend, strictly. Points without a finite time or
 // quality are left out.
-std::vector<FrontPoint> ParetoFront(std::vector<FrontPoint> points);
+std::vector<FrontPoint> ParetoFront(const std::vector<FrontPoint>& points);
 
 // The best point of a front within the budget (nullopt: no limit); where none fits, the fastest, and *fits is false.
 // Throws std::invalid_argument for an empty front.

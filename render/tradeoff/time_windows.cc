@@ -12,13 +12,12 @@
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/tradeoff.h"
 #include "render/world/visibility_maps.h"
-#include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
 #include "scene/image_difference/image_difference.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
+#include "scene/tradeoff/json_rows.h"
 
 namespace lumi {
 namespace {
@@ -115,7 +114,26 @@ struct WindowRow {
   double width_s = 0;   // 0: without time
   double psnr_db = 0, ms = 0, photos = 0, blur_s = 0, angle_deg = 0;
   std::optional<double> psnr_moving_db = {};
+
+  // By the moving pixels where they are known.
+  double Quality() const { return psnr_moving_db.value_or(psnr_db); }
 };
+
+// Of the rows as RunTimeWindows's summary has them.
+TradeoffTable WindowTable(const Json& rows) {
+  using enum TradeoffRole;
+  return TradeoffTableOf<Json>(
+      {{{"", kSetting, "window s", 12}, [](const Json& r) {
+          return r["window_s"].is_null() ? "without time" : fmt::format("{:.4f}", r["window_s"].get<double>());
+        }},
+       FromJson<Json>({"window_s", kSetting}), FromJson<Json>({"window_frames", kSetting, "frames", 8, "{:.1f}"}),
+       FromJson<Json>({"photos_in_window", kFigure, "photos in it", 16, "{:.1f}"}),
+       FromJson<Json>({"temporal_blur_frames", kLessIsBetter, "blur, frames", 14, "{:.3f}"}),
+       FromJson<Json>({"angle_deg", kLessIsBetter, "angle deg", 10, "{:.3f}"}),
+       FromJson<Json>({"psnr_db", kMoreIsBetter, "PSNR dB", 10, "{:.2f}"}),
+       FromJson<Json>({"psnr_moving_db", kMoreIsBetter, "moving dB", 10, "{:.2f}"}), FromJson<Json>({"ms", kCost, "ms", 9, "{:.2f}"})},
+      rows.get<std::vector<Json>>());
+}
 
 std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
   std::vector<double> widths;
@@ -157,7 +175,6 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
   widths.push_back(0);
   Json j = {{"proxy", proxy}, {"backend", o.backend}, {"device", renderer.Device()}, {"width", width}, {"views", moments.size()}, {"period_s", period_s},
             {"frame_s", frame_s}, {"rows", Json::array()}};
-  std::string csv = "window_s,window_frames,photos_in_window,temporal_blur_frames,angle_deg,psnr_db,psnr_moving_db,ms\n";
   Progress progress(sink, "measuring time windows", static_cast<long>(widths.size() * moments.size()));
   std::vector<WindowRow> rows;
   for (const double w : widths) {
@@ -201,46 +218,30 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
                          {"psnr_db", row.psnr_db},
                          {"psnr_moving_db", row.psnr_moving_db ? Json(*row.psnr_moving_db) : Json(nullptr)},
                          {"ms", row.ms}});
-    const Json& r = j["rows"].back();
-    csv += fmt::format("{},{},{:.2f},{:.4f},{:.4f},{:.4f},{},{:.3f}\n", r["window_s"].dump(), r["window_frames"].dump(), row.photos, row.blur_s / frame_s, row.angle_deg,
-                       row.psnr_db, r["psnr_moving_db"].dump(), row.ms);
   }
-  // The best width, by the moving pixels where they are known.
-  const auto error = [](const WindowRow& r) { return r.psnr_moving_db.value_or(r.psnr_db); };
-  const WindowRow& best = *std::max_element(rows.begin(), rows.end() - 1, [&](const WindowRow& a, const WindowRow& b) { return error(a) < error(b); });
-  j["best"] = {{"window_s", best.width_s}, {"window_frames", best.width_s / frame_s}, {"gain_db", error(best) - error(rows.back())}};
+  const WindowRow& best =
+      *std::max_element(rows.begin(), rows.end() - 1, [](const WindowRow& a, const WindowRow& b) { return a.Quality() < b.Quality(); });
+  j["best"] = {{"window_s", best.width_s}, {"window_frames", best.width_s / frame_s}, {"gain_db", best.Quality() - rows.back().Quality()}};
 
   if (!o.output.empty()) {
-    PlotSeries blur_line{.name = "temporal blur, frames", .color = "#c0392b", .line = true, .points = {}}, angle_line{.name = "angle, degrees", .color = "#2471a3", .line = true, .points = {}};
-    PlotSeries psnr{.name = "all pixels", .color = "#2471a3", .line = true, .points = {}}, psnr_moving{.name = "moving pixels", .color = "#c0392b", .line = true, .points = {}};
-    for (const WindowRow& r : rows) {
-      if (r.width_s == 0) continue;
-      const double x = r.width_s / frame_s;
-      blur_line.points.push_back({x, r.blur_s / frame_s, {}, fmt::format("{:.1f} photos in the window", r.photos)});
-      angle_line.points.push_back({x, r.angle_deg, {}, fmt::format("{:.1f} photos in the window", r.photos)});
-      psnr.points.push_back({x, r.psnr_db, {}, fmt::format("{:.1f} ms", r.ms)});
-      if (r.psnr_moving_db) psnr_moving.points.push_back({x, *r.psnr_moving_db, {}, fmt::format("{:.1f} ms", r.ms)});
-    }
-    const PlotAxis x{.label = "window, frames", .log = true};
-    const std::string svg = SvgOf({{.title = "What a photo is off", .subtitle = "weighted means over the picture", .x = x, .y = {.label = "frames; degrees", .zero = true}, .series = {blur_line, angle_line}, .marks = {}},
-                                   {.title = "Error", .subtitle = fmt::format("without time {:.2f} dB", error(rows.back())), .x = x, .y = {.label = "PSNR, dB"}, .series = {psnr, psnr_moving}, .marks = {{best.width_s / frame_s, "best"}}}});
-    WriteTextAtomically(o.output / kWindowsMarker, j.dump(1) + "\n");
-    WriteTextAtomically(o.output / "time-windows.csv", csv);
-    WriteTextAtomically(o.output / "time-windows.svg", svg);
+    const TradeoffTable table = WindowTable(j["rows"]);
+    const PlotAxis x{"window, frames", true};
+    const auto series = [](const char* name, const char* color, const char* y) { return TradeoffSeries{"", name, color, Marker::kCircle, true, y}; };
+    TradeoffPanel off{"What a photo is off", "weighted means over the picture", "window_frames", x, "temporal_blur_frames",
+                      {"frames; degrees", false, true},
+                      {series("temporal blur, frames", "#c0392b", ""), series("angle, degrees", "#2471a3", "angle_deg")}};
+    TradeoffPanel error{"Error", fmt::format("without time {:.2f} dB", rows.back().Quality()), "window_frames", x, "psnr_db", {"PSNR, dB"},
+                        {series("all pixels", "#2471a3", ""), series("moving pixels", "#c0392b", "psnr_moving_db")}};
+    off.label_front_only = error.label_front_only = true;  // there is none: a line's points need no labels
+    error.marks = {{best.width_s / frame_s, "best"}};
+    WriteTradeoff(o.output / "time-windows", table, {PlotOf(table, off), PlotOf(table, error)}, j.dump(1) + "\n");
   }
   return j.dump();
 }
 
 std::string DescribeTimeWindows(const std::string& json) {
   const Json j = Json::parse(json);
-  std::string text = fmt::format("{:>12} {:>8} {:>16} {:>14} {:>10} {:>10} {:>10} {:>9}\n", "window s", "frames", "photos in it", "blur, frames", "angle deg", "PSNR dB", "moving dB", "ms");
-  for (const Json& r : j["rows"]) {
-    const auto cell = [&](const char* key, int digits) { return r[key].is_null() ? std::string("-") : fmt::format("{:.{}f}", r[key].get<double>(), digits); };
-    text += fmt::format("{:>12} {:>8} {:>16.1f} {:>14.3f} {:>10.3f} {:>10.2f} {:>10} {:>9.2f}\n", r["window_s"].is_null() ? "without time" : cell("window_s", 4), cell("window_frames", 1),
-                        r["photos_in_window"].get<double>(), r["temporal_blur_frames"].get<double>(), r["angle_deg"].get<double>(), r["psnr_db"].get<double>(), cell("psnr_moving_db", 2),
-                        r["ms"].get<double>());
-  }
-  return text + fmt::format("{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window", j["views"].get<int>(), j["width"].get<int>(),
+  return TextOf(WindowTable(j["rows"])) + fmt::format("\n{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window", j["views"].get<int>(), j["width"].get<int>(),
                             j["best"]["window_frames"].get<double>(), j["best"]["gain_db"].get<double>());
 }
 

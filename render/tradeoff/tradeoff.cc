@@ -20,6 +20,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/plot/plot.h"
 #include "scene/program/error.h"
+#include "scene/tradeoff/json_rows.h"
 
 namespace lumi {
 namespace {
@@ -59,21 +60,39 @@ Json ErrorJson(const FrameError& e, double false_color) {
 }
 
 Json PointJson(const MeasuredPoint& p, const Workbench& bench) {
-  Json j = {{"name", p.name},
-            {"method", Name(MethodOf(p.settings))},
-            {"proxy", p.proxy},
-            {"settings", bench.ToJson(p.settings)},
-            {"ms", p.ms},
-            {"plan_ms", p.plan_ms},
-            {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
-            {"psnr_holdout_db", p.holdout.psnr_db},
-            {"ssim_holdout", p.holdout.ssim},
-            {"mse_holdout", p.holdout.mse},
-            {"coverage", p.coverage},
-            {"frames_timed", p.times.size()}};
+  Json j = {{"name", p.name}, {"method", Name(MethodOf(p.settings))}, {"proxy", p.proxy}, {"settings", bench.ToJson(p.settings)},
+            {"ms", p.ms}, {"plan_ms", p.plan_ms}, {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
+            {"psnr_holdout_db", p.holdout.psnr_db}, {"ssim_holdout", p.holdout.ssim}, {"mse_holdout", p.holdout.mse},
+            {"coverage", p.coverage}, {"frames_timed", p.times.size()}};
   if (p.optimum) j["against_optimum"] = ErrorJson(*p.optimum, p.false_color_optimum);
   if (p.pixel) j["against_pixel"] = ErrorJson(*p.pixel, p.false_color_pixel);
   return j;
+}
+
+// "candidates 25x25, k 4 (mesh)", under this heading.
+TradeoffField<Json> SettingField(const char* heading, int width) {
+  return {{"", TradeoffRole::kSetting, heading, -width}, [](const Json& p) {
+            return fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>());
+          }};
+}
+
+TradeoffTable PointTable(const Json& points) {
+  using enum TradeoffRole;
+  std::vector<TradeoffField<Json>> fields = {SettingField("setting (proxy)", 52)};
+  for (const char* key : {"name", "method", "proxy", "settings.k", "settings.grid", "settings.epipoles", "settings.resolution"})
+    fields.push_back(FromJson<Json>({key, kSetting}));
+  for (const TradeoffColumn& column : {TradeoffColumn{"ms", kCost, "ms", 9, "{:.2f}"}, TradeoffColumn{"plan_ms", kCost},
+                                       TradeoffColumn{"psnr_optimum_db", kMoreIsBetter, "optimum dB", 13, "{:.2f}"},
+                                       TradeoffColumn{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 13, "{:.2f}"},
+                                       TradeoffColumn{"ssim_holdout"}, TradeoffColumn{"mse_holdout"}, TradeoffColumn{"coverage"}})
+    fields.push_back(FromJson<Json>(column));
+  for (const std::string reference : {"optimum", "pixel"})
+    for (const std::string figure : {"psnr", "ssim", "mse", "false_color_mse"}) {
+      const std::string unit = figure == "psnr" ? "_db" : "";
+      if (reference + figure == "optimumpsnr") continue;  // is there
+      fields.push_back(FromJson<Json>({"against_" + reference + "." + figure + unit, kFigure, "", 0, "", figure + "_" + reference + unit}));
+    }
+  return TradeoffTableOf<Json>(fields, points.get<std::vector<Json>>());
 }
 
 class Tradeoff {
@@ -246,20 +265,15 @@ class Tradeoff {
     }
   }
 
-  std::vector<FrontPoint> FrontOf(const std::string& proxy) const {
-    std::vector<FrontPoint> points;
-    for (const MeasuredPoint& p : points_)
+  // Of all points; those that are not of the proxy (empty: any), or of no front, have no axes.
+  std::vector<CostAndQuality> AxesOf(const std::string& proxy) const {
+    std::vector<CostAndQuality> axes;
+    for (const MeasuredPoint& p : points_) {
       // What an effect costs is shown, but evidence switches effects, not a budget.
-      if ((proxy.empty() || p.proxy == proxy) && WithTradedSettings(bench_.settings(), p.settings) == p.settings) {
-        FrontPoint f = p.ForFront();
-        if (proxy.empty()) f.name = p.proxy + "\n" + p.name;  // finds the point again
-        points.push_back(std::move(f));
-      }
-    return ParetoFront(std::move(points));
-  }
-
-  const MeasuredPoint& Find(const FrontPoint& f) const {
-    return *std::find_if(points_.begin(), points_.end(), [&](const MeasuredPoint& p) { return p.proxy + "\n" + p.name == f.name; });
+      const bool traded = WithTradedSettings(bench_.settings(), p.settings) == p.settings;
+      axes.push_back(traded && (proxy.empty() || p.proxy == proxy) ? CostAndQuality{p.ms, p.holdout.psnr_db} : CostAndQuality());
+    }
+    return axes;
   }
 
   // What a recommended setting does on photos that nothing was chosen on.
@@ -319,7 +333,9 @@ class Tradeoff {
   Json Summary() {
     const std::string& first = bench_.proxies().front();
     device_ = bench_.Measured(first).Device();
-    front_ = FrontOf("");
+    Json points = Json::array();
+    for (const MeasuredPoint& p : points_) points.push_back(PointJson(p, bench_));
+    table_ = PointTable(points);
     Json j = {{"scene", o_.scene.generic_string()},
               {"backend", o_.backend},
               {"device", device_},
@@ -332,25 +348,23 @@ class Tradeoff {
     if (!optimum_) j["no_optimum"] = no_optimum_;
     for (const TestView& t : views_) j["views"].push_back(t.name);
     j["figure_view"] = o_.path.empty() ? Json(nullptr) : Json(o_.path.stem().string());
-    j["points"] = Json::array();
-    for (const MeasuredPoint& p : points_) j["points"].push_back(PointJson(p, bench_));
+    j["points"] = points;
+    const std::vector<CostAndQuality> axes = AxesOf("");
     j["front"] = Json::array();
-    for (const FrontPoint& f : front_) j["front"].push_back(PointJson(Find(f), bench_));
+    for (const std::size_t i : ParetoFront(axes)) j["front"].push_back(points[i]);
 
     j["sparse"] = SparseTable();
     report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
     for (const TestView& t : report_views_) j["report_views"].push_back(t.name);
     j["report_nearest_photo"] = NearestPhotoReport();
-    std::map<std::string, Json> reports;
+    std::map<std::size_t, Json> reports;
     j["recommended"] = Json::array();
     const auto recommend = [&](std::optional<double> budget) {
-      bool fits = false;
-      const FrontPoint& f = front_[Recommend(front_, budget, &fits)];
-      const MeasuredPoint& p = Find(f);
-      if (!reports.contains(f.name)) reports[f.name] = Report(p);
-      Json r = {{"budget_ms", budget ? Json(*budget) : Json(nullptr)}, {"fits", fits}};
-      r.update(PointJson(p, bench_));
-      r["report"] = reports[f.name];
+      const Recommended best = RecommendedRow(axes, budget);
+      if (!reports.contains(best.row)) reports[best.row] = Report(points_[best.row]);
+      Json r = {{"budget_ms", budget ? Json(*budget) : Json(nullptr)}, {"fits", best.fits}};
+      r.update(points[best.row]);
+      r["report"] = reports[best.row];
       j["recommended"].push_back(r);
     };
     for (const double budget : kBudgetsMs) recommend(budget);
@@ -360,115 +374,56 @@ class Tradeoff {
     return j;
   }
 
-  std::string Csv() const {
-    std::string csv =
-        "name,method,proxy,k,grid,epipoles,resolution,ms,plan_ms,psnr_holdout_db,ssim_holdout,mse_holdout,coverage,"
-        "psnr_optimum_db,ssim_optimum,mse_optimum,false_color_mse_optimum,psnr_pixel_db,ssim_pixel,mse_pixel,false_color_mse_pixel\n";
-    for (const MeasuredPoint& p : points_) {
-      const Json s = ToJson(p.settings);
-      const auto text = [&](const char* key) { return s[key].is_string() ? s[key].get<std::string>() : s[key].dump(); };
-      const auto error = [](const std::optional<FrameError>& e, double false_color) {
-        return e ? fmt::format("{:.4f},{:.6f},{:.6g},{:.6g}", e->psnr_db, e->ssim, e->mse, false_color) : std::string(",,,");
-      };
-      csv += fmt::format("\"{}\",{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6g},{:.5f},{},{}\n", p.name, Name(MethodOf(p.settings)),
-                         p.proxy, text("k"), text("grid"), text("epipoles"), text("resolution"), p.ms, p.plan_ms, p.holdout.psnr_db,
-                         p.holdout.ssim, p.holdout.mse, p.coverage, error(p.optimum, p.false_color_optimum),
-                         error(p.pixel, p.false_color_pixel));
-    }
-    return csv;
-  }
-
   Plot Scatter(bool against_optimum) const {
-    constexpr std::pair<Method, const char*> kColors[] = {{Method::kPixel, "#1f6feb"},
-                                                          {Method::kInterpolated, "#d97706"},
-                                                          {Method::kCandidates, "#15803d"},
-                                                          {Method::kOptimumGrid, "#9333ea"},
-                                                          {Method::kOptimumPixel, "#be123c"}};
-    Plot plot;
-    plot.title = against_optimum ? "Against the optimum at every pixel" : "Against held-out photos";
-    plot.subtitle = fmt::format("{} wide, {} views, {}", against_optimum ? reference_width_ : width_, views_.size(), device_);
-    plot.x = {"milliseconds a frame", true, false};
-    plot.y = {"PSNR, dB", false, false};
-    const auto quality = [&](const MeasuredPoint& p) { return against_optimum ? p.optimum->psnr_db : p.holdout.psnr_db; };
-    for (const double b : kBudgetsMs) plot.marks.push_back({b, fmt::format("{:g} ms", b)});
-    std::vector<FrontPoint> points;
-    for (const MeasuredPoint& p : points_)
-      if (p.optimum || !against_optimum) {
-        FrontPoint f{p.proxy + "\n" + p.name, p.settings, p.ms, std::nullopt, quality(p)};
-        points.push_back(std::move(f));
-      }
-    const std::vector<FrontPoint> best = ParetoFront(points);
-    PlotSeries front{"Pareto front", "#57606a", Marker::kNone, true, true, false, {}};
-    for (const FrontPoint& f : best) front.points.push_back({f.ms, f.Quality(), {}, {}});
-    plot.series.push_back(front);
-    const bool several = bench_.proxies().size() > 1;
-    for (const auto& [method, color] : kColors) {
-      PlotSeries s{std::string(Name(method)),
-                   color,
-                   method == Method::kInterpolated ? Marker::kDiamond
-                   : method == Method::kCandidates ? Marker::kSquare
-                                                   : Marker::kCircle,
-                   false,
-                   false,
-                   false,
-                   {}};
-      for (const MeasuredPoint& p : points_) {
-        if (MethodOf(p.settings) != method || (against_optimum && !p.optimum)) continue;
-        const bool labelled = std::any_of(best.begin(), best.end(), [&](const FrontPoint& f) { return f.name == p.proxy + "\n" + p.name; });
-        const std::string label = several ? p.proxy + ": " + p.name : p.name;
-        s.points.push_back({p.ms, quality(p), labelled ? label : "", fmt::format("{}: {:.1f} ms, {:.2f} dB", label, p.ms, quality(p))});
-      }
-      if (!s.points.empty()) plot.series.push_back(std::move(s));
-    }
-    return plot;
+    TradeoffPanel panel{against_optimum ? "Against the optimum at every pixel" : "Against held-out photos",
+                        fmt::format("{} wide, {} views, {}", against_optimum ? reference_width_ : width_, views_.size(), device_),
+                        "ms", {"milliseconds a frame", true}, against_optimum ? "psnr_optimum_db" : "psnr_holdout_db", {"PSNR, dB"},
+                        {{"identity", "", "#1f6feb"},
+                         {"interpolated", "", "#d97706", Marker::kDiamond},
+                         {"candidates", "", "#15803d", Marker::kSquare},
+                         {"optimum on the grid", "", "#9333ea"},
+                         {"optimum", "", "#be123c"}},
+                        "method"};
+    panel.front = table_.Front(panel.x, panel.y);
+    panel.label_front_only = true;
+    if (bench_.proxies().size() == 1) panel.label = "name";
+    for (const double b : kBudgetsMs) panel.marks.push_back({b, fmt::format("{:g} ms", b)});
+    return PlotOf(table_, panel);
   }
 
   // Error against samples a side, the thesis's Fig. 5-4: a, of the picture; b, of its false colours.
   std::vector<Plot> Figure54() const {
-    std::vector<Plot> panels;
-    for (const bool false_color : {false, true}) {
-      Plot plot;
-      plot.title = false_color ? "(b) False colours" : "(a) The picture";
-      plot.subtitle = fmt::format("squared error against a weight a pixel, {} px wide, {}", reference_width_,
-                                  o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string());
-      plot.x = {"samples a side", true, false};
-      plot.y = {"squared error a pixel (code values, summed over channels)", true, false};
-      struct Line {
-        Method method;
-        bool epipoles;
-        const char *name, *color;
-        Marker marker;
-      };
-      constexpr Line kLines[] = {{Method::kInterpolated, true, "interpolated, with epipoles", "#1f6feb", Marker::kCircle},
-                                 {Method::kInterpolated, false, "without epipoles", "#cf222e", Marker::kCross},
-                                 {Method::kCandidates, true, "candidates", "#15803d", Marker::kSquare},
-                                 {Method::kOptimumGrid, true, "optimum on the grid", "#9333ea", Marker::kDiamond}};
-      for (const Line& line : kLines) {
-        PlotSeries s{line.name, line.color, line.marker, true, false, !line.epipoles, {}};
-        for (const MeasuredPoint& p : points_) {
-          if (!p.pixel || p.proxy != bench_.proxies().front() || MethodOf(p.settings) != line.method) continue;
-          RadianceSettings alike = WithMethod(bench_.settings(), line.method, p.settings.grid_columns);
-          alike.epipoles = line.method == Method::kCandidates ? bench_.settings().epipoles : line.epipoles;
-          if (!(alike == p.settings)) continue;
-          const double error = false_color ? p.false_color_pixel : p.pixel->mse;
-          s.points.push_back(
-              {static_cast<double>(p.settings.grid_columns), std::max(error, kLeastShown), {}, fmt::format("{}: {:.4g}", p.name, error)});
-        }
-        std::sort(s.points.begin(), s.points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
-        if (!s.points.empty()) plot.series.push_back(std::move(s));
-      }
-      panels.push_back(std::move(plot));
+    TradeoffTable table{{{"name"}, {"line"}, {"samples"}, {"picture"}, {"false_color"}}};
+    for (const MeasuredPoint& p : points_) {
+      const Method method = MethodOf(p.settings);
+      RadianceSettings alike = WithMethod(bench_.settings(), method, p.settings.grid_columns);
+      if (method != Method::kCandidates) alike.epipoles = p.settings.epipoles;
+      if (!p.pixel || p.proxy != bench_.proxies().front() || !(alike == p.settings)) continue;
+      const bool without = method != Method::kCandidates && !alike.epipoles;
+      table.Add({p.name, std::string(Name(method)) + (without ? " without epipoles" : ""), p.settings.grid_columns, p.pixel->mse,
+                 p.false_color_pixel});
     }
-    return panels;
+    TradeoffPanel panel{"(a) The picture",
+                        fmt::format("squared error against a weight a pixel, {} px wide, {}", reference_width_,
+                                    o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string()),
+                        "samples", {"samples a side", true}, "picture", {"squared error a pixel (code values, summed over channels)", true},
+                        {{"interpolated", "interpolated, with epipoles", "#1f6feb", Marker::kCircle, true},
+                         {"interpolated without epipoles", "without epipoles", "#cf222e", Marker::kCross, true, "", true},
+                         {"candidates", "", "#15803d", Marker::kSquare, true},
+                         {"optimum on the grid", "", "#9333ea", Marker::kDiamond, true}},
+                        "line"};
+    panel.label_front_only = true;  // there is none: a line's points need no labels
+    panel.least = kLeastShown;
+    const Plot picture = PlotOf(table, panel);
+    panel.title = "(b) False colours", panel.y = "false_color";
+    return {picture, PlotOf(table, panel)};
   }
 
   void Write(const Json& j) {
     std::vector<Plot> plots = {Scatter(false)};
     if (optimum_) plots.push_back(Scatter(true));
     if (!o_.output.empty()) {
-      WriteTextAtomically(o_.output / kTradeoffMarker, j.dump(1) + "\n");
-      WriteTextAtomically(o_.output / "tradeoff.csv", Csv());
-      WriteTextAtomically(o_.output / "tradeoff.svg", SvgOf(plots));
+      WriteTradeoff(o_.output / "tradeoff", table_, plots, j.dump(1) + "\n");
       WriteTextAtomically(o_.output / "figure-5-4.svg", SvgOf(Figure54()));
     }
     if (!bench_.MayWriteScene()) {
@@ -481,7 +436,7 @@ class Tradeoff {
       StoredFront front;
       front.key = {proxy, o_.backend, device_, width_, views_.front().camera.height_px};
       front.proxy_fingerprint = Fingerprint(ProxyPath(bench_.scene().folder, proxy));
-      front.points = FrontOf(given);
+      for (const std::size_t i : ParetoFront(AxesOf(given))) front.points.push_back(points_[i].ForFront());
       if (!front.points.empty()) WriteFront(bench_.scene().folder, front);
     }
   }
@@ -497,7 +452,7 @@ class Tradeoff {
   std::map<std::string, std::vector<Pair>> references_;
   std::vector<MeasuredPoint> points_;
   std::map<std::string, std::string> refusals_;
-  std::vector<FrontPoint> front_;
+  TradeoffTable table_;
 };
 
 }  // namespace
@@ -510,28 +465,27 @@ std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
 
 std::string DescribeTradeoff(const std::string& json) {
   const Json j = Json::parse(json);
-  const auto number = [](const Json& v, int digits) {
-    return v.is_number() ? fmt::format("{:.{}f}", v.get<double>(), digits) : std::string("-");
+  using enum TradeoffRole;
+  using Fields = std::vector<TradeoffField<Json>>;
+  const auto table = [&](const char* key, const Fields& fields) {
+    return TextOf(TradeoffTableOf<Json>(fields, j[key].get<std::vector<Json>>())) + "\n";
   };
-  std::string text = fmt::format("{:<52} {:>9} {:>13} {:>13}\n", "setting (proxy)", "ms", "optimum dB", "held-out dB");
-  for (const Json& p : j["points"])
-    text += fmt::format("{:<52} {:>9} {:>13} {:>13}\n", fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()),
-                        number(p["ms"], 2), number(p["psnr_optimum_db"], 2), number(p["psnr_holdout_db"], 2));
+  std::string text = TextOf(PointTable(j["points"])) + "\n";
   if (!j["sparse"].empty())
-    text += fmt::format("\n{:<52} {:>9} {:>13} {:>13} {:>12}\n", "samples against pixels", "speed-up", "PSNR dB", "worst view dB",
-                        "false colour");
-  for (const Json& p : j["sparse"])
-    text += fmt::format("{:<52} {:>9} {:>13} {:>13} {:>12.4g}\n",
-                        fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>()), number(p["speed_up"], 1),
-                        number(p["psnr_pixel_db"], 2), number(p["psnr_pixel_worst_db"], 2), p["false_color_mse_pixel"].get<double>());
-  text += fmt::format("\n{:<12} {:<44} {:>9} {:>13} {:>12}\n", "budget", "recommended", "ms", "chosen on dB", "reported dB");
-  for (const Json& r : j["recommended"])
-    text += fmt::format("{:<12} {:<44} {:>9} {:>13} {:>12}{}\n",
-                        r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>()),
-                        fmt::format("{} ({})", r["name"].get<std::string>(), r["proxy"].get<std::string>()), number(r["ms"], 2),
-                        number(r["psnr_holdout_db"], 2), number(r["report"]["psnr_db"], 2),
-                        r["fits"].get<bool>() ? "" : "  (does not fit: the fastest)");
-  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", number(j["report_nearest_photo"]["psnr_db"], 2), j["width"].get<int>(),
+    text += "\n" + table("sparse", {SettingField("samples against pixels", 52), FromJson<Json>({"speed_up", kFigure, "speed-up", 9, "{:.1f}"}),
+                                    FromJson<Json>({"psnr_pixel_db", kFigure, "PSNR dB", 13, "{:.2f}"}),
+                                    FromJson<Json>({"psnr_pixel_worst_db", kFigure, "worst view dB", 13, "{:.2f}"}),
+                                    FromJson<Json>({"false_color_mse_pixel", kFigure, "false colour", 12, "{:.4g}"})});
+  const Fields recommended = {
+      {{"", kSetting, "budget", -12}, [](const Json& r) {
+         return r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>());
+       }},
+      SettingField("recommended", 44), FromJson<Json>({"ms", kFigure, "ms", 9, "{:.2f}"}), FromJson<Json>({"psnr_holdout_db", kFigure, "chosen on dB", 13, "{:.2f}"}),
+      FromJson<Json>({"report.psnr_db", kFigure, "reported dB", 12, "{:.2f}"}),
+      {{"", kRemark}, [](const Json& r) { return r["fits"].get<bool>() ? "" : "(does not fit: the fastest)"; }}};
+  text += "\n" + table("recommended", recommended);
+  const Json& nearest = j["report_nearest_photo"]["psnr_db"];
+  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", nearest.is_number() ? fmt::format("{:.2f}", nearest.get<double>()) : "-", j["width"].get<int>(),
                       j["device"].get<std::string>());
   return text;
 }

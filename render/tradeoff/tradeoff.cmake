@@ -11,5 +11,5 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/time_windows.cc
     ${CMAKE_CURRENT_LIST_DIR}/tradeoff.cc
     ${CMAKE_CURRENT_LIST_DIR}/workbench.cc
-  PUBLIC lumi_render lumi_scene
+  PUBLIC lumi_render lumi_scene lumi_tradeoff
   PRIVATE lumi_render_gl nlohmann_json::nlohmann_json fmt::fmt)

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_keys.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -59,6 +59,10 @@ std::string FirstDifference(const char* what, const std::map<std::string, std::s
 
 }  // namespace
 
+static void ListKeys(JsonKeys& j, Provenance& p) {
+  j("stage", p.stage, "version", p.version, "options", p.options, "inputs", p.inputs, "outputs", p.outputs, "seconds", p.seconds);
+}
+
 std::string Fingerprint(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -84,10 +88,16 @@ std::string Fingerprint(const fs::path& path) {
 }
 
 void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {
-  const nlohmann::ordered_json json{{"stage", p.stage}, {"version", p.version}, {"options", p.options},
-                                    {"inputs", p.inputs}, {"outputs", p.outputs}, {"seconds", p.seconds}};
-  // A name need not be UTF-8 on this system: replaced, not refused.
-  WriteTextAtomically(ProvenancePath(scene_folder, p.stage), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  WriteTextAtomically(ProvenancePath(scene_folder, p.stage), JsonKeys(p).Text(2) + "\n");
+}
+
+std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std::string& stage) {
+  const fs::path path = ProvenancePath(scene_folder, stage);
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::nullopt;
+  const auto json = JsonKeys::Parse(ReadText(path));
+  Provenance p;
+  return json && json->Into(p) ? std::optional(p) : std::nullopt;
 }
 
 bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::string* why) {
@@ -95,19 +105,11 @@ bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::str
     if (why) *why = reason;
     return false;
   };
-  const fs::path path = ProvenancePath(scene_folder, wanted.stage);
   std::error_code error;
-  if (!fs::exists(path, error)) return no("it has not been run here");
-  Provenance before;
-  try {
-    const auto json = nlohmann::json::parse(ReadText(path));
-    json.at("version").get_to(before.version);
-    json.at("options").get_to(before.options);
-    json.at("inputs").get_to(before.inputs);
-    json.at("outputs").get_to(before.outputs);
-  } catch (const nlohmann::json::exception&) {
-    return no("its record cannot be read");  // then it runs again: nothing is lost but time
-  }
+  if (!fs::exists(ProvenancePath(scene_folder, wanted.stage), error)) return no("it has not been run here");
+  const auto record = ReadProvenance(scene_folder, wanted.stage);
+  if (!record) return no("its record cannot be read");  // then it runs again: nothing is lost but time
+  const Provenance& before = *record;
   if (before.version != wanted.version) return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
   if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty()) return no(difference);
   if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty()) return no(difference);

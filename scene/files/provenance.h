@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct Provenance {
 // larger ones. A folder: of the sorted names and fingerprints of its files. "absent" where there is nothing.
 std::string Fingerprint(const std::filesystem::path& path);
 
+// What STAGE recorded in that folder; none where it has not, or where that cannot be read.
+std::optional<Provenance> ReadProvenance(const std::filesystem::path& scene_folder, const std::string& stage);
 void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance& provenance);
 
 // Whether stage `wanted` has nothing to do: version, options and inputs equal, recorded outputs still as written.

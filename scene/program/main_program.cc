@@ -1,11 +1,9 @@
 #include "scene/program/main_program.h"
 
-#include <fmt/format.h>
-
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <new>
-#include <nlohmann/json.hpp>
 
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -14,12 +12,10 @@
 namespace lumi {
 namespace {
 
-nlohmann::ordered_json WithSchema(const std::string& name, const nlohmann::ordered_json& body) {
-  nlohmann::ordered_json j;
-  j["schema"] = name;
-  j["version"] = kVersion;
-  for (const auto& [key, value] : body.items()) j[key] = value;
-  return j;
+void PrintJson(const std::string& name, const JsonKeys& keys) {
+  JsonKeys json;
+  json.Say("schema", name).Say("version", kVersion).Append(keys);
+  std::fputs((json.Text(2) + "\n").c_str(), stdout);
 }
 
 int Report(const std::string& name, bool json, ExitCode code, const std::string& message, const std::string& file,
@@ -31,9 +27,9 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   // Without fmt::print, which throws where nobody reads any more.
   std::fputs((line + "\n").c_str(), stderr);
   if (json) {
-    nlohmann::ordered_json error;
-    error["error"] = {{"code", static_cast<int>(code)}, {"file", file}, {"message", message}, {"hint", hint}};
-    std::fputs((WithSchema(name, error).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
+    JsonKeys error;
+    error.Say("code", static_cast<int>(code)).Say("file", file).Say("message", message).Say("hint", hint);
+    PrintJson(name, JsonKeys().Say("error", error));
   }
   return static_cast<int>(code);
 }
@@ -41,23 +37,39 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
 }  // namespace
 
 Program::Program(std::string name, std::string description)
-    : name_(std::move(name)), app_(std::move(description), name_), sink_(MakeStderrProgress(true)) {
-  app_.set_version_flag("--version", name_ + " " + kVersion);
-  app_.add_flag("--json", json_, "Print a summary as JSON on stdout; messages go to stderr");
-  app_.add_flag("--quiet", quiet_, "No progress, no remarks");
-  app_.add_option("--threads", threads_, "Threads to use; 0 = all cores")->check(CLI::Range(0, 4096))->capture_default_str();
-  app_.add_option("--seed", seed_, "Seed of everything random")->capture_default_str();
-  app_.fallthrough();
-  app_.get_formatter()->column_width(34);
+    : name_(std::move(name)),
+      app_(std::make_unique<CLI::App>(std::move(description), name_)),
+      options_(app_.get()),
+      sink_(MakeStderrProgress(true)) {
+  app_->set_version_flag("--version", name_ + " " + kVersion);
+  options_.Flag("--json", json_, "Print a summary as JSON on stdout; messages go to stderr");
+  options_.Flag("--quiet", quiet_, "No progress, no remarks");
+  options_.Add("--threads", threads_, "Threads to use; 0 = all cores").Range(0, 4096).Default();
+  options_.Add("--seed", seed_, "Seed of everything random").Default();
+  app_->fallthrough();
+  app_->get_formatter()->column_width(34);
+}
+Program::~Program() = default;
+
+Options Program::Command(const std::string& name, const std::string& description, std::function<Answer()> body) {
+  commands_.emplace_back(options_.Command(name, description), std::move(body));
+  return commands_.back().first;
 }
 
 int Program::Run(int argc, char** argv, const std::function<std::string()>& body,
                  const std::function<std::string(const std::string& json)>& for_people) {
+  return Run(argc, argv, [&] {
+    const std::string text = body();
+    return Answer(JsonKeys::Parse(text).value(), for_people && !json_ && !quiet_ ? for_people(text) : std::string());
+  });
+}
+
+int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   InstallInterruptHandler();
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
+    if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
     return Report(name_, json, ExitCode::kUsage, e.what(), "", "see " + name_ + " --help");
@@ -65,11 +77,14 @@ int Program::Run(int argc, char** argv, const std::function<std::string()>& body
   sink_ = MakeStderrProgress(quiet_);
   SetThreadCount(threads_);
   try {
-    const std::string text = body();
+    const std::function<Answer()>* what = &body;
+    for (const auto& [command, does] : commands_)
+      if (command.given()) what = &does;
+    const Answer answer = (*what)();
     if (json_)
-      std::fputs((WithSchema(name_, nlohmann::ordered_json::parse(text)).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
-    else if (for_people && !quiet_)
-      std::fputs((for_people(text) + "\n").c_str(), stdout);
+      PrintJson(name_, answer.keys);
+    else if (!answer.text.empty() && !quiet_)
+      std::fputs((answer.text + "\n").c_str(), stdout);
     if (std::fflush(stdout) != 0) throw MachineError("cannot write to standard output");
     return 0;
   } catch (const Error& e) {
@@ -79,7 +94,8 @@ int Program::Run(int argc, char** argv, const std::function<std::string()>& body
   } catch (const std::filesystem::filesystem_error& e) {
     return Report(name_, json_, ExitCode::kMachine, e.code().message(), e.path1().string(), "");
   } catch (const std::exception& e) {
-    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", "please report it with the command line");
+    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "",
+                  "please report it with the command line");
   }
 }
 

@@ -2,40 +2,63 @@
 //
 //   int main(int argc, char** argv) {
 //     lumi::Program program("lumi-x", "what it does");
-//     XOptions options;
-//     program.app().add_option(...);
-//     return program.Run(argc, argv, [&] { return RunX(options, program.progress()); });   // returns JSON text
+//     XOptions o;
+//     program.options().Add("--width", o.width_px, "Of the pictures, pixels").Default();
+//     return program.Run(argc, argv, [&] { return RunX(o, program.progress()); });   // returns XSummary
 //   }
+//
+// XSummary has ListKeys (scene/files/json_keys.h), what --json prints, and Describe, what a person reads.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "scene/files/json_keys.h"
 #include "scene/program/error.h"
+#include "scene/program/options.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
 
+// What a program has to say when it is done, made from its summary.
+struct Answer {
+  JsonKeys keys;
+  std::string text;  // for people; empty: nothing
+
+  template <typename Summary>
+  requires requires(const Summary& s) { Describe(s); }
+  Answer(const Summary& summary) : keys(summary), text(Describe(summary)) {}
+  Answer(JsonKeys k, std::string t) : keys(std::move(k)), text(std::move(t)) {}
+};
+
 class Program {
  public:
   Program(std::string name, std::string description);
-  CLI::App& app() { return app_; }
+  ~Program();
+  Options& options() { return options_; }
+  CLI::App& app() { return *app_; }
   ProgressSink& progress() { return *sink_; }
   bool json() const { return json_; }
   int threads() const { return threads_; }
   std::uint64_t seed() const { return seed_; }
 
-  // Parses, runs `body`, prints its JSON text on stdout under --json (a person gets `for_people`'s text instead, where
-  // given), turns exceptions into one line and an exit code. `body` returns a JSON object's text; "schema" and
-  // "version" are put in front of its keys.
+  // A command, and what it does.
+  Options Command(const std::string& name, const std::string& description, std::function<Answer()> body);
+
+  // Parses, runs `body`, or the command that was given, prints the answer's JSON on stdout under --json, "schema" and
+  // "version" in front of its keys, else its text; turns exceptions into one line and an exit code.
+  int Run(int argc, char** argv, const std::function<Answer()>& body = {});
+  // The same for a body that returns a JSON object's text.
   int Run(int argc, char** argv, const std::function<std::string()>& body,
           const std::function<std::string(const std::string& json)>& for_people = {});
 
  private:
   std::string name_;
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
+  Options options_;
+  std::vector<std::pair<Options, std::function<Answer()>>> commands_;
   std::unique_ptr<ProgressSink> sink_;
   bool json_ = false;
   bool quiet_ = false;

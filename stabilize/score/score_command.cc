@@ -5,77 +5,40 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
 #include "scene/geometry/angle.h"
 #include "scene/plot/plot.h"
 
 namespace lumi::score {
-namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json Maybe(const std::optional<double>& value) { return value && std::isfinite(*value) ? Json(*value) : Json(nullptr); }
-
-Json VideoJson(const VideoScore& v) {
-  Json j;
-  j["file"] = v.file.string();
-  j["cropping_ratio"] = Maybe(v.cropping_ratio);
-  j["distortion"] = Maybe(v.distortion);
-  j["stability"] = Maybe(v.stability);
-  j["jitter_px"] = Maybe(v.jitter.jitter_px);
-  j["kept_area"] = Maybe(v.kept_area);
-  j["distortion_mean"] = Maybe(v.distortion_mean);
-  j["distortion_frame"] = v.distortion_frame < 0 ? Json(nullptr) : Json(v.distortion_frame);
-  j["stability_x"] = Maybe(v.stability_x);
-  j["stability_y"] = Maybe(v.stability_y);
-  j["stability_rotation"] = Maybe(v.stability_rotation);
-  j["stability_detrended"] = Maybe(v.stability_detrended);
-  j["jitter_all_px"] = Maybe(v.jitter.all_px);
-  j["jitter_step_px"] = Maybe(v.jitter.step_px);
-  j["jitter_frames"] = v.jitter.frames;
-  j["width"] = v.width_px;
-  j["height"] = v.height_px;
-  j["fps"] = v.fps;
-  j["cuts"] = v.cuts;
-  j["failed_steps"] = v.failed_steps;
-  j["failed_matches"] = v.failed_matches;
-  j["uneven_times"] = v.uneven_times;
-  return j;
+static void ListKeys(JsonKeys& j, VideoScore& v) {
+  const auto frame = v.distortion_frame < 0 ? std::nullopt : std::optional(v.distortion_frame);
+  j("file", v.file, "cropping_ratio", v.cropping_ratio, "distortion", v.distortion, "stability", v.stability, "jitter_px", v.jitter.jitter_px);
+  j("kept_area", v.kept_area, "distortion_mean", v.distortion_mean).Say("distortion_frame", frame);
+  j("stability_x", v.stability_x, "stability_y", v.stability_y);
+  j("stability_rotation", v.stability_rotation, "stability_detrended", v.stability_detrended, "jitter_all_px", v.jitter.all_px, "jitter_step_px", v.jitter.step_px);
+  j("jitter_frames", v.jitter.frames, "width", v.width_px, "height", v.height_px, "fps", v.fps, "cuts", v.cuts, "failed_steps", v.failed_steps);
+  j("failed_matches", v.failed_matches, "uneven_times", v.uneven_times);
 }
+void ListKeys(JsonKeys& j, ScoreResult& r) { j("frames", r.frames, "videos", r.videos, "warnings", r.warnings, "seconds", r.seconds); }
 
-std::string Cell(const Json& value) { return value.is_null() ? "-" : fmt::format("{:.3f}", value.get<double>()); }
-
-}  // namespace
-
-std::string ScoreJson(const ScoreResult& result) {
-  Json j;
-  j["frames"] = result.frames;
-  j["videos"] = Json::array();
-  for (const VideoScore& v : result.videos) j["videos"].push_back(VideoJson(v));
-  j["warnings"] = result.warnings;
-  j["seconds"] = result.seconds;
-  return j.dump();
-}
-
-std::string RunScore(const ScoreCommandOptions& options, ProgressSink& progress) {
-  const ScoreResult result = Score(options.score, progress);
+ScoreResult RunScore(const ScoreCommandOptions& options, ProgressSink& progress) {
+  ScoreResult result = Score(options.score, progress);
   if (!options.plot.empty()) WriteTextAtomically(options.plot, ScorePlot(result));
-  return ScoreJson(result);
+  return result;
 }
 
-std::string DescribeScore(const std::string& text) {
-  const auto j = Json::parse(text);
-  constexpr const char* kKeys[] = {"cropping_ratio", "distortion", "stability", "jitter_px", "kept_area", "stability_x", "stability_y", "stability_rotation", "stability_detrended"};
-  constexpr const char* kTitles[] = {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y", "stab. rot.", "detrended"};
+std::string Describe(const ScoreResult& result) {
   std::size_t width = 5;
-  for (const Json& v : j["videos"]) width = std::max(width, std::filesystem::path(v["file"].get<std::string>()).filename().string().size());
+  for (const VideoScore& v : result.videos) width = std::max(width, v.file.filename().string().size());
   std::string table = fmt::format("{:<{}}", "video", width);
-  for (const char* title : kTitles) table += fmt::format("  {:>10}", title);
-  for (const Json& v : j["videos"]) {
-    table += fmt::format("\n{:<{}}", std::filesystem::path(v["file"].get<std::string>()).filename().string(), width);
-    for (const char* key : kKeys) table += fmt::format("  {:>10}", Cell(v[key]));
+  for (const char* title : {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y", "stab. rot.", "detrended"})
+    table += fmt::format("  {:>10}", title);
+  for (const VideoScore& v : result.videos) {
+    table += fmt::format("\n{:<{}}", v.file.filename().string(), width);
+    for (const auto& x : {v.cropping_ratio, v.distortion, v.stability, v.jitter.jitter_px, v.kept_area, v.stability_x, v.stability_y, v.stability_rotation, v.stability_detrended})
+      table += fmt::format("  {:>10}", x && std::isfinite(*x) ? fmt::format("{:.3f}", *x) : "-");
   }
   return table;
 }

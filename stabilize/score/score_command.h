@@ -1,9 +1,10 @@
-// `lumi-stabilize score`: what it takes, its JSON, its table, its plot.
+// `lumi-stabilize score`: what it takes, its keys in JSON, its table, its plot.
 #pragma once
 
 #include <filesystem>
 #include <string>
 
+#include "scene/files/json_keys.h"
 #include "stabilize/score/score.h"
 
 namespace lumi::score {
@@ -13,11 +14,10 @@ struct ScoreCommandOptions {
   std::filesystem::path plot;  // SVG of paths and spectra; empty: none
 };
 
-// JSON text: videos[{file, cropping_ratio, distortion, stability, jitter_px, ...}], frames, warnings; null where a figure
-// cannot be said.
-std::string RunScore(const ScoreCommandOptions& options, ProgressSink& progress);
-std::string ScoreJson(const ScoreResult& result);
-std::string DescribeScore(const std::string& json);  // a table
-std::string ScorePlot(const ScoreResult& result);    // SVG
+// A figure that cannot be said is null.
+ScoreResult RunScore(const ScoreCommandOptions& options, ProgressSink& progress);
+void ListKeys(JsonKeys& j, ScoreResult& result);
+std::string Describe(const ScoreResult& result);   // a table
+std::string ScorePlot(const ScoreResult& result);  // SVG
 
 }  // namespace lumi::score

@@ -63,14 +63,13 @@ const std::vector<Rule>& Rules() {
        }},
       {"headers of scene show Eigen and the standard library only",
        [](const SourceLine& l) {
-         return l.folder == "scene" && l.IsHeader() && l.file != "scene/program/main_program.h" && l.file != kJsonFields &&
+         return l.folder == "scene" && l.IsHeader() && l.file != kJsonFields &&
                 StartsWithAny(l.include, {"opencv2/", "OpenImageIO/", "nlohmann/", "fmt/", "CLI/", "tbb/", "spdlog/", "sqlite3", "embree"});
        }},
       {"the reader of JSON fields is for scene/files", [](const SourceLine& l) { return l.include == kJsonFields && (!l.Below("scene/files/") || l.IsHeader()); }},
       {"the frame of the programs is for main.cc",
        [](const SourceLine& l) {
-         return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) && !l.Below("scene/program/") && !l.IsMain() &&
-                l.file.find("command_line") == std::string::npos;
+         return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) && !l.Below("scene/program/") && !l.IsMain();
        }},
       Confined("CGAL", {"CGAL/"}, {"proxy/", "render/"}),
       Confined("OpenMesh", {"OpenMesh/"}, {"proxy/"}),

@@ -1,4 +1,5 @@
 // Prints every figure that README and docs quote.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 

@@ -37,7 +37,7 @@ TEST(ImportScene, AWorkspaceBecomesASceneAndStaysAsItWas) {
   EXPECT_EQ(scene.views[0].name, "photo10.png");
   EXPECT_EQ(ReadImage8(scene.ImagePath(scene.views[2])).At(5, 5, 0), 50);
   EXPECT_FALSE(fs::exists(w.output / "IMPORT-UNFINISHED"));
-  const auto summary = nlohmann::json::parse(result.json);
+  const auto summary = nlohmann::json::parse(result.summary.Text());
   EXPECT_EQ(summary["images_registered"], 5);
   EXPECT_NEAR(summary["mean_reprojection_error_px"].get<double>(), 0.5, 1e-9);
 }

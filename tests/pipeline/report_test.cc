@@ -26,6 +26,11 @@ std::size_t Count(const std::string& text, const std::string& part) {
   return n;
 }
 
+// Reused after 0.1 s; the run that did its work took `computed_seconds`.
+StageResult WorkedStage(const std::string& name, double computed_seconds, const std::string& json) {
+  return {name, 0.1, true, JsonKeys::Parse(json).value(), computed_seconds};
+}
+
 // A scene with two held-out photos and a missing one whose name is hostile.
 struct Fixture {
   TemporaryFolder folder;
@@ -38,14 +43,13 @@ struct Fixture {
       for (const char* kind : {"_render.jpg", "_difference.jpg"}) WriteImage(scene / "holdout" / (std::string(name) + kind), Image8(64, 48, 3, 90));
     input.scene_folder = scene;
     input.source = "photos of <mine>";
-    input.stages.push_back({"reconstruct", 0.1, true,
-                            R"({"images_total":6,"images_registered":5,"mean_reprojection_error_px":0.53,"backend":"colmap",
-                                "missing":[{"name":"<script>alert(1)</script>.jpg","reason":"too few matches"}]})"});
-    input.stages.push_back({"holdout", 0.2, false,
-                            R"({"psnr_mean_db":31.25,"ssim_mean":0.91,"nearest_photo_psnr_mean_db":24.5,"coverage":0.987,"views":[
+    input.stages.push_back(WorkedStage("reconstruct", 61.5,
+                                 R"({"images_total":6,"images_registered":5,"mean_reprojection_error_px":0.53,"backend":"colmap",
+                                "missing":[{"name":"<script>alert(1)</script>.jpg","reason":"too few matches"}]})"));
+    input.stages.push_back(WorkedStage("holdout", 2.5,
+                                 R"({"psnr_mean_db":31.25,"ssim_mean":0.91,"nearest_photo_psnr_mean_db":24.5,"coverage":0.987,"views":[
                                 {"name":"photo10.png","psnr_db":30.5,"ssim":0.9,"coverage":0.98,"nearest_photo_psnr_db":24.0,"file":"photo10"},
-                                {"name":"photo13.png","psnr_db":32.0,"ssim":0.92,"coverage":0.99,"nearest_photo_psnr_db":25.0,"file":"photo13"}]})"});
-    input.computed_seconds = {61.5, 2.5};
+                                {"name":"photo13.png","psnr_db":32.0,"ssim":0.92,"coverage":0.99,"nearest_photo_psnr_db":25.0,"file":"photo13"}]})"));
     input.colmap_seconds = 58;
     input.around_colmap_seconds = 3.5;
     input.holdout_folder = scene / "holdout";
@@ -78,8 +82,7 @@ TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
 TEST(Report, ACalibrationIsShownWithItsSigmaAndLinked) {
   Fixture f;
   EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html), Not(HasSubstr("calibrated")));
-  f.input.stages.insert(f.input.stages.begin(), {"calibrate", 0.1, false, R"({"fx":612.345,"sigma_fx":0.22})"});
-  f.input.computed_seconds.insert(f.input.computed_seconds.begin(), 1.5);
+  f.input.stages.insert(f.input.stages.begin(), WorkedStage("calibrate", 1.5, R"({"fx":612.345,"sigma_fx":0.22})"));
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
   for (const char* part : {"612.3 &#177; 0.2 px", "href=\"calibration/report.html\"", "5 of 6"}) EXPECT_THAT(html, HasSubstr(part));
 }
@@ -102,7 +105,6 @@ TEST(Report, AnUnreadableRenderLeavesItsRowOut) {
 TEST(Report, WithoutEvaluationShowsThePhotos) {
   Fixture f;
   f.input.stages.pop_back();
-  f.input.computed_seconds.pop_back();
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
   EXPECT_EQ(Count(html, "<img "), 5U);
   EXPECT_THAT(html, Not(HasSubstr("PSNR")));
@@ -113,9 +115,9 @@ TEST(Report, OfAPeriodicSceneShowsItsSampling) {
   nlohmann::json timed = nlohmann::json::parse(R"({"period_frames":150.37,"period_sigma_frames":0.01,"period_s":5.01,"period_from":"moving video",
       "masks":{"found":true,"moving_share":0.25},"warnings":["the camera keeps <step>"],"images_registered":5,
       "sampling":{"samples_per_window":13.3,"window_least":9,"window_most":14,"uniformity":0.83,"covered":0.7,"gaps":[]}})");
-  timed["reconstruct"] = nlohmann::json::parse(f.input.stages[0].json);
+  timed["reconstruct"] = nlohmann::json::parse(f.input.stages[0].summary.Text());
   for (int i = 0; i < 15; ++i) timed["sampling"]["gaps"].push_back({{"what_to_film", "film phase " + std::to_string(i)}});
-  f.input.stages[0] = {"timeperiodic", 0.1, false, timed.dump()};
+  f.input.stages[0] = WorkedStage("timeperiodic", 61.5, timed.dump());
   WriteTextAtomically(f.scene / "timeperiodic/sampling.svg", "<svg xmlns='http://www.w3.org/2000/svg'><style>.soft{}</style></svg>");
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
   EXPECT_THAT(html, HasSubstr("150.37"));

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "scene/files/atomic_file.h"
+#include "scene/program/child_progress.h"
 #include "scene/program/error.h"
 #include "scene/files/temporary_folder.h"
 
@@ -61,7 +62,7 @@ TEST_F(Stage, ShowsTheProgramsProgressUnderItsNumber) {
       Run("echo \"@progress 1 4 cutting $1\" >&2; echo 'a remark' >&2; echo '@progress 2 2 saving' >&2; echo '{\"faces\": 12}'", recorder);
   EXPECT_THAT(recorder.lines, testing::ElementsAre("stage 2/5 proxy: cutting a b 1/4", "proxy: a remark", "end of stage 2/5 proxy: cutting a b",
                                                    "stage 2/5 proxy: saving 2/2", "end of stage 2/5 proxy: saving"));
-  EXPECT_EQ(result.json, "{\"faces\":12}");
+  EXPECT_EQ(result.summary.Text(), "{\"faces\":12}");
   EXPECT_FALSE(result.reused);
 }
 

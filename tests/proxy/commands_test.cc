@@ -16,6 +16,7 @@
 #include "scene/program/error.h"
 #include "tests/proxy/synthetic_scene.h"
 #include "tests/support/child_program.h"
+#include "tests/support/summary_json.h"
 #include "scene/files/temporary_folder.h"
 
 namespace lumi::test {
@@ -57,8 +58,6 @@ Scene WritePlateScene(const fs::path& folder, int width_px = 160) {
   return scene;
 }
 
-json Parse(const std::string& text) { return json::parse(text); }
-
 TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   const TemporaryFolder folder;
   Scene scene = WritePlateScene(folder / "scene");
@@ -72,36 +71,36 @@ TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   WriteManifest(scene, folder / "scene");
   EXPECT_THROW(RunMoving(target, {.over = "wall"}, SilentProgress()), UsageError);
   RunPlane({folder / "scene", "plane", {}, false}, SilentProgress());
-  const json over_plane = Parse(RunMoving({folder / "scene", "before-plane", {}, false}, {.over = "plane"}, SilentProgress()));
+  const json over_plane = AsJson(RunMoving({folder / "scene", "before-plane", {}, false}, {.over = "plane"}, SilentProgress()));
   EXPECT_GT(over_plane["faces"], 100);
   EXPECT_EQ(over_plane["moments"], 1);
-  const json moving = Parse(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
+  const json moving = AsJson(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
   EXPECT_EQ(moving["over"], "mesh");
   EXPECT_THAT(ListProxies(folder / "scene"), testing::UnorderedElementsAre("plane", "before-plane", "moving"));
-  EXPECT_EQ(Parse(RunMoving(target, {}, SilentProgress()))["reused"], true);
+  EXPECT_EQ(AsJson(RunMoving(target, {}, SilentProgress()))["reused"], true);
 }
 
 TEST(ProxyCommands, FirstProxyBecomesActiveAndASecondRunReusesIt) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
-  const json plane = Parse(RunPlane({folder / "scene", "plane", {}, false}, SilentProgress()));
+  const json plane = AsJson(RunPlane({folder / "scene", "plane", {}, false}, SilentProgress()));
   EXPECT_EQ(plane["name"], "plane");
   EXPECT_EQ(plane["faces"], 2);
   EXPECT_EQ(plane["closed"], false);
   EXPECT_EQ(plane["reused"], false);
   EXPECT_EQ(plane["active"], true);
-  const json mesh = Parse(RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress()));
+  const json mesh = AsJson(RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress()));
   EXPECT_GT(mesh["faces"], 500);
   EXPECT_EQ(mesh["closed"], true);
   EXPECT_EQ(mesh["active"], false);
   EXPECT_TRUE(mesh["seconds"].is_number());
   const std::string bytes = ReadText(ProxyPath(folder / "scene", "mesh"));
-  const json again = Parse(RunDelaunay({folder / "scene", "mesh", {}, true}, 4, SilentProgress()));
+  const json again = AsJson(RunDelaunay({folder / "scene", "mesh", {}, true}, 4, SilentProgress()));
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["active"], true);
   EXPECT_EQ(again["faces"], mesh["faces"]);
   EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "mesh")), bytes);
-  const json other = Parse(RunDelaunay({folder / "scene", "mesh", {}, false}, 8, SilentProgress()));
+  const json other = AsJson(RunDelaunay({folder / "scene", "mesh", {}, false}, 8, SilentProgress()));
   EXPECT_EQ(other["reused"], false);
   EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "mesh");
 }
@@ -142,7 +141,7 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
     EXPECT_THAT(e.hint(), HasSubstr("--output"));
   }
   EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .candidates = {}}, SilentProgress()), UsageError);
-  const json made = Parse(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
+  const json made = AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
   EXPECT_EQ(ReadMesh(folder / "mesh.ply").faces.size(), made["faces"].get<std::size_t>());
   EXPECT_EQ(files(), before);
   EXPECT_THROW(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.txt", false}, 4, SilentProgress()), UsageError);
@@ -176,7 +175,7 @@ TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
   WriteMesh(folder / "wall.ply", wall);
   ImportRequest request = Importing(folder / "wall.ply");
   request.scale = 2;
-  const json in = Parse(RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress()));
+  const json in = AsJson(RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress()));
   EXPECT_EQ(in["faces"], 2);
   EXPECT_EQ(in["coverage"], 1.0);
   EXPECT_EQ(in["front_fraction"], 1.0);
@@ -198,7 +197,7 @@ TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
   for (auto& f : wall.faces) std::swap(f[1], f[2]);
   WriteMesh(folder / "back.ply", wall);
   request.file = folder / "back.ply";
-  const json back = Parse(RunImport(request, {folder / "scene", "back", {}, false}, listener));
+  const json back = AsJson(RunImport(request, {folder / "scene", "back", {}, false}, listener));
   EXPECT_THAT(listener.said, HasSubstr("1 part inside out"));
   EXPECT_EQ(back["front_fraction"], 1.0);
   request.repair = false;
@@ -237,7 +236,7 @@ TEST(ProxyCommands, ImportTakesBinaryFilesOfBothByteOrdersAndNumbersThatAreNone)
   for (const std::int32_t v : {0, 1, 4}) ply += big(v);
   WriteTextAtomically(folder / "big.ply", ply);
   Listener listener;
-  const json in = Parse(RunImport(Importing(folder / "big.ply"), {folder / "scene", "big", {}, false}, listener));
+  const json in = AsJson(RunImport(Importing(folder / "big.ply"), {folder / "scene", "big", {}, false}, listener));
   EXPECT_EQ(in["faces"], 2);
   EXPECT_EQ(in["coverage"], 1.0);
   EXPECT_EQ(in["repaired"]["not_finite_vertices"], 1);
@@ -271,7 +270,7 @@ TEST(ProxyCommands, ImportIsPlacedByPairsAndByIcp) {
   WriteTextAtomically(folder / "pairs.json", pairs_text);
   ImportRequest pairs = Importing(folder / "moved.ply");
   pairs.correspond = folder / "pairs.json";
-  const json by_pairs = Parse(RunImport(pairs, {folder / "scene", "pairs", {}, false}, SilentProgress()));
+  const json by_pairs = AsJson(RunImport(pairs, {folder / "scene", "pairs", {}, false}, SilentProgress()));
   EXPECT_NEAR(by_pairs["placement"]["scale"], 5, 1e-9);
   EXPECT_EQ(by_pairs["front_fraction"], 1.0);  // a room's fronts look inwards, where the views are
   EXPECT_EQ(by_pairs["repaired"]["inside_out_parts"], 0);
@@ -282,11 +281,12 @@ TEST(ProxyCommands, ImportIsPlacedByPairsAndByIcp) {
   ImportRequest icp = Importing(folder / "moved.ply");
   icp.icp = true;
   icp.scale = 5.5;
-  const json by_icp = Parse(RunImport(icp, {folder / "scene", "icp", {}, false}, SilentProgress()));
+  const Made<ImportFigures> aligned = RunImport(icp, {folder / "scene", "icp", {}, false}, SilentProgress());
+  const json by_icp = AsJson(aligned);
   EXPECT_NEAR(by_icp["placement"]["scale"], 5, 1e-3);
   EXPECT_LT(by_icp["icp"]["rms_of_diagonal"], 1e-3);
   EXPECT_LT(off("icp"), 0.01);
-  EXPECT_THAT(DescribeProxy(by_icp.dump()), HasSubstr("aligned"));
+  EXPECT_THAT(Describe(aligned), HasSubstr("aligned"));
 
   WriteMesh(folder / "wall.ply", WallMesh());
   ImportRequest flat = Importing(folder / "wall.ply");
@@ -302,10 +302,11 @@ TEST(ProxyCommands, ImportIsPlacedByPairsAndByIcp) {
 TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
-  EXPECT_TRUE(Parse(RunInfo(folder / "scene", "", SilentProgress()))["proxies"].empty());
+  EXPECT_TRUE(AsJson(RunInfo(folder / "scene", "", SilentProgress()))["proxies"].empty());
   RunPlane({folder / "scene", "plane", {}, false}, SilentProgress());
   RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress());
-  const json info = Parse(RunInfo(folder / "scene", "", SilentProgress()));
+  const InfoSummary summary = RunInfo(folder / "scene", "", SilentProgress());
+  const json info = AsJson(summary);
   ASSERT_EQ(info["proxies"].size(), 2u);
   const json& mesh = info["proxies"][0];
   EXPECT_EQ(mesh["name"], "mesh");
@@ -322,8 +323,8 @@ TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   EXPECT_EQ(plane["closed"], false);
   EXPECT_EQ(plane["layers_mean"], 1.0);
   EXPECT_EQ(plane["layers_max"], 1);
-  EXPECT_THAT(DescribeProxy(info.dump()), HasSubstr("mesh"));
-  EXPECT_THAT(DescribeProxy(RunInfo(folder / "scene", "mesh", SilentProgress())), HasSubstr("depth complexity"));
+  EXPECT_THAT(Describe(summary), HasSubstr("mesh"));
+  EXPECT_THAT(Describe(RunInfo(folder / "scene", "mesh", SilentProgress())), HasSubstr("depth complexity"));
   EXPECT_THROW(RunInfo(folder / "scene", "none", SilentProgress()), UsageError);
 }
 
@@ -339,7 +340,7 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const std::vector<std::string> argv = {"lumi-proxy", "auto", (folder / "scene").string(), "--choose-width", "160", "--holdout", "4", "--json"};
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
-  const json chosen = Parse(first.out);
+  const json chosen = json::parse(first.out);
   ASSERT_EQ(chosen["candidates"].size(), 7u);
   for (const char* name : {"plane", "planes", "mesh"})
     for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"}) EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
@@ -354,12 +355,12 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   EXPECT_NE(chosen["name"], "plane");
   EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, chosen["name"]);
   const ProgramResult second = RunProgram(argv);
-  EXPECT_EQ(Parse(second.out)["reused"], true);
-  EXPECT_EQ(Parse(second.out)["candidates"], chosen["candidates"]);
+  EXPECT_EQ(json::parse(second.out)["reused"], true);
+  EXPECT_EQ(json::parse(second.out)["candidates"], chosen["candidates"]);
   // A budget chooses among what was measured, without measuring again.
   std::vector<std::string> hurried = argv;
   hurried.insert(hurried.end(), {"--budget-ms", "0.000001"});
-  const json fastest = Parse(RunProgram(hurried).out);
+  const json fastest = json::parse(RunProgram(hurried).out);
   EXPECT_EQ(fastest["reused"], true);
   EXPECT_THAT(fastest["reason"].get<std::string>(), HasSubstr("fastest"));
   for (const json& c : chosen["candidates"])
@@ -379,7 +380,7 @@ TEST(ProxyProgram, AutoTakesWhatIsThereAndKeepsToItsList) {
   WriteTextAtomically(ProxyPath(folder / "scene", "plane"), "somebody's own, and no mesh");
   const ProgramResult result = RunProgram({"lumi-proxy", "auto", path, "--choose-width", "160", "--holdout", "4", "--candidates", "mesh,wall,plane", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const json chosen = Parse(result.out);
+  const json chosen = json::parse(result.out);
   ASSERT_EQ(chosen["candidates"].size(), 3u);
   EXPECT_TRUE((*Row(chosen, "wall"))["psnr_mean_db"].is_number());
   EXPECT_TRUE(Row(chosen, "plane")->contains("refused"));
@@ -394,7 +395,7 @@ TEST(ProxyProgram, AutoTakesThePlaneWherePointsAreTooFew) {
   WriteScene(scene, folder / "scene");
   const ProgramResult result = RunProgram({"lumi-proxy", "auto", (folder / "scene").string(), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const json chosen = Parse(result.out);
+  const json chosen = json::parse(result.out);
   EXPECT_EQ(chosen["name"], "plane");
   EXPECT_TRUE(Row(chosen, "mesh")->contains("refused"));
 }
@@ -424,7 +425,7 @@ TEST(ProxyProgram, TheCubesOwnProxyCanBeImported) {
   if (!fs::exists(proxy)) GTEST_SKIP() << "no captures at " << proxy;
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
-  const json imported = Parse(RunImport(Importing(proxy), {folder / "scene", "cube", {}, false}, SilentProgress()));
+  const json imported = AsJson(RunImport(Importing(proxy), {folder / "scene", "cube", {}, false}, SilentProgress()));
   EXPECT_GT(imported["faces"], 1000);
 }
 

@@ -13,6 +13,7 @@
 #include "scene/program/error.h"
 #include "tests/proxy/hull_bodies.h"
 #include "tests/proxy/synthetic_scene.h"
+#include "tests/support/summary_json.h"
 
 namespace lumi::test {
 namespace {
@@ -55,12 +56,12 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_THROW(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()), DataError);
   EXPECT_FALSE(fs::exists(folder / "scene" / "silhouettes"));
   source.rule = "R > 2 * G";
-  const json found = json::parse(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()));
+  const json found = AsJson(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()));
   EXPECT_EQ(found["silhouettes"].size(), 8u);
   EXPECT_EQ(found["empty"], 0);
   EXPECT_EQ(found["silhouettes"][0]["parts"], 1);
 
-  const json hull = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  const json hull = AsJson(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
   EXPECT_EQ(hull["closed"], true);
   EXPECT_EQ(hull["sound"], true);
   EXPECT_EQ(hull["active"], true);
@@ -72,13 +73,14 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_EQ(ReadMesh(ProxyPath(folder / "scene", "hull")).faces.size(), hull["faces"].get<std::size_t>());
   EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "hull");
 
-  const json again = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  const Made<HullFigures> reused = RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress());
+  const json again = AsJson(reused);
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["iou_median"], hull["iou_median"]);
-  EXPECT_THAT(DescribeProxy(again.dump()), testing::HasSubstr("after a dilation of"));
+  EXPECT_THAT(Describe(reused), testing::HasSubstr("after a dilation of"));
   // One silhouette less: another hull.
   fs::remove(FindMask(folder / "scene" / "silhouettes", found["silhouettes"][2]["name"]));
-  const json less = json::parse(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
+  const json less = AsJson(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
   EXPECT_EQ(less["reused"], false);
   ASSERT_EQ(less["views_left_out"].size(), 1u);
   EXPECT_EQ(less["views_left_out"][0]["reason"], "it has no silhouette");
@@ -93,9 +95,9 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   HullRequest request;
   request.hull.cell_px = 6;
   EXPECT_THROW(RunHullTradeoff(request, folder / "scene", folder / "hull.ply", SilentProgress()), UsageError);
-  const std::string text = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
+  const HullTradeoff tradeoff = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "hull")));
-  const json t = json::parse(text)["hull_tradeoff"];
+  const json t = AsJson(tradeoff)["hull_tradeoff"];
   ASSERT_EQ(t["points"].size(), 8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
   EXPECT_EQ(t["points"][0]["name"], "as given");
   bool front = false;
@@ -112,7 +114,7 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   EXPECT_EQ(json::parse(ReadText(folder / "scene" / "tradeoff" / "hull.json"))["points"], t["points"]);
   EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.csv"), testing::HasSubstr("\"4 views\",views,4,1,6,4,"));
   EXPECT_THAT(ReadText(folder / "scene" / "tradeoff" / "hull.svg"), testing::HasSubstr("as given"));
-  EXPECT_THAT(DescribeProxy(text), testing::HasSubstr("IoU med."));
+  EXPECT_THAT(Describe(tradeoff), testing::HasSubstr("IoU med."));
   RunHullTradeoff(request, folder / "scene", folder / "elsewhere", SilentProgress());
   EXPECT_TRUE(fs::exists(folder / "elsewhere" / "hull.svg"));
 }
@@ -125,7 +127,7 @@ TEST(HullCommands, OtherSourcesFindTheSameSilhouettes) {
   border.border_colour = true;
   colour.colour = Eigen::Vector3d(110, 110, 110);
   masks.masks = folder / "by_rule";
-  const auto of = [&](const SilhouetteSource& source, const fs::path& to) { return json::parse(RunSilhouettes(folder / "scene", source, {}, to, SilentProgress()))["silhouettes"]; };
+  const auto of = [&](const SilhouetteSource& source, const fs::path& to) { return AsJson(RunSilhouettes(folder / "scene", source, {}, to, SilentProgress()))["silhouettes"]; };
   const json expected = of(rule, folder / "by_rule");
   EXPECT_EQ(of(border, folder / "a"), expected);
   EXPECT_EQ(of(colour, folder / "b"), expected);

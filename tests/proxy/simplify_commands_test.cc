@@ -13,6 +13,7 @@
 #include "tests/proxy/hull_bodies.h"
 #include "tests/proxy/simplify_meshes.h"
 #include "tests/proxy/synthetic_scene.h"
+#include "tests/support/summary_json.h"
 
 namespace lumi::test {
 namespace {
@@ -60,7 +61,7 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   SimplifyRequest request;
   request.faces = 120;
   request.keep_hull = true;
-  const json kept = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
+  const json kept = AsJson(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
   EXPECT_EQ(kept["name"], "hull-120-kept");
   EXPECT_EQ(kept["from"], "hull");
   EXPECT_LE(kept["faces"], 120);
@@ -73,18 +74,20 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   EXPECT_GT(kept["mean_distance_px"].get<double>(), 0);
   EXPECT_EQ(ReadMesh(ProxyPath(scene, "hull-120-kept")).faces.size(), kept["faces"].get<std::size_t>());
   // It is the active one now: what is simplified stays the hull.
-  const json again = json::parse(RunSimplify(request, {scene, "", {}, true}, SilentProgress()));
+  const Made<SimplifyFigures> reused = RunSimplify(request, {scene, "", {}, true}, SilentProgress());
+  const json again = AsJson(reused);
   EXPECT_EQ(again["name"], "hull-120-kept");
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["iou_median"], kept["iou_median"]);
-  EXPECT_THAT(DescribeProxy(again.dump()), HasSubstr("10 silhouettes"));
+  EXPECT_THAT(Describe(reused), HasSubstr("10 silhouettes"));
 
   request.keep_hull = false;
   request.faces = 30;
-  const json coarse = json::parse(RunSimplify(request, {scene, "", {}, false}, SilentProgress()));
+  const Made<SimplifyFigures> simplified = RunSimplify(request, {scene, "", {}, false}, SilentProgress());
+  const json coarse = AsJson(simplified);
   EXPECT_EQ(coarse["name"], "hull-30");
   EXPECT_FALSE(coarse["views_missed"].empty());  // and it is said
-  EXPECT_THAT(DescribeProxy(coarse.dump()), HasSubstr("not covered"));
+  EXPECT_THAT(Describe(simplified), HasSubstr("not covered"));
   request.from = "nothing";
   EXPECT_THROW(RunSimplify(request, {scene, "", {}, false}, SilentProgress()), UsageError);
   request.from = "hull";
@@ -99,8 +102,8 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   request.scene = scene;
   request.faces = {2, 50, 200};
   request.width_px = 80;
-  const std::string text = RunSimplifyTradeoff(request, SilentProgress());
-  const json points = json::parse(text)["tradeoff"]["points"];
+  const SimplifyTradeoff tradeoff = RunSimplifyTradeoff(request, SilentProgress());
+  const json points = AsJson(tradeoff)["tradeoff"]["points"];
   ASSERT_EQ(points.size(), 7u);
   EXPECT_TRUE(points[0].contains("failed"));
   for (const json& p : points) {
@@ -112,7 +115,7 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   EXPECT_EQ(points[6]["method"], "all");
   EXPECT_EQ(points[6]["mean_distance_px"].get<double>() < 1e-6, true);
   for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(scene / "tradeoff" / ("simplify-hull" + std::string(ending)))) << ending;
-  EXPECT_THAT(DescribeProxy(text), HasSubstr("keep-hull"));
+  EXPECT_THAT(Describe(tradeoff), HasSubstr("keep-hull"));
   EXPECT_EQ(ListProxies(scene).size(), 1u);  // nothing is left behind
 }
 

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 #include <set>
+#include "tests/support/summary_json.h"
 
 namespace lumi {
 namespace {
@@ -127,10 +128,10 @@ TEST(Tradeoff, AFailedSettingIsARowWithItsReason) {
   m.tradeoff.rows = {Row("as given: 800 px", 8, 0.5, 0.25), Row("features 256", 2, 0.5, {})};
   m.tradeoff.rows[1].failed = "only 3 points, \"say\"";
   m.tradeoff.rows[1].setting.line = "features";
-  m.tradeoff.json = "scene/tradeoff/colmap.json";
+  m.tradeoff.files.json = "scene/tradeoff/colmap.json";
   MarkFront(m.tradeoff.rows);
 
-  const auto j = nlohmann::json::parse(ToJson(m));
+  const auto j = AsJson(m);
   EXPECT_EQ(j["images_total"], 0);  // the scene's own summary stands beside it
   const auto& rows = j["tradeoff"]["points"];
   ASSERT_EQ(rows.size(), 2U);
@@ -141,9 +142,9 @@ TEST(Tradeoff, AFailedSettingIsARowWithItsReason) {
   EXPECT_EQ(rows[1]["failed"], "only 3 points, \"say\"");
   EXPECT_FALSE(rows[1].contains("mean_reprojection_error_px"));
 
-  EXPECT_THAT(TradeoffTable(ToJson(m)),
+  EXPECT_THAT(Describe(m.tradeoff),
               testing::AllOf(HasSubstr("* as given: 800 px"), HasSubstr("only 3 points"), HasSubstr("against truth")));
-  EXPECT_EQ(TradeoffTable(ToJson(m.summary)), "");
+  EXPECT_FALSE(AsJson(m.summary).contains("tradeoff"));
   const std::string csv = TradeoffCsv(m.tradeoff);
   EXPECT_THAT(csv, HasSubstr("\"only 3 points, \"\"say\"\"\"\n"));
   std::set<std::ptrdiff_t> commas;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -47,9 +48,9 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   const fs::path capture = Capture(folder), out = folder / "scene";
   const Scene truth = OpenScene(capture, {}, SilentProgress());
   const double focal = truth.cameras[0].FocalPx().x();
-  const ProgramResult run =
-      RunProgram({"lumi-timeperiodic", "calibrate", capture / "video.mp4", "-o", out, "--fixed-video", capture / "fixed.mp4", "--backend",
-                  "factorization", "--focal-px", std::to_string(focal), "--json"});
+  std::vector<std::string> command{"lumi-timeperiodic", "calibrate", capture / "video.mp4", "-o", out, "--fixed-video", capture / "fixed.mp4",
+                                   "--backend", "factorization", "--focal-px", std::to_string(focal), "--json"};
+  const ProgramResult run = RunProgram(command);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
   EXPECT_EQ(j["period_from"], "fixed video");
@@ -99,6 +100,26 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   const ProgramResult sampling = RunProgram({"lumi-timeperiodic", "sampling", out, "--json"});
   ASSERT_EQ(sampling.exit_code, 0) << sampling.err;
   EXPECT_NEAR(json::parse(sampling.out)["samples_per_window"].get<double>(), kFrames / kLampPeriod, 0.01);
+
+  // What the period costs, and what it brings: held-out frames of the scene that is there, rendered with each row's period.
+  command.push_back("--tradeoff");
+  const ProgramResult measured = RunProgram(command);
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  const json with = json::parse(measured.out);
+  EXPECT_EQ(with["reused"], true);
+  EXPECT_EQ(OpenScene(out, {}, SilentProgress()).period_s, scene.period_s) << "the scene itself stays";
+  double best_db = 0, worst_db = 1e9;
+  for (const json& row : with["tradeoff"]["points"]) {
+    EXPECT_GT(row["seconds"].get<double>(), 0);
+    if (row.contains("failed")) continue;
+    EXPECT_GT(row["period_frames"].get<double>(), 2);
+    best_db = std::max(best_db, row["psnr_holdout_db"].get<double>());
+    worst_db = std::min(worst_db, row["psnr_holdout_db"].get<double>());
+  }
+  EXPECT_GT(worst_db, 10);
+  EXPECT_LT(best_db, 60);
+  EXPECT_NEAR(with["tradeoff"]["points"][0]["psnr_holdout_db"].get<double>(), best_db, 0.5) << "all frames at their width find the period";
+  for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(out / "tradeoff" / (std::string("period") + ending))) << ending;
 }
 
 }  // namespace

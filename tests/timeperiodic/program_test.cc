@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -52,6 +53,42 @@ TEST(PeriodProgram, PrintsThePeriodOfACompressedVideoAndPlotsIt) {
   EXPECT_THAT(json::parse(aliased.out)["error"]["message"].get<std::string>(), HasSubstr("aliased"));
 }
 
+TEST(PeriodProgram, MeasuresWhatThePeriodCosts) {
+  const TemporaryFolder folder;
+  PaintedVideo painted;
+  painted.width = 96, painted.height = 72, painted.frames = 240;
+  const fs::path video = Written(painted, folder / "fixed.mp4"), out = folder / "out";
+  std::vector<std::string> command{"lumi-timeperiodic", "period", video, "--tradeoff", out, "--json"};
+  const ProgramResult alone = RunProgram(command);
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  const json itself = json::parse(alone.out)["tradeoff"];
+  EXPECT_EQ(itself["reference"], itself["points"][0]["name"]);  // no row has more pixels: it is the video's own size
+  EXPECT_TRUE(itself["points"][0]["error_percent"].is_null());
+
+  command.insert(command.end(), {"--true-period", "15.37"});
+  const ProgramResult run = RunProgram(command);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json rows = json::parse(run.out)["tradeoff"]["points"];
+  ASSERT_EQ(rows.size(), 7U);  // as given; 24 and 48 px; 30, 60 and 120 frames; 24 px and 30 frames
+  EXPECT_EQ(rows[0]["name"], "as given: 96 px, 240 frames");
+  EXPECT_EQ(rows[6]["settings"], (json{{"look_width", 24}, {"frames", 30}}));
+  int front = 0;
+  for (const json& row : rows) {
+    EXPECT_GT(row["seconds"].get<double>(), 0);
+    if (row.contains("failed")) continue;
+    EXPECT_EQ(row["psnr_holdout_db"], nullptr);  // a video alone has no scene
+    front += row["front"].get<bool>();
+  }
+  EXPECT_GE(front, 1);
+  EXPECT_LT(rows[0]["error_percent"].get<double>(), 0.05);
+  EXPECT_TRUE(rows[3].contains("failed") || rows[3]["error_percent"] > rows[0]["error_percent"]) << "two periods";
+  EXPECT_EQ(json::parse(ReadText(out / "period.json"))["points"], rows);
+  EXPECT_THAT(ReadText(out / "period.csv"), HasSubstr("setting,line,look_width,frames,seconds,period_frames,"));
+  EXPECT_THAT(ReadText(out / "period.svg"), HasSubstr("240 frames"));
+  command.erase(std::find(command.begin(), command.end(), "--json"));
+  EXPECT_THAT(RunProgram(command).out, HasSubstr("errors against the known period"));
+}
+
 TEST(PeriodProgram, RefusesWhatHasNoPeriodByName) {
   const TemporaryFolder folder;
   PaintedVideo painted;
@@ -63,7 +100,11 @@ TEST(PeriodProgram, RefusesWhatHasNoPeriodByName) {
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "absent.mp4"}).exit_code, 3);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--min-period", "1"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--true-period", "9"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--frames", "3", "30", "--count", "2", "--tradeoff", folder / "out"}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder / "out"));
   const fs::path scene = folder / "scene";
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--masks-only", "--tradeoff"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "1.5"}).exit_code, 1);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "9", "--fixed-video",
                         folder / "still.mp4"})

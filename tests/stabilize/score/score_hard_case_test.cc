@@ -76,8 +76,8 @@ TEST_F(ScoreHardCase, ABlankOutputHasNoFiguresAndOthersStillDo) {
   const ScoreResult result = Of(input, {plane_.Write(folder_ / "blank.mp4"), input});
   EXPECT_FALSE(result.videos[1].cropping_ratio || result.videos[1].distortion || result.videos[1].stability || result.videos[1].jitter.jitter_px);
   EXPECT_NEAR(*result.videos[2].cropping_ratio, 1, 1e-3);
-  EXPECT_THAT(ScoreJson(result), HasSubstr(R"("cropping_ratio":null,"distortion":null)"));
-  EXPECT_THAT(DescribeScore(ScoreJson(result)), HasSubstr("-"));
+  EXPECT_THAT(JsonKeys(result).Text(), HasSubstr(R"("cropping_ratio":null,"distortion":null)"));
+  EXPECT_THAT(Describe(result), HasSubstr("-"));
   EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("not to be found")));
   EXPECT_THAT(ScorePlot(result), HasSubstr("</svg>"));
 }

@@ -1,0 +1,101 @@
+#include "scene/files/json_keys.h"
+
+#include <nlohmann/json.hpp>
+
+namespace lumi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json& At(const std::shared_ptr<void>& node) { return *static_cast<Json*>(node.get()); }
+
+}  // namespace
+
+JsonKeys::JsonKeys() : node_(std::make_shared<Json>(Json::object())) {}
+
+std::optional<JsonKeys> JsonKeys::Parse(const std::string& text) {
+  auto node = std::make_shared<Json>(Json::parse(text, nullptr, false));
+  return node->is_object() ? std::optional(JsonKeys(std::move(node), false)) : std::nullopt;
+}
+
+std::string JsonKeys::Text(int indent) const {
+  return At(node_).dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+bool JsonKeys::Has(const char* key) const { return At(node_).contains(key) && !At(node_).at(key).is_null(); }
+
+void JsonKeys::Remove(const char* key) { At(node_).erase(key); }
+
+JsonKeys& JsonKeys::Append(const JsonKeys& other) {
+  At(node_).update(At(other.node_));
+  return *this;
+}
+
+template <JsonValue T>
+JsonKeys& JsonKeys::operator()(const char* key, T& value) {
+  if (!reading_) {
+    At(node_)[key] = value;
+  } else if (!Lacks(key)) {
+    try {
+      value = At(node_).at(key).get<T>();
+    } catch (const Json::exception&) {  // of another type
+      complete_ = false;
+    }
+  }
+  return *this;
+}
+template JsonKeys& JsonKeys::operator()(const char*, bool&);
+template JsonKeys& JsonKeys::operator()(const char*, int&);
+template JsonKeys& JsonKeys::operator()(const char*, long&);
+template JsonKeys& JsonKeys::operator()(const char*, std::size_t&);
+template JsonKeys& JsonKeys::operator()(const char*, double&);
+template JsonKeys& JsonKeys::operator()(const char*, std::string&);
+template JsonKeys& JsonKeys::operator()(const char*, std::map<std::string, std::string>&);
+template JsonKeys& JsonKeys::operator()(const char*, std::map<std::string, std::vector<double>>&);
+template JsonKeys& JsonKeys::operator()(const char*, std::vector<int>&);
+template JsonKeys& JsonKeys::operator()(const char*, std::vector<double>&);
+template JsonKeys& JsonKeys::operator()(const char*, std::vector<std::string>&);
+
+JsonKeys& JsonKeys::operator()(const char* key, std::filesystem::path& value) {
+  std::string text = value.string();
+  (*this)(key, text);
+  if (reading_) value = text;
+  return *this;
+}
+
+JsonKeys& JsonKeys::operator()(const char* key, JsonKeys& value) {
+  if (!reading_)
+    At(node_)[key] = At(value.node_);
+  else if (!Lacks(key))
+    value.node_ = std::make_shared<Json>(At(node_).at(key));
+  return *this;
+}
+
+JsonKeys& JsonKeys::Null(const char* key) {
+  At(node_)[key] = nullptr;
+  return *this;
+}
+
+bool JsonKeys::Lacks(const char* key) {
+  if (!reading_ || Has(key)) return false;
+  complete_ = false;
+  return true;
+}
+
+JsonKeys JsonKeys::Child(const char* key, bool a_list) const {
+  Json fresh = a_list ? Json::array() : Json::object();
+  if (!reading_) return {{node_, &(At(node_)[key] = std::move(fresh))}, false};
+  Json& there = At(node_).at(key);
+  return there.type() == fresh.type() ? JsonKeys({node_, &there}, true)
+                                      : JsonKeys(std::make_shared<Json>(std::move(fresh)), true);
+}
+
+JsonKeys JsonKeys::Item(std::size_t i) const {
+  if (!reading_) return {{node_, &At(node_).emplace_back(Json::object())}, false};
+  return At(node_).at(i).is_object() ? JsonKeys({node_, &At(node_).at(i)}, true)
+                                     : JsonKeys(std::make_shared<Json>(Json::object()), true);
+}
+
+std::size_t JsonKeys::size() const { return At(node_).size(); }
+
+}  // namespace lumi
