@@ -89,7 +89,7 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   if (const auto json = fs::exists(list, ec) ? JsonKeys::Parse(ReadText(list)) : std::nullopt; json && json->Into(found) && found.key == key) {
     for (const ChosenFrame& f : found.frames) capture.photos.push_back(FramePhoto(f.index, f.time_s, found.width, found.height));
     capture.video_frames = found.video_frames;
-    if (std::all_of(capture.photos.begin(), capture.photos.end(), [&](const Photo& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
+    if (std::all_of(capture.photos.begin(), capture.photos.end(), [&](const InputPhoto& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
       reused->push_back("keyframes");
       return capture;
     }

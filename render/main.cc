@@ -98,7 +98,7 @@ void AddRendering(CLI::App& app, Line& line) {
   app.add_option("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
   app.add_option("--effects", o.effects, "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")->capture_default_str();
   app.add_option("--phase", o.phase, "The view's time as a fraction of the scene's period");
-  for (const lumi::Option& s : lumi::Options())
+  for (const lumi::SettingOption& s : lumi::SettingOptions())
     app.add_option("--" + s.name, line.given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   app.add_option("--settings", line.settings_file, "JSON object of the reconstruction's options; what stands on the command line wins");
   app.add_option("--window-frames", line.window_frames, "Photos to either side in time that a picture may use, 0 to 1000, or all; default: 5 along a path of matrices and in videos without a metric, else all");

@@ -8,7 +8,7 @@ using Json = nlohmann::ordered_json;
 
 Json ToJson(const RadianceSettings& settings) {
   Json j = Json::object();
-  for (const Option& o : Options()) {
+  for (const SettingOption& o : SettingOptions()) {
     const OptionValue v = o.get(settings);
     const auto* number = std::get_if<double>(&v);
     j[o.name] = number ? Json(*number) : o.name == "k" && settings.k > 0 ? Json(settings.k) : Json(Text(v));
@@ -17,7 +17,7 @@ Json ToJson(const RadianceSettings& settings) {
 }
 
 bool SetOption(RadianceSettings& settings, const std::string& name, const Json& value) {
-  const Option* option = FindOption(name);
+  const SettingOption* option = FindSettingOption(name);
   if (!option) return false;
   option->set(settings, value.is_boolean()        ? OptionValue(value.get<bool>())
                         : value.is_number_float() ? OptionValue(value.get<double>())

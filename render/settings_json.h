@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 
 namespace lumi {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "render/picture/output_name.h"
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 #include "render/time/clock.h"
 #include "render/time/photo_window.h"
 #include "scene/files/scene_folder.h"

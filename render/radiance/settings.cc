@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 
 namespace lumi {
 std::string Validate(const RadianceSettings& s) {
   if (s.k < 0 || s.k > kMaxBlend) return "--k takes 1 to " + std::to_string(kMaxBlend) + ", or all";
-  for (const Option& o : Options())
+  for (const SettingOption& o : SettingOptions())
     if (o.problem)
       if (std::string problem = o.problem(s); !problem.empty()) return problem;
   if (s.r_min_rad > s.r_max_rad) return "--r-min-deg must lie in [0, --r-max-deg]";

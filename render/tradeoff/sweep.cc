@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 
 namespace lumi {
 namespace {
@@ -64,7 +64,7 @@ std::string PointName(const RadianceSettings& s, const RadianceSettings& base) {
   if (!optimum && s.correlation != Correlation::kInverse) name += ", falling leaves";
   // The rest is said where it differs.
   constexpr std::array<std::string_view, 6> kSaid = {"similarity", "k", "correlation", "grid", "sampling", "epipoles"};
-  for (const Option& o : Options()) {
+  for (const SettingOption& o : SettingOptions()) {
     if (std::find(kSaid.begin(), kSaid.end(), o.name) != kSaid.end()) continue;
     const OptionValue now = o.get(s);
     if (now == o.get(base)) continue;
@@ -112,11 +112,11 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
   // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and what it is worth here.
-  for (const Option& o : Options())
+  for (const SettingOption& o : SettingOptions())
     for (const std::string& choice : o.is_switch ? o.choices : std::vector<std::string>())
       for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid}) with(m, grid, [&](RadianceSettings& s) { o.set(s, choice); });
   if (size == SweepSize::kQuick) return table;
-  for (const Option& o : Options())
+  for (const SettingOption& o : SettingOptions())
     if (o.is_switch) with(Method::kCandidates, grid, [&](RadianceSettings& s) { o.set(s, std::string("off")); });
 
   // The optimum's own dials.

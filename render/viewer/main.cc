@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
   app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
   app.add_flag("!--no-ui", o.show_ui, "No panel, also in screenshots");
   app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
-  for (const lumi::Option& s : lumi::Options())
+  for (const lumi::SettingOption& s : lumi::SettingOptions())
     app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
   return program.Run(argc, argv, [&] {
     for (const auto& [name, value] : given)

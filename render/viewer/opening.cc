@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "render/path/matrix_path.h"
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 #include "render/world/visibility_maps.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -43,7 +43,7 @@ void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decid
     if (decided.count(e.name) > 0) continue;
     SwitchEffect(settings, e.name, e.on);
     // And in the way that the data call for, where it comes in several.
-    const Option* option = FindOption(e.name);
+    const SettingOption* option = FindSettingOption(e.name);
     if (e.on && IsOn(choice.settings, e.name)) option->set(settings, option->get(choice.settings));
   }
 }

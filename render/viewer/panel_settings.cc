@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 #include "render/viewer/panel_parts.h"
 #include "render/viewer/refiner.h"
 #include "render/viewer/setting_rules.h"
@@ -31,7 +31,7 @@ class Row {
   ~Row() {
     ImGui::EndDisabled();
     ImGui::PopID();
-    const Option* option = FindOption(option_);
+    const SettingOption* option = FindSettingOption(option_);
     std::string text = option ? option->help : "";
     if (!evidence_.empty()) text += "\n\nin this scene: " + evidence_;
     if (!why_.empty()) text += "\n\nno effect now: " + why_;
@@ -49,7 +49,7 @@ class Row {
 };
 
 // An option's widget, as its table has it.
-void OptionRow(ViewerSettings& v, const Option& o, const std::string& evidence = {}) {
+void OptionRow(ViewerSettings& v, const SettingOption& o, const std::string& evidence = {}) {
   if (!o.row.label) return;
   RadianceSettings& s = v.radiance;
   const std::string name(o.name);
@@ -77,7 +77,7 @@ void OptionRow(ViewerSettings& v, const Option& o, const std::string& evidence =
     if (!o.problem(s).empty()) s = before;
   }
 }
-void OptionRow(ViewerSettings& v, const char* name) { OptionRow(v, *FindOption(name)); }
+void OptionRow(ViewerSettings& v, const char* name) { OptionRow(v, *FindSettingOption(name)); }
 
 void Weights(ViewerSettings& v) {
   RadianceSettings& s = v.radiance;
@@ -139,7 +139,7 @@ void Effects(const PanelFacts& facts, ViewerSettings& v, PanelWishes& wishes) {
     ImGui::SameLine();
     Dim("exposures follow ...");
   }
-  for (const Option& o : Options())
+  for (const SettingOption& o : SettingOptions())
     if (!o.measure.empty() && o.measure != measure::Angle::kName && o.measure != measure::Time::kName) OptionRow(v, o, o.is_switch ? evidence(o.measure) : "");
 }
 

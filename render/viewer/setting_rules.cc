@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "render/radiance/measures/evaluate.h"
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 
 namespace lumi {
 
@@ -21,7 +21,7 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
   if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";
   if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && !HasTerms(s)) return "only for falling leaves and for terms beside the angle";
   if (is({"gamma"})) return s.field_of_view || s.visibility ? "" : "field of view and visibility are off";
-  if (const Option* o = FindOption(option); o && !o->is_switch && !IsOn(s, o->measure)) return fmt::format("{} is off", o->measure_title);
+  if (const SettingOption* o = FindSettingOption(option); o && !o->is_switch && !IsOn(s, o->measure)) return fmt::format("{} is off", o->measure_title);
   return {};
 }
 
@@ -45,7 +45,7 @@ std::string Describe(const RadianceSettings& s) {
                                                        : fmt::format("k {}", s.k);
   if (s.Sparse()) text += fmt::format(", {} {}x{}{}", Name(s.sampling), s.grid_columns, s.grid_rows, s.epipoles ? "" : " without epipoles");
   if (s.similarity == Similarity::kIdentity && s.correlation == Correlation::kFallingLeaves) text += ", falling leaves";
-  for (const Option& o : Options())
+  for (const SettingOption& o : SettingOptions())
     if (o.is_switch && IsOn(s, o.measure)) text += fmt::format(", {}", o.choices.empty() ? std::string(o.name) : Text(o.get(s)));
   if (s.time) text += fmt::format(" {:.2f} s", s.time_s);
   return text;

@@ -7,7 +7,7 @@
 #include "optimum_oracle.h"
 #include "render/cpu/candidate_blend.h"
 #include "render/radiance/candidate_plan.h"
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 #include "render/radiance/optimum.h"
 #include "render/show/measure_map.h"
 #include "render/world/visibility_maps.h"
@@ -194,7 +194,7 @@ TEST_F(EveryMeasure, HasAHeatMapOfItsValue) {
 
 TEST(EveryEffect, IsSwitchedByItsOptionAlone) {
   ForEachEffect([&]<typename M> {
-    const Option* option = FindOption(M::kName);
+    const SettingOption* option = FindSettingOption(M::kName);
     ASSERT_TRUE(option) << M::kName;
     EXPECT_TRUE(option->is_switch);
     for (const bool on : {true, false}) {

@@ -199,7 +199,7 @@ TEST(Script, SetTakesEveryOptionOfTheReconstruction) {
   EXPECT_EQ(steps[0].value, "7");
   EXPECT_EQ(steps[1].value, "0.5,4");
   EXPECT_EQ(steps[5].word, "a b.mp4");
-  for (const Option& o : Options()) {
+  for (const SettingOption& o : SettingOptions()) {
     const auto again = ParseScript("set " + o.name + " " + o.fallback);
     ASSERT_EQ(again.size(), 1U);
     EXPECT_EQ(again[0].word, o.name);

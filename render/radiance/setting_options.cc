@@ -1,4 +1,4 @@
-#include "render/radiance/options.h"
+#include "render/radiance/setting_options.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,7 +49,7 @@ double Degrees(double rad) { return std::round(rad / kRadiansPerDegree * 1e12) /
 // What records and the core fill; fields of a measure's Settings are fields of RadianceSettings.
 class Table {
  public:
-  explicit Table(std::vector<Option>& options) : options_(options) {}
+  explicit Table(std::vector<SettingOption>& options) : options_(options) {}
   std::string_view measure, title;
 
   template <typename Base>
@@ -64,7 +64,7 @@ class Table {
   template <typename Base>
   void Switch(std::string_view name, bool Base::*field, std::string_view help, const char* label = nullptr) {
     bool S::*const at = field;
-    Option& o = Add(name, "on|off", help, {label});
+    SettingOption& o = Add(name, "on|off", help, {label});
     o.is_switch = name == measure;
     o.field = at;
     o.get = [=](const S& s) { return OptionValue(s.*at); };
@@ -77,7 +77,7 @@ class Table {
     std::vector<std::string> names;
     for (const E e : values) names.emplace_back(Name(e));
     const std::string all = fmt::format("{}", fmt::join(names, "|"));
-    Option& o = Add(name, all, help, {label});
+    SettingOption& o = Add(name, all, help, {label});
     o.is_switch = name == measure;
     o.choices = names;
     o.get = [=](const S& s) { return OptionValue(std::string(Name(s.*at))); };
@@ -94,7 +94,7 @@ class Table {
             std::string_view help, PanelRow row = {}) {
     double S::*const a = first;
     double S::*const b = second;
-    Option& o = Add(name, std::string(takes), help, row);
+    SettingOption& o = Add(name, std::string(takes), help, row);
     o.get = [=](const S& s) { return OptionValue(fmt::format("{:g},{:g}", s.*a, s.*b)); };
     o.set = [=](S& s, const OptionValue& v) {
       const std::string text = Text(v);
@@ -111,14 +111,14 @@ class Table {
   }
   template <typename Get, typename Set>
   void Custom(std::string_view name, std::string_view takes, std::string_view help, Get get, Set set) {
-    Option& o = Add(name, std::string(takes), help, {});
+    SettingOption& o = Add(name, std::string(takes), help, {});
     o.get = [=](const S& s) { return OptionValue(get(s)); };
     o.set = [=](S& s, const OptionValue& v) { set(s, Text(v)); };
   }
 
  private:
-  Option& Add(std::string_view name, std::string takes, std::string_view help, PanelRow row) {
-    Option& o = options_.emplace_back();
+  SettingOption& Add(std::string_view name, std::string takes, std::string_view help, PanelRow row) {
+    SettingOption& o = options_.emplace_back();
     o.name = name;
     o.value = std::move(takes);
     o.help = help;
@@ -128,7 +128,7 @@ class Table {
     return o;
   }
   void Number(std::string_view name, double S::*at, Range range, double unit, std::string_view help, PanelRow row) {
-    Option& o = Add(name, "FLOAT", help, row);
+    SettingOption& o = Add(name, "FLOAT", help, row);
     o.field = at;
     o.unit = unit;
     o.get = [=](const S& s) { return OptionValue(unit == 1 ? s.*at : Degrees(s.*at)); };
@@ -137,7 +137,7 @@ class Table {
       return range.Holds(unit == 1 ? s.*at : Degrees(s.*at)) ? std::string() : fmt::format("--{} must {}", name, range.Text());
     };
   }
-  std::vector<Option>& options_;
+  std::vector<SettingOption>& options_;
 };
 
 void AddK(Table& t) {
@@ -168,8 +168,8 @@ void AddGrid(Table& t) {
            });
 }
 
-std::vector<Option> MakeOptions() {
-  std::vector<Option> options;
+std::vector<SettingOption> MakeOptions() {
+  std::vector<SettingOption> options;
   Table t(options);
   t.Choice("similarity", &S::similarity, {Similarity::kIdentity, Similarity::kFull},
            "Photos weigh each on its own (identity), or as the best linear estimate (full)", "similarity");
@@ -194,7 +194,7 @@ std::vector<Option> MakeOptions() {
     M::Options(t);
   });
   const S defaults;
-  for (Option& o : options) o.fallback = Text(o.get(defaults));
+  for (SettingOption& o : options) o.fallback = Text(o.get(defaults));
   return options;
 }
 
@@ -209,14 +209,14 @@ std::string Text(const OptionValue& value) {
   return std::get<std::string>(value);
 }
 
-const std::vector<Option>& Options() {
-  static const std::vector<Option> options = MakeOptions();
+const std::vector<SettingOption>& SettingOptions() {
+  static const std::vector<SettingOption> options = MakeOptions();
   return options;
 }
 
-const Option* FindOption(std::string_view name) {
-  const auto& all = Options();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Option& o) { return o.name == name; });
+const SettingOption* FindSettingOption(std::string_view name) {
+  const auto& all = SettingOptions();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const SettingOption& o) { return o.name == name; });
   return found == all.end() ? nullptr : &*found;
 }
 

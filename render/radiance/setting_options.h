@@ -16,7 +16,7 @@ namespace lumi {
 using OptionValue = std::variant<bool, double, std::string>;
 std::string Text(const OptionValue& value);
 
-struct Option {
+struct SettingOption {
   std::string name;         // without dashes
   std::string value;        // what it takes: "FLOAT", "off|distance|jacobian" ...
   std::string help;         // with units and range
@@ -35,9 +35,9 @@ struct Option {
 };
 
 // All, in the order of the help.
-const std::vector<Option>& Options();
+const std::vector<SettingOption>& SettingOptions();
 // nullptr for a name that is no option.
-const Option* FindOption(std::string_view name);
+const SettingOption* FindSettingOption(std::string_view name);
 
 // Whether a measure is on; the angle always is.
 bool IsOn(const RadianceSettings& settings, std::string_view measure);
