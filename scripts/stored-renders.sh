@@ -191,6 +191,14 @@ per-view-false-color cpu,gl $at --proxy per-view --show false-color
 per-view-proxy cpu $at --proxy per-view --show proxy
 path-cameras cpu $path --show cameras
 path-optimum cpu $path --similarity full
+path-false-color cpu,gl $path --show false-color
+path-candidates cpu,gl $path --grid 32x24 --sampling candidates
+path-falling-leaves cpu,gl $path --correlation falling-leaves
+path-k-all cpu,gl $path --k all
+path-visibility-off cpu,gl $path --visibility off
+path-resolution-jacobian cpu,gl $path --resolution jacobian --beta 2
+path-optimum-false-color cpu $path --similarity full --show false-color
+path-optimum-samples cpu,gl $path --similarity full --grid 24x18
 path-interpolated cpu,gl $path --grid 32x24 --sampling interpolated --k 5 --fov off
 held-out cpu,gl --holdout 8
 held-out-choose cpu --holdout 8 --fold choose --similarity full --grid 24x18
@@ -255,7 +263,7 @@ methods_of_hull() {
   cat <<METHODS
 hull-500 cpu,gl $at --proxy hull-500
 hull-500-interpolated cpu,gl $at --proxy hull-500 --grid 2x2 --sampling interpolated
-hull-500-tessellation cpu,gl $at --proxy hull-500 --grid 2x2 --show tessellation
+hull-500-tessellation cpu,gl $at --proxy hull-500 --grid 2x2 --sampling interpolated --show tessellation
 visibility-off cpu,gl $at --visibility off
 show-visibility cpu $at --show visibility
 show-fov cpu $at --show fov
