@@ -11,10 +11,11 @@
 #   --bin DIR         programs that are built already; default: build/release/bin
 #   --data DIR        captures for `scenes`; default: ../shared/data. Scenes whose capture is absent are skipped, and it is said
 #   --only SCENE      desk, fox, knights, lamp, projective or hull; may be given again
+#   --methods REGEX   render: only the methods whose names match, beside the pictures that are there
 #   --jobs N          programs at once, each with one thread; default: as many as there are cores
 #   --tolerance N     compare: code values by which a byte may differ; default: 1, and 2 of pictures that OpenGL made
 #   --share S         compare: share of a picture's bytes that may differ by more; default: 0.0001, and 0 of pictures that OpenGL made
-#   --figures F       compare: by how much a summary's number may differ, relative where it is above 1; default: 0.01
+#   --figures F       compare: by how much a summary's number may differ, relative where it is above 1; default: 0.001
 #   --all             compare: also a row for each picture that does not differ
 #
 # desk (simulated, true mesh), fox (photos, a mesh through their points), knights (a grid of cameras, a plane), lamp (repeats itself
@@ -26,19 +27,20 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . scripts/common.sh
 me=$PWD/scripts/stored-renders.sh
 
-bin=$PWD/build/release/bin data=$PWD/../shared/data only=() jobs=$(nproc) tolerance='' share='' figures=0.01 every='' words=()
+bin=$PWD/build/release/bin data=$PWD/../shared/data only=() jobs=$(nproc) tolerance='' share='' figures=0.001 chosen='' every='' words=()
 from_start() { case $1 in /*) echo "$1" ;; *) echo "$start_folder/$1" ;; esac; }
 number() { [[ $2 =~ ^[0-9]+(\.[0-9]+)?(e-?[0-9]+)?$ ]] || die "$1 takes a number, not $2" 2; }
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,24s/^# \{0,1\}//p' "$me"; exit 0 ;;
+    -h | --help) sed -n '2,25s/^# \{0,1\}//p' "$me"; exit 0 ;;
     --all) every=1; shift ;;
-    --bin | --data | --only | --jobs | --tolerance | --share | --figures)
+    --bin | --data | --only | --methods | --jobs | --tolerance | --share | --figures)
       [ $# -ge 2 ] || die "$1 needs a value" 2
       case $1 in
         --bin) bin=$(from_start "$2") ;;
         --data) data=$(from_start "$2") ;;
         --only) [[ $2 =~ ^(desk|fox|knights|lamp|projective|hull)$ ]] || die "--only takes desk, fox, knights, lamp, projective or hull; not $2" 2; only+=("$2") ;;
+        --methods) chosen=$2 ;;
         --jobs) [[ $2 =~ ^[1-9][0-9]{0,2}$ ]] || die "--jobs takes a whole number from 1; not $2" 2; jobs=$2 ;;
         --tolerance) number "$1" "$2"; tolerance=$2 ;;
         --share) number "$1" "$2"; share=$2 ;;
@@ -304,9 +306,10 @@ render() {
   for scene in "${only[@]}"; do
     scene_folder=$scenes/$scene
     if [ ! -d "$scene_folder" ]; then say "$scene: skipped, there is no $scene_folder"; continue; fi
-    rm -rf "${out:?}/$scene"
-    mkdir "$out/$scene"
+    [ -n "$chosen" ] || rm -rf "${out:?}/$scene"
+    mkdir -p "$out/$scene"
     while read -r name backends options; do
+      [[ $name =~ $chosen ]] || continue
       for backend in ${backends//,/ }; do echo "$scene $name $backend $options"; done
     done < <("methods_of_$scene") >>"$out/list"
   done
@@ -351,7 +354,7 @@ pixel_difference() {
 summary_difference() {
   awk -v bound="$figures" '
     function key(line) { sub(/^ */, "", line); return match(line, /^"[^"]*": /) ? substr(line, 1, RLENGTH) : line ~ /^[\]\[{},]*$/ ? "" : "," }
-    { k = key($0); if (k == "") next; sub(/,$/, ""); id = k ++seen[FILENAME, k] }
+    { k = key($0); if (k == "") next; sub(/,$/, ""); id = k (++seen[FILENAME, k]) }
     NR == FNR { old[id] = $0; next }
     id in old {
       a = old[id]; b = $0; delete old[id]
@@ -362,6 +365,7 @@ summary_difference() {
         if (!match(b, number) || substr(b, 1, RSTART - 1) != before) { bad = id; break }
         y = substr(b, RSTART, RLENGTH); b = substr(b, RSTART + RLENGTH)
         d = x - y; if (d < 0) d = -d
+        if (k ~ /evidence/) d /= 100  # rounded for people
         size = x < 0 ? -x : x; if (size > 1) d /= size
         if (d > worst) { worst = d; where = id }
       }
@@ -389,7 +393,7 @@ compare() {
         read -r worst over bytes < <(pixel_difference "$old/$file" "$new/$file" "$bound" "$work")
         pictures=$((pictures + 1))
         [ "$worst" -eq 0 ] || differ=$((differ + 1))
-        verdict=$(awk -v o="$over" -v n="$bytes" -v a="$allowed" 'BEGIN { print o / n > a ? "TOO MUCH" : "" }')
+        verdict=$(awk -v o="$over" -v n="$bytes" -v a="$allowed" 'BEGIN { print (o / n > a ? "TOO MUCH" : "") }')
         [ -z "$verdict" ] || bad=$((bad + 1))
         if [ -n "$every" ] || [ "$worst" -ne 0 ]; then printf '%-58s %8s %12s %s\n' "$file" "$worst" "$(awk -v o="$over" -v n="$bytes" 'BEGIN { printf "%.6f", o / n }')" "$verdict"; fi ;;
       *.json)
