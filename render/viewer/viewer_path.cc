@@ -22,6 +22,9 @@ constexpr double kLiveFps = 30;
 constexpr double kKeyDepth = 0.05;       // normalised: of a key's frustum
 constexpr int kPathLines = 300;
 
+// Of a recording of what is seen, by now.
+long FramesDue(Clock::time_point start) { return static_cast<long>(SecondsSince(start) * kLiveFps) + 1; }
+
 }  // namespace
 
 // The window's camera as a key: what a frame of the path's shape would show.
@@ -188,7 +191,8 @@ void Viewer::StartLiveRecording(const std::filesystem::path& wanted) {
 }
 
 void Viewer::FinishRecording() {
-  if (live_recording_) live_recording_->recorder->Finish();
+  // Frames that the encoder had no room for are made up now: the clip lasts as long as what was seen.
+  if (live_recording_) live_recording_->recorder->Finish(FramesDue(live_recording_->start));
 }
 
 void Viewer::CancelRecording() {
@@ -203,10 +207,10 @@ void Viewer::StepLiveRecording() {
   if (r.recorder->state() == Recorder::State::kOpen) {
     if (r.size_px != size_px_) {
       // A video has one size.
-      r.recorder->Finish();
+      r.recorder->Finish(FramesDue(r.start));
       Say("the window's size changed: the recording ends here");
     } else {
-      const long due = static_cast<long>(SecondsSince(r.start) * kLiveFps) + 1;
+      const long due = FramesDue(r.start);
       if (r.recorder->added() < due && !r.recorder->Full()) {
         const Canvas canvas(size_px_);
         Compose();
