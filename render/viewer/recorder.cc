@@ -68,11 +68,14 @@ void Recorder::Add(Image8 rgb) {
   change_.notify_all();
 }
 
-void Recorder::Finish() {
+void Recorder::Finish(long frames) {
   {
     const std::lock_guard lock(mutex_);
     no_more_ = true;
-    if (state_ == State::kOpen) state_ = State::kFinishing;
+    if (state_ == State::kOpen) {
+      state_ = State::kFinishing;
+      least_ = frames;
+    }
   }
   change_.notify_all();
 }
@@ -143,19 +146,20 @@ void Recorder::Work() {
 
 void Recorder::WriteAll(const fs::path& hidden) {
   VideoWriter video(hidden, fps_);
+  std::optional<Image8> picture;
   for (;;) {
-    std::optional<Image8> next;
     {
       std::unique_lock lock(mutex_);
       change_.wait(lock, [this] { return cancel_ || no_more_ || !waiting_.empty(); });
       if (cancel_) return;
       if (!waiting_.empty()) {
-        next = std::move(waiting_.front());
+        picture = std::move(waiting_.front());
         waiting_.pop_front();
+      } else if (!picture || encoded_ >= least_) {
+        break;
       }
     }
-    if (!next) break;
-    video.Add(*next);
+    video.Add(*picture);
     const std::lock_guard lock(mutex_);
     ++encoded_;
   }

@@ -26,7 +26,8 @@ class Recorder {
 
   bool Full() const;         // frames wait to be encoded: come back later
   void Add(Image8 rgb);      // of one size, 3 channels
-  void Finish();             // no more frames; Done() tells when the file is there
+  // No more frames; Ended() tells when the file is there. The last one is repeated until there are `frames`.
+  void Finish(long frames = 0);
   void Cancel();             // nothing is left
 
   enum class State { kOpen, kFinishing, kWritten, kFailed, kCancelled };
@@ -52,7 +53,7 @@ class Recorder {
   std::deque<Image8> waiting_;
   State state_ = State::kOpen;
   bool no_more_ = false, cancel_ = false;
-  long added_ = 0, encoded_ = 0;
+  long added_ = 0, encoded_ = 0, least_ = 0;
   std::filesystem::path file_;
   std::string problem_;
   std::thread thread_;

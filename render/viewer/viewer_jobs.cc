@@ -15,6 +15,9 @@ constexpr double kStep_ms = 40;          // of a job, before the window is looke
 constexpr double kJobPatience_s = 0.3;   // a job that the moving picture kept from working draws one of its pictures whole
 constexpr double kLiveFps = 30;
 
+// Of a recording of what is seen, by now.
+long FramesDue(Clock::time_point start) { return static_cast<long>(SecondsSince(start) * kLiveFps) + 1; }
+
 }  // namespace
 
 std::filesystem::path Viewer::VideoName() const {
@@ -46,7 +49,8 @@ void Viewer::StartLiveRecording(const std::filesystem::path& wanted) {
 }
 
 void Viewer::FinishRecording() {
-  if (jobs_.live_recording) jobs_.live_recording->recorder->Finish();
+  // Frames that the encoder had no room for are made up now: the clip lasts as long as what was seen.
+  if (jobs_.live_recording) jobs_.live_recording->recorder->Finish(FramesDue(jobs_.live_recording->start));
 }
 
 void Viewer::CancelRecording() {
@@ -61,10 +65,10 @@ void Viewer::StepLiveRecording() {
   if (r.recorder->state() == Recorder::State::kOpen) {
     if (r.size_px != size_px_) {
       // A video has one size.
-      r.recorder->Finish();
+      r.recorder->Finish(FramesDue(r.start));
       Say("the window's size changed: the recording ends here");
     } else {
-      const long due = static_cast<long>(SecondsSince(r.start) * kLiveFps) + 1;
+      const long due = FramesDue(r.start);
       if (r.recorder->added() < due && !r.recorder->Full()) {
         const Canvas canvas(size_px_);
         Compose();

@@ -1,7 +1,7 @@
 // Hulls of photographs of real things.
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <ctime>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -21,19 +21,19 @@ const fs::path kCaptures = fs::path(LUMI_SOURCE_DIR) / ".." / "shared" / "data";
 struct Made {
   Mesh mesh;
   HullSummary summary;
-  double seconds;
+  double processor_s;  // whatever else the machine does
 };
 Made Hull(const char* what, const std::vector<SilhouetteView>& views, HullOptions options = {}) {
   if (const char* cell = std::getenv("HULL_CELL")) options.cell_px = std::atof(cell);
   Made made;
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   made.mesh = BuildVisualHull(views, options, SilentProgress(), &made.summary);
-  made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  made.processor_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   const HullSummary& s = made.summary;
   std::printf("%s: %zu views, %zu used, dilation %.2f px, cell %.2f px, %zu faces, coverage min %.4f, deepest %.2f px, IoU median %.4f min %.4f, "
-              "%.1f s (agreement %.1f, mending %.1f, contour %.1f, measure %.1f)\n",
+              "%.1f s of processors (agreement %.1f, mending %.1f, contour %.1f, measure %.1f)\n",
               what, views.size(), s.used.size(), s.dilation_px, s.cell_px, made.mesh.faces.size(), s.fit.coverage_min, s.fit.deepest_uncovered_px,
-              s.fit.iou_median, s.fit.iou_min, made.seconds, s.agreement_s, s.mend_s, s.contour_s, s.measure_s);
+              s.fit.iou_median, s.fit.iou_min, made.processor_s, s.agreement_s, s.mend_s, s.contour_s, s.measure_s);
   if (!s.mended.empty()) {
     double most = 0;
     for (const auto& m : s.mended) most = std::max(most, m.share);
@@ -58,7 +58,7 @@ TEST(HullCaptures, DinosaurOnATurntable) {
   ASSERT_EQ(views.size(), 36u);
   const Made made = Hull("dinosaur", views);
   ExpectHull(made, 0.90);
-  EXPECT_LT(made.seconds, 60);
+  EXPECT_LT(made.processor_s, 2 * 60);
 }
 
 TEST(HullCaptures, DinoRings) {
@@ -76,7 +76,7 @@ TEST(HullCaptures, DinoRingsWithShadows) {
   const Made made = Hull("dino-rings-all-4", DinoRingsSilhouettes(kCaptures, 4, false));
   ExpectHull(made, 0.95);
   EXPECT_GE(made.summary.used.size(), 28u);  // of 37
-  EXPECT_LT(made.seconds, 60);
+  EXPECT_LT(made.processor_s, 2 * 60);
 }
 
 }  // namespace

@@ -283,7 +283,7 @@ TEST_F(ReconstructProgram, CtrlCEndsWith130AndEndsColmap) {
     _exit(127);
   }
   // When COLMAP is at work, and not before: its database has appeared.
-  for (int i = 0; i < 200 && !fs::exists(folder_ / "scene" / "colmap" / "database.db"); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  for (int i = 0; i < 3000 && !fs::exists(folder_ / "scene" / "colmap" / "database.db"); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   kill(pid, SIGINT);
   int status = 0;
   waitpid(pid, &status, 0);

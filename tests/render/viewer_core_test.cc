@@ -328,6 +328,25 @@ class Recording : public testing::Test {
   std::filesystem::path folder_;
 };
 
+TEST_F(Recording, TheLastPictureLastsUntilThereAreAsManyFramesAsAreWanted) {
+  // What a busy machine drew in half a second: three pictures.
+  Recorder recorder(folder_ / "clip.mp4", 30);
+  Feed(recorder, 3);
+  recorder.Finish(15);
+  recorder.Finish(90);  // it is finished: nothing is added any more
+  Await(recorder);
+  ASSERT_EQ(recorder.state(), Recorder::State::kWritten) << recorder.problem();
+  EXPECT_EQ(recorder.encoded(), 15);
+  VideoReader video(folder_ / "clip.mp4");
+  int frames = 0, last = -1;
+  while (const auto frame = video.Next()) {
+    ++frames;
+    last = frame->rgb.At(32, 24, 0);
+  }
+  EXPECT_EQ(frames, 15);
+  EXPECT_NEAR(last, 40, 6);  // the third's grey, after the codec
+}
+
 TEST_F(Recording, AFileIsThereWhenAllOfItIsAndNoneIsWrittenOver) {
   std::ofstream(folder_ / "clip.mp4") << "a user's own";
   Recorder recorder(folder_ / "clip.mp4", 25);
@@ -456,15 +475,18 @@ TEST_F(Refining, APhotoThatIsMissingTakesNoPart) {
 
 TEST_F(Refining, WhatIsWantedNextTakesThePlaceOfWhatIsBeingDrawn) {
   Refiner refiner;
-  refiner.Start(Slow());
-  ASSERT_TRUE(Drawing(refiner));
-  const auto start = std::chrono::steady_clock::now();
-  refiner.Start(Wanted(64, 48));
-  const double handed_over_s = SecondsSince(start);
+  double handed_over_s = 1e300;
+  for (int i = 0; i < 10; ++i) {  // the least of them: on a busy machine any one may have to wait for a core
+    refiner.Start(Slow());
+    ASSERT_TRUE(Drawing(refiner));
+    const auto start = std::chrono::steady_clock::now();
+    refiner.Start(Wanted(64, 48));
+    handed_over_s = std::min(handed_over_s, SecondsSince(start));
+  }
   const auto picture = Finished(refiner);
   ASSERT_TRUE(picture);
   EXPECT_EQ(picture->image.width, 64);
-  EXPECT_LT(handed_over_s, 0.05);  // the window's thread never waits for a tile: microseconds, and a scheduler's whims
+  EXPECT_LT(handed_over_s, 0.005);  // the window's thread never waits for a tile: microseconds
 }
 
 TEST_F(Refining, ACancelledPictureNeverComesAndTheCoresAreFreeAtTheNextTile) {
