@@ -12,7 +12,8 @@ struct Board {
   int rows = 6;          // >= 3
   double square_mm = 1;  // > 0
   int CornerCount() const { return columns * rows; }
-  // On the board's plane, row by row: x along a row, y to the next row, in mm. Seen from the front with x to the right, y points down.
+  // On the board's plane, row by row: x along a row, y to the next row, in mm. Seen from the front with x to the right,
+  // y points down.
   std::vector<Eigen::Vector2d> Corners() const {
     std::vector<Eigen::Vector2d> corners;
     for (int j = 0; j < rows; ++j)
@@ -23,8 +24,9 @@ struct Board {
 
 struct BoardView {
   std::string name;
-  std::vector<Eigen::Vector2d> corners_px;  // Shape (columns * rows), in the order of Board::Corners; first pixel's centre at (0.5, 0.5)
-  std::vector<bool> left_out;               // corners that no fit reads, as many; empty: none
+  std::vector<Eigen::Vector2d>
+      corners_px;  // Shape (columns * rows), in the order of Board::Corners; first pixel's centre at (0.5, 0.5)
+  std::vector<bool> left_out;  // corners that no fit reads, as many; empty: none
   bool Used(std::size_t corner) const { return left_out.empty() || !left_out[corner]; }
 };
 

@@ -28,8 +28,10 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
     throw UsageError(fmt::format("{} is no name of a file", options.output.string()), "-o camera.yaml");
   if (const std::string ending = options.output.extension().string(); ending != ".yaml" && ending != ".yml")
     throw UsageError(fmt::format("{}: the output is a .yaml file", options.output.string()), "-o camera.yaml");
-  if (fs::exists(summary.report) && (fs::is_directory(summary.report) || ReadText(summary.report).find(kReportMark) == std::string::npos))
-    throw UsageError(fmt::format("{} is there already and not a report of this program", summary.report.string()), "name another with --report");
+  if (fs::exists(summary.report) &&
+      (fs::is_directory(summary.report) || ReadText(summary.report).find(kReportMark) == std::string::npos))
+    throw UsageError(fmt::format("{} is there already and not a report of this program", summary.report.string()),
+                     "name another with --report");
   if (!options.undistort.empty()) {
     RequireOurFolder(options.undistort, "camera.yaml");
     if (fs::exists(options.input) && fs::exists(options.undistort) && fs::equivalent(options.input, options.undistort))
@@ -37,7 +39,8 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
   }
 }
 
-// Photos that show the calibrated camera's picture: all of its size, with or without a board; of a video the frames used.
+// Photos that show the calibrated camera's picture: all of its size, with or without a board; of a video the frames
+// used.
 int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& summary, ProgressSink& progress) {
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
   const Camera camera = CameraOf(summary.fit.calibration.intrinsics, width, height);
@@ -56,7 +59,8 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
     Progress task(progress, "undistorted", static_cast<long>(used.size()));
     VideoReader reader(options.input);
     while (auto frame = reader.Next())
-      if (used.contains(fmt::format("frame {:06d}", frame->index))) write(fmt::format("frame_{:06d}", frame->index), frame->rgb), task.Step();
+      if (used.contains(fmt::format("frame {:06d}", frame->index)))
+        write(fmt::format("frame_{:06d}", frame->index), frame->rgb), task.Step();
   } else {
     const auto photos = PhotosOf(options.input);
     Progress task(progress, "undistorted", static_cast<long>(photos.size()));
@@ -87,7 +91,8 @@ Board ParseBoard(const std::string& text, double square_mm) {
   if (x == std::string::npos || !number(text.substr(0, x), board.columns) || !number(text.substr(x + 1), board.rows))
     throw UsageError(fmt::format("--board \"{}\" is no size", text), "inner corners, columns x rows: 9x6");
   if (std::min(board.columns, board.rows) < 3 || std::max(board.columns, board.rows) > kMostCorners)
-    throw UsageError(fmt::format("--board {}: a board has 3 to {} inner corners along a side", text, kMostCorners), "--board counts where four squares meet");
+    throw UsageError(fmt::format("--board {}: a board has 3 to {} inner corners along a side", text, kMostCorners),
+                     "--board counts where four squares meet");
   if (!(square_mm > 0) || !std::isfinite(square_mm)) throw UsageError("--square-mm has to be above 0");
   board.square_mm = square_mm;
   return board;
@@ -95,11 +100,14 @@ Board ParseBoard(const std::string& text, double square_mm) {
 
 std::optional<ColmapCamera> ColmapCameraOf(const Intrinsics& k) {
   if (k[kSkew] != 0) return std::nullopt;
-  const std::string pinhole = fmt::format("{:.10g},{:.10g},{:.10g},{:.10g}", k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy]);
+  const std::string pinhole =
+      fmt::format("{:.10g},{:.10g},{:.10g},{:.10g}", k[kFx], k[kFx] * k[kAspect], k[kCx], k[kCy]);
   if (k[kK3] != 0)
-    return ColmapCamera{"FULL_OPENCV", pinhole + fmt::format(",{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},0,0,0", k[kK1], k[kK2], k[kP1], k[kP2], k[kK3])};
+    return ColmapCamera{"FULL_OPENCV", pinhole + fmt::format(",{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},0,0,0", k[kK1],
+                                                             k[kK2], k[kP1], k[kP2], k[kK3])};
   if (k.segment<kK3 - kK1>(kK1).isZero(0)) return ColmapCamera{"PINHOLE", pinhole};
-  return ColmapCamera{"OPENCV", pinhole + fmt::format(",{:.10g},{:.10g},{:.10g},{:.10g}", k[kK1], k[kK2], k[kP1], k[kP2])};
+  return ColmapCamera{"OPENCV",
+                      pinhole + fmt::format(",{:.10g},{:.10g},{:.10g},{:.10g}", k[kK1], k[kK2], k[kP1], k[kP2])};
 }
 
 CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progress) {
@@ -122,8 +130,9 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.tradeoff) {
     const TradeoffTable table = ViewCountTable(summary.tradeoff);
-    summary.tradeoff_files = WriteTradeoff(fs::path(options.output).replace_extension(".tradeoff"), table, ViewCountPlots(table),
-                                           KeysOf(table).Append(KeysOf(ModelTable(summary.fit))).Text(2) + "\n");
+    summary.tradeoff_files =
+        WriteTradeoff(fs::path(options.output).replace_extension(".tradeoff"), table, ViewCountPlots(table),
+                      KeysOf(table).Append(KeysOf(ModelTable(summary.fit))).Text(2) + "\n");
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
   WriteCameraYaml(CameraOf(summary.fit.calibration.intrinsics, width, height), options.output);

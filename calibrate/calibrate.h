@@ -37,12 +37,12 @@ struct CalibrateSummary {
   double seconds = 0;
   std::filesystem::path output, report;
   TradeoffFiles tradeoff_files;
-  std::string board;     // as it was asked for
+  std::string board;  // as it was asked for
   double square_mm = 0;
 };
 
-// COLMAP's camera: "OPENCV" and "fx,fy,cx,cy,k1,k2,p1,p2"; FULL_OPENCV where there is a k3, PINHOLE where there is no distortion. Nothing with
-// skew: no model of COLMAP's has one.
+// COLMAP's camera: "OPENCV" and "fx,fy,cx,cy,k1,k2,p1,p2"; FULL_OPENCV where there is a k3, PINHOLE where there is no
+// distortion. Nothing with skew: no model of COLMAP's has one.
 struct ColmapCamera {
   std::string model, params;
 };

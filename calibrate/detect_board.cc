@@ -14,11 +14,13 @@ namespace {
 
 constexpr int kLeastSeen = 3;  // columns and rows of the smallest piece of a board that is recognised as one
 constexpr int kLeastSidePx = 32;
-// cornerSubPix interpolates linearly between pixels, which moves corners of sharp pictures by up to a twentieth of a pixel, by where in its
-// pixel a corner lies. Softened, ray-traced boards' corners are off by a quarter less, and real ones fit better.
+// cornerSubPix interpolates linearly between pixels, which moves corners of sharp pictures by up to a twentieth of a
+// pixel, by where in its pixel a corner lies. Softened, ray-traced boards' corners are off by a quarter less, and real
+// ones fit better.
 constexpr double kSoftening = 0.2, kMostSofteningPx = 1;  // Gaussian's sigma: share of the window, and at most
-constexpr double kSearchSidePx = 1600;  // boards are searched in pictures no larger: the refinement works on the photo itself
-constexpr double kNameSidePx = 480;     // and other boards named in ones no larger than this
+constexpr double kSearchSidePx =
+    1600;  // boards are searched in pictures no larger: the refinement works on the photo itself
+constexpr double kNameSidePx = 480;  // and other boards named in ones no larger than this
 
 cv::Mat Shrunk(const cv::Mat& grey, double side_px) {
   const double scale = side_px / std::max(grey.cols, grey.rows);
@@ -30,7 +32,8 @@ cv::Mat Shrunk(const cv::Mat& grey, double side_px) {
 
 // A grey picture that shares no memory with `picture`.
 cv::Mat Grey(const Image8& picture) {
-  const cv::Mat all(picture.height, picture.width, CV_8UC(picture.channels), const_cast<std::uint8_t*>(picture.data.data()));
+  const cv::Mat all(picture.height, picture.width, CV_8UC(picture.channels),
+                    const_cast<std::uint8_t*>(picture.data.data()));
   cv::Mat grey;
   if (picture.channels == 1)
     grey = all.clone();
@@ -55,7 +58,9 @@ int SubPixelWindow(const std::vector<cv::Point2f>& corners, const Board& board) 
 cv::Size SeenSize(const cv::Mat& grey) {
   std::vector<cv::Point2f> corners;
   cv::Mat meta;
-  if (!cv::findChessboardCornersSB(Shrunk(grey, kNameSidePx), {kLeastSeen, kLeastSeen}, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta)) return {};
+  if (!cv::findChessboardCornersSB(Shrunk(grey, kNameSidePx), {kLeastSeen, kLeastSeen}, corners,
+                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta))
+    return {};
   return {std::max(meta.cols, meta.rows), std::min(meta.cols, meta.rows)};
 }
 
@@ -76,12 +81,14 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
       const int longer = std::max(board.columns, board.rows), shorter = std::min(board.columns, board.rows);
       // The older detector takes a part of a larger board for the whole: it is not asked then.
       if (seen.width <= longer && seen.height <= shorter)
-        found = cv::findChessboardCorners(searched, size, corners,
-                                          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+        found = cv::findChessboardCorners(
+            searched, size, corners,
+            cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
       if (!found && seen.width > 0 && (seen.width != longer || seen.height != shorter)) {
         search.seen_columns = seen.width;
         search.seen_rows = seen.height;
-        search.why_not = fmt::format("{}x{} corners are seen, not {}x{}", seen.width, seen.height, board.columns, board.rows);
+        search.why_not =
+            fmt::format("{}x{} corners are seen, not {}x{}", seen.width, seen.height, board.columns, board.rows);
       }
     }
     if (found && corners.size() == static_cast<std::size_t>(board.CornerCount())) {
@@ -91,7 +98,8 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
       const int window = corner_window_px > 0 ? corner_window_px : SubPixelWindow(corners, board);
       cv::Mat refined = grey;
       if (corner_window_px == 0) cv::GaussianBlur(grey, refined, {}, std::min(kMostSofteningPx, kSoftening * window));
-      cv::cornerSubPix(refined, corners, {window, window}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 1e-4});
+      cv::cornerSubPix(refined, corners, {window, window}, {-1, -1},
+                       {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 1e-4});
     }
     if (!found || corners.size() != static_cast<std::size_t>(board.CornerCount())) return search;
 
@@ -99,10 +107,12 @@ BoardSearch FindBoard(const Image8& picture, const Board& board, int corner_wind
     for (const cv::Point2f& c : corners) result.corners_px.push_back(FromOpenCvPixel(Eigen::Vector2d(c.x, c.y)));
     // A checkerboard and its mirror image look the same: the right-handed order is taken.
     const auto n = static_cast<std::size_t>(board.columns);
-    const Eigen::Vector2d across = result.corners_px[n - 1] - result.corners_px[0], down = result.corners_px[result.corners_px.size() - n] - result.corners_px[0];
+    const Eigen::Vector2d across = result.corners_px[n - 1] - result.corners_px[0],
+                          down = result.corners_px[result.corners_px.size() - n] - result.corners_px[0];
     if (across.x() * down.y() - across.y() * down.x() < 0)
       for (std::size_t row = 0; row < result.corners_px.size(); row += n)
-        std::reverse(result.corners_px.begin() + static_cast<std::ptrdiff_t>(row), result.corners_px.begin() + static_cast<std::ptrdiff_t>(row + n));
+        std::reverse(result.corners_px.begin() + static_cast<std::ptrdiff_t>(row),
+                     result.corners_px.begin() + static_cast<std::ptrdiff_t>(row + n));
     const cv::Scalar sharpness = cv::estimateChessboardSharpness(grey, size, corners);
     result.edge_width_px = sharpness[0];
     search.found = std::move(result);

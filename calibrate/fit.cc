@@ -26,21 +26,22 @@ namespace {
 
 // Cauchy's scale while nothing is known of the noise, and its least: sub-pixel corners are no better on photographs.
 constexpr double kFirstRobustScalePx = 2, kLeastRobustScalePx = 0.02;
-constexpr double kCauchyScalePerSigma = 2.4;       // 95 % as efficient as least squares on Gaussian noise
-constexpr double kRayleighMedian = 1.1774;         // median distance of a corner over the standard deviation of a coordinate
-constexpr double kOutlierViewSpreads = 6;          // a view's RMS above the median's, in standard deviations (from the MAD) ...
-constexpr double kOutlierViewRatio = 1.6;          // ... and in medians: beyond both
-constexpr double kOutlierViewFloorPx = 0.1;        // no view is refused below
-constexpr double kTrimmedShare = 0.05;             // of a view's corners, the worst, that its RMS does not count: single corners are no view
-constexpr double kOutlierCornerSigmas = 8;         // one in 1e14 on Gaussian noise
+constexpr double kCauchyScalePerSigma = 2.4;  // 95 % as efficient as least squares on Gaussian noise
+constexpr double kRayleighMedian = 1.1774;    // median distance of a corner over the standard deviation of a coordinate
+constexpr double kOutlierViewSpreads = 6;  // a view's RMS above the median's, in standard deviations (from the MAD) ...
+constexpr double kOutlierViewRatio = 1.6;  // ... and in medians: beyond both
+constexpr double kOutlierViewFloorPx = 0.1;  // no view is refused below
+constexpr double kTrimmedShare =
+    0.05;  // of a view's corners, the worst, that its RMS does not count: single corners are no view
+constexpr double kOutlierCornerSigmas = 8;  // one in 1e14 on Gaussian noise
 constexpr double kOutlierCornerFloorPx = 0.05;
-constexpr double kLargestOutlierShare = 0.5;       // of the views; beyond, nobody can tell which half is wrong
-constexpr double kNoiseFloorPx = 0.05;             // what a photograph's corners have at least: degenerate sets are judged with it
-constexpr double kParallelRad = 15 * kRadPerDeg;   // of an undetermined set: boards within this are called parallel
-constexpr std::size_t kLeastViews = 3;             // Zhang: five intrinsics, two equations a view
-constexpr std::size_t kViewsForFullest = 5;             // of fewer the fullest model would explain outliers too
+constexpr double kLargestOutlierShare = 0.5;  // of the views; beyond, nobody can tell which half is wrong
+constexpr double kNoiseFloorPx = 0.05;  // what a photograph's corners have at least: degenerate sets are judged with it
+constexpr double kParallelRad = 15 * kRadPerDeg;  // of an undetermined set: boards within this are called parallel
+constexpr std::size_t kLeastViews = 3;            // Zhang: five intrinsics, two equations a view
+constexpr std::size_t kViewsForFullest = 5;       // of fewer the fullest model would explain outliers too
 constexpr int kStartIterations = 60, kQuickIterations = 100;  // at most: to compare starts, to judge
-constexpr std::size_t kRefinedStarts = 4;  // of the starts that are compared
+constexpr std::size_t kRefinedStarts = 4;                     // of the starts that are compared
 // Focal lengths that starts are tried with, of the longer side: from a fisheye to a long lens, in steps from which the
 // refinement finds its way.
 constexpr std::array<double, 9> kStartFocals = {0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2, 7.0};
@@ -70,10 +71,12 @@ std::vector<Eigen::Matrix3d> Homographies(const Board& board, const std::vector<
 
 CalibrationStart StartOf(const Calibration& c) { return {c.intrinsics, c.cam_from_board}; }
 
-// The closed form (with and without skew) and a sweep of focal lengths; the most promising are refined, robustly, and the one with the
-// smallest median error is taken. The closed form knows no distortion: a wide lens can lead it astray, or to no answer.
-std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<BoardView>& views, const std::vector<Eigen::Matrix3d>& homographies,
-                                          int width_px, int height_px) {
+// The closed form (with and without skew) and a sweep of focal lengths; the most promising are refined, robustly, and
+// the one with the smallest median error is taken. The closed form knows no distortion: a wide lens can lead it astray,
+// or to no answer.
+std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<BoardView>& views,
+                                          const std::vector<Eigen::Matrix3d>& homographies, int width_px,
+                                          int height_px) {
   std::vector<Intrinsics> candidates;
   for (const bool with_skew : {true, false})
     if (const auto K = ClosedFormCalibration(homographies, with_skew, width_px, height_px)) {
@@ -92,7 +95,8 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
     Eigen::Matrix3d K;
     K << k[kFx], 0, k[kCx], 0, k[kFx] * k[kAspect], k[kCy], 0, 0, 1;
     for (const Eigen::Matrix3d& H : homographies)
-      if (const auto pose = PoseFromHomography(K, H); pose && pose->translation.allFinite()) start.cam_from_board.push_back(*pose);
+      if (const auto pose = PoseFromHomography(K, H); pose && pose->translation.allFinite())
+        start.cam_from_board.push_back(*pose);
     if (start.cam_from_board.size() != views.size()) continue;
     const double median = Median(AllErrors(board, views, start));
     if (std::isfinite(median)) ranked.emplace_back(median, std::move(start));
@@ -117,8 +121,8 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
   return best;
 }
 
-// The largest angle between the normals of two boards, with a nominal focal length and the distortion that goes with it: frontal boards are
-// frontal with any.
+// The largest angle between the normals of two boards, with a nominal focal length and the distortion that goes with
+// it: frontal boards are frontal with any.
 double LargestTilt(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px) {
   CalibrationStart start{NominalIntrinsics(kNominalFocal * std::max(width_px, height_px), width_px, height_px), {}};
   Eigen::Matrix3d K;
@@ -134,16 +138,21 @@ double LargestTilt(const Board& board, const std::vector<BoardView>& views, int 
   double largest = 0;
   for (std::size_t i = 0; i < views.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      largest = std::max(largest, AngleBetween(c.cam_from_board[i].R().col(2).eval(), c.cam_from_board[j].R().col(2).eval()));
+      largest =
+          std::max(largest, AngleBetween(c.cam_from_board[i].R().col(2).eval(), c.cam_from_board[j].R().col(2).eval()));
   return largest;
 }
 
-[[noreturn]] void ThrowUndetermined(const Board& board, const std::vector<BoardView>& views, int width_px, int height_px, const std::string& detail) {
+[[noreturn]] void ThrowUndetermined(const Board& board, const std::vector<BoardView>& views, int width_px,
+                                    int height_px, const std::string& detail) {
   const double tilt = LargestTilt(board, views, width_px, height_px);
   if (tilt < kParallelRad)
-    throw DataError(fmt::format("all boards are parallel (within {:.1f} degrees): such views leave the focal length open", tilt / kRadPerDeg),
-                    "tilt the board by 20 to 45 degrees, about both of its axes");
-  throw DataError("the views do not determine the focal length: " + detail, "photograph the board closer, tilted by 20 to 45 degrees about both of its axes");
+    throw DataError(
+        fmt::format("all boards are parallel (within {:.1f} degrees): such views leave the focal length open",
+                    tilt / kRadPerDeg),
+        "tilt the board by 20 to 45 degrees, about both of its axes");
+  throw DataError("the views do not determine the focal length: " + detail,
+                  "photograph the board closer, tilted by 20 to 45 degrees about both of its axes");
 }
 
 double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -191,7 +200,8 @@ double OutlierLimit(const std::vector<double>& rms) {
   const double median = Median(rms);
   std::vector<double> deviations;
   for (const double r : rms) deviations.push_back(std::abs(r - median));
-  return std::max({median + kOutlierViewSpreads * kSigmaPerMad * Median(deviations), kOutlierViewRatio * median, kOutlierViewFloorPx});
+  return std::max({median + kOutlierViewSpreads * kSigmaPerMad * Median(deviations), kOutlierViewRatio * median,
+                   kOutlierViewFloorPx});
 }
 
 struct OutlierFigures {
@@ -206,16 +216,21 @@ std::string OutlierReason(const Board& board, const BoardView& view, const Calib
   K << c.intrinsics[kFx], c.intrinsics[kSkew], c.intrinsics[kCx], 0, c.Fy(), c.intrinsics[kCy], 0, 0, 1;
   if (const auto H = PlaneHomography(board.Corners(), mirrored.corners_px))
     if (const auto pose = PoseFromHomography(K, *H)) {
-      const double other = TrimmedRms(CornerErrors(board, mirrored, c.intrinsics, RefinePose(board, mirrored, c.intrinsics, *pose)));
+      const double other =
+          TrimmedRms(CornerErrors(board, mirrored, c.intrinsics, RefinePose(board, mirrored, c.intrinsics, *pose)));
       if (other <= limit && other < rms)
         return fmt::format("the photo is mirrored: RMS {:.2f} px, turned round {:.2f} px", rms, other);
     }
-  return fmt::format("outlier: RMS {:.2f} px, limit {:.2f} px (median of the views {:.2f} px, {:g} standard deviations by MAD above it)", rms, limit, median,
-                     kOutlierViewSpreads);
+  return fmt::format(
+      "outlier: RMS {:.2f} px, limit {:.2f} px (median of the views {:.2f} px, {:g} standard deviations by MAD above "
+      "it)",
+      rms, limit, median, kOutlierViewSpreads);
 }
 
-// Views that disagree with the others are moved to result.refused, single corners marked; the last robust fit is returned.
-Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width_px, const LensModel& model, FitResult& result) {
+// Views that disagree with the others are moved to result.refused, single corners marked; the last robust fit is
+// returned.
+Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width_px, const LensModel& model,
+                           FitResult& result) {
   std::vector<BoardView>& views = result.views;
   const std::size_t total = views.size();
   for (;;) {
@@ -226,7 +241,8 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
     c = Refine(board, views, {model, std::max(kCauchyScalePerSigma * noise, kLeastRobustScalePx), kQuickIterations},
                StartOf(c));
     std::vector<double> rms;
-    for (std::size_t v = 0; v < views.size(); ++v) rms.push_back(TrimmedRms(CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v])));
+    for (std::size_t v = 0; v < views.size(); ++v)
+      rms.push_back(TrimmedRms(CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v])));
     const double median = Median(rms), limit = OutlierLimit(rms);
     std::vector<BoardView> kept;
     CalibrationStart kept_start{c.intrinsics, {}};
@@ -245,14 +261,16 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
         const auto errors = CornerErrors(board, views[v], c.intrinsics, c.cam_from_board[v]);
         views[v].left_out.assign(errors.size(), false);
         for (std::size_t i = 0; i < errors.size(); ++i)
-          if (errors[i] > std::max(kOutlierCornerSigmas * sigma, kOutlierCornerFloorPx)) views[v].left_out[i] = true, ++result.corners_left_out;
+          if (errors[i] > std::max(kOutlierCornerSigmas * sigma, kOutlierCornerFloorPx))
+            views[v].left_out[i] = true, ++result.corners_left_out;
       }
       return c;
     }
     result.refused.insert(result.refused.end(), refused.begin(), refused.end());
-    if (static_cast<double>(kept.size()) < (1 - kLargestOutlierShare) * static_cast<double>(total) || kept.size() < kLeastViews)
-      throw DataError(fmt::format("the views contradict one another: {} of {} do not fit ({}: {})", result.refused.size(), total, result.refused[0].name,
-                                  result.refused[0].reason),
+    if (static_cast<double>(kept.size()) < (1 - kLargestOutlierShare) * static_cast<double>(total) ||
+        kept.size() < kLeastViews)
+      throw DataError(fmt::format("the views contradict one another: {} of {} do not fit ({}: {})",
+                                  result.refused.size(), total, result.refused[0].name, result.refused[0].reason),
                       "take all photos with one camera, focus and zoom fixed, and a board that is flat");
     views = std::move(kept);
     start = std::move(kept_start);
@@ -298,7 +316,8 @@ std::string FitOptions::Problem() const {
 double Coverage(const std::vector<BoardView>& views, int width_px, int height_px) {
   std::vector<Eigen::Vector2d> points;
   for (const BoardView& view : views) points.insert(points.end(), view.corners_px.begin(), view.corners_px.end());
-  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
+  std::sort(points.begin(), points.end(),
+            [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
   if (points.size() < 3) return 0;
   std::vector<Eigen::Vector2d> hull;  // Andrew's monotone chain
   for (int pass = 0; pass < 2; ++pass) {
@@ -315,7 +334,8 @@ double Coverage(const std::vector<BoardView>& views, int width_px, int height_px
   return area / (static_cast<double>(width_px) * height_px);
 }
 
-std::vector<double> HeldOutSquares(const Board& board, const std::vector<BoardView>& views, const Intrinsics& intrinsics, const std::vector<Rigid3>& start) {
+std::vector<double> HeldOutSquares(const Board& board, const std::vector<BoardView>& views,
+                                   const Intrinsics& intrinsics, const std::vector<Rigid3>& start) {
   std::vector<double> squares;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto errors = CornerErrors(board, views[v], intrinsics, RefinePose(board, views[v], intrinsics, start[v]));
@@ -327,7 +347,8 @@ std::vector<double> HeldOutSquares(const Board& board, const std::vector<BoardVi
   return squares;
 }
 
-FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, int height_px, const FitOptions& options) {
+FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, int height_px,
+              const FitOptions& options) {
   if (const std::string problem = options.Problem(); !problem.empty()) throw UsageError(problem);
   if (views.empty()) throw DataError("no board was found", kMorePhotos);
   if (views.size() < kLeastViews)
@@ -340,9 +361,11 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
   const std::vector<Eigen::Matrix3d> homographies = RefuseMirrored(board, views, result);
   result.coverage = Coverage(views, width_px, height_px);
   if (result.coverage < options.min_coverage)
-    throw DataError(fmt::format("the boards cover {:.0f} % of the picture, all {}: nothing would be known of the rest", 100 * result.coverage,
-                                PlaceOf(views, width_px, height_px)),
-                    fmt::format("move the board through all of the picture, corners included ({:.0f} % at least, --min-coverage)", 100 * options.min_coverage));
+    throw DataError(
+        fmt::format("the boards cover {:.0f} % of the picture, all {}: nothing would be known of the rest",
+                    100 * result.coverage, PlaceOf(views, width_px, height_px)),
+        fmt::format("move the board through all of the picture, corners included ({:.0f} % at least, --min-coverage)",
+                    100 * options.min_coverage));
 
   auto start = FindStart(board, views, homographies, width_px, height_px);
   if (!start) ThrowUndetermined(board, views, width_px, height_px, "none explains them");
@@ -385,7 +408,8 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
   const std::size_t total = fit.views.size();
   const Calibration& all = fit.calibration;
   std::vector<std::size_t> sizes;
-  for (double n = kLeastViews; n + 1 < static_cast<double>(total); n = std::max(n + 1, std::round(1.35 * n))) sizes.push_back(static_cast<std::size_t>(n));
+  for (double n = kLeastViews; n + 1 < static_cast<double>(total); n = std::max(n + 1, std::round(1.35 * n)))
+    sizes.push_back(static_cast<std::size_t>(n));
   std::vector<ViewCountTrial> trials;
   for (const std::size_t n : sizes) {
     struct Outcome {
@@ -409,8 +433,12 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
         const Calibration c = Refine(board, in, {all.model, 0, kFullIterations}, {all.intrinsics, in_poses});
         if (!c.usable) continue;
         const auto squares = HeldOutSquares(board, out, c.intrinsics, out_poses);
-        outcomes[s] = {true, std::accumulate(squares.begin(), squares.end(), 0.0), static_cast<double>(UsedCorners(out)), c.intrinsics[kFx],
-                       c.Sigma(kFx, c.noise_px), c.seconds};
+        outcomes[s] = {true,
+                       std::accumulate(squares.begin(), squares.end(), 0.0),
+                       static_cast<double>(UsedCorners(out)),
+                       c.intrinsics[kFx],
+                       c.Sigma(kFx, c.noise_px),
+                       c.seconds};
       }
     });
     CheckInterrupted();
@@ -432,8 +460,8 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
     trial.spread_f_percent = 100 * std::sqrt(f2 / m) / all.intrinsics[kFx];
     trials.push_back(trial);
   }
-  trials.push_back({static_cast<int>(total), fit.cross_validated_rms_px.value_or(all.rms_px), 100 * all.Sigma(kFx, all.noise_px) / all.intrinsics[kFx], 0,
-                    all.seconds, 1});
+  trials.push_back({static_cast<int>(total), fit.cross_validated_rms_px.value_or(all.rms_px),
+                    100 * all.Sigma(kFx, all.noise_px) / all.intrinsics[kFx], 0, all.seconds, 1});
   return trials;
 }
 

@@ -18,9 +18,10 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kBlurredRatio = 1.8;      // of an edge's width to the median's: blurred
-constexpr double kSameViewShare = 0.02;    // of the diagonal: boards whose corners are nearer than that, on average, are one view
-constexpr int kUnknownLengthWindow = 8;    // frames a window where a video does not say how long it is
+constexpr double kBlurredRatio = 1.8;  // of an edge's width to the median's: blurred
+constexpr double kSameViewShare =
+    0.02;  // of the diagonal: boards whose corners are nearer than that, on average, are one view
+constexpr int kUnknownLengthWindow = 8;  // frames a window where a video does not say how long it is
 
 // Sizes of boards seen where the one asked for was not.
 class OtherBoards {
@@ -37,7 +38,8 @@ class OtherBoards {
   }
   // "9x6 inner corners are seen in 11", of the size seen most; empty: none.
   std::string Most() const {
-    const auto most = std::max_element(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most =
+        std::max_element(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most == seen_.end()) return {};
     return fmt::format("{}x{} inner corners are seen in {}", most->first.first, most->first.second, most->second);
   }
@@ -50,12 +52,16 @@ void RequireBoards(const Gathered& gathered, const Board& board, const OtherBoar
   const int found = gathered.searched - gathered.without_board;
   // A part of a larger board passes for a smaller one now and then: the larger is seen in more.
   if (found > 0 && others.Count() <= 2 * found) return;
-  const std::string none = fmt::format("the {}x{} board was found in {} of {} {}", board.columns, board.rows, found > 0 ? std::to_string(found) : "none",
-                                       gathered.searched, gathered.video ? "frames" : "photos");
+  const std::string none =
+      fmt::format("the {}x{} board was found in {} of {} {}", board.columns, board.rows,
+                  found > 0 ? std::to_string(found) : "none", gathered.searched, gathered.video ? "frames" : "photos");
   const std::string most = others.Most();
   // One picture may show a part of the right board.
-  if (others.Count() > 1) throw DataError(none + ": the board's size is wrong, " + most, "--board counts inner corners, where four squares meet");
-  throw DataError(none + (most.empty() ? "" : ", " + most), "--board counts inner corners; the whole board has to be in the picture, with a white margin");
+  if (others.Count() > 1)
+    throw DataError(none + ": the board's size is wrong, " + most,
+                    "--board counts inner corners, where four squares meet");
+  throw DataError(none + (most.empty() ? "" : ", " + most),
+                  "--board counts inner corners; the whole board has to be in the picture, with a white margin");
 }
 
 Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptions& options, ProgressSink& progress) {
@@ -86,8 +92,11 @@ Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptio
   std::map<std::pair<int, int>, int> sizes;
   for (const Outcome& o : outcomes)
     if (o.unreadable.empty()) sizes[{o.width, o.height}] += o.search.found ? 1000 : 1;
-  if (sizes.empty()) throw InputError(photos[0], photos.size() == 1 ? outcomes[0].unreadable : "no photo can be read: " + outcomes[0].unreadable);
-  const auto most = std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (sizes.empty())
+    throw InputError(photos[0],
+                     photos.size() == 1 ? outcomes[0].unreadable : "no photo can be read: " + outcomes[0].unreadable);
+  const auto most =
+      std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   std::tie(gathered.width_px, gathered.height_px) = most->first;
 
   OtherBoards others;
@@ -104,7 +113,8 @@ Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptio
       others.Add(o.search);
       gathered.refused.push_back({name, o.search.why_not});
     } else if (o.width != gathered.width_px || o.height != gathered.height_px) {
-      gathered.refused.push_back({name, fmt::format("{}x{} pixels, the others have {}x{}", o.width, o.height, gathered.width_px, gathered.height_px)});
+      gathered.refused.push_back({name, fmt::format("{}x{} pixels, the others have {}x{}", o.width, o.height,
+                                                    gathered.width_px, gathered.height_px)});
     } else {
       gathered.views.push_back({name, o.search.found->corners_px, {}});
     }
@@ -174,7 +184,9 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   gathered.pictures = reader.frames_read();
   if (gathered.pictures == 0) throw InputError(input, "the video has no frame that can be read");
 
-  const auto view_of = [](const Candidate& c) { return BoardView{fmt::format("frame {:06d}", c.frame), c.board.corners_px, {}}; };
+  const auto view_of = [](const Candidate& c) {
+    return BoardView{fmt::format("frame {:06d}", c.frame), c.board.corners_px, {}};
+  };
   if (!candidates.empty()) {
     std::vector<double> widths;
     for (const Candidate& c : candidates) widths.push_back(c.board.edge_width_px);
@@ -184,17 +196,24 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
       if (c.board.edge_width_px <= kBlurredRatio * typical)
         sharp.push_back(c);
       else
-        gathered.refused.push_back({view_of(c).name, fmt::format("blurred: edges {:.1f} px wide, {:.1f} in the median frame", c.board.edge_width_px, typical)});
+        gathered.refused.push_back(
+            {view_of(c).name,
+             fmt::format("blurred: edges {:.1f} px wide, {:.1f} in the median frame", c.board.edge_width_px, typical)});
     }
-    // Coverage: always the frame whose board is farthest, in its nearest twin, from those taken; the sharpest is the first.
+    // Coverage: always the frame whose board is farthest, in its nearest twin, from those taken; the sharpest is the
+    // first.
     const double same = kSameViewShare * std::hypot(gathered.width_px, gathered.height_px);
     std::vector<double> distance(sharp.size(), 1e30);
     std::vector<bool> taken(sharp.size());
     auto next = static_cast<std::size_t>(
-        std::min_element(sharp.begin(), sharp.end(), [](const auto& a, const auto& b) { return a.board.edge_width_px < b.board.edge_width_px; }) - sharp.begin());
-    for (int count = 0; count < options.max_frames && count < static_cast<int>(sharp.size()) && distance[next] > same; ++count) {
+        std::min_element(sharp.begin(), sharp.end(),
+                         [](const auto& a, const auto& b) { return a.board.edge_width_px < b.board.edge_width_px; }) -
+        sharp.begin());
+    for (int count = 0; count < options.max_frames && count < static_cast<int>(sharp.size()) && distance[next] > same;
+         ++count) {
       taken[next] = true;
-      for (std::size_t i = 0; i < sharp.size(); ++i) distance[i] = taken[i] ? 0 : std::min(distance[i], MeanDistance(sharp[i], sharp[next]));
+      for (std::size_t i = 0; i < sharp.size(); ++i)
+        distance[i] = taken[i] ? 0 : std::min(distance[i], MeanDistance(sharp[i], sharp[next]));
       next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
     }
     for (std::size_t i = 0; i < sharp.size(); ++i) {
@@ -215,7 +234,9 @@ std::vector<fs::path> PhotosOf(const fs::path& input) {
   if (!fs::is_directory(input)) return {input};
   std::vector<fs::path> photos;
   for (const fs::directory_entry& entry : fs::directory_iterator(input))
-    if (entry.is_regular_file() && HasImageExtension(entry.path()) && !entry.path().filename().string().starts_with('.')) photos.push_back(entry.path());
+    if (entry.is_regular_file() && HasImageExtension(entry.path()) &&
+        !entry.path().filename().string().starts_with('.'))
+      photos.push_back(entry.path());
   if (photos.empty()) throw InputError(input, "the folder holds no photos");
   std::sort(photos.begin(), photos.end());
   return photos;
@@ -224,7 +245,8 @@ std::vector<fs::path> PhotosOf(const fs::path& input) {
 Gathered GatherBoards(const fs::path& input, const Board& board, const GatherOptions& options, ProgressSink& progress) {
   const Stopwatch watch;
   const bool video = fs::is_regular_file(input) && HasVideoExtension(input);
-  if (fs::is_regular_file(input) && !video && !HasImageExtension(input)) throw InputError(input, "neither a photo nor a video");
+  if (fs::is_regular_file(input) && !video && !HasImageExtension(input))
+    throw InputError(input, "neither a photo nor a video");
   Gathered gathered = video ? FromVideo(input, board, options, progress) : FromPhotos(input, board, options, progress);
   gathered.seconds = watch.Seconds();
   return gathered;

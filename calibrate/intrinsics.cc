@@ -40,13 +40,15 @@ std::vector<LensModel> LensModels(bool fixed_aspect) {
     if (fixed_aspect && p.name != std::string("square")) continue;
     for (const Part& d : distortions) {
       LensModel model{std::string(p.name) + "-" + d.name, {}};
-      for (const int term : {static_cast<int>(kFx), static_cast<int>(kCx), static_cast<int>(kCy)}) model.free[static_cast<std::size_t>(term)] = true;
+      for (const int term : {static_cast<int>(kFx), static_cast<int>(kCx), static_cast<int>(kCy)})
+        model.free[static_cast<std::size_t>(term)] = true;
       for (const int term : p.terms) model.free[static_cast<std::size_t>(term)] = true;
       for (const int term : d.terms) model.free[static_cast<std::size_t>(term)] = true;
       models.push_back(model);
     }
   }
-  std::stable_sort(models.begin(), models.end(), [](const LensModel& a, const LensModel& b) { return a.FreeCount() < b.FreeCount(); });
+  std::stable_sort(models.begin(), models.end(),
+                   [](const LensModel& a, const LensModel& b) { return a.FreeCount() < b.FreeCount(); });
   return models;
 }
 

@@ -1,5 +1,5 @@
-// The camera that is calibrated: the thesis's five intrinsics (Sec. 2.2.2), OpenCV's distortion (undistorted to distorted: the inverse of
-// the direction the thesis writes in Sec. 2.2.3), and which of its terms a model leaves free.
+// The camera that is calibrated: the thesis's five intrinsics (Sec. 2.2.2), OpenCV's distortion (undistorted to
+// distorted: the inverse of the direction the thesis writes in Sec. 2.2.3), and which of its terms a model leaves free.
 //
 //   const Eigen::Vector2d x_px = ProjectNormalized(intrinsics, {X / Z, Y / Z});
 #pragma once
@@ -53,8 +53,8 @@ struct LensModel {
   int FreeCount() const;
 };
 
-// PIXELS-DISTORTION: square (f), rect (fx fy), skew (fx fy skew), each with none, k1, k1k2, k1k2p, k1k2k3, k1k2pk3. From few terms to many.
-// "thesis" is skew-k1k2. fixed_aspect leaves out what frees the aspect: square models only.
+// PIXELS-DISTORTION: square (f), rect (fx fy), skew (fx fy skew), each with none, k1, k1k2, k1k2p, k1k2k3, k1k2pk3.
+// From few terms to many. "thesis" is skew-k1k2. fixed_aspect leaves out what frees the aspect: square models only.
 std::vector<LensModel> LensModels(bool fixed_aspect = false);
 std::optional<LensModel> LensModelFromName(const std::string& name);
 // The one with every term free.

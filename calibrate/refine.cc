@@ -14,8 +14,8 @@
 namespace lumi {
 namespace {
 
-// Free terms whose information, each scaled to 1, has an eigenvalue below this are not determined: 1e-8 in standard deviation,
-// a loss of half of double precision's digits.
+// Free terms whose information, each scaled to 1, has an eigenvalue below this are not determined: 1e-8 in standard
+// deviation, a loss of half of double precision's digits.
 constexpr double kDeterminedTolerance = 1e-13;
 using PoseNumbers = std::array<double, 6>;  // rotation vector, translation
 
@@ -51,7 +51,8 @@ PoseNumbers ToNumbers(const Rigid3& pose) {
 Rigid3 FromNumbers(const PoseNumbers& n) {
   double wxyz[4];
   ceres::AngleAxisToQuaternion(n.data(), wxyz);
-  return {Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized(), Eigen::Map<const Eigen::Vector3d>(n.data() + 3)};
+  return {Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized(),
+          Eigen::Map<const Eigen::Vector3d>(n.data() + 3)};
 }
 
 ceres::LossFunction* Loss(double scale_px) { return scale_px > 0 ? new ceres::CauchyLoss(scale_px) : nullptr; }
@@ -69,8 +70,9 @@ ceres::Solver::Options SolverOptions(int max_iterations) {
 }
 
 // Information of the free terms about noise of 1 px, poses eliminated (Schur complement); nullopt behind a camera.
-std::optional<Eigen::MatrixXd> Information(const Board& board, const std::vector<BoardView>& views, const std::vector<int>& free,
-                                           const Intrinsics& intrinsics, const std::vector<PoseNumbers>& poses) {
+std::optional<Eigen::MatrixXd> Information(const Board& board, const std::vector<BoardView>& views,
+                                           const std::vector<int>& free, const Intrinsics& intrinsics,
+                                           const std::vector<PoseNumbers>& poses) {
   const auto on_board = board.Corners();
   const auto n = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
@@ -118,21 +120,25 @@ bool SetCovariance(const std::vector<int>& free, const Eigen::MatrixXd& informat
 double Calibration::SigmaFy(double noise) const {
   // d fy = aspect d fx + fx d aspect
   const double a = intrinsics[kAspect], f = intrinsics[kFx];
-  const double variance = a * a * unit_covariance(kFx, kFx) + 2 * a * f * unit_covariance(kFx, kAspect) + f * f * unit_covariance(kAspect, kAspect);
+  const double variance = a * a * unit_covariance(kFx, kFx) + 2 * a * f * unit_covariance(kFx, kAspect) +
+                          f * f * unit_covariance(kAspect, kAspect);
   return noise * std::sqrt(std::max(0.0, variance));
 }
 
-std::vector<double> CornerErrors(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& cam_from_board) {
+std::vector<double> CornerErrors(const Board& board, const BoardView& view, const Intrinsics& intrinsics,
+                                 const Rigid3& cam_from_board) {
   std::vector<double> errors;
   const auto on_board = board.Corners();
   for (std::size_t i = 0; i < on_board.size(); ++i) {
     const Eigen::Vector3d x = cam_from_board * Eigen::Vector3d(on_board[i].x(), on_board[i].y(), 0);
-    errors.push_back(x.z() > 0 ? (ProjectNormalized(intrinsics, x.hnormalized()) - view.corners_px[i]).norm() : std::numeric_limits<double>::infinity());
+    errors.push_back(x.z() > 0 ? (ProjectNormalized(intrinsics, x.hnormalized()) - view.corners_px[i]).norm()
+                               : std::numeric_limits<double>::infinity());
   }
   return errors;
 }
 
-Calibration Refine(const Board& board, const std::vector<BoardView>& views, const RefineOptions& options, const CalibrationStart& start) {
+Calibration Refine(const Board& board, const std::vector<BoardView>& views, const RefineOptions& options,
+                   const CalibrationStart& start) {
   const Stopwatch watch;
   Calibration result;
   result.model = options.model;
@@ -146,14 +152,16 @@ Calibration Refine(const Board& board, const std::vector<BoardView>& views, cons
   };
 
   std::vector<int> free, held;
-  for (int term = 0; term < kTermCount; ++term) (options.model.free[static_cast<std::size_t>(term)] ? free : held).push_back(term);
+  for (int term = 0; term < kTermCount; ++term)
+    (options.model.free[static_cast<std::size_t>(term)] ? free : held).push_back(term);
   ceres::Problem problem;
   ceres::LossFunction* loss = Loss(options.robust_scale_px);
   long residuals = 0;
   for (std::size_t v = 0; v < views.size(); ++v)
     for (std::size_t i = 0; i < on_board.size(); ++i) {
       if (!views[v].Used(i)) continue;
-      problem.AddResidualBlock(new CornerCost(new CornerResidual{on_board[i], views[v].corners_px[i]}), loss, result.intrinsics.data(), poses[v].data());
+      problem.AddResidualBlock(new CornerCost(new CornerResidual{on_board[i], views[v].corners_px[i]}), loss,
+                               result.intrinsics.data(), poses[v].data());
       residuals += 2;
     }
   const long freedom = residuals - static_cast<long>(free.size() + 6 * views.size());
@@ -199,7 +207,8 @@ Calibration Refine(const Board& board, const std::vector<BoardView>& views, cons
   return finish();
 }
 
-Rigid3 RefinePose(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& start, double robust_scale_px) {
+Rigid3 RefinePose(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& start,
+                  double robust_scale_px) {
   PoseNumbers pose = ToNumbers(start);
   Intrinsics held = intrinsics;
   const auto on_board = board.Corners();
@@ -211,7 +220,8 @@ Rigid3 RefinePose(const Board& board, const BoardView& view, const Intrinsics& i
   bool any = false;
   for (std::size_t i = 0; i < on_board.size(); ++i)
     if (view.Used(i)) {
-      problem.AddResidualBlock(new CornerCost(new CornerResidual{on_board[i], view.corners_px[i]}), loss, held.data(), pose.data());
+      problem.AddResidualBlock(new CornerCost(new CornerResidual{on_board[i], view.corners_px[i]}), loss, held.data(),
+                               pose.data());
       any = true;
     }
   if (!any) {

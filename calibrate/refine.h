@@ -1,5 +1,5 @@
-// The refinement of a calibration: reprojection errors of all corners, least squares or robust (Cauchy), over the free intrinsics and the
-// pose of each view (Ceres), and the covariance of the intrinsics that follows from it.
+// The refinement of a calibration: reprojection errors of all corners, least squares or robust (Cauchy), over the free
+// intrinsics and the pose of each view (Ceres), and the covariance of the intrinsics that follows from it.
 #pragma once
 
 #include <cmath>
@@ -30,7 +30,7 @@ struct Calibration {
   std::vector<Rigid3> cam_from_board;  // one a view, lengths in mm
   std::vector<double> view_rms_px;     // over the corners used; RMS of the distance, as OpenCV has it
   double rms_px = 0;
-  double noise_px = 0;                 // standard deviation of a coordinate of a corner, degrees of freedom taken off
+  double noise_px = 0;  // standard deviation of a coordinate of a corner, degrees of freedom taken off
   // Of the intrinsics for noise of 1 px, poses marginalised; zero for held terms.
   TermMatrix unit_covariance = TermMatrix::Zero();
   bool usable = false;  // converged and all free terms determined
@@ -44,12 +44,16 @@ struct Calibration {
 };
 
 // Distance of each corner from where the calibration puts it, in pixels; behind the camera: infinity.
-std::vector<double> CornerErrors(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& cam_from_board);
+std::vector<double> CornerErrors(const Board& board, const BoardView& view, const Intrinsics& intrinsics,
+                                 const Rigid3& cam_from_board);
 
-// Free terms start at `start`'s values, held ones stay there. A fit that does not converge comes back with usable = false.
-Calibration Refine(const Board& board, const std::vector<BoardView>& views, const RefineOptions& options, const CalibrationStart& start);
+// Free terms start at `start`'s values, held ones stay there. A fit that does not converge comes back with usable =
+// false.
+Calibration Refine(const Board& board, const std::vector<BoardView>& views, const RefineOptions& options,
+                   const CalibrationStart& start);
 
 // The pose alone, intrinsics held. robust_scale_px as above.
-Rigid3 RefinePose(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& start, double robust_scale_px = 0);
+Rigid3 RefinePose(const Board& board, const BoardView& view, const Intrinsics& intrinsics, const Rigid3& start,
+                  double robust_scale_px = 0);
 
 }  // namespace lumi

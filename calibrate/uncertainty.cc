@@ -32,14 +32,17 @@ TurnJacobian ByTurn(const Intrinsics& k, const Eigen::Vector2d& x) {
   constexpr double kStepRad = 1e-6;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d w = kStepRad * Eigen::Vector3d::Unit(axis), d = x.homogeneous();
-    J.col(axis) = (ProjectNormalized(k, (d + w.cross(d)).hnormalized()) - ProjectNormalized(k, (d - w.cross(d)).hnormalized())) / (2 * kStepRad);
+    J.col(axis) =
+        (ProjectNormalized(k, (d + w.cross(d)).hnormalized()) - ProjectNormalized(k, (d - w.cross(d)).hnormalized())) /
+        (2 * kStepRad);
   }
   return J;
 }
 
 }  // namespace
 
-UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_px, int height_px, int columns, int rows) {
+UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_px, int height_px, int columns,
+                                     int rows) {
   UncertaintyMap map{columns, rows, {}, 0, 0};
   struct Node {
     bool valid = false;
@@ -52,7 +55,8 @@ UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_p
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       Node node;
-      const Eigen::Vector2d pixel(static_cast<double>(width_px) * c / (columns - 1), static_cast<double>(height_px) * r / (rows - 1));
+      const Eigen::Vector2d pixel(static_cast<double>(width_px) * c / (columns - 1),
+                                  static_cast<double>(height_px) * r / (rows - 1));
       if (const auto x = Unproject(calibration.intrinsics, pixel)) {
         node = {true, ByTerms(calibration.intrinsics, *x), ByTurn(calibration.intrinsics, *x)};
         RR += node.by_turn.transpose() * node.by_turn;
@@ -60,7 +64,8 @@ UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_p
       }
       nodes.push_back(node);
     }
-  const Eigen::Matrix<double, 3, kTermCount> turn = -SolveSymmetric(RR, RJ);  // the one that undoes most of a change of each term
+  const Eigen::Matrix<double, 3, kTermCount> turn =
+      -SolveSymmetric(RR, RJ);  // the one that undoes most of a change of each term
   const TermMatrix covariance = calibration.noise_px * calibration.noise_px * calibration.unit_covariance;
   std::vector<double> finite;
   for (const Node& node : nodes) {

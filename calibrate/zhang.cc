@@ -10,7 +10,8 @@
 namespace lumi {
 namespace {
 
-// Singular values below this share of the largest count as zero: far above rounding, far below the weakest usable geometry.
+// Singular values below this share of the largest count as zero: far above rounding, far below the weakest usable
+// geometry.
 constexpr double kRankTolerance = 1e-9;
 
 // Moves points to mean 0 and mean distance sqrt 2 (Hartley).
@@ -31,14 +32,15 @@ std::optional<Eigen::Matrix3d> Normalisation(const std::vector<Eigen::Vector2d>&
 // h_i^T B h_j as a row over (B11, B12, B22, B13, B23, B33).
 Eigen::Matrix<double, 1, 6> Row(const Eigen::Matrix3d& H, int i, int j) {
   Eigen::Matrix<double, 1, 6> v;
-  v << H(0, i) * H(0, j), H(0, i) * H(1, j) + H(1, i) * H(0, j), H(1, i) * H(1, j), H(2, i) * H(0, j) + H(0, i) * H(2, j),
-      H(2, i) * H(1, j) + H(1, i) * H(2, j), H(2, i) * H(2, j);
+  v << H(0, i) * H(0, j), H(0, i) * H(1, j) + H(1, i) * H(0, j), H(1, i) * H(1, j),
+      H(2, i) * H(0, j) + H(0, i) * H(2, j), H(2, i) * H(1, j) + H(1, i) * H(2, j), H(2, i) * H(2, j);
   return v;
 }
 
 }  // namespace
 
-std::optional<Eigen::Matrix3d> PlaneHomography(const std::vector<Eigen::Vector2d>& on_plane, const std::vector<Eigen::Vector2d>& pixels) {
+std::optional<Eigen::Matrix3d> PlaneHomography(const std::vector<Eigen::Vector2d>& on_plane,
+                                               const std::vector<Eigen::Vector2d>& pixels) {
   if (on_plane.size() != pixels.size() || on_plane.size() < 4) return std::nullopt;
   const auto A = Normalisation(on_plane), B = Normalisation(pixels);
   if (!A || !B) return std::nullopt;
@@ -63,7 +65,8 @@ std::optional<Eigen::Matrix3d> PlaneHomography(const std::vector<Eigen::Vector2d
   return H.allFinite() ? std::optional(H) : std::nullopt;
 }
 
-std::optional<Eigen::Matrix3d> ClosedFormCalibration(const std::vector<Eigen::Matrix3d>& homographies, bool with_skew, int width_px, int height_px) {
+std::optional<Eigen::Matrix3d> ClosedFormCalibration(const std::vector<Eigen::Matrix3d>& homographies, bool with_skew,
+                                                     int width_px, int height_px) {
   if (homographies.size() < (with_skew ? 3U : 2U)) return std::nullopt;
   // Pixels moved to about [-1, 1]: B's entries come to one size.
   const double s = 2.0 / (width_px + height_px);

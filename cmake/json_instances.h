@@ -1,5 +1,5 @@
-// The parts of nlohmann's json that most files would each compile for themselves, compiled once (json_instances.cc): precompiled with the
-// headers (LUMI_PCH), for no file to include.
+// The parts of nlohmann's json that most files would each compile for themselves, compiled once (json_instances.cc):
+// precompiled with the headers (LUMI_PCH), for no file to include.
 #pragma once
 
 #include <map>

@@ -27,8 +27,11 @@ JsonKeys SummaryOf(const Scene& scene, bool reused) {
     observations += point.track.size();
   }
   JsonKeys j;
-  j.Say("images_total", scene.views.size()).Say("images_registered", scene.views.size()).Say("missing", std::vector<std::string>());
-  j.Say("mean_reprojection_error_px", observations ? error_sum / static_cast<double>(observations) : 0.0).Say("points", scene.points.size());
+  j.Say("images_total", scene.views.size())
+      .Say("images_registered", scene.views.size())
+      .Say("missing", std::vector<std::string>());
+  j.Say("mean_reprojection_error_px", observations ? error_sum / static_cast<double>(observations) : 0.0)
+      .Say("points", scene.points.size());
   j.Say("backend", kStage).Say("upgrade", Name(scene.frame)).Say("colmap_seconds", 0.0).Say("reused", reused);
   return j;
 }
@@ -36,8 +39,10 @@ JsonKeys SummaryOf(const Scene& scene, bool reused) {
 // A scene that did not come from an import holds photos of its own, which an import would replace.
 void RequireImportedBefore(const fs::path& output) {
   std::error_code error;
-  if (fs::exists(output / "lumigraph.json", error) && !fs::exists(output / "provenance" / (std::string(kStage) + ".json"), error))
-    throw UsageError(output.string() + " is another scene, which was not imported: nothing was touched", "choose another output");
+  if (fs::exists(output / "lumigraph.json", error) &&
+      !fs::exists(output / "provenance" / (std::string(kStage) + ".json"), error))
+    throw UsageError(output.string() + " is another scene, which was not imported: nothing was touched",
+                     "choose another output");
 }
 
 // Only what an import makes is removed; the folder itself where it is left empty.
@@ -81,7 +86,8 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
     const bool had_manifest = fs::exists(options.output / "lumigraph.json", error);
     try {
       const FolderLock lock(options.output);
-      WriteTextAtomically(options.output / kUnfinishedMark, "An import is being written, or was killed; a second run starts it again.\n");
+      WriteTextAtomically(options.output / kUnfinishedMark,
+                          "An import is being written, or was killed; a second run starts it again.\n");
       fs::remove_all(options.output / kNewImages);
       Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
       fs::remove_all(options.output / "images");

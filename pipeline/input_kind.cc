@@ -10,7 +10,8 @@ namespace fs = std::filesystem;
 
 InputKind ClassifyInput(const fs::path& path) {
   std::error_code error;
-  if (!fs::exists(path, error)) throw UsageError(path.string() + " does not exist", "give a folder of photos or a video");
+  if (!fs::exists(path, error))
+    throw UsageError(path.string() + " does not exist", "give a folder of photos or a video");
   if (!fs::is_directory(path, error)) return InputKind::kCapture;
   if (fs::exists(path / "lumigraph.json", error)) return InputKind::kOurScene;
   if (FindColmapModel(path)) return InputKind::kWorkspace;

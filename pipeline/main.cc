@@ -3,19 +3,28 @@
 #include "scene/program/main_program.h"
 
 int main(int argc, char** argv) {
-  lumi::Program program("lumi-pipeline",
-                        "From a folder of photos or a video to a lumigraph with a report: cameras, proxy, evaluation on held-out photos, "
-                        "fly-through. A second run redoes only what changed.");
+  lumi::Program program(
+      "lumi-pipeline",
+      "From a folder of photos or a video to a lumigraph with a report: cameras, proxy, evaluation on held-out photos, "
+      "fly-through. A second run redoes only what changed.");
   lumi::PipelineOptions options;
   lumi::Options& app = program.options();
-  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene").Required();
+  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")
+      .Required();
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
-  app.Add("--proxy", options.proxy, "How the proxy is made").OneOf({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"}).Default();
-  app.Add("--silhouette-rule", options.silhouette_rule, "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
+  app.Add("--proxy", options.proxy, "How the proxy is made")
+      .OneOf({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"})
+      .Default();
+  app.Add("--silhouette-rule", options.silhouette_rule,
+          "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
-  app.Add("--silhouette-background", options.silhouette_background, "A photo of the background without the object, or a folder with one for each photo");
-  app.Add("--faces", options.faces, "Simplify the proxy to so many faces; a hull stays around its silhouettes. 0 = as it is").Default();
-  app.Add("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation").Default();
+  app.Add("--silhouette-background", options.silhouette_background,
+          "A photo of the background without the object, or a folder with one for each photo");
+  app.Add("--faces", options.faces,
+          "Simplify the proxy to so many faces; a hull stays around its silhouettes. 0 = as it is")
+      .Default();
+  app.Add("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")
+      .Default();
   app.Add("--render-backend", options.render_backend, "What renders").OneOf({"cpu", "gl"}).Default();
   app.Flag("--no-video{false}", options.video, "No fly-through");
   app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();
@@ -23,12 +32,15 @@ int main(int argc, char** argv) {
 
   // lumi-reconstruct checks what it is given: these go to it as they are.
   app.Group("Cameras");
-  const auto pass_option = [&](const std::string& name, const std::string& help) { app.Pass(name, options.reconstruct_arguments, help + " (as lumi-reconstruct)"); };
+  const auto pass_option = [&](const std::string& name, const std::string& help) {
+    app.Pass(name, options.reconstruct_arguments, help + " (as lumi-reconstruct)");
+  };
   pass_option("--backend", "What finds the cameras");
   pass_option("--refine", "factorization: intrinsics that the last adjustment may move: auto, none, focal or centre");
   pass_option("--camera", "Known intrinsics, camera.yaml");
   app.Add("--calibration", options.calibration,
-          "Photos or a video of a checkerboard taken by the same camera (lumi-calibrate finds its intrinsics), or a camera.yaml");
+          "Photos or a video of a checkerboard taken by the same camera (lumi-calibrate finds its intrinsics), or a "
+          "camera.yaml");
   app.Add("--board", options.board, "Inner corners of the checkerboard, columns x rows (as lumi-calibrate)");
   app.Add("--square-mm", options.square_mm, "Side of its squares (as lumi-calibrate)");
   pass_option("--masks", "Folder of NAME.png, black = ignore");
@@ -54,11 +66,14 @@ int main(int argc, char** argv) {
                "With --poses and --times: cameras about a turning object are put into the room (as lumi-reconstruct)");
   pass_option("--frame-step", "Every so many frames of several videos become views");
   app.Group("Time");
-  app.Flag("--periodic", options.periodic, "INPUT is a video of a scene that repeats itself: its period is found, every frame gets a place in space and time");
+  app.Flag("--periodic", options.periodic,
+           "INPUT is a video of a scene that repeats itself: its period is found, every frame gets a place in space "
+           "and time");
   app.Add("--fixed-video", options.fixed_video, "With --periodic: the same scene from a tripod, to find the period in");
   app.Add("--period-frames", options.period_frames, "With --periodic: the period, in frames, where it is known");
   app.Group("Cameras");
-  app.Flag("--rescale-cameras", options.rescale_cameras, "Scale given cameras to photos of another size instead of refusing");
+  app.Flag("--rescale-cameras", options.rescale_cameras,
+           "Scale given cameras to photos of another size instead of refusing");
   app.PassFlag("--all-frames", options.reconstruct_arguments,
                "A camera for every frame of a video (as lumi-reconstruct)");
 
@@ -66,24 +81,35 @@ int main(int argc, char** argv) {
   app.Group("Stabilisation");
   lumi::StabilizeVideoOptions steady;
   std::string stabilize;
-  app.Add("--stabilize", stabilize, "INPUT is a shaky video, -o OUT.mp4 its steady one: smooth, linear, vertigo or circular (as lumi-stabilize)")
+  app.Add("--stabilize", stabilize,
+          "INPUT is a shaky video, -o OUT.mp4 its steady one: smooth, linear, vertigo or circular (as lumi-stabilize)")
       .OneOf({"smooth", "linear", "vertigo", "circular"});
-  app.Add("--border", steady.border, "crop: until every picture is full; fill: the whole picture, its holes filled from frames farther away").OneOf({"crop", "fill"}).Default();
-  app.Add("--window-frames", steady.window_frames, "Frames that are reconstructed at once, 30 and more; 0: all up to 600, else 240, or 600 for linear, vertigo and circular").Default();
+  app.Add("--border", steady.border,
+          "crop: until every picture is full; fill: the whole picture, its holes filled from frames farther away")
+      .OneOf({"crop", "fill"})
+      .Default();
+  app.Add("--window-frames", steady.window_frames,
+          "Frames that are reconstructed at once, 30 and more; 0: all up to 600, else 240, or 600 for linear, vertigo "
+          "and circular")
+      .Default();
   app.Add("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4").Default();
   app.Flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised");
   app.Flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of");
-  app.Flag("--tradeoff", steady.tradeoff, "Also the frames a picture may use, k, rounds of the path and size against stability and seconds, on the first window: table, OUT-work/tradeoff.json and .svg");
+  app.Flag("--tradeoff", steady.tradeoff,
+           "Also the frames a picture may use, k, rounds of the path and size against stability and seconds, on the "
+           "first window: table, OUT-work/tradeoff.json and .svg");
   app.Flag("--no-score{false}", steady.score, "No comparison of input and output");
   app.Pass("--cutoff-hz", steady.path_arguments, "Movements of this frequency are halved (as lumi-stabilize)");
-  app.Pass("--similar-hz", steady.path_arguments, "Stretch, shear and keystone are halved at this frequency (as lumi-stabilize)");
+  app.Pass("--similar-hz", steady.path_arguments,
+           "Stretch, shear and keystone are halved at this frequency (as lumi-stabilize)");
   app.Pass("--min-scale", steady.path_arguments, "Least share of the width that a crop may leave (as lumi-stabilize)");
   app.Pass("--iterations", steady.path_arguments, "Rounds for --min-scale's sake (as lumi-stabilize)");
   app.Pass("--object", steady.path_arguments, "vertigo: X,Y,WIDTH,HEIGHT of what stays (as lumi-stabilize)");
   app.Pass("--object-point", steady.path_arguments, "vertigo: X,Y of a track that stays (as lumi-stabilize)");
   app.Pass("--object-frame", steady.path_arguments, "vertigo: the frame that --object speaks of (as lumi-stabilize)");
   app.Pass("--k", steady.render_arguments, "Frames that a pixel blends (as lumi-render)");
-  app.Pass("--render-window", steady.render_arguments, "Frames to either side that a picture may use (lumi-render's --window-frames)");
+  app.Pass("--render-window", steady.render_arguments,
+           "Frames to either side that a picture may use (lumi-render's --window-frames)");
   app.Pass("--homographies", steady.reconstruct_arguments, "auto, always or never (as lumi-reconstruct)");
 
   return program.Run(argc, argv, [&]() -> lumi::Answer {
@@ -95,10 +121,12 @@ int main(int argc, char** argv) {
       steady.seed = program.seed();
       for (std::string& a : steady.render_arguments)
         if (a == "--render-window") a = "--window-frames";
-      if (options.render_backend != "cpu") steady.render_arguments.insert(steady.render_arguments.end(), {"--backend", options.render_backend});
+      if (options.render_backend != "cpu")
+        steady.render_arguments.insert(steady.render_arguments.end(), {"--backend", options.render_backend});
       return lumi::RunStabilizeVideo(steady, program.progress());
     }
-    if (const std::vector<std::string> given = app.GivenOf("Stabilisation"); !given.empty()) throw lumi::UsageError(given.front() + " goes with --stabilize");
+    if (const std::vector<std::string> given = app.GivenOf("Stabilisation"); !given.empty())
+      throw lumi::UsageError(given.front() + " goes with --stabilize");
     options.threads = program.threads();
     options.seed = program.seed();
     return lumi::RunPipeline(options, program.progress());

@@ -8,27 +8,27 @@
 namespace lumi {
 
 struct PipelineOptions {
-  std::filesystem::path input;    // folder of photos, a video, a COLMAP workspace, or a scene of ours
-  std::filesystem::path output;   // the scene; may be empty where input is a scene of ours
-  std::filesystem::path calibration;  // photos or a video of a checkerboard, or a camera.yaml; empty: none
-  std::string board, square_mm;       // passed on to lumi-calibrate as they are; empty: its defaults
+  std::filesystem::path input;                     // folder of photos, a video, a COLMAP workspace, or a scene of ours
+  std::filesystem::path output;                    // the scene; may be empty where input is a scene of ours
+  std::filesystem::path calibration;               // photos or a video of a checkerboard, or a camera.yaml; empty: none
+  std::string board, square_mm;                    // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
-  bool periodic = false;          // a video of a scene that repeats itself: lumi-timeperiodic places it in space and time
+  bool periodic = false;  // a video of a scene that repeats itself: lumi-timeperiodic places it in space and time
   std::filesystem::path fixed_video;  // of the same scene from a tripod, for the period; empty: the video itself
-  std::string period_frames;      // a period that is known; empty: found
-  bool rescale_cameras = false;   // a workspace's cameras are scaled to its photos instead of being refused
-  std::string proxy = "auto";     // lumi-proxy's kind: auto, plane, planes, box, delaunay, hull
-  // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder of
-  // photos) of the background. None: those that the scene has.
+  std::string period_frames;          // a period that is known; empty: found
+  bool rescale_cameras = false;       // a workspace's cameras are scaled to its photos instead of being refused
+  std::string proxy = "auto";         // lumi-proxy's kind: auto, plane, planes, box, delaunay, hull
+  // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder
+  // of photos) of the background. None: those that the scene has.
   std::string silhouette_rule;
   std::filesystem::path silhouettes, silhouette_background;
-  int faces = 0;                  // the proxy is simplified to so many; a hull by collapses that keep it a hull. 0: as it is
-  int holdout = 8;                // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
+  int faces = 0;    // the proxy is simplified to so many; a hull by collapses that keep it a hull. 0: as it is
+  int holdout = 8;  // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
   std::string render_backend = "cpu";  // cpu, gl
-  bool video = true;              // the fly-through
+  bool video = true;                   // the fly-through
   int video_width_px = 960;
   double video_seconds = 6;
-  int threads = 0;                // 0: all cores
+  int threads = 0;  // 0: all cores
   unsigned long long seed = 0;
 };
 

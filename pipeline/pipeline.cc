@@ -32,8 +32,9 @@ void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
                      "choose an output that does not contain the input");
   std::error_code error;
   if (fs::is_directory(options.input, error) && IsWithin(options.output, options.input))
-    throw UsageError(fmt::format("the output {} lies inside the input {}", options.output.string(), options.input.string()),
-                     "choose an output beside it");
+    throw UsageError(
+        fmt::format("the output {} lies inside the input {}", options.output.string(), options.input.string()),
+        "choose an output beside it");
 }
 
 bool HasSilhouetteSource(const PipelineOptions& o) {
@@ -93,7 +94,8 @@ class RemoveIfEmpty {
 
 class Run {
  public:
-  Run(const PipelineOptions& options, ProgressSink& progress) : options_(options), progress_(progress), start_(Clock::now()) {}
+  Run(const PipelineOptions& options, ProgressSink& progress)
+      : options_(options), progress_(progress), start_(Clock::now()) {}
 
   PipelineSummary Go() {
     const InputKind kind = ClassifyInput(options_.input);
@@ -105,9 +107,11 @@ class Run {
     RequireSeparatePaths(placed, kind);
     times_.emplace(summary_.scene);
 
-    const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) && IsWithin(options_.input, summary_.scene);
+    const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) &&
+                          IsWithin(options_.input, summary_.scene);
     const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
-    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 + (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
+    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 +
+             (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
 
     if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
@@ -126,23 +130,30 @@ class Run {
 
   void RequireOptionsForKind(InputKind kind) const {
     if (kind != InputKind::kCapture && (!options_.reconstruct_arguments.empty() || !options_.calibration.empty()))
-      throw UsageError(fmt::format("{} is for photos or a video, and {} has its cameras already",
-                                   options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration", options_.input.string()),
-                       "give its folder of photos to find the cameras anew");
+      throw UsageError(
+          fmt::format("{} is for photos or a video, and {} has its cameras already",
+                      options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration",
+                      options_.input.string()),
+          "give its folder of photos to find the cameras anew");
     std::error_code error;
     if (options_.periodic && (kind != InputKind::kCapture || fs::is_directory(options_.input, error)))
-      throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()), "give the video file");
-    if (!options_.fixed_video.empty() && !fs::exists(options_.fixed_video, error)) throw InputError(options_.fixed_video, "no such file", "what --fixed-video names");
-    if (!options_.calibration.empty() && !fs::exists(options_.calibration, error)) throw InputError(options_.calibration, "no such file or folder", "what --calibration names");
+      throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()),
+                       "give the video file");
+    if (!options_.fixed_video.empty() && !fs::exists(options_.fixed_video, error))
+      throw InputError(options_.fixed_video, "no such file", "what --fixed-video names");
+    if (!options_.calibration.empty() && !fs::exists(options_.calibration, error))
+      throw InputError(options_.calibration, "no such file or folder", "what --calibration names");
   }
 
   // The first of these names that was a stage.
   const StageResult& StageNamed(const std::set<std::string>& names) const {
-    return *std::find_if(summary_.stages.begin(), summary_.stages.end(), [&](const StageResult& s) { return names.contains(s.name); });
+    return *std::find_if(summary_.stages.begin(), summary_.stages.end(),
+                         [&](const StageResult& s) { return names.contains(s.name); });
   }
 
   void Add(StageResult stage) {
-    if (!stage.reused) times_->Keep(stage.name, {stage.seconds, stage.summary.As<sibling::CamerasSummary>().colmap_seconds});
+    if (!stage.reused)
+      times_->Keep(stage.name, {stage.seconds, stage.summary.As<sibling::CamerasSummary>().colmap_seconds});
     const WorkTime time = times_->Of(stage.name, {stage.seconds, 0});
     stage.computed_seconds = time.seconds;
     summary_.colmap_seconds += time.colmap_seconds;
@@ -150,7 +161,8 @@ class Run {
   }
 
   void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments) {
-    for (const auto& [key, value] : {std::pair{"--threads", std::to_string(options_.threads)}, {"--seed", std::to_string(options_.seed)}}) {
+    for (const auto& [key, value] :
+         {std::pair{"--threads", std::to_string(options_.threads)}, {"--seed", std::to_string(options_.seed)}}) {
       arguments.emplace_back(key);
       arguments.push_back(value);
     }
@@ -165,8 +177,10 @@ class Run {
     }
     if (options_.periodic) {
       std::vector<std::string> arguments{"calibrate", options_.input.string(), "-o", summary_.scene.string()};
-      if (!options_.fixed_video.empty()) arguments.insert(arguments.end(), {"--fixed-video", options_.fixed_video.string()});
-      if (!options_.period_frames.empty()) arguments.insert(arguments.end(), {"--period-frames", options_.period_frames});
+      if (!options_.fixed_video.empty())
+        arguments.insert(arguments.end(), {"--fixed-video", options_.fixed_video.string()});
+      if (!options_.period_frames.empty())
+        arguments.insert(arguments.end(), {"--period-frames", options_.period_frames});
       // Every frame gets a camera anyhow; what is no option of lumi-timeperiodic is refused there.
       for (const std::string& a : options_.reconstruct_arguments)
         if (a != "--all-frames") arguments.push_back(a);
@@ -183,13 +197,15 @@ class Run {
 
   // Intrinsics that were calibrated are held.
   void AddCamera(std::vector<std::string>& arguments) const {
-    if (!options_.calibration.empty()) arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
+    if (!options_.calibration.empty())
+      arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
   }
 
   // lumi-calibrate and lumi-render write wherever they are told to, so what they made here is recorded here: options
   // (names and values), what was read (`inputs`), what was written, and the summary. `paths` goes before the options.
-  void StartRecorded(const std::string& name, const std::string& program, const std::map<std::string, fs::path>& inputs, const std::vector<fs::path>& outputs,
-                     const std::vector<std::string>& paths, std::vector<std::string> arguments) {
+  void StartRecorded(const std::string& name, const std::string& program, const std::map<std::string, fs::path>& inputs,
+                     const std::vector<fs::path>& outputs, const std::vector<std::string>& paths,
+                     std::vector<std::string> arguments) {
     Provenance wanted;
     wanted.stage = name;
     wanted.version = kVersion;
@@ -210,7 +226,8 @@ class Run {
     const FolderLock lock(summary_.scene);
     WriteTextAtomically(record, summary_.stages.back().summary.Text());
     wanted.outputs[record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(record);
-    for (const fs::path& file : outputs) wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
+    for (const fs::path& file : outputs)
+      wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
     WriteProvenance(summary_.scene, wanted);
   }
 
@@ -218,7 +235,8 @@ class Run {
     arguments.insert(arguments.end(), {"--backend", options_.render_backend});
     std::map<std::string, fs::path> inputs;
     for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
-    StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()}, std::move(arguments));
+    StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()},
+                  std::move(arguments));
   }
 
   // Goes first, so what else would be asked of the output is asked here.
@@ -226,18 +244,21 @@ class Run {
     std::error_code error;
     RequireOurFolder(summary_.scene, "provenance");
     if (fs::exists(summary_.scene / "truth", error))
-      throw UsageError(fmt::format("{} is a simulated capture with its truth; it would be overwritten", summary_.scene.string()), "choose another output");
+      throw UsageError(
+          fmt::format("{} is a simulated capture with its truth; it would be overwritten", summary_.scene.string()),
+          "choose another output");
     const fs::path folder = summary_.scene / "calibration", report = folder / "report.html";
     const RemoveIfEmpty tidy({folder, summary_.scene / "provenance", summary_.scene});
     // Marks the folder as ours should this run be killed.
     fs::create_directories(summary_.scene / "provenance", error);
-    if (error) throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", summary_.scene);
+    if (error)
+      throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", summary_.scene);
     camera_ = folder / "camera.yaml";
     std::vector<std::string> arguments;
     if (!options_.board.empty()) arguments.insert(arguments.end(), {"--board", options_.board});
     if (!options_.square_mm.empty()) arguments.insert(arguments.end(), {"--square-mm", options_.square_mm});
-    StartRecorded("calibrate", "lumi-calibrate", {{"boards", options_.calibration}}, {camera_, report}, {options_.calibration.string(), "-o", camera_.string()},
-                  std::move(arguments));
+    StartRecorded("calibrate", "lumi-calibrate", {{"boards", options_.calibration}}, {camera_, report},
+                  {options_.calibration.string(), "-o", camera_.string()}, std::move(arguments));
   }
 
   void MakeProxy() {
@@ -252,11 +273,14 @@ class Run {
   void MakeSilhouettes() {
     const fs::path folder = summary_.scene / "silhouettes";
     std::vector<std::string> arguments;
-    std::map<std::string, fs::path> inputs{{"images", summary_.scene / "images"}, {"sparse", summary_.scene / "sparse"}};
+    std::map<std::string, fs::path> inputs{{"images", summary_.scene / "images"},
+                                           {"sparse", summary_.scene / "sparse"}};
     if (!options_.silhouette_rule.empty()) arguments = {"--rule", options_.silhouette_rule};
     if (!options_.silhouettes.empty()) arguments = {"--masks", (inputs["masks"] = options_.silhouettes).string()};
-    if (!options_.silhouette_background.empty()) arguments = {"--background", (inputs["background"] = options_.silhouette_background).string()};
-    StartRecorded("silhouettes", "lumi-proxy", inputs, {folder}, {"silhouettes", summary_.scene.string()}, std::move(arguments));
+    if (!options_.silhouette_background.empty())
+      arguments = {"--background", (inputs["background"] = options_.silhouette_background).string()};
+    StartRecorded("silhouettes", "lumi-proxy", inputs, {folder}, {"silhouettes", summary_.scene.string()},
+                  std::move(arguments));
   }
 
   // The proxy that was made becomes NAME-FACES beside it, and that one is active.
@@ -264,14 +288,19 @@ class Run {
     sibling::MadeProxySummary made{options_.proxy, {}};
     summary_.stages.back().summary.Into(made);
     const std::string name = made.name, faces = std::to_string(options_.faces);
-    std::vector<std::string> arguments{"simplify", summary_.scene.string(), "--from", name, "--name", name + "-" + faces, "--faces", faces, "--activate"};
+    std::vector<std::string> arguments{"simplify",  summary_.scene.string(), "--from",  name,
+                                       "--name",    name + "-" + faces,      "--faces", faces,
+                                       "--activate"};
     if (options_.proxy == "hull") arguments.emplace_back("--keep-hull");
     Start("simplify", "lumi-proxy", std::move(arguments));
   }
 
   void Evaluate(bool in_place) {
-    if (!in_place && StageNamed({"reconstruct", "import", "timeperiodic"}).summary.As<sibling::CamerasSummary>().images_registered < kFewestPhotosForHoldout) {
-      progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation", kFewestPhotosForHoldout));
+    if (!in_place &&
+        StageNamed({"reconstruct", "import", "timeperiodic"}).summary.As<sibling::CamerasSummary>().images_registered <
+            kFewestPhotosForHoldout) {
+      progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation",
+                                    kFewestPhotosForHoldout));
       --count_;
       return;
     }
@@ -281,21 +310,27 @@ class Run {
 
   void MakeVideo() {
     summary_.video = summary_.scene / "fly-through.mp4";
-    StartRender("video", summary_.video, {"--width", std::to_string(options_.video_width_px), "--seconds", fmt::format("{}", options_.video_seconds)});
+    StartRender(
+        "video", summary_.video,
+        {"--width", std::to_string(options_.video_width_px), "--seconds", fmt::format("{}", options_.video_seconds)});
   }
 
   // Of the stages before the report.
   double AroundColmapSeconds() const {
     double seconds = 0;
     for (const StageResult& s : summary_.stages)
-      if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "proxy", "simplify"}.contains(s.name)) seconds += s.computed_seconds;
+      if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "proxy", "simplify"}.contains(
+              s.name))
+        seconds += s.computed_seconds;
     return std::max(0.0, seconds - summary_.colmap_seconds);
   }
 
   void Report() {
     const auto start = Clock::now();
     summary_.around_colmap_seconds = AroundColmapSeconds();
-    ReportInput input{summary_.scene, options_.input, summary_.stages, summary_.colmap_seconds, summary_.around_colmap_seconds, holdout_folder_, summary_.video};
+    ReportInput input{
+        summary_.scene,  options_.input, summary_.stages, summary_.colmap_seconds, summary_.around_colmap_seconds,
+        holdout_folder_, summary_.video};
     StageResult stage;
     stage.name = "report";
 
@@ -348,13 +383,17 @@ std::string Validate(const PipelineOptions& options) {
   if (options.video_width_px < 16 || options.video_width_px > 16384) return "--width is 16 to 16384 pixels";
   if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
   const bool boards = !options.calibration.empty() && !IsCameraFile(options.calibration);
-  if (!boards && (!options.board.empty() || !options.square_mm.empty())) return "--board and --square-mm go with --calibration BOARDS";
+  if (!boards && (!options.board.empty() || !options.square_mm.empty()))
+    return "--board and --square-mm go with --calibration BOARDS";
   if (!options.silhouette_rule.empty() + !options.silhouettes.empty() + !options.silhouette_background.empty() > 1)
     return "give one of --silhouette-rule, --silhouettes and --silhouette-background";
-  if (!options.periodic && (!options.fixed_video.empty() || !options.period_frames.empty())) return "--fixed-video and --period-frames go with --periodic";
-  if (!options.fixed_video.empty() && !options.period_frames.empty()) return "give one of --fixed-video and --period-frames";
+  if (!options.periodic && (!options.fixed_video.empty() || !options.period_frames.empty()))
+    return "--fixed-video and --period-frames go with --periodic";
+  if (!options.fixed_video.empty() && !options.period_frames.empty())
+    return "give one of --fixed-video and --period-frames";
   if (options.periodic && (!options.calibration.empty() || !options.reconstruct_arguments.empty()))
-    return "--periodic finds the cameras through lumi-timeperiodic: options of lumi-reconstruct and --calibration do not go with it";
+    return "--periodic finds the cameras through lumi-timeperiodic: options of lumi-reconstruct and --calibration do "
+           "not go with it";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
@@ -376,9 +415,12 @@ static void ListKeys(JsonKeys& j, StageResult& s) {
 
 void ListKeys(JsonKeys& j, PipelineSummary& s) {
   const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
-  j("scene", s.scene, "report", s.report, "stages", s.stages).Say("video", written(s.video)).Say("contact_sheet", written(s.contact_sheet));
+  j("scene", s.scene, "report", s.report, "stages", s.stages)
+      .Say("video", written(s.video))
+      .Say("contact_sheet", written(s.contact_sheet));
   j("colmap_seconds", s.colmap_seconds, "around_colmap_seconds", s.around_colmap_seconds);
-  j.Say("around_colmap_percent", s.colmap_seconds > 0 ? std::optional(100 * s.around_colmap_seconds / s.colmap_seconds) : std::nullopt);
+  j.Say("around_colmap_percent",
+        s.colmap_seconds > 0 ? std::optional(100 * s.around_colmap_seconds / s.colmap_seconds) : std::nullopt);
   j("seconds", s.seconds);
 }
 
@@ -387,35 +429,44 @@ static std::string LineOf(const StageResult& stage) {
   constexpr const char* kIndent = "             ";
   if (stage.name == "holdout") {
     const auto s = stage.summary.As<sibling::HoldoutSummary>();
-    std::string text = fmt::format("{}PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n", kIndent, s.psnr_mean_db.value_or(0),
-                                   s.nearest_photo_psnr_mean_db.value_or(0), s.ssim_mean, 100 * s.coverage);
+    std::string text = fmt::format("{}PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n",
+                                   kIndent, s.psnr_mean_db.value_or(0), s.nearest_photo_psnr_mean_db.value_or(0),
+                                   s.ssim_mean, 100 * s.coverage);
     if (s.psnr_object_mean_db > 0)
-      text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent, s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);
+      text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
+                          s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);
     return text;
   }
   if (stage.name == "calibrate") {
     const auto s = stage.summary.As<sibling::CalibratedSummary>();
-    return fmt::format("{}focal length {:.2f} +- {:.2f} px, {} views, cross-validated error {:.3f} px\n", kIndent, s.fx.value_or(0), s.sigma_fx, s.views_used,
-                       s.cross_validated_rms_px);
+    return fmt::format("{}focal length {:.2f} +- {:.2f} px, {} views, cross-validated error {:.3f} px\n", kIndent,
+                       s.fx.value_or(0), s.sigma_fx, s.views_used, s.cross_validated_rms_px);
   }
   if (stage.name == "timeperiodic") {
     const auto s = stage.summary.As<sibling::TimedSummary>();
-    return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames, s.period_sigma_frames, s.samples_per_window);
+    return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames,
+                       s.period_sigma_frames, s.samples_per_window);
   }
-  if (stage.name == "simplify") return fmt::format("{}{} faces\n", kIndent, stage.summary.As<sibling::MadeProxySummary>().faces.value_or(0));
+  if (stage.name == "simplify")
+    return fmt::format("{}{} faces\n", kIndent, stage.summary.As<sibling::MadeProxySummary>().faces.value_or(0));
   if (stage.name == "reconstruct") {
     const auto s = stage.summary.As<sibling::CamerasSummary>();
-    return fmt::format("{}{} of {} photos have a camera, reprojection error {:.2f} px\n", kIndent, s.images_registered, s.images_total, s.mean_reprojection_error_px);
+    return fmt::format("{}{} of {} photos have a camera, reprojection error {:.2f} px\n", kIndent, s.images_registered,
+                       s.images_total, s.mean_reprojection_error_px);
   }
   return {};
 }
 
 std::string Describe(const PipelineSummary& summary) {
   std::string text;
-  for (const StageResult& s : summary.stages) text += fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "") + LineOf(s);
+  for (const StageResult& s : summary.stages)
+    text +=
+        fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "") + LineOf(s);
   if (summary.colmap_seconds > 0)
-    text += fmt::format("Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
-                        summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds, summary.colmap_seconds);
+    text += fmt::format(
+        "Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
+        summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds,
+        summary.colmap_seconds);
   text += "scene:   " + summary.scene.string() + "\nreport:  " + summary.report.string() + "\n";
   if (!summary.video.empty()) text += "video:   " + summary.video.string() + "\n";
   if (!summary.contact_sheet.empty()) text += "sheet:   " + summary.contact_sheet.string() + "\n";

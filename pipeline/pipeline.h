@@ -13,10 +13,10 @@ namespace lumi {
 struct PipelineSummary {
   std::filesystem::path scene, report, video, contact_sheet;  // video, contact sheet: empty where not made
   std::vector<StageResult> stages;
-  double colmap_seconds = 0;             // COLMAP's own part of reconstruct
+  double colmap_seconds = 0;  // COLMAP's own part of reconstruct
   // Preparation, proxy and report: all that is needed for a lumigraph beside COLMAP. Evaluation and video are extras.
   double around_colmap_seconds = 0;
-  double seconds = 0;                    // this run
+  double seconds = 0;  // this run
 };
 
 // Throws lumi::Error: UsageError for options or paths that do not fit, else what the failing stage said.

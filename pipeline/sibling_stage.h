@@ -18,10 +18,10 @@ struct StageResult {
 };
 
 struct SiblingStage {
-  std::string name;                      // as shown and reported
-  std::string program;                   // "lumi-reconstruct"
-  std::vector<std::string> arguments;    // without --json
-  int number = 1, count = 1;             // "stage 2/5"
+  std::string name;                    // as shown and reported
+  std::string program;                 // "lumi-reconstruct"
+  std::vector<std::string> arguments;  // without --json
+  int number = 1, count = 1;           // "stage 2/5"
 };
 
 // Throws lumi::Error with the program's own exit code, message, file and hint where it failed; Interrupted on Ctrl-C,

@@ -15,8 +15,8 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
-#include "scene/program/stopwatch.h"
 #include "scene/program/sibling.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -26,15 +26,16 @@ constexpr const char* kSummaryFile = "proxies/auto.json";  // the table, for a r
 
 constexpr int kMostPhotos = 10;  // that the choice is made on: more take their time and change little
 
-// A kind of proxy that is tried: the name that it is kept under, why this scene does not call for it (or empty), how it is made.
+// A kind of proxy that is tried: the name that it is kept under, why this scene does not call for it (or empty), how it
+// is made.
 struct Recipe {
   std::string name, kind;
   std::function<std::string(const Scene&)> unfit;
   std::function<ProxySummary(const ProxyTarget&, ProgressSink&)> run;
 };
 
-// Walls on at least three sides that hold half of the points, twice as long as wide, along which the cameras travel: anything less a
-// box shows worse than what goes through the points.
+// Walls on at least three sides that hold half of the points, twice as long as wide, along which the cameras travel:
+// anything less a box shows worse than what goes through the points.
 std::string UnfitForBox(const Scene& scene) {
   constexpr double kOnWalls = 0.5, kOnAWall = 0.05, kTravel = 1, kLong = 2;
   BoxSummary s;
@@ -43,7 +44,9 @@ std::string UnfitForBox(const Scene& scene) {
   } catch (const DataError& e) {
     return e.what();
   }
-  const auto walls = std::count_if(s.wall_points.begin(), s.wall_points.end(), [&](std::size_t n) { return static_cast<double>(n) >= kOnAWall * static_cast<double>(s.points); });
+  const auto walls = std::count_if(s.wall_points.begin(), s.wall_points.end(), [&](std::size_t n) {
+    return static_cast<double>(n) >= kOnAWall * static_cast<double>(s.points);
+  });
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (const View& view : scene.views) {
     const double along = s.box_from_world.row(2).dot(view.CentreInWorld());
@@ -52,7 +55,9 @@ std::string UnfitForBox(const Scene& scene) {
   }
   const Eigen::Vector3d size = s.high - s.low;
   if (walls < 3 || static_cast<double>(s.points_on_walls) < kOnWalls * static_cast<double>(s.points))
-    return fmt::format("no tube: {:.0f} % of the points lie on {} walls", 100.0 * static_cast<double>(s.points_on_walls) / std::max<double>(1, static_cast<double>(s.points)), walls);
+    return fmt::format(
+        "no tube: {:.0f} % of the points lie on {} walls",
+        100.0 * static_cast<double>(s.points_on_walls) / std::max<double>(1, static_cast<double>(s.points)), walls);
   if (size.z() < kLong * size.head<2>().maxCoeff()) return "no tube: it would be hardly longer than wide";
   if (last - first < kTravel * size.head<2>().minCoeff()) return "the cameras do not travel along a tube";
   return {};
@@ -64,32 +69,41 @@ const std::vector<Recipe>& Recipes() {
   static const std::vector<Recipe> recipes = {
       {"plane", "plane", always, RunPlane},
       {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }},
-      {"box", "box", UnfitForBox, [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }},
-      {"mesh", "delaunay", always, [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }},
+      {"box", "box", UnfitForBox,
+       [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }},
+      {"mesh", "delaunay", always,
+       [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }},
       {"moving", "moving", UnfitForMoving, [](const ProxyTarget& t, ProgressSink& p) { return RunMoving(t, {}, p); }},
       {"hull", "hull",
        [](const Scene& scene) {
          std::error_code error;
-         return fs::exists(scene.folder / "silhouettes", error) ? std::string() : std::string("there are no silhouettes: lumi-proxy silhouettes makes some");
+         return fs::exists(scene.folder / "silhouettes", error)
+                    ? std::string()
+                    : std::string("there are no silhouettes: lumi-proxy silhouettes makes some");
        },
        [](const ProxyTarget& t, ProgressSink& p) { return RunHull({}, t, p); }},
       {"hull-500", "simplify",
        [](const Scene& scene) {
          std::error_code error;
-         return fs::exists(ProxyPath(scene.folder, "hull"), error) ? std::string() : std::string("there is no hull to simplify");
+         return fs::exists(ProxyPath(scene.folder, "hull"), error) ? std::string()
+                                                                   : std::string("there is no hull to simplify");
        },
-       [](const ProxyTarget& t, ProgressSink& p) { return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .silhouettes = {}}, t, p); }},
+       [](const ProxyTarget& t, ProgressSink& p) {
+         return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .silhouettes = {}}, t, p);
+       }},
   };
   return recipes;
 }
 
-// A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which stays.
+// A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which
+// stays.
 bool MadeBefore(const Scene& scene, const Recipe& recipe) {
   std::error_code error;
   if (!fs::exists(ProxyPath(scene.folder, recipe.name), error)) return false;
   const auto record = RecordOf(scene, recipe.name);
   if (!record || !record->options.contains("kind") || !record->inputs.contains("sparse")) return false;
-  return record->options.at("kind") == recipe.kind && record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
+  return record->options.at("kind") == recipe.kind &&
+         record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
 }
 
 ProxyCandidate Make(const Scene& scene, const std::string& name, ProgressSink& progress) {
@@ -110,7 +124,8 @@ ProxyCandidate Make(const Scene& scene, const std::string& name, ProgressSink& p
     c.made = c.refused.empty();
   } catch (const Error& e) {
     // What the data do not allow, or a file of that name that is somebody's own: a row of the table. Else the run ends.
-    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage && e.code() != ExitCode::kCorruptInput) throw;
+    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage && e.code() != ExitCode::kCorruptInput)
+      throw;
     c.refused = e.what();
   }
   c.build_s = SecondsSince(start);
@@ -122,7 +137,8 @@ struct HoldoutErrors {
   std::optional<double> psnr_db, ssim, coverage, ms, psnr_object_db;
 };
 void ListKeys(JsonKeys& j, HoldoutErrors& e) {
-  j("psnr_mean_db", e.psnr_db, "ssim_mean", e.ssim, "coverage", e.coverage, "ms_per_frame", e.ms, "psnr_object_mean_db", e.psnr_object_db);
+  j("psnr_mean_db", e.psnr_db, "ssim_mean", e.ssim, "coverage", e.coverage, "ms_per_frame", e.ms, "psnr_object_mean_db",
+    e.psnr_object_db);
 }
 
 void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
@@ -130,9 +146,14 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
   const TemporaryFolder folder;
   HoldoutErrors errors;
   try {
-    errors = RunSibling({"lumi-render", {scene.folder.string(), "-o", (folder.path() / "frames").string(), "--proxy", c.name, "--holdout", std::to_string(holdout),
-                                         "--fold", "choose", "--width", std::to_string(options.choose_width_px)}, {}, {}},
-                        SilentProgress()).summary.As<HoldoutErrors>();
+    errors =
+        RunSibling({"lumi-render",
+                    {scene.folder.string(), "-o", (folder.path() / "frames").string(), "--proxy", c.name, "--holdout",
+                     std::to_string(holdout), "--fold", "choose", "--width", std::to_string(options.choose_width_px)},
+                    {},
+                    {}},
+                   SilentProgress())
+            .summary.As<HoldoutErrors>();
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
@@ -140,7 +161,8 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
   }
   c.measure_s = SecondsSince(start);
   if (!c.refused.empty()) return;
-  if (!errors.psnr_db || !errors.ssim || !errors.coverage || !errors.ms) throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
+  if (!errors.psnr_db || !errors.ssim || !errors.coverage || !errors.ms)
+    throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
   c.psnr_db = errors.psnr_db;
   c.ssim = errors.ssim;
   c.coverage = errors.coverage;
@@ -151,7 +173,8 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
 // Who gave silhouettes is after the object: around it a hull shows nothing, and holes count as black.
 double Score(const ProxyCandidate& c) { return c.psnr_object_db ? *c.psnr_object_db : *c.psnr_db; }
 
-// The best of those within the budget, and why; of equals the one with fewer faces. Where nothing is within it, the fastest.
+// The best of those within the budget, and why; of equals the one with fewer faces. Where nothing is within it, the
+// fastest.
 std::pair<const ProxyCandidate*, std::string> Choose(const AutoTable& table, std::optional<double> budget_ms) {
   const ProxyCandidate* best = nullptr;
   const ProxyCandidate* fastest = nullptr;
@@ -171,7 +194,8 @@ std::pair<const ProxyCandidate*, std::string> Choose(const AutoTable& table, std
   // Nothing to go by: what goes through the points, or the last that there is, which is the most elaborate.
   if (measured == 0) return {last, made == 1 ? "the only one that can be made" : table.unmeasured};
   if (!best) return {fastest, fmt::format("none is within {:g} ms a frame: the fastest", *budget_ms)};
-  std::string reason = measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + table.fold;
+  std::string reason =
+      measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + table.fold;
   if (budget_ms) reason += fmt::format(" within {:g} ms a frame", *budget_ms);
   return {best, reason};
 }
@@ -220,14 +244,18 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   const std::vector<std::string> names = Wanted(scene, options);
 
   Provenance wanted = ProxyProvenance(scene, "auto", "auto",
-                                      {{"choose_width", std::to_string(options.choose_width_px)}, {"holdout", std::to_string(options.holdout)}, {"candidates", fmt::format("{}", fmt::join(names, ","))}});
+                                      {{"choose_width", std::to_string(options.choose_width_px)},
+                                       {"holdout", std::to_string(options.holdout)},
+                                       {"candidates", fmt::format("{}", fmt::join(names, ","))}});
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
   wanted.inputs["silhouettes"] = Fingerprint(scene.folder / "silhouettes");
   if (IsUpToDate(scene.folder, wanted)) {
     // Measured already: a budget only chooses among what is there.
     const FolderLock lock(scene.folder);
     const auto table = JsonKeys::Parse(ReadText(scene.folder / kSummaryFile));
-    if (!table) throw InputError(scene.folder / kSummaryFile, "is no JSON object", "remove it, and what was measured is measured again");
+    if (!table)
+      throw InputError(scene.folder / kSummaryFile, "is no JSON object",
+                       "remove it, and what was measured is measured again");
     AutoSummary s = Chosen(table->As<AutoTable>(), options);
     Activate(scene, s.name);
     s.table.reused = true;
@@ -250,7 +278,8 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
     }
   }
   const auto made = std::count_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
-  if (made == 0) throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
+  if (made == 0)
+    throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
   if (views >= 3 && made > 1) {
     Progress steps(progress, "choosing a proxy", static_cast<long>(made));
     for (ProxyCandidate& c : candidates) {
@@ -258,15 +287,21 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
       Measure(scene, options, holdout, c);
       steps.Step();
     }
-    if (std::none_of(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
-      const auto first = std::find_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
+    if (std::none_of(candidates.begin(), candidates.end(),
+                     [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
+      const auto first =
+          std::find_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
       throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
     }
   }
 
   const FolderLock lock(scene.folder);
-  AutoTable table{holdout, options.choose_width_px, "too few photos to leave one out", fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout),
-                  candidates, false};
+  AutoTable table{holdout,
+                  options.choose_width_px,
+                  "too few photos to leave one out",
+                  fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout),
+                  candidates,
+                  false};
   WriteTextAtomically(scene.folder / kSummaryFile, JsonKeys(table).Text(2) + "\n");
   AutoSummary s = Chosen(std::move(table), options);
   // The first that was made has become the active one meanwhile.

@@ -29,7 +29,8 @@ Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress) {
 }
 
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
-                       std::map<std::string, std::string> inputs, ProgressSink& progress, const std::function<Mesh(const Scene&)>& make) {
+                       std::map<std::string, std::string> inputs, ProgressSink& progress,
+                       const std::function<Mesh(const Scene&)>& make) {
   const auto start = std::chrono::steady_clock::now();
   Scene scene = OpenForProxy(target.scene, progress);
   ProxySummary made;
@@ -37,7 +38,8 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   made.kind = kind;
   Mesh mesh;
   if (!target.output.empty()) {
-    if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj")) {
+    if (!target.output.has_extension() ||
+        (target.output.extension() != ".ply" && target.output.extension() != ".obj")) {
       throw UsageError("--output " + target.output.string() + " is no mesh file", "end it with .ply or .obj");
     }
     mesh = make(scene);
@@ -70,16 +72,19 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
 
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress) {
   std::optional<PlaneSummary> figures;
-  return {MakeProxy(target, "plane", {}, {}, progress, [&](const Scene& scene) { return BuildPlaneProxy(scene, {}, &figures.emplace()); }), figures};
+  return {MakeProxy(target, "plane", {}, {}, progress,
+                    [&](const Scene& scene) { return BuildPlaneProxy(scene, {}, &figures.emplace()); }),
+          figures};
 }
 
 Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
   DelaunayOptions options;
   options.merge_px = merge_px;
   std::optional<DelaunaySummary> figures;
-  return {MakeProxy(target, "delaunay", OptionValues(options), {}, progress,
-                    [&](const Scene& scene) { return BuildDelaunayProxy(scene, options, progress, &figures.emplace()); }),
-          figures};
+  return {
+      MakeProxy(target, "delaunay", OptionValues(options), {}, progress,
+                [&](const Scene& scene) { return BuildDelaunayProxy(scene, options, progress, &figures.emplace()); }),
+      figures};
 }
 
 std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {
@@ -96,35 +101,44 @@ std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {
 Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress) {
   if (const std::string wrong = Validate(request.hull); !wrong.empty()) throw UsageError(wrong);
   const Scene opened = OpenForProxy(target.scene, progress);
-  const std::filesystem::path folder = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
+  const std::filesystem::path folder =
+      request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
   const HullOptions& h = request.hull;
   const CleanOptions& c = request.clean;
-  std::map<std::string, std::string> options{{"cell_px", fmt::format("{}", h.cell_px)}, {"max_dilation_px", fmt::format("{}", h.max_dilation_px)},
-                                             {"dilation_px", h.dilation_px ? fmt::format("{}", *h.dilation_px) : "auto"},
-                                             {"keep_all_views", h.keep_all_views ? "yes" : "no"}, {"max_mended", fmt::format("{}", h.max_mended)},
-                                             {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
+  std::map<std::string, std::string> options{
+      {"cell_px", fmt::format("{}", h.cell_px)},
+      {"max_dilation_px", fmt::format("{}", h.max_dilation_px)},
+      {"dilation_px", h.dilation_px ? fmt::format("{}", *h.dilation_px) : "auto"},
+      {"keep_all_views", h.keep_all_views ? "yes" : "no"},
+      {"max_mended", fmt::format("{}", h.max_mended)},
+      {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
   std::optional<HullFigures> figures;
-  Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress, [&](const Scene& scene) {
-    HullFigures& f = figures.emplace();
-    std::vector<std::string> without;
-    const std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, c, &without, progress);
-    Mesh mesh = BuildVisualHull(views, h, progress, &f.hull, MedianPoint(scene));
-    const Soundness sound = CheckSoundness(mesh);
-    f.sound = sound.IsSolid();
-    f.soundness = sound.Describe();
-    f.parts = sound.parts;
-    f.views_used = f.hull.used.size();
-    std::vector<HullSummary::LeftOut> left_out;
-    for (const std::string& name : without) left_out.push_back({name, "it has no silhouette"});
-    f.hull.left_out.insert(f.hull.left_out.begin(), left_out.begin(), left_out.end());
-    return mesh;
-  }), figures};
+  Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,
+                                   [&](const Scene& scene) {
+                                     HullFigures& f = figures.emplace();
+                                     std::vector<std::string> without;
+                                     const std::vector<SilhouetteView> views =
+                                         ReadSilhouettes(scene, folder, c, &without, progress);
+                                     Mesh mesh = BuildVisualHull(views, h, progress, &f.hull, MedianPoint(scene));
+                                     const Soundness sound = CheckSoundness(mesh);
+                                     f.sound = sound.IsSolid();
+                                     f.soundness = sound.Describe();
+                                     f.parts = sound.parts;
+                                     f.views_used = f.hull.used.size();
+                                     std::vector<HullSummary::LeftOut> left_out;
+                                     for (const std::string& name : without)
+                                       left_out.push_back({name, "it has no silhouette"});
+                                     f.hull.left_out.insert(f.hull.left_out.begin(), left_out.begin(), left_out.end());
+                                     return mesh;
+                                   }),
+                         figures};
   if (target.output.empty()) KeepFigures(opened.folder, made);
   return made;
 }
 
-SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const SilhouetteSource& source, const CleanOptions& clean,
-                                  const std::filesystem::path& output, ProgressSink& progress) {
+SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const SilhouetteSource& source,
+                                  const CleanOptions& clean, const std::filesystem::path& output,
+                                  ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = OpenForProxy(path, progress);
   std::optional<FolderLock> lock;

@@ -47,9 +47,10 @@ std::string UnfitForMoving(const Scene& scene);
 
 // A mesh that somebody else made, brought into the scene's frame and mended (docs/proxy.md).
 struct ImportRequest {
-  std::filesystem::path file;        // PLY or OBJ
-  double scale = 1;                  // factor on its coordinates, > 0
-  std::string unit;                  // of its coordinates, the scene's being metres: um, mm, cm, dm, m, km, in, ft; empty: the scene's own
+  std::filesystem::path file;  // PLY or OBJ
+  double scale = 1;            // factor on its coordinates, > 0
+  std::string
+      unit;  // of its coordinates, the scene's being metres: um, mm, cm, dm, m, km, in, ft; empty: the scene's own
   std::string axes;                  // "z-up", "x,-z,y" ... (proxy/import/placement.h); empty: the scene's own
   std::filesystem::path correspond;  // pairs of points, instead of the three above; empty: none
   bool icp = false;                  // then aligned with the scene's points
@@ -64,15 +65,17 @@ struct HullRequest {
 };
 Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress);
 
-// Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg, SCENE/tradeoff
-// where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json, tradeoff_csv, tradeoff_svg.
+// Views and detail against tightness and seconds (proxy/hull/hull_tradeoff.h): `output`/hull.json, .csv and .svg,
+// SCENE/tradeoff where it is empty. Keys: hull_tradeoff{silhouettes, points[...], seconds}, tradeoff_json,
+// tradeoff_csv, tradeoff_svg.
 struct HullTradeoff {
   TradeoffTable table;
   TradeoffFiles files;
   std::size_t silhouettes = 0;
   double seconds = 0;
 };
-HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene, const std::filesystem::path& output, ProgressSink& progress);
+HullTradeoff RunHullTradeoff(const HullRequest& request, const std::filesystem::path& scene,
+                             const std::filesystem::path& output, ProgressSink& progress);
 void ListKeys(JsonKeys& j, HullTradeoff& tradeoff);
 std::string Describe(const HullTradeoff& tradeoff);
 
@@ -90,9 +93,9 @@ struct SimplifyTradeoffRequest {
   std::string from;
   std::filesystem::path silhouettes;
   std::vector<int> faces = {100, 200, 500, 1000, 2000, 5000, 20000};
-  bool render = true;                 // ask lumi-render for the error of left-out photos
-  int holdout = 8;                    // every N-th photo is left out, measured on N/2, N/2 + N ...
-  int width_px = 480;                 // of the pictures that are compared
+  bool render = true;  // ask lumi-render for the error of left-out photos
+  int holdout = 8;     // every N-th photo is left out, measured on N/2, N/2 + N ...
+  int width_px = 480;  // of the pictures that are compared
 };
 struct SimplifyTradeoffRow {
   std::string method;
@@ -112,29 +115,32 @@ struct SimplifyTradeoff {
   std::vector<SimplifyTradeoffRow> rows;
   TradeoffFiles files;
 };
-// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv and .svg.
+// Faces against error against time, both ways where the mesh is closed; kept in SCENE/tradeoff/simplify-FROM.json, .csv
+// and .svg.
 SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, ProgressSink& progress);
 void ListKeys(JsonKeys& j, SimplifyTradeoff& tradeoff);
 std::string Describe(const SimplifyTradeoff& tradeoff);
 
 // Silhouettes of the scene's photos, into SCENE/silhouettes or `output`.
-SilhouettesSummary RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source, const CleanOptions& clean,
-                                  const std::filesystem::path& output, ProgressSink& progress);
+SilhouettesSummary RunSilhouettes(const std::filesystem::path& scene, const SilhouetteSource& source,
+                                  const CleanOptions& clean, const std::filesystem::path& output,
+                                  ProgressSink& progress);
 
 struct AutoOptions {
   std::filesystem::path scene;
-  int choose_width_px = 480;  // of the pictures that are compared
-  int holdout = 8;            // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
+  int choose_width_px = 480;        // of the pictures that are compared
+  int holdout = 8;                  // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
   std::optional<double> budget_ms;  // a frame of that width: the best within it; none: the best
-  std::vector<std::string> candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
+  std::vector<std::string>
+      candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
 };
-// Makes the candidates that the data allow, asks lumi-render for the error of each on the fold for choosing, makes the best one the
-// scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a candidate's name and kind that is
-// there already, of these cameras and points, is taken as it is.
+// Makes the candidates that the data allow, asks lumi-render for the error of each on the fold for choosing, makes the
+// best one the scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a
+// candidate's name and kind that is there already, of these cameras and points, is taken as it is.
 AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress);
 
-// What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to the points.
-// Writes nothing. `name`: of one; empty: all.
+// What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to
+// the points. Writes nothing. `name`: of one; empty: all.
 InfoSummary RunInfo(const std::filesystem::path& scene, const std::string& name, ProgressSink& progress);
 
 }  // namespace lumi

@@ -21,7 +21,14 @@ InfoSummary RunInfo(const std::filesystem::path& path, const std::string& name, 
   for (const std::string& each : names) {
     const auto mesh_start = std::chrono::steady_clock::now();
     const Mesh mesh = LoadProxy(scene, each);
-    ProxyInfo info{each, mesh.faces.size(), mesh.vertices.size(), IsClosed(mesh), each == scene.active_proxy, CheckSoundness(mesh), MeasureFit(mesh, views, points), 0};
+    ProxyInfo info{each,
+                   mesh.faces.size(),
+                   mesh.vertices.size(),
+                   IsClosed(mesh),
+                   each == scene.active_proxy,
+                   CheckSoundness(mesh),
+                   MeasureFit(mesh, views, points),
+                   0};
     info.seconds = SecondsSince(mesh_start);
     s.proxies.push_back(std::move(info));
     steps.Step();

@@ -14,15 +14,17 @@
 
 namespace lumi {
 
-// Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says. options and inputs (name,
-// fingerprint) are the record of how it was made.
+// Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says. options and
+// inputs (name, fingerprint) are the record of how it was made.
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
-                       std::map<std::string, std::string> inputs, ProgressSink& progress, const std::function<Mesh(const Scene&)>& make);
+                       std::map<std::string, std::string> inputs, ProgressSink& progress,
+                       const std::function<Mesh(const Scene&)>& make);
 
 // A scene to make a proxy of: its cameras and points.
 Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress);
 
-// What an earlier run said of a proxy beside its mesh, for a run that has nothing to do; or what this run has to say, kept there.
+// What an earlier run said of a proxy beside its mesh, for a run that has nothing to do; or what this run has to say,
+// kept there.
 template <typename Figures>
 void KeepFigures(const std::filesystem::path& folder, Made<Figures>& made) {
   const std::filesystem::path record = ProxyPath(folder, made.name).replace_extension(".json");

@@ -26,7 +26,8 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primi
 }  // namespace
 
 struct MeshQuery::Impl {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // coordinates below are relative to it: digits wherever the scene is
+  Eigen::Vector3d centre =
+      Eigen::Vector3d::Zero();  // coordinates below are relative to it: digits wherever the scene is
   std::vector<Triangle> triangles;
   std::vector<std::int32_t> face;  // of each triangle
   Tree tree;
@@ -57,7 +58,8 @@ MeshQuery::MeshQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
 
 MeshQuery::~MeshQuery() = default;
 
-std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
+                                                  const Eigen::Vector3d& direction) const {
   const double length = direction.norm();
   if (impl_->triangles.empty() || !(length > 0)) return std::nullopt;
   const Kernel::Point_3 o = impl_->Local(origin);
@@ -73,7 +75,8 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   }
   const Triangle& triangle = *hit->second;
   const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0, impl_->face[static_cast<std::size_t>(hit->second - impl_->triangles.cbegin())]};
+  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0,
+             impl_->face[static_cast<std::size_t>(hit->second - impl_->triangles.cbegin())]};
 }
 
 int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
@@ -101,7 +104,8 @@ MeshQuery::Nearest MeshQuery::NearestTo(const Eigen::Vector3d& point) const {
   const auto nearest = impl_->tree.closest_point_and_primitive(impl_->Local(point));
   const Triangle& triangle = *nearest.second;
   const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  return {Eigen::Vector3d(nearest.first.x(), nearest.first.y(), nearest.first.z()) + impl_->centre, Eigen::Vector3d(normal.x(), normal.y(), normal.z()).stableNormalized()};
+  return {Eigen::Vector3d(nearest.first.x(), nearest.first.y(), nearest.first.z()) + impl_->centre,
+          Eigen::Vector3d(normal.x(), normal.y(), normal.z()).stableNormalized()};
 }
 
 double MeshQuery::Distance(const Eigen::Vector3d& point) const {
@@ -142,7 +146,9 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
     fit.layers_max = std::max(fit.layers_max, layers_max[v]);
     least = std::min(least, met[v]);
   }
-  fit.coverage = views.empty() ? 0 : static_cast<double>(all_met) / (static_cast<double>(rays_a_view) * static_cast<double>(views.size()));
+  fit.coverage = views.empty() ? 0
+                               : static_cast<double>(all_met) /
+                                     (static_cast<double>(rays_a_view) * static_cast<double>(views.size()));
   fit.coverage_min = views.empty() ? 0 : static_cast<double>(least) / rays_a_view;
   fit.front_fraction = all_met > 0 ? static_cast<double>(all_front) / static_cast<double>(all_met) : 0;
 
@@ -152,7 +158,8 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   for (std::size_t p = 0; p < points.size(); ++p) {
     for (const std::int32_t v : points[p].views) lines.emplace_back(static_cast<std::int32_t>(p), v);
   }
-  const std::size_t stride = std::max<std::size_t>(1, (lines.size() + options.max_lines_of_sight - 1) / std::max<std::size_t>(options.max_lines_of_sight, 1));
+  const std::size_t stride = std::max<std::size_t>(
+      1, (lines.size() + options.max_lines_of_sight - 1) / std::max<std::size_t>(options.max_lines_of_sight, 1));
   const std::size_t picked = (lines.size() + stride - 1) / stride;
   std::atomic<std::size_t> blocked = 0;
   ParallelFor(picked, 256, [&](std::size_t begin, std::size_t end) {
@@ -171,7 +178,8 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   ParallelFor(points.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       double depth = std::numeric_limits<double>::infinity();
-      for (const std::int32_t v : points[p].views) depth = std::min(depth, views[static_cast<std::size_t>(v)].DepthOf(points[p].x_in_world));
+      for (const std::int32_t v : points[p].views)
+        depth = std::min(depth, views[static_cast<std::size_t>(v)].DepthOf(points[p].x_in_world));
       distances[p] = query.Distance(points[p].x_in_world) / depth;
     }
   });

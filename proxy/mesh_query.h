@@ -18,8 +18,8 @@ class MeshQuery {
   ~MeshQuery();
 
   struct Hit {
-    double distance = 0;   // along the ray, in units of its direction's length
-    bool front = false;    // the face was met from its front
+    double distance = 0;  // along the ray, in units of its direction's length
+    bool front = false;   // the face was met from its front
     std::int32_t face = -1;
   };
   std::optional<Hit> FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
@@ -45,17 +45,17 @@ struct MeshFit {
   double front_fraction = 0;        // of those rays: faces met from the front
   double blocked_ray_fraction = 0;  // lines of sight that the mesh blocks before their point
   std::size_t lines_of_sight = 0;
-  double distance_median = 0;       // from the points to the mesh, over their depth in the view that sees them finest ...
-  double distance_95 = 0;           // ... and of 95 % of them
-  double layers_mean = 0;           // depth complexity: how often a ray that meets the mesh meets it
+  double distance_median = 0;  // from the points to the mesh, over their depth in the view that sees them finest ...
+  double distance_95 = 0;      // ... and of 95 % of them
+  double layers_mean = 0;      // depth complexity: how often a ray that meets the mesh meets it
   int layers_max = 0;
   std::size_t points = 0;
 };
 
 struct MeshFitOptions {
-  int grid_x = 17, grid_y = 13;          // rays a view
+  int grid_x = 17, grid_y = 13;            // rays a view
   std::size_t max_lines_of_sight = 20000;  // evenly picked beyond
-  double block_tolerance = 0.02;         // blocked: met before 1 - this of the distance to the point
+  double block_tolerance = 0.02;           // blocked: met before 1 - this of the distance to the point
 };
 MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const std::vector<ProxyPoint>& points,
                    const MeshFitOptions& options = {});

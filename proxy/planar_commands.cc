@@ -14,23 +14,29 @@ Made<BoxSummary> RunBox(const ProxyTarget& target, int sides, ProgressSink& prog
   options.sides = sides;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   std::optional<BoxSummary> figures;
-  return {MakeProxy(target, "box", {{"sides", std::to_string(sides)}}, {}, progress, [&](const Scene& scene) {
-    BoxSummary& summary = figures.emplace();
-    Mesh mesh = BuildBoxProxy(scene, options, &summary);
-    for (std::size_t w = 0; w < 4; ++w)
-      if (summary.wall_points[w] == 0) {
-        static constexpr const char* kNames[] = {"left", "right", "upper", "lower"};
-        progress.Message(fmt::format("warning: no points lie on the {} wall: it stands where the farthest ones end", kNames[w]));
-      }
-    return mesh;
-  }), figures};
+  return {
+      MakeProxy(target, "box", {{"sides", std::to_string(sides)}}, {}, progress,
+                [&](const Scene& scene) {
+                  BoxSummary& summary = figures.emplace();
+                  Mesh mesh = BuildBoxProxy(scene, options, &summary);
+                  for (std::size_t w = 0; w < 4; ++w)
+                    if (summary.wall_points[w] == 0) {
+                      static constexpr const char* kNames[] = {"left", "right", "upper", "lower"};
+                      progress.Message(fmt::format(
+                          "warning: no points lie on the {} wall: it stands where the farthest ones end", kNames[w]));
+                    }
+                  return mesh;
+                }),
+      figures};
 }
 
 Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress) {
   const PlanesOptions& options = request.planes;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  std::map<std::string, std::string> record{{"max_planes", std::to_string(options.max_planes)}, {"tolerance", fmt::format("{}", options.tolerance)},
-                                            {"min_share", fmt::format("{}", options.min_share)}, {"backdrop", options.backdrop ? "yes" : "no"},
+  std::map<std::string, std::string> record{{"max_planes", std::to_string(options.max_planes)},
+                                            {"tolerance", fmt::format("{}", options.tolerance)},
+                                            {"min_share", fmt::format("{}", options.min_share)},
+                                            {"backdrop", options.backdrop ? "yes" : "no"},
                                             {"seed", std::to_string(options.seed)}};
   std::map<std::string, std::string> inputs;
   GivenPlanes given;
@@ -39,13 +45,16 @@ Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& re
     inputs["planes"] = Fingerprint(request.from);
   }
   std::optional<PlanesFigures> figures;
-  return {MakeProxy(target, "planes", std::move(record), std::move(inputs), progress, [&](const Scene& scene) {
-    Mesh mesh;
-    figures.emplace().quads = given.quads.faces.size() / 2;
-    if (request.from.empty() || !given.planes.empty()) mesh = BuildPlanesProxy(scene, options, given.planes, &figures->found);
-    Append(mesh, given.quads);
-    return mesh;
-  }), figures};
+  return {MakeProxy(target, "planes", std::move(record), std::move(inputs), progress,
+                    [&](const Scene& scene) {
+                      Mesh mesh;
+                      figures.emplace().quads = given.quads.faces.size() / 2;
+                      if (request.from.empty() || !given.planes.empty())
+                        mesh = BuildPlanesProxy(scene, options, given.planes, &figures->found);
+                      Append(mesh, given.quads);
+                      return mesh;
+                    }),
+          figures};
 }
 
 }  // namespace lumi

@@ -77,9 +77,8 @@ PointSelection SelectPoints(const Scene& scene, const std::vector<ProxyView>& vi
     candidates.push_back(std::move(p));
   }
   if (long_tracks >= static_cast<std::size_t>(options.enough_points)) {
-    selection.inaccurate += std::erase_if(candidates, [&](const ProxyPoint& p) {
-      return p.views.size() < static_cast<std::size_t>(options.min_track);
-    });
+    selection.inaccurate += std::erase_if(
+        candidates, [&](const ProxyPoint& p) { return p.views.size() < static_cast<std::size_t>(options.min_track); });
   }
 
   // A point far from all others, measured in its own depth, is a mismatch that passed the other tests.
@@ -175,7 +174,8 @@ std::vector<ProxyPoint> MergePoints(const std::vector<ProxyPoint>& points, doubl
     if (nearest >= 0) {
       ProxyPoint& keeper = merged[static_cast<std::size_t>(nearest)];
       std::vector<std::int32_t> views;
-      std::set_union(keeper.views.begin(), keeper.views.end(), p.views.begin(), p.views.end(), std::back_inserter(views));
+      std::set_union(keeper.views.begin(), keeper.views.end(), p.views.begin(), p.views.end(),
+                     std::back_inserter(views));
       keeper.views = std::move(views);
     } else {
       grid[key_of(p.x_in_world, level)].push_back(static_cast<std::int32_t>(merged.size()));
@@ -212,7 +212,8 @@ class KdTree {
     int axis = 0;
     (high - low).maxCoeff(&axis);
     const std::size_t middle = begin + (end - begin) / 2;
-    std::nth_element(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.begin() + static_cast<std::ptrdiff_t>(middle),
+    std::nth_element(order_.begin() + static_cast<std::ptrdiff_t>(begin),
+                     order_.begin() + static_cast<std::ptrdiff_t>(middle),
                      order_.begin() + static_cast<std::ptrdiff_t>(end), [&](std::int32_t a, std::int32_t b) {
                        const double xa = points_[static_cast<std::size_t>(a)][axis];
                        const double xb = points_[static_cast<std::size_t>(b)][axis];
@@ -222,7 +223,8 @@ class KdTree {
     Build(begin, middle);
     Build(middle + 1, end);
   }
-  void Search(std::size_t begin, std::size_t end, std::int32_t self, std::size_t k, std::vector<double>& squared) const {
+  void Search(std::size_t begin, std::size_t end, std::int32_t self, std::size_t k,
+              std::vector<double>& squared) const {
     if (begin >= end) return;
     const std::size_t middle = begin + (end - begin) / 2;
     const std::int32_t node = order_[middle];
@@ -237,11 +239,15 @@ class KdTree {
     }
     const double offset = x[axis_[middle]] - y[axis_[middle]];
     const bool left_first = offset < 0;
-    if (left_first) Search(begin, middle, self, k, squared);
-    else Search(middle + 1, end, self, k, squared);
+    if (left_first)
+      Search(begin, middle, self, k, squared);
+    else
+      Search(middle + 1, end, self, k, squared);
     if (squared.size() < k || offset * offset <= squared.back()) {
-      if (left_first) Search(middle + 1, end, self, k, squared);
-      else Search(begin, middle, self, k, squared);
+      if (left_first)
+        Search(middle + 1, end, self, k, squared);
+      else
+        Search(begin, middle, self, k, squared);
     }
   }
   const std::vector<Eigen::Vector3d>& points_;

@@ -10,12 +10,12 @@
 namespace lumi {
 
 struct PointSelectionOptions {
-  double max_error_px = 4.0;      // mean reprojection error; COLMAP's own filter is 4
-  double min_angle_deg = 1.5;     // largest angle between two of its rays: below, the depth is a guess
-  int min_track = 3;              // views a point, where enough_points remain; else 2
+  double max_error_px = 4.0;   // mean reprojection error; COLMAP's own filter is 4
+  double min_angle_deg = 1.5;  // largest angle between two of its rays: below, the depth is a guess
+  int min_track = 3;           // views a point, where enough_points remain; else 2
   int enough_points = 2000;
-  int neighbours = 8;             // for the outlier test below
-  double max_neighbour_ratio = 30; // mean distance to the neighbours, in footprints, against the median point's
+  int neighbours = 8;               // for the outlier test below
+  double max_neighbour_ratio = 30;  // mean distance to the neighbours, in footprints, against the median point's
 };
 
 struct ProxyPoint {
@@ -28,9 +28,9 @@ struct ProxyPoint {
 struct PointSelection {
   std::vector<ProxyPoint> points;
   std::size_t total = 0;
-  std::size_t unusable = 0;     // NaN, fewer than two views in front of which it lies
-  std::size_t inaccurate = 0;   // error, angle or track
-  std::size_t isolated = 0;     // outliers by neighbour distance
+  std::size_t unusable = 0;    // NaN, fewer than two views in front of which it lies
+  std::size_t inaccurate = 0;  // error, angle or track
+  std::size_t isolated = 0;    // outliers by neighbour distance
 };
 
 // A view as proxies read it.
@@ -43,7 +43,8 @@ struct ProxyView {
 // Throws DataError for scenes that are not metric or have no view.
 std::vector<ProxyView> MakeProxyViews(const Scene& scene);
 
-PointSelection SelectPoints(const Scene& scene, const std::vector<ProxyView>& views, const PointSelectionOptions& options);
+PointSelection SelectPoints(const Scene& scene, const std::vector<ProxyView>& views,
+                            const PointSelectionOptions& options);
 
 // Points closer than `distance` footprints become one: the one seen by most views stays where it is and takes over the
 // others' views. Order of the result: by number of views, then by sigma.

@@ -1,8 +1,8 @@
 #include "proxy/proxy_store.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cctype>
-#include <fmt/format.h>
 
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
@@ -25,7 +25,8 @@ bool KeepsProxies(const Scene& scene) {
 void RequireKeepsProxies(const Scene& scene) {
   if (KeepsProxies(scene)) return;
   throw UsageError(scene.folder.string() + " is another tool's workspace and is not written to",
-                   "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " + scene.folder.string());
+                   "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " +
+                       scene.folder.string());
 }
 
 void RequireProxyName(const std::string& name) {
@@ -34,7 +35,8 @@ void RequireProxyName(const std::string& name) {
   });
   if (!plain) throw UsageError("\"" + name + "\" is no name for a proxy", "use letters, digits, '-', '_' and '.'");
   if (name == "auto") throw UsageError("\"auto\" is no name for a proxy", "it names the choice among them");
-  if (name == "per-view") throw UsageError("\"per-view\" is no name for a proxy", "lumi-render makes that one anew for each view");
+  if (name == "per-view")
+    throw UsageError("\"per-view\" is no name for a proxy", "lumi-render makes that one anew for each view");
 }
 
 Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,
@@ -48,14 +50,17 @@ Provenance ProxyProvenance(const Scene& scene, const std::string& name, const st
   return p;
 }
 
-std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name) { return ReadProvenance(scene.folder, StageOf(name)); }
+std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name) {
+  return ReadProvenance(scene.folder, StageOf(name));
+}
 
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name) {
   const fs::path path = ProxyPath(scene.folder, name);
   std::error_code error;
   if (!fs::exists(path, error)) return;
   std::string before = "unknown";
-  if (const auto record = RecordOf(scene, name); record && record->options.contains("kind")) before = record->options.at("kind");
+  if (const auto record = RecordOf(scene, name); record && record->options.contains("kind"))
+    before = record->options.at("kind");
   if (before == wanted.options.at("kind")) return;
   throw UsageError(fmt::format("{} is there already, of another kind ({})", path.string(), before),
                    "choose another --name, or remove that file");

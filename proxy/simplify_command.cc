@@ -48,17 +48,20 @@ std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
   return record && it != record->options.end() ? it->second : "";
 }
 
-// What is simplified: a proxy that is itself the outcome stands for what it was made from, so that a second run has nothing to do.
+// What is simplified: a proxy that is itself the outcome stands for what it was made from, so that a second run has
+// nothing to do.
 std::string SourceOf(const Scene& scene, const std::string& asked) {
   if (!asked.empty()) return asked;
-  if (scene.active_proxy.empty()) throw UsageError(scene.folder.string() + " has no active proxy", "name one: --from NAME");
+  if (scene.active_proxy.empty())
+    throw UsageError(scene.folder.string() + " has no active proxy", "name one: --from NAME");
   const auto record = RecordOf(scene, scene.active_proxy);
   const std::string from = OptionOf(record, "kind") == "simplify" ? OptionOf(record, "from") : "";
   return from.empty() ? scene.active_proxy : from;
 }
 
 // The silhouettes that the source is a hull of: cleaned as they were for it, without the views that it left out.
-std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string& from, const fs::path& asked, ProgressSink& progress) {
+std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string& from, const fs::path& asked,
+                                          ProgressSink& progress) {
   const fs::path folder = asked.empty() ? scene.folder / "silhouettes" : asked;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
@@ -73,7 +76,8 @@ std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string&
   const fs::path record = ProxyPath(scene.folder, from).replace_extension(".json");
   const auto hull = fs::exists(record, error) ? JsonKeys::Parse(ReadText(record)) : std::nullopt;
   if (hull)
-    for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out) std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.name; });
+    for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out)
+      std::erase_if(views, [&](const SilhouetteView& v) { return v.name == left.name; });
   return views;
 }
 
@@ -88,7 +92,8 @@ double PixelsPerUnit(const Scene& scene, const Mesh& mesh) {
 }
 
 // What there is to say of a simplified mesh beside the one that it was made from.
-SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views, double pixels_per_unit) {
+SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<SilhouetteView>& views,
+                    double pixels_per_unit) {
   const Soundness sound = CheckSoundness(after);
   const Deviation deviation = MeasureDeviation(before, after);
   SimplifiedFit fit;
@@ -115,7 +120,9 @@ SimplifiedFit Judge(const Mesh& before, const Mesh& after, const std::vector<Sil
 TradeoffTable TableOf(const std::vector<SimplifyTradeoffRow>& rows) {
   using Row = SimplifyTradeoffRow;
   using enum TradeoffRole;
-  const auto fit = [](std::optional<double> SimplifiedFit::*member) { return [=](const Row& r) { return r.fit.*member; }; };
+  const auto fit = [](std::optional<double> SimplifiedFit::*member) {
+    return [=](const Row& r) { return r.fit.*member; };
+  };
   const auto covered = [](double SilhouetteFitSummary::*member) {
     return [=](const Row& r) { return r.fit.silhouettes ? std::optional((*r.fit.silhouettes).*member) : std::nullopt; };
   };
@@ -126,32 +133,44 @@ TradeoffTable TableOf(const std::vector<SimplifyTradeoffRow>& rows) {
        {{"faces"}, &Row::faces},
        {{"seconds", kFigure, "seconds", 8, "{:.2f}"}, &Row::seconds},
        {{"coverage_min", kFigure, "coverage", 9, "{:.2f}%"}, covered(&SilhouetteFitSummary::coverage_min)},
-       {{"deepest_uncovered_px", kFigure, "deepest", 9, "{:.1f} px"}, covered(&SilhouetteFitSummary::deepest_uncovered_px)},
+       {{"deepest_uncovered_px", kFigure, "deepest", 9, "{:.1f} px"},
+        covered(&SilhouetteFitSummary::deepest_uncovered_px)},
        {{"iou_min", kFigure, "IoU min", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_min)},
        {{"iou_median", kMoreIsBetter, "IoU med", 8, "{:.4f}"}, covered(&SilhouetteFitSummary::iou_median)},
        {{"volume_ratio"}, fit(&SimplifiedFit::volume_ratio)},
-       {{"mean_distance_px", kLessIsBetter, "mean px", 8, "{:.2f}"}, [](const Row& r) { return r.fit.mean_distance_px; }},
+       {{"mean_distance_px", kLessIsBetter, "mean px", 8, "{:.2f}"},
+        [](const Row& r) { return r.fit.mean_distance_px; }},
        {{"max_distance_px", kFigure, "max px", 8, "{:.1f}"}, [](const Row& r) { return r.fit.max_distance_px; }},
        {{"psnr_mean_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, &Row::psnr_db},
        {{"ms_per_frame", kFigure, "ms", 8, "{:.1f}"}, &Row::ms_per_frame},
        {{"reached"}, &Row::reached},
        {{"failed", kFailed}, &Row::failed},
-       {{"", kRemark}, [](const Row& r) { return r.reached ? std::string() : fmt::format("(of {} wanted)", r.wanted); }}},
+       {{"", kRemark},
+        [](const Row& r) { return r.reached ? std::string() : fmt::format("(of {} wanted)", r.wanted); }}},
       rows);
 }
 
 std::vector<Plot> PanelsOf(const TradeoffTable& table, const std::string& from) {
   std::vector<Plot> plots;
-  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y, const PlotAxis& y_axis) {
+  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y,
+                         const PlotAxis& y_axis) {
     const bool line = x_axis.log;
-    Plot plot = PlotOf(table, {title, "simplified from " + from, x, x_axis, y, y_axis,
+    Plot plot = PlotOf(table, {title,
+                               "simplified from " + from,
+                               x,
+                               x_axis,
+                               y,
+                               y_axis,
                                {{"quadric", "quadric", "#1f6feb", Marker::kCircle, line},
                                 {"keep-hull", "keep-hull", "#be123c", Marker::kCircle, line},
-                                {"all", "all", "#444444"}}, "method", "faces"});
+                                {"all", "all", "#444444"}},
+                               "method",
+                               "faces"});
     if (!plot.series.empty()) plots.push_back(std::move(plot));
   };
   const PlotAxis faces{"faces", true};
-  panel("Distance to what it was made from", "faces", faces, "mean_distance_px", {"mean distance, px of the median view", true});
+  panel("Distance to what it was made from", "faces", faces, "mean_distance_px",
+        {"mean distance, px of the median view", true});
   panel("Overlap with the silhouettes", "faces", faces, "iou_median", {"intersection over union, median"});
   panel("Held-out photos", "ms_per_frame", {"milliseconds a frame"}, "psnr_mean_db", {"PSNR, dB"});
   return plots;
@@ -174,22 +193,32 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   const SimplifyMethod method = request.keep_hull ? SimplifyMethod::kKeepHull : SimplifyMethod::kQuadric;
   ProxyTarget named = target;
   if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
-  if (named.name == from && named.output.empty()) throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
+  if (named.name == from && named.output.empty())
+    throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
   const fs::path silhouettes = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
   std::optional<SimplifyFigures> figures;
   Made<SimplifyFigures> made{
-      MakeProxy(named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
-                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress, [&](const Scene& scene) {
-        SimplifiedMesh simple = std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress).front());
-        const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
-        figures = SimplifyFigures{from, Name(method), request.faces, before.faces.size(), simple.reached, simple.wrapped, simple.seconds,
-                                  Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
-        if (!simple.reached) progress.Message(fmt::format("warning: {} faces are left, no edge may be collapsed any more", simple.mesh.faces.size()));
-        if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
-          progress.Message(fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?", missed, 100 * kLeastCoverage,
-                                       kDeepestUncoveredPx, from));
-        return std::move(simple.mesh);
-      }), figures};
+      MakeProxy(
+          named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
+          {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
+          [&](const Scene& scene) {
+            SimplifiedMesh simple =
+                std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress).front());
+            const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
+            figures = SimplifyFigures{from,           Name(method),
+                                      request.faces,  before.faces.size(),
+                                      simple.reached, simple.wrapped,
+                                      simple.seconds, Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
+            if (!simple.reached)
+              progress.Message(fmt::format("warning: {} faces are left, no edge may be collapsed any more",
+                                           simple.mesh.faces.size()));
+            if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
+              progress.Message(
+                  fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
+                              missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
+            return std::move(simple.mesh);
+          }),
+      figures};
   if (named.output.empty()) KeepFigures(opened.folder, made);
   return made;
 }
@@ -206,7 +235,8 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
   const double pixels_per_unit = PixelsPerUnit(scene, before);
   const int photos = static_cast<int>(scene.views.size());
   std::optional<HeldOutBench> bench;
-  if (request.render && photos >= 3) bench.emplace(scene.folder, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
+  if (request.render && photos >= 3)
+    bench.emplace(scene.folder, photos > request.holdout / 2 ? request.holdout : 2, request.width_px);
 
   std::vector<std::size_t> counts;
   for (const int n : request.faces)
@@ -216,7 +246,15 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
   SimplifyTradeoff t{from, before.faces.size(), IsClosed(before), 0, {}, {}};
   Progress steps(progress, "measuring simplified proxies", static_cast<long>(counts.size() * methods.size()) + 1);
   const auto measure = [&](const std::string& method, std::size_t wanted, const SimplifiedMesh& simple) {
-    SimplifyTradeoffRow row{method, wanted, {}, simple.mesh.faces.size(), simple.seconds, simple.reached, Judge(before, simple.mesh, views, pixels_per_unit), {}, {}};
+    SimplifyTradeoffRow row{method,
+                            wanted,
+                            {},
+                            simple.mesh.faces.size(),
+                            simple.seconds,
+                            simple.reached,
+                            Judge(before, simple.mesh, views, pixels_per_unit),
+                            {},
+                            {}};
     if (bench) {
       WriteMesh(bench->folder() / "proxies" / "measured.ply", simple.mesh);
       const HeldOutBench::Figures figures = bench->Measure("measured");
@@ -241,7 +279,8 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
     for (std::size_t i = 0; i < counts.size(); ++i) {
       CheckInterrupted();
       try {
-        measure(Name(method), counts[i], together.empty() ? Simplify(before, {counts[i]}, method, progress).front() : together[i]);
+        measure(Name(method), counts[i],
+                together.empty() ? Simplify(before, {counts[i]}, method, progress).front() : together[i]);
       } catch (const DataError& e) {
         fail(method, counts[i], e.what());
       } catch (const UsageError& e) {
@@ -267,7 +306,8 @@ void ListKeys(JsonKeys& j, SimplifyTradeoff& t) {
 }
 
 std::string Describe(const SimplifyTradeoff& t) {
-  return TextOf(TableOf(t.rows)) + fmt::format("\n{}, {}, {}; {:.0f} s", t.files.csv.string(), t.files.svg.string(), t.files.json.string(), t.seconds);
+  return TextOf(TableOf(t.rows)) + fmt::format("\n{}, {}, {}; {:.0f} s", t.files.csv.string(), t.files.svg.string(),
+                                               t.files.json.string(), t.seconds);
 }
 
 }  // namespace lumi

@@ -16,8 +16,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// Cameras, keyframes among them, in the last adjustment: its time grows with their square, and the lens is then known better than
-// keyframes alone know it (docs/reconstruct.md).
+// Cameras, keyframes among them, in the last adjustment: its time grows with their square, and the lens is then known
+// better than keyframes alone know it (docs/reconstruct.md).
 constexpr std::size_t kAdjustedCameras = 150;
 constexpr int kAdjustIterations = 25;
 // Of the observations' median error: what is further off has no part in the adjustment.
@@ -42,7 +42,8 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
     view.cam_from_world = p.cam_from_world;
     std::set<std::int32_t> once;
     for (const auto& [point, x] : p.observations)
-      if (once.insert(point).second) extended.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
+      if (once.insert(point).second)
+        extended.points[static_cast<std::size_t>(point)].track.push_back({ViewId{index}, x});
     extended.views.push_back(std::move(view));
   }
   // Single wrong sightings of right points.
@@ -56,7 +57,8 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
     for (const Observation& o : point.track) errors.push_back(error(point, o));
   if (errors.empty()) return;
   const double limit = kFarOff * Median(std::move(errors));
-  for (Point& point : extended.points) std::erase_if(point.track, [&](const Observation& o) { return error(point, o) > limit; });
+  for (Point& point : extended.points)
+    std::erase_if(point.track, [&](const Observation& o) { return error(point, o) > limit; });
   std::erase_if(extended.points, [](const Point& point) { return point.track.size() < 2; });
   UpdatePointErrors(extended);
   const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, job);
@@ -68,11 +70,14 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
       point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
   std::map<std::string, Rigid3> pose_of;
   for (const View& view : adjusted.views) pose_of[view.name] = view.cam_from_world;
-  if (!std::all_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return pose_of.count(view.name) > 0; })) return;
+  if (!std::all_of(scene.views.begin(), scene.views.end(),
+                   [&](const View& view) { return pose_of.count(view.name) > 0; }))
+    return;
   std::vector<char> kept(scene.points.size(), 0);
   for (const Point& point : adjusted.points)
     for (const Observation& o : point.track) {
-      const auto at = point_at.find({adjusted.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()});
+      const auto at =
+          point_at.find({adjusted.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()});
       if (at == point_at.end()) continue;
       scene.points[at->second].x_in_world = point.x_in_world;
       kept[at->second] = 1;

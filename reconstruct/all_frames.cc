@@ -27,8 +27,8 @@ namespace {
 
 // Keyframes on each side that a frame is matched with.
 constexpr std::size_t kNeighbours = 2;
-// COLMAP's own bounds on a match: the distance to the nearest descriptor over that to the second, and the cosine of the angle between
-// two, which is at most 0.7.
+// COLMAP's own bounds on a match: the distance to the nearest descriptor over that to the second, and the cosine of the
+// angle between two, which is at most 0.7.
 constexpr double kMatchRatio = 0.8;
 constexpr float kLeastSimilarity = 0.7648f;
 // A frame is placed by at least so many points that agree within the error (COLMAP's own bound is 30 of 12 px).
@@ -38,7 +38,7 @@ constexpr int kRansacRounds = 1000;
 constexpr double kRansacConfidence = 0.9999;
 
 using Sightings = std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>;  // of each frame: point, pixel
-using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;  // keypoint -> point
+using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;              // keypoint -> point
 
 using Placed = PlacedFrame;
 
@@ -51,11 +51,13 @@ struct Correspondences {
   std::vector<std::size_t> source;  // position in what was seen
 };
 
-Correspondences Prepare(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera) {
+Correspondences Prepare(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen,
+                        const std::vector<Point>& points, const Camera& camera) {
   Correspondences c;
   const Eigen::Matrix3d K = camera.K();
   c.K = cv::Matx33d(K(0, 0), K(0, 1), K(0, 2), K(1, 0), K(1, 1), K(1, 2), K(2, 0), K(2, 1), K(2, 2));
-  for (const auto& [point, x] : seen) c.middle += points[static_cast<std::size_t>(point)].x_in_world / static_cast<double>(seen.size());
+  for (const auto& [point, x] : seen)
+    c.middle += points[static_cast<std::size_t>(point)].x_in_world / static_cast<double>(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto n = camera.Normalized(seen[i].second);
     if (!n) continue;
@@ -77,13 +79,15 @@ std::vector<int> Agreeing(const Correspondences& c, const cv::Vec3d& rotation, c
     const cv::Vec3d X = R * cv::Vec3d(c.world[i].x, c.world[i].y, c.world[i].z) + translation;
     if (!(X[2] > 0)) continue;
     const cv::Vec3d x = c.K * X;
-    if (std::hypot(x[0] / x[2] - c.pixels[i].x, x[1] / x[2] - c.pixels[i].y) <= kMaxErrorPx) agreeing.push_back(static_cast<int>(i));
+    if (std::hypot(x[0] / x[2] - c.pixels[i].x, x[1] / x[2] - c.pixels[i].y) <= kMaxErrorPx)
+      agreeing.push_back(static_cast<int>(i));
   }
   return agreeing;
 }
 
 // Levenberg-Marquardt over the points that agree, twice: the second round takes in those that the first brought near.
-Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const Correspondences& c, cv::Vec3d rotation, cv::Vec3d translation) {
+Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const Correspondences& c,
+              cv::Vec3d rotation, cv::Vec3d translation) {
   constexpr int kRounds = 2;
   Placed placed;
   for (int round = 0; round < kRounds; ++round) {
@@ -104,7 +108,8 @@ Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen,
   placed.inliers = static_cast<int>(agreeing.size());
   if (placed.inliers < kMinInliers) return placed;
   const double angle = r.norm();
-  placed.cam_from_world.rotation = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, r / angle)) : Eigen::Quaterniond::Identity();
+  placed.cam_from_world.rotation =
+      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, r / angle)) : Eigen::Quaterniond::Identity();
   placed.cam_from_world.translation = t - placed.cam_from_world.rotation * c.middle;
   for (const int i : agreeing) placed.observations.push_back(seen[c.source[static_cast<std::size_t>(i)]]);
   placed.ok = true;
@@ -112,14 +117,16 @@ Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen,
 }
 
 // Pose from points and their pixels under a lens that is known: RANSAC over P3P, then least squares.
-Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera) {
+Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points,
+                 const Camera& camera) {
   const Correspondences c = Prepare(seen, points, camera);
   Placed placed;
   placed.inliers = static_cast<int>(c.world.size());
   if (placed.inliers < kMinInliers) return placed;
   cv::Vec3d rotation, translation;
   std::vector<int> inliers;
-  if (!cv::solvePnPRansac(c.world, c.pixels, c.K, cv::noArray(), rotation, translation, false, kRansacRounds, static_cast<float>(kMaxErrorPx), kRansacConfidence, inliers, cv::SOLVEPNP_P3P)) {
+  if (!cv::solvePnPRansac(c.world, c.pixels, c.K, cv::noArray(), rotation, translation, false, kRansacRounds,
+                          static_cast<float>(kMaxErrorPx), kRansacConfidence, inliers, cv::SOLVEPNP_P3P)) {
     placed.inliers = 0;
     return placed;
   }
@@ -127,7 +134,8 @@ Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& se
 }
 
 // Pose near a given one.
-Placed Refine(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points, const Camera& camera, const Rigid3& start) {
+Placed Refine(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points,
+              const Camera& camera, const Rigid3& start) {
   const Correspondences c = Prepare(seen, points, camera);
   const Eigen::AngleAxisd turn(start.rotation);
   const Eigen::Vector3d r = turn.angle() * turn.axis(), t = start * c.middle;
@@ -162,7 +170,9 @@ void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vecto
         if (!other.ok) continue;
         const Placed& now = smoothed[f];
         const bool as_good = static_cast<double>(other.inliers) >= kTie * now.inliers;
-        if (!now.ok || static_cast<double>(now.inliers) < kTie * other.inliers || (as_good && distance_of(other) < distance_of(now))) smoothed[f] = other;
+        if (!now.ok || static_cast<double>(now.inliers) < kTie * other.inliers ||
+            (as_good && distance_of(other) < distance_of(now)))
+          smoothed[f] = other;
       }
     }
   });
@@ -170,7 +180,8 @@ void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vecto
 }
 
 // Cameras of all frames from what they see of the points.
-std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>& points, const Camera& camera, ProgressSink& sink) {
+std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>& points, const Camera& camera,
+                                ProgressSink& sink) {
   std::vector<Placed> placed(seen.size());
   Progress progress(sink, "placing all frames", static_cast<long>(seen.size()));
   ParallelFor(seen.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -202,11 +213,14 @@ fs::path DatabaseOfAll(const std::vector<std::string>& frames, const Capture& al
                        const Features& keyframe_features, const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
   const fs::path database = work_folder / "all_frames.db", key_file = work_folder / "all_frames.key";
-  const std::string key = Fingerprint(work_folder / "features.json") + " " + Fingerprint(work_folder / "keyframes.json");
+  const std::string key =
+      Fingerprint(work_folder / "features.json") + " " + Fingerprint(work_folder / "keyframes.json");
   std::error_code ec;
   if (!fs::exists(key_file, ec) || ReadText(key_file) != key || !ColmapDatabase::IsDatabase(database)) {
     for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(database.string() + suffix, ec);
-    WriteFileAtomically(database, [&](const fs::path& t) { fs::copy_file(keyframe_features.database, t, fs::copy_options::overwrite_existing); });
+    WriteFileAtomically(database, [&](const fs::path& t) {
+      fs::copy_file(keyframe_features.database, t, fs::copy_options::overwrite_existing);
+    });
     WriteTextAtomically(key_file, key);
   }
   const FeatureLimits limits = LimitsFor(options, all_frames.photos.size());
@@ -253,7 +267,8 @@ FrameSightings FindSightings(const Scene& scene, const std::vector<std::string>&
   std::map<std::string, KeyframePoints> points_of;
   for (std::size_t p = 0; p < scene.points.size(); ++p)
     for (const Observation& o : scene.points[p].track)
-      points_of[scene.views[static_cast<std::size_t>(o.view.value)].name][{o.x_px.x(), o.x_px.y()}] = static_cast<std::int32_t>(p);
+      points_of[scene.views[static_cast<std::size_t>(o.view.value)].name][{o.x_px.x(), o.x_px.y()}] =
+          static_cast<std::int32_t>(p);
   std::vector<std::string> keyframes;
   for (const View& view : scene.views) keyframes.push_back(view.name);
   std::map<std::string, std::vector<std::int32_t>> point_of_keypoint;
@@ -332,7 +347,8 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   std::vector<Placed> placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), job.sink);
   AdjustWithFrames(scene, placed, lens_known, job);
   for (auto& of_frame : seen)
-    std::erase_if(of_frame, [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
+    std::erase_if(of_frame,
+                  [&](const auto& s) { return scene.points[static_cast<std::size_t>(s.first)].track.empty(); });
   placed = PlaceFrames(seen, scene.points, scene.CameraOf(scene.views.front()), job.sink);
 
   for (std::size_t f = 0; f < frames.size(); ++f) {

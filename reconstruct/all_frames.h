@@ -1,5 +1,5 @@
-// Every frame of a video gets a camera: resectioned against the points of the keyframes. What the frames then see of these points adjusts
-// them, the keyframes' cameras and the lens, and the frames are placed again.
+// Every frame of a video gets a camera: resectioned against the points of the keyframes. What the frames then see of
+// these points adjusts them, the keyframes' cameras and the lens, and the frames are placed again.
 #pragma once
 
 #include <filesystem>

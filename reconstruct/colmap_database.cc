@@ -22,7 +22,9 @@ struct ColmapDatabase::Impl {
   sqlite3* db = nullptr;
   ~Impl() { sqlite3_close(db); }
 
-  [[noreturn]] void Fail() const { throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db))); }
+  [[noreturn]] void Fail() const {
+    throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db)));
+  }
 
   struct Statement {
     sqlite3_stmt* s = nullptr;
@@ -100,7 +102,9 @@ std::vector<DatabaseImage> ColmapDatabase::Images() const {
   return images;
 }
 
-std::vector<DatabasePair> ColmapDatabase::MatchedPairs() const { return impl_->Pairs("SELECT pair_id, rows FROM matches ORDER BY pair_id"); }
+std::vector<DatabasePair> ColmapDatabase::MatchedPairs() const {
+  return impl_->Pairs("SELECT pair_id, rows FROM matches ORDER BY pair_id");
+}
 std::vector<DatabasePair> ColmapDatabase::VerifiedPairs() const {
   return impl_->Pairs("SELECT pair_id, rows FROM two_view_geometries WHERE rows > 0 ORDER BY pair_id");
 }
@@ -113,8 +117,10 @@ std::vector<Eigen::Vector2d> ColmapDatabase::Keypoints(std::int64_t image_id) co
   if (!impl_->Step(statement)) return keypoints;
   const std::int64_t rows = sqlite3_column_int64(statement.s, 0), cols = sqlite3_column_int64(statement.s, 1);
   const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 2));
-  if (rows < 0 || cols < 2 || cols > 64 || rows > bytes || rows * cols * static_cast<std::int64_t>(sizeof(float)) != bytes)
-    throw InputError(impl_->path, fmt::format("keypoints of image {}: {} x {} numbers announced, {} bytes there", image_id, rows, cols, bytes));
+  if (rows < 0 || cols < 2 || cols > 64 || rows > bytes ||
+      rows * cols * static_cast<std::int64_t>(sizeof(float)) != bytes)
+    throw InputError(impl_->path, fmt::format("keypoints of image {}: {} x {} numbers announced, {} bytes there",
+                                              image_id, rows, cols, bytes));
   const auto* data = static_cast<const char*>(sqlite3_column_blob(statement.s, 2));
   keypoints.reserve(static_cast<std::size_t>(rows));
   for (std::int64_t i = 0; i < rows; ++i) {
@@ -125,7 +131,8 @@ std::vector<Eigen::Vector2d> ColmapDatabase::Keypoints(std::int64_t image_id) co
   return keypoints;
 }
 
-Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> ColmapDatabase::Descriptors(std::int64_t image_id) const {
+Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> ColmapDatabase::Descriptors(
+    std::int64_t image_id) const {
   constexpr std::int64_t kLength = 128;
   Impl::Statement statement;
   impl_->Prepare(statement, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?");
@@ -135,7 +142,8 @@ Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Col
   const std::int64_t rows = sqlite3_column_int64(statement.s, 0), cols = sqlite3_column_int64(statement.s, 1);
   const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 2));
   if (rows < 0 || cols != kLength || rows > bytes || rows * cols != bytes)
-    throw InputError(impl_->path, fmt::format("descriptors of image {}: {} x {} announced, {} bytes there", image_id, rows, cols, bytes));
+    throw InputError(impl_->path, fmt::format("descriptors of image {}: {} x {} announced, {} bytes there", image_id,
+                                              rows, cols, bytes));
   descriptors.resize(rows, cols);
   if (rows > 0) std::memcpy(descriptors.data(), sqlite3_column_blob(statement.s, 2), static_cast<std::size_t>(bytes));
   return descriptors;
@@ -150,7 +158,8 @@ std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, st
   const std::int64_t rows = sqlite3_column_int64(statement.s, 0);
   const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 1));
   if (rows < 0 || rows > bytes || rows * 8 != bytes)
-    throw InputError(impl_->path, fmt::format("matches of images {} and {}: {} announced, {} bytes there", image1, image2, rows, bytes));
+    throw InputError(impl_->path, fmt::format("matches of images {} and {}: {} announced, {} bytes there", image1,
+                                              image2, rows, bytes));
   const auto* data = static_cast<const char*>(sqlite3_column_blob(statement.s, 1));
   for (std::int64_t i = 0; i < rows; ++i) {
     std::uint32_t ij[2];
@@ -174,11 +183,13 @@ void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_i
     std::vector<std::int64_t> ids;
     for (const Camera& camera : cameras) {
       Impl::Statement insert;
-      impl_->Prepare(insert, "INSERT INTO cameras(model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?)");
+      impl_->Prepare(insert,
+                     "INSERT INTO cameras(model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?)");
       sqlite3_bind_int(insert.s, 1, static_cast<int>(camera.model));
       sqlite3_bind_int(insert.s, 2, camera.width_px);
       sqlite3_bind_int(insert.s, 3, camera.height_px);
-      sqlite3_bind_blob(insert.s, 4, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)), SQLITE_TRANSIENT);
+      sqlite3_bind_blob(insert.s, 4, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)),
+                        SQLITE_TRANSIENT);
       sqlite3_bind_int(insert.s, 5, focal_is_known ? 1 : 0);
       impl_->Step(insert);
       ids.push_back(sqlite3_last_insert_rowid(impl_->db));

@@ -28,8 +28,8 @@ struct DatabasePair {
 
 class ColmapDatabase {
  public:
-  // kOurs: what a killed run left in the journal is recovered, SetCameras works. kTheirs: nothing is written, not even a
-  // journal beside it.
+  // kOurs: what a killed run left in the journal is recovered, SetCameras works. kTheirs: nothing is written, not even
+  // a journal beside it.
   enum class Access { kOurs, kTheirs };
   // Throws InputError when the file is no COLMAP database.
   explicit ColmapDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
@@ -37,9 +37,9 @@ class ColmapDatabase {
   ColmapDatabase(ColmapDatabase&&) noexcept;
   static bool IsDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
 
-  std::vector<DatabaseImage> Images() const;          // sorted by name
-  std::vector<DatabasePair> MatchedPairs() const;     // pairs that were tried, raw matches counted
-  std::vector<DatabasePair> VerifiedPairs() const;    // pairs with geometrically verified matches
+  std::vector<DatabaseImage> Images() const;        // sorted by name
+  std::vector<DatabasePair> MatchedPairs() const;   // pairs that were tried, raw matches counted
+  std::vector<DatabasePair> VerifiedPairs() const;  // pairs with geometrically verified matches
   // Pixels of an image's features, COLMAP's convention (the upper-left pixel's centre at (0.5, 0.5)).
   std::vector<Eigen::Vector2d> Keypoints(std::int64_t image_id) const;
   // SIFT descriptors of an image's features, shape (features, 128), as COLMAP rounds them: 512 times a unit vector.
@@ -49,7 +49,8 @@ class ColmapDatabase {
   bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite
 
   // Replaces all cameras: `camera_of_image` maps image ids to positions in `cameras`. One transaction.
-  void SetCameras(const std::vector<Camera>& cameras, bool focal_is_known, const std::map<std::int64_t, std::size_t>& camera_of_image);
+  void SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,
+                  const std::map<std::int64_t, std::size_t>& camera_of_image);
 
  private:
   struct Impl;

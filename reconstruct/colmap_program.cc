@@ -17,7 +17,9 @@ std::set<std::string> ParseColmapOptionNames(const std::string& help) {
   for (std::size_t at = help.find("--"); at != std::string::npos; at = help.find("--", at + 2)) {
     if (at > 0 && !std::isspace(static_cast<unsigned char>(help[at - 1]))) continue;
     std::size_t end = at + 2;
-    while (end < help.size() && (std::isalnum(static_cast<unsigned char>(help[end])) || help[end] == '_' || help[end] == '.')) ++end;
+    while (end < help.size() &&
+           (std::isalnum(static_cast<unsigned char>(help[end])) || help[end] == '_' || help[end] == '.'))
+      ++end;
     if (end > at + 2) names.insert(help.substr(at + 2, end - at - 2));
   }
   return names;
@@ -27,9 +29,9 @@ std::optional<std::string> InstalledOptionName(const std::string& name, const st
   if (installed.count(name)) return name;
   // What 3.9 to 3.13 renamed: the parts that hold for every kind of feature left the Sift groups.
   static const std::vector<std::pair<std::string, std::string>> kRenamed = {
-      {"SiftExtraction.", "FeatureExtraction."}, {"SiftMatching.", "FeatureMatching."}, {"SiftMatching.", "TwoViewGeometry."},
-      {"ExhaustiveMatching.", "ExhaustivePairing."}, {"SequentialMatching.", "SequentialPairing."},
-      {"random_seed", "default_random_seed"}};
+      {"SiftExtraction.", "FeatureExtraction."},     {"SiftMatching.", "FeatureMatching."},
+      {"SiftMatching.", "TwoViewGeometry."},         {"ExhaustiveMatching.", "ExhaustivePairing."},
+      {"SequentialMatching.", "SequentialPairing."}, {"random_seed", "default_random_seed"}};
   for (const auto& [old_part, new_part] : kRenamed) {
     if (!name.starts_with(old_part)) continue;
     const std::string candidate = new_part + name.substr(old_part.size());
@@ -38,7 +40,8 @@ std::optional<std::string> InstalledOptionName(const std::string& name, const st
   return std::nullopt;
 }
 
-ColmapProgram::ColmapProgram(std::filesystem::path log_file, ProgressSink& sink) : log_file_(std::move(log_file)), sink_(sink) {
+ColmapProgram::ColmapProgram(std::filesystem::path log_file, ProgressSink& sink)
+    : log_file_(std::move(log_file)), sink_(sink) {
   if (!FindProgram("colmap"))
     throw MachineError("the program colmap is not in PATH", "install it: apt-get install colmap");
   SubprocessOptions options;
@@ -59,7 +62,8 @@ const std::set<std::string>& ColmapProgram::OptionNames(const std::string& comma
   RunSubprocess({"colmap", command, "-h"}, options);
   auto names = ParseColmapOptionNames(text);
   if (names.empty())
-    throw MachineError(fmt::format("COLMAP {} tells no options for '{}'", version_, command), "install COLMAP 3.8 or later");
+    throw MachineError(fmt::format("COLMAP {} tells no options for '{}'", version_, command),
+                       "install COLMAP 3.8 or later");
   return names_[command] = std::move(names);
 }
 
@@ -67,14 +71,16 @@ bool ColmapProgram::HasOption(const std::string& command, const std::string& nam
   return InstalledOptionName(name, OptionNames(command)).has_value();
 }
 
-int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& task, long total) {
+int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOption>& options, const std::string& task,
+                       long total) {
   const auto& installed = OptionNames(command);
   std::vector<std::string> argv{"colmap", command};
   for (const auto& option : options) {
     const auto name = InstalledOptionName(option.name, installed);
     if (!name) {
       if (!option.required) continue;
-      throw MachineError(fmt::format("COLMAP {} has no option --{} in '{}'", version_, option.name, command), "install COLMAP 3.8 or later");
+      throw MachineError(fmt::format("COLMAP {} has no option --{} in '{}'", version_, option.name, command),
+                         "install COLMAP 3.8 or later");
     }
     argv.push_back("--" + *name);
     argv.push_back(option.value);

@@ -12,7 +12,9 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-fs::path CamerasOf(Backend backend, const fs::path& scene_folder) { return scene_folder / "provenance" / fmt::format("cameras-{}.json", Name(backend)); }
+fs::path CamerasOf(Backend backend, const fs::path& scene_folder) {
+  return scene_folder / "provenance" / fmt::format("cameras-{}.json", Name(backend));
+}
 
 struct KeptCameras {
   std::string input;  // fingerprint
@@ -20,12 +22,13 @@ struct KeptCameras {
   std::map<std::string, std::vector<double>> cam_from_world;  // by photo: quaternion w x y z, translation
 };
 void ListKeys(JsonKeys& j, KeptCameras& k) {
-  j("cam_from_world", k.cam_from_world, "input", k.input, "mean_reprojection_error_px", k.mean_reprojection_error_px, "seconds", k.seconds);
+  j("cam_from_world", k.cam_from_world, "input", k.input, "mean_reprojection_error_px", k.mean_reprojection_error_px,
+    "seconds", k.seconds);
 }
 
 std::vector<double> NumbersOf(const Rigid3& pose) {
-  const auto &q = pose.rotation;
-  const auto &t = pose.translation;
+  const auto& q = pose.rotation;
+  const auto& t = pose.translation;
   return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
 }
 
@@ -38,7 +41,8 @@ Rigid3 RigidOf(const std::vector<double>& v) {
 
 }  // namespace
 
-std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const ReconstructSummary& summary, const std::string& fingerprint, const fs::path& scene_folder) {
+std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const ReconstructSummary& summary,
+                                                const std::string& fingerprint, const fs::path& scene_folder) {
   KeptCameras mine{fingerprint, summary.mean_reprojection_error_px, summary.seconds, {}};
   for (const View& view : scene.views) mine.cam_from_world[view.name] = NumbersOf(view.cam_from_world);
   WriteTextAtomically(CamerasOf(summary.backend, scene_folder), JsonKeys(mine).Text(1) + "\n");
@@ -61,7 +65,12 @@ std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const Recons
   }
   if (ours.size() < 3) return std::nullopt;
   const PoseErrors errors = ComparePoses(ours, others);
-  return BackendComparison{other, static_cast<int>(ours.size()), errors.centre_rms_percent, errors.rotation_rms_deg, theirs.mean_reprojection_error_px, theirs.seconds};
+  return BackendComparison{other,
+                           static_cast<int>(ours.size()),
+                           errors.centre_rms_percent,
+                           errors.rotation_rms_deg,
+                           theirs.mean_reprojection_error_px,
+                           theirs.seconds};
 }
 
 }  // namespace lumi

@@ -10,9 +10,11 @@
 
 namespace lumi {
 
-// Keeps a metric scene's cameras in SCENE/provenance/cameras-BACKEND.json and compares them with the other backend's, where that has run on
-// the same input (`fingerprint`) in this folder; nullopt where it has not, or where fewer than three photos have a camera in both.
-std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const ReconstructSummary& summary, const std::string& fingerprint,
+// Keeps a metric scene's cameras in SCENE/provenance/cameras-BACKEND.json and compares them with the other backend's,
+// where that has run on the same input (`fingerprint`) in this folder; nullopt where it has not, or where fewer than
+// three photos have a camera in both.
+std::optional<BackendComparison> KeepAndCompare(const Scene& scene, const ReconstructSummary& summary,
+                                                const std::string& fingerprint,
                                                 const std::filesystem::path& scene_folder);
 
 }  // namespace lumi

@@ -54,7 +54,8 @@ Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle,
       planes.fill(0);
       for (const auto& [pixel, value] : pixels) {
         // Shared between the two nearest, so that cameras that are a little off make little difference.
-        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes) - 0.5F,
+        const float at = (angle[static_cast<std::size_t>(pixel)] - low) / (high - low) * static_cast<float>(kPlanes) -
+                         0.5F,
                     below = std::floor(at), share = at - below;
         const auto plane = static_cast<std::ptrdiff_t>(below);
         if (plane >= 0 && plane < kPlanes) planes[static_cast<std::size_t>(plane)] += (1 - share) * value;
@@ -67,8 +68,8 @@ Profiles ProfilesOf(const WatchedMotion& video, const std::vector<float>& angle,
 }
 
 // The planes through both centres that both cameras see, by their angle; none where there is no such thing.
-std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eigen::Vector3f>& rays_a, const WatchedMotion& b,
-                                  const std::vector<Eigen::Vector3f>& rays_b) {
+std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eigen::Vector3f>& rays_a,
+                                  const WatchedMotion& b, const std::vector<Eigen::Vector3f>& rays_b) {
   const Eigen::Vector3d centre_a = a.cam_from_world.OriginInSource(), centre_b = b.cam_from_world.OriginInSource(),
                         base = centre_b - centre_a;
   if (!(base.norm() > kNearest * (centre_a.norm() + centre_b.norm()))) return std::nullopt;
@@ -93,9 +94,11 @@ std::optional<PlanePair> PlanesOf(const WatchedMotion& a, const std::vector<Eige
   return PlanePair{ProfilesOf(a, angles[0], low, high), ProfilesOf(b, angles[1], low, high)};
 }
 
-// Over all planes and the frames that both show; each plane about its own mean, so that what always moves there says nothing.
+// Over all planes and the frames that both show; each plane about its own mean, so that what always moves there says
+// nothing.
 double PlaneCorrelation(const Profile& a, const Profile& b, int lag) {
-  const int first = std::max(1, 1 + lag), last = std::min(static_cast<int>(a.size()), static_cast<int>(b.size()) + lag), n = last - first;
+  const int first = std::max(1, 1 + lag), last = std::min(static_cast<int>(a.size()), static_cast<int>(b.size()) + lag),
+            n = last - first;
   if (n < kLeastFrames) return 0;
   double ab = 0, aa = 0, bb = 0;
   for (std::size_t plane = 0; plane < static_cast<std::size_t>(kPlanes); ++plane) {
@@ -137,7 +140,8 @@ std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pa
     group[tree[cut].second] = true;
     for (std::size_t grown = 0; grown < tree.size(); ++grown)  // as often as a path may be long
       for (std::size_t e = 0; e < tree.size(); ++e)
-        if (e != cut && group[tree[e].first] != group[tree[e].second]) group[tree[e].first] = group[tree[e].second] = true;
+        if (e != cut && group[tree[e].first] != group[tree[e].second])
+          group[tree[e].first] = group[tree[e].second] = true;
     groups.push_back(std::move(group));
   }
   return groups;
@@ -145,8 +149,8 @@ std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pa
 
 }  // namespace
 
-WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world,
-                          ProgressSink& sink) {
+WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera,
+                          const Rigid3& cam_from_world, ProgressSink& sink) {
   VideoReader reader(video);
   Progress progress(sink, "following what moves in " + video.filename().string(),
                     std::min<long>(reader.frame_count_hint(), kWatchedFrames));
@@ -178,7 +182,8 @@ WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const C
   ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (int p = 0; p < pixels; ++p) {
-        const int value = frames[i].ptr()[p], change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0,
+        const int value = frames[i].ptr()[p],
+                  change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0,
                   beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
         if (change > 0) motion.change[i].emplace_back(p, static_cast<float>(change));
         if (beyond > 0) motion.foreground[i].emplace_back(p, static_cast<float>(beyond));
@@ -208,7 +213,8 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
       for (int d = -2 * kReach; d <= 2 * kReach; ++d) {
         Agreement& at = agreement[p].emplace_back();
         for (std::size_t kind = 0; planes && kind < planes->a.size(); ++kind) {
-          const double c = std::clamp(PlaneCorrelation(planes->a[kind], planes->b[kind], offsets[b] - offsets[a] + d), 0.0, kMostAlike);
+          const double c = std::clamp(PlaneCorrelation(planes->a[kind], planes->b[kind], offsets[b] - offsets[a] + d),
+                                      0.0, kMostAlike);
           at.likelihood -= std::log(1 - c * c);
           at.correlation += c / static_cast<double>(planes->a.size());
         }
@@ -222,8 +228,8 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
       sum += agreement[p][static_cast<std::size_t>(by[pairs[p].second] - by[pairs[p].first] + 2 * kReach)].*what;
     return sum;
   };
-  // One camera after the other, and groups that hang together by the pairs that agree best, to where they agree best with the others, until
-  // none moves: neighbours that agree among themselves would hold each other where they are.
+  // One camera after the other, and groups that hang together by the pairs that agree best, to where they agree best
+  // with the others, until none moves: neighbours that agree among themselves would hold each other where they are.
   std::vector<double> strength;
   for (const std::vector<Agreement>& of : agreement)
     strength.push_back(std::max_element(of.begin(), of.end(), [](const Agreement& x, const Agreement& y) {
@@ -240,13 +246,15 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
         std::vector<int> tried = moved;
         for (std::size_t camera = 0; camera < n; ++camera) tried[camera] += group[camera] ? by : 0;
         if (std::any_of(tried.begin(), tried.end(), [](int m) { return std::abs(m) > kReach; })) continue;
-        if (const double sum = total(tried, &Agreement::likelihood); sum > best_sum + kRounding) best = tried, best_sum = sum;
+        if (const double sum = total(tried, &Agreement::likelihood); sum > best_sum + kRounding)
+          best = tried, best_sum = sum;
       }
       changed = changed || best != moved;
       moved = best;
     }
   }
-  OffsetCorrections corrections{moved, total(moved, &Agreement::correlation) / static_cast<double>(std::max<std::size_t>(1, pairs.size()))};
+  OffsetCorrections corrections{
+      moved, total(moved, &Agreement::correlation) / static_cast<double>(std::max<std::size_t>(1, pairs.size()))};
   if (corrections.correlation < kSays) corrections = {std::vector<int>(n, 0), 0};
   return corrections;
 }

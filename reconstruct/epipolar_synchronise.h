@@ -1,8 +1,9 @@
-// Several videos of one scene brought together exactly, once their cameras are known. How much a camera sees something move depends on
-// where it stands (what turns shows its sides to one after the other), so lags found from that alone are off by a few frames. What does not
-// depend on it: a point that moves does so in one plane through both cameras' centres, and for both in the same moment. Motion is therefore
-// compared plane by plane (motion along epipolar lines over time; Ben-Artzi et al., "Camera calibration from dynamic silhouettes using
-// motion barcodes", CVPR 2016, compare whether there is any; with so many planes, how much there is says more).
+// Several videos of one scene brought together exactly, once their cameras are known. How much a camera sees something
+// move depends on where it stands (what turns shows its sides to one after the other), so lags found from that alone
+// are off by a few frames. What does not depend on it: a point that moves does so in one plane through both cameras'
+// centres, and for both in the same moment. Motion is therefore compared plane by plane (motion along epipolar lines
+// over time; Ben-Artzi et al., "Camera calibration from dynamic silhouettes using motion barcodes", CVPR 2016, compare
+// whether there is any; with so many planes, how much there is says more).
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,8 @@ namespace lumi {
 
 // One video: what moves in its frames, in small pictures, and the camera that took them.
 struct WatchedMotion {
-  using Pixels = std::vector<std::pair<std::int32_t, float>>;  // row by row, and by how many grey values more than coding may change it
+  using Pixels = std::vector<std::pair<std::int32_t, float>>;  // row by row, and by how many grey values more than
+                                                               // coding may change it
   Camera camera;                                               // of the small pictures
   Rigid3 cam_from_world;
   std::vector<Pixels> change;      // a frame against the one before; the first frame's is empty
@@ -28,16 +30,16 @@ struct WatchedMotion {
 // At most so many frames from `first` on: as many as synchronising needs.
 constexpr int kWatchedFrames = 600;
 // `camera`: the video's own, at any size. Throws InputError where no frame can be read.
-WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera, const Rigid3& cam_from_world,
-                          ProgressSink& sink);
+WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera,
+                          const Rigid3& cam_from_world, ProgressSink& sink);
 
 struct OffsetCorrections {
   std::vector<int> frames;  // to be added to the offsets
   double correlation = 0;   // mean over the pairs of cameras, -1 .. 1; 0: nothing to compare, and nothing is corrected
 };
-// `offsets`: frame i of a video is the common clock's frame i + offset. Of the corrections of 6 frames and less, those at which what moves
-// in the planes of all pairs of cameras goes together best: the sum of -log(1 - correlation^2), which is the likelihood's logarithm but for
-// a factor.
+// `offsets`: frame i of a video is the common clock's frame i + offset. Of the corrections of 6 frames and less, those
+// at which what moves in the planes of all pairs of cameras goes together best: the sum of -log(1 - correlation^2),
+// which is the likelihood's logarithm but for a factor.
 OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets);
 
 }  // namespace lumi

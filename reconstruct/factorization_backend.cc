@@ -21,16 +21,18 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFilm35WidthMm = 35;      // COLMAP's rule for EXIF's focal length
-constexpr double kUnknownFocalFactor = 1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
-constexpr std::size_t kMaxMatchedWithAll = 100;   // photos; of more, each is matched with its best
+constexpr double kFilm35WidthMm = 35;  // COLMAP's rule for EXIF's focal length
+constexpr double kUnknownFocalFactor =
+    1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
+constexpr std::size_t kMaxMatchedWithAll = 100;  // photos; of more, each is matched with its best
 constexpr int kPartners = 20;
-constexpr double kMostExplained = 0.95;    // of the sights by homographies, to ...
-constexpr double kLeastParallax = 0.001;   // ... this share of the width, rms: no structure
-constexpr double kLeastPlaced = 0.9;       // of a shot's frames that are to have structure, else homographies serve them all
-constexpr int kVideoTrackLength = 3;       // factorised frames that a track must be seen in
-// A patch is followed as if it were flat and far. A wall passed close by bends within it, which is a bias: on a drive 320 pixels
-// wide the true cameras themselves drift by 0.77 % of the path on tracks of 21 px, by 0.16 % on 15, by 0.04 % on 11.
+constexpr double kMostExplained = 0.95;   // of the sights by homographies, to ...
+constexpr double kLeastParallax = 0.001;  // ... this share of the width, rms: no structure
+constexpr double kLeastPlaced = 0.9;  // of a shot's frames that are to have structure, else homographies serve them all
+constexpr int kVideoTrackLength = 3;  // factorised frames that a track must be seen in
+// A patch is followed as if it were flat and far. A wall passed close by bends within it, which is a bias: on a drive
+// 320 pixels wide the true cameras themselves drift by 0.77 % of the path on tracks of 21 px, by 0.16 % on 15, by 0.04
+// % on 11.
 constexpr int kPatchesAcross = 30, kLeastPatchPx = 11;
 // Frames between the keyframes are factorised too: the more of a track is seen the less its noise counts.
 constexpr int kFramesBetween = 3, kFramesWanted = 96;
@@ -61,13 +63,16 @@ Tracks Among(const Tracks& all, const std::set<std::string>& names, int min_leng
     Track kept;
     kept.color = track.color;
     for (const TrackObservation& o : track.observations)
-      if (const int frame = renumbered[static_cast<std::size_t>(o.frame)]; frame >= 0) kept.observations.push_back({frame, o.x_px});
+      if (const int frame = renumbered[static_cast<std::size_t>(o.frame)]; frame >= 0)
+        kept.observations.push_back({frame, o.x_px});
     if (static_cast<int>(kept.observations.size()) >= min_length) some.tracks.push_back(std::move(kept));
   }
   return some;
 }
 
-int PatchPx(int width_px, int most_px) { return std::clamp(2 * (width_px / (2 * kPatchesAcross)) + 1, kLeastPatchPx, most_px); }
+int PatchPx(int width_px, int most_px) {
+  return std::clamp(2 * (width_px / (2 * kPatchesAcross)) + 1, kLeastPatchPx, most_px);
+}
 
 // The keyframes, and where they are few, frames evenly between them.
 std::set<std::string> FramesToFactorise(const Capture& keyframes, const Capture& all) {
@@ -102,7 +107,8 @@ Scene Among(const Scene& all, const std::set<std::string>& names) {
     Point kept = point;
     kept.track.clear();
     for (const Observation& o : point.track)
-      if (const int view = renumbered[static_cast<std::size_t>(o.view.value)]; view >= 0) kept.track.push_back({ViewId{view}, o.x_px});
+      if (const int view = renumbered[static_cast<std::size_t>(o.view.value)]; view >= 0)
+        kept.track.push_back({ViewId{view}, o.x_px});
     if (kept.track.size() >= 2) some.points.push_back(std::move(kept));
   }
   UpdateFrameOfReference(some);
@@ -115,7 +121,8 @@ KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions&
   KnownIntrinsics known;
   const auto size = OneSize(capture);
   if (!size)
-    throw DataError("the photos have different sizes: factorisation takes them for one camera's", "leave out the photos of other sizes, or use --backend colmap");
+    throw DataError("the photos have different sizes: factorisation takes them for one camera's",
+                    "leave out the photos of other sizes, or use --backend colmap");
   const auto [width, height] = *size;
   const double cx = width / 2.0, cy = height / 2.0;
   if (!options.camera_yaml.empty()) {
@@ -195,7 +202,8 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   sink.Message(known.camera ? fmt::format("intrinsics by {}: f = {:.1f} px", known.source, known.camera->FocalPx().x())
                             : "no intrinsics are known (--camera, --focal-px or EXIF): the scene will be quasi-affine");
   if (options.require_metric && !known.camera)
-    throw DataError("a metric scene needs known intrinsics", "calibrate the camera (lumi-calibrate) and give --camera camera.yaml, or --focal-px F");
+    throw DataError("a metric scene needs known intrinsics",
+                    "calibrate the camera (lumi-calibrate) and give --camera camera.yaml, or --focal-px F");
 
   FoundTracks found = FindTracks(capture, options, given, work_folder, sink);
   Tracks& tracks = found.tracks;
@@ -217,15 +225,19 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   else if (options.refine == Refine::kCentre)
     factorization.intrinsics = FreeIntrinsics::kFocalAndCentre;
   FactorizationResult result;
-  const bool homographies = options.projective && factorization.windows.ordered && options.homographies != Homographies::kNever;
+  const bool homographies =
+      options.projective && factorization.windows.ordered && options.homographies != Homographies::kNever;
   bool relate = homographies && options.homographies == Homographies::kAlways;
   std::optional<FactorizationResult> turned;
   if (homographies && !relate) {
     // Structure that moves features by no more than tracks err is not worth having: it would bend what it cannot place.
     turned = ReconstructByHomographies(tracks, {}, sink);
-    const double seen = static_cast<double>(turned->sights) / std::max(1.0, static_cast<double>(turned->sights + turned->culled));
+    const double seen =
+        static_cast<double>(turned->sights) / std::max(1.0, static_cast<double>(turned->sights + turned->culled));
     if (seen > kMostExplained && turned->rms_px < kLeastParallax * tracks.frames.front().size_px.maxCoeff()) {
-      sink.Message(fmt::format("homographies explain {:.0f} % of the sights to {:.2f} px: the frames are related by them", 100 * seen, turned->rms_px));
+      sink.Message(
+          fmt::format("homographies explain {:.0f} % of the sights to {:.2f} px: the frames are related by them",
+                      100 * seen, turned->rms_px));
       relate = true;
     }
   }
@@ -239,15 +251,18 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   if (homographies && !relate) {
     const auto placed = static_cast<double>(std::count(result.placed.begin(), result.placed.end(), char{1}));
     if (result.upgrade == UpgradeKind::kNone || placed < kLeastPlaced * static_cast<double>(tracks.frames.size())) {
-      sink.Message(fmt::format("{}: the frames are related by homographies",
-                               result.upgrade == UpgradeKind::kNone ? "the structure is on both sides of every plane at infinity"
-                                                                    : fmt::format("only {:.0f} of {} frames have structure", placed, tracks.frames.size())));
+      sink.Message(
+          fmt::format("{}: the frames are related by homographies",
+                      result.upgrade == UpgradeKind::kNone
+                          ? "the structure is on both sides of every plane at infinity"
+                          : fmt::format("only {:.0f} of {} frames have structure", placed, tracks.frames.size())));
       relate = true;
     }
   }
   if (relate) {
     result = turned ? std::move(*turned) : ReconstructByHomographies(tracks, {}, sink);
-    if (AddDirectionsWhereBlank(result, tracks) > 0) sink.Message("frames without features: they are taken to be a plain picture that does not move by itself");
+    if (AddDirectionsWhereBlank(result, tracks) > 0)
+      sink.Message("frames without features: they are taken to be a plain picture that does not move by itself");
     summary.structure = "homographies";
   } else if (homographies) {
     summary.homography_frames = PlaceByHomography(result, tracks, {});
@@ -258,7 +273,8 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   summary.upgrade_reason = result.upgrade_reason;
   summary.warnings = result.warnings;
   if (options.require_metric && result.upgrade != UpgradeKind::kMetric)
-    throw DataError("the scene is not metric: " + result.upgrade_reason, "move the camera farther, check the intrinsics, or leave out --require metric");
+    throw DataError("the scene is not metric: " + result.upgrade_reason,
+                    "move the camera farther, check the intrinsics, or leave out --require metric");
   if (result.upgrade != UpgradeKind::kMetric && !options.projective)
     sink.Message(fmt::format("warning: the scene is {} only: {}", summary.upgrade, result.upgrade_reason));
   for (const std::string& warning : result.warnings) sink.Message("warning: " + warning);
@@ -275,7 +291,8 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   else if (scene.frame != Frame::kMetric)
     scene.cameras = {*known.camera};
   else if (!known.camera->IsPinhole())
-    scene.cameras = {known.camera->WithPinhole(scene.cameras.front().FocalPx(), scene.cameras.front().PrincipalPointPx())};
+    scene.cameras = {
+        known.camera->WithPinhole(scene.cameras.front().FocalPx(), scene.cameras.front().PrincipalPointPx())};
   for (View& view : scene.views) view.camera = CameraId{0};
   scene.image_folder = used.folder;
   CopyTimes(used, scene);
@@ -285,12 +302,14 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   for (const MissingPhoto& photo : used.unreadable) summary.missing.push_back(photo);
   const double fraction = static_cast<double>(scene.views.size()) / std::max(1, used.total());
   if (fraction < options.min_registered)
-    throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for", scene.views.size(), used.total(), 100 * options.min_registered));
+    throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for", scene.views.size(),
+                                used.total(), 100 * options.min_registered));
   summary.components = {static_cast<int>(scene.views.size())};
   return scene;
 }
 
-Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink) {
+Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary,
+                            ProgressSink& sink) {
   // The photos lose their distortion as a metric scene's do; P then maps to the new pixels.
   const fs::path fresh = options.scene / "images.part";
   fs::remove_all(fresh);
@@ -300,8 +319,8 @@ Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, Reco
   const Scene straight = UndistortPhotos(bent, fresh, sink);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const Camera &before = scene.CameraOf(scene.views[v]), &after = straight.CameraOf(straight.views[v]);
-    const Camera lens = Camera::Pinhole(before.width_px, before.height_px, before.FocalPx().x(), before.FocalPx().y(), before.PrincipalPointPx().x(),
-                                        before.PrincipalPointPx().y());
+    const Camera lens = Camera::Pinhole(before.width_px, before.height_px, before.FocalPx().x(), before.FocalPx().y(),
+                                        before.PrincipalPointPx().x(), before.PrincipalPointPx().y());
     scene.views[v].P = after.K() * lens.K().inverse() * scene.views[v].P;
     scene.views[v].size_px = {after.width_px, after.height_px};
     scene.views[v].camera = {};

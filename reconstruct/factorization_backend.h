@@ -22,7 +22,8 @@ struct KnownIntrinsics {
   bool approximate = false;      // from EXIF: the adjustment may move its focal length
   std::string source;            // for people: "camera.yaml", "EXIF", "--focal-px", "--intrinsics", or empty
 };
-// --camera, --intrinsics or --focal-px, else the EXIF focal length where all photos agree in it. Throws DataError where the photos differ in size.
+// --camera, --intrinsics or --focal-px, else the EXIF focal length where all photos agree in it. Throws DataError where
+// the photos differ in size.
 KnownIntrinsics FindIntrinsics(const Capture& capture, const ReconstructOptions& options);
 
 // Features followed through the frames of a video (or of a folder, with --matching sequential), else matched across
@@ -37,13 +38,15 @@ struct FoundTracks {
 FoundTracks FindTracks(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
                        const std::filesystem::path& work_folder, ProgressSink& sink);
 
-// Metric (distorted cameras, as they took the photos), or quasi-affine where the data or --projective ask for it; summary.upgrade tells.
-// Throws DataError: no structure in the tracks (named), or not metric where --require metric wants it so.
+// Metric (distorted cameras, as they took the photos), or quasi-affine where the data or --projective ask for it;
+// summary.upgrade tells. Throws DataError: no structure in the tracks (named), or not metric where --require metric
+// wants it so.
 Scene ReconstructByFactorization(const Capture& capture, const ReconstructOptions& options, const GivenCamera& given,
                                  const std::filesystem::path& work_folder, ReconstructSummary& summary,
                                  ProgressSink& sink);
 
 // FinishScene's counterpart: undistorted photos and projective.json.
-Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink);
+Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary,
+                            ProgressSink& sink);
 
 }  // namespace lumi

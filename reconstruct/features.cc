@@ -26,7 +26,8 @@ constexpr int kSequentialOverlap = 10;
 
 std::string ParamsText(const Camera& camera) {
   std::string text;
-  for (std::size_t i = 0; i < camera.params.size(); ++i) text += fmt::format("{}{:.17g}", i ? "," : "", camera.params[i]);
+  for (std::size_t i = 0; i < camera.params.size(); ++i)
+    text += fmt::format("{}{:.17g}", i ? "," : "", camera.params[i]);
   return text;
 }
 
@@ -39,7 +40,8 @@ struct FeatureSettings {
   bool operator==(const FeatureSettings&) const = default;
 };
 void ListKeys(JsonKeys& j, FeatureSettings& s) {
-  j("max_image_size_px", s.max_image_size_px, "max_features", s.max_features, "masks", s.masks, "shared_camera", s.shared_camera);
+  j("max_image_size_px", s.max_image_size_px, "max_features", s.max_features, "masks", s.masks, "shared_camera",
+    s.shared_camera);
   j("camera_model", s.camera_model, "camera_params", s.camera_params, "database", s.database);
 }
 struct FeatureKey {
@@ -48,10 +50,15 @@ struct FeatureKey {
 };
 void ListKeys(JsonKeys& j, FeatureKey& k) { j("settings", k.settings, "photos", k.photos); }
 
-FeatureKey KeyOf(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits, const ReconstructOptions& options, const fs::path& user_database) {
+FeatureKey KeyOf(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits,
+                 const ReconstructOptions& options, const fs::path& user_database) {
   FeatureKey key;
-  key.settings = {limits.max_image_size_px, limits.max_features, options.masks.empty() ? "" : Fingerprint(options.masks), cameras.shared,
-                  std::string(Name(cameras.known ? cameras.known->model : cameras.model)), cameras.known ? ParamsText(*cameras.known) : "",
+  key.settings = {limits.max_image_size_px,
+                  limits.max_features,
+                  options.masks.empty() ? "" : Fingerprint(options.masks),
+                  cameras.shared,
+                  std::string(Name(cameras.known ? cameras.known->model : cameras.model)),
+                  cameras.known ? ParamsText(*cameras.known) : "",
                   user_database.empty() ? "" : Fingerprint(user_database)};
   for (const InputPhoto& photo : capture.photos) key.photos[photo.name] = Fingerprint(capture.folder / photo.name);
   return key;
@@ -84,7 +91,8 @@ std::size_t CountKnown(const fs::path& database, const std::set<std::string>& na
 fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options, const std::set<std::string>& names) {
   if (!options.database.empty()) {
     if (CountKnown(options.database, names, ColmapDatabase::Access::kTheirs) == 0)
-      throw InputError(options.database, "knows none of these photos", "its image names must be paths relative to the folder of photos");
+      throw InputError(options.database, "knows none of these photos",
+                       "its image names must be paths relative to the folder of photos");
     return options.database;
   }
   if (capture.is_video || capture.resampled || !options.database_beside) return {};
@@ -143,18 +151,20 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLim
   const fs::path list = work_folder / kPhotoList;
   const auto run = [&](bool gpu) {
     const CameraModel model = cameras.known ? cameras.known->model : cameras.model;
-    std::vector<ColmapOption> arguments = {{"database_path", database.string()},
-                                           {"image_path", capture.folder.string()},
-                                           {"image_list_path", list.string()},
-                                           {"ImageReader.camera_model", std::string(Name(model))},
-                                           {cameras.shared ? "ImageReader.single_camera" : "ImageReader.single_camera_per_image", "1"},
-                                           {"SiftExtraction.use_gpu", gpu ? "1" : "0"},
-                                           {"SiftExtraction.max_image_size", std::to_string(limits.max_image_size_px)},
-                                           {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
-                                           {"SiftExtraction.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"}};
+    std::vector<ColmapOption> arguments = {
+        {"database_path", database.string()},
+        {"image_path", capture.folder.string()},
+        {"image_list_path", list.string()},
+        {"ImageReader.camera_model", std::string(Name(model))},
+        {cameras.shared ? "ImageReader.single_camera" : "ImageReader.single_camera_per_image", "1"},
+        {"SiftExtraction.use_gpu", gpu ? "1" : "0"},
+        {"SiftExtraction.max_image_size", std::to_string(limits.max_image_size_px)},
+        {"SiftExtraction.max_num_features", std::to_string(limits.max_features)},
+        {"SiftExtraction.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"}};
     if (cameras.known) arguments.push_back({"ImageReader.camera_params", ParamsText(*cameras.known)});
     if (!options.masks.empty()) arguments.push_back({"ImageReader.mask_path", options.masks.string()});
-    return colmap.Run("feature_extractor", arguments, "finding features (COLMAP)", static_cast<long>(capture.photos.size()));
+    return colmap.Run("feature_extractor", arguments, "finding features (COLMAP)",
+                      static_cast<long>(capture.photos.size()));
   };
   int rc = run(colmap.has_cuda());
   if (rc != 0 && colmap.has_cuda()) {
@@ -174,15 +184,18 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
   const fs::path list = work_folder / "pairs.txt";
   if (listed) {
     std::string text;
-    for (const auto& [a, b] : pairs) text += capture.photos[static_cast<std::size_t>(a)].name + " " + capture.photos[static_cast<std::size_t>(b)].name + "\n";
+    for (const auto& [a, b] : pairs)
+      text += capture.photos[static_cast<std::size_t>(a)].name + " " +
+              capture.photos[static_cast<std::size_t>(b)].name + "\n";
     WriteTextAtomically(list, text);
   }
   const auto n = capture.photos.size();
   const auto run = [&](bool gpu) {
-    std::vector<ColmapOption> arguments = {{"database_path", database.string()},
-                                           {"SiftMatching.use_gpu", gpu ? "1" : "0"},
-                                           {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
-                                           {"random_seed", std::to_string(options.seed), false}};
+    std::vector<ColmapOption> arguments = {
+        {"database_path", database.string()},
+        {"SiftMatching.use_gpu", gpu ? "1" : "0"},
+        {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
+        {"random_seed", std::to_string(options.seed), false}};
     if (listed) {
       arguments.push_back({"match_list_path", list.string()});
       arguments.push_back({"match_type", "pairs"});
@@ -205,7 +218,8 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
     rc = run(false);
   }
   if (rc != 0)
-    throw MachineError(fmt::format("COLMAP's matching ended with {} ({})", rc, colmap.LastComplaint()), "see the log", colmap.log_file());
+    throw MachineError(fmt::format("COLMAP's matching ended with {} ({})", rc, colmap.LastComplaint()), "see the log",
+                       colmap.log_file());
 }
 
 }  // namespace
@@ -221,7 +235,8 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
   if (!options.camera_yaml.empty()) {
     Camera camera = ReadCameraYaml(options.camera_yaml);
     if (sizes.size() != 1)
-      throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
+      throw DataError("one camera.yaml for photos of different sizes",
+                      "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
     const auto [width, height] = *sizes.begin();
     if (camera.width_px != width || camera.height_px != height) {
       RequireScalable(camera.width_px, camera.height_px, width, height, options.rescale_cameras, options.camera_yaml);
@@ -233,7 +248,8 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
     return plan;
   }
   if (options.single_camera == SingleCamera::kYes && sizes.size() != 1)
-    throw DataError(fmt::format("--single-camera yes, but the photos have {} different sizes", sizes.size()), "use --single-camera auto");
+    throw DataError(fmt::format("--single-camera yes, but the photos have {} different sizes", sizes.size()),
+                    "use --single-camera auto");
   plan.shared = options.single_camera == SingleCamera::kYes ||
                 (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && focals.size() == 1);
   if (plan.shared && capture.photos.size() >= kPhotosForRadial) plan.model = CameraModel::kRadial;
@@ -243,8 +259,11 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
 FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos) {
   Quality quality = options.quality;
   constexpr std::size_t kFewPhotos = 24, kManyPhotos = 200;
-  if (quality == Quality::kAuto) quality = photos <= kFewPhotos ? Quality::kHigh : photos <= kManyPhotos ? Quality::kMedium : Quality::kLow;
-  FeatureLimits limits = quality == Quality::kHigh ? FeatureLimits{3200, 8192} : quality == Quality::kMedium ? FeatureLimits{2000, 4096} : FeatureLimits{1200, 2048};
+  if (quality == Quality::kAuto)
+    quality = photos <= kFewPhotos ? Quality::kHigh : photos <= kManyPhotos ? Quality::kMedium : Quality::kLow;
+  FeatureLimits limits = quality == Quality::kHigh     ? FeatureLimits{3200, 8192}
+                         : quality == Quality::kMedium ? FeatureLimits{2000, 4096}
+                                                       : FeatureLimits{1200, 2048};
   if (options.max_image_size_px > 0) limits.max_image_size_px = options.max_image_size_px;
   if (options.max_features > 0) limits.max_features = options.max_features;
   return limits;
@@ -276,7 +295,8 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
         fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
       });
       const fs::path wal = user_database.string() + "-wal";  // what its last writer has not merged yet
-      if (fs::exists(wal, ec)) fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
+      if (fs::exists(wal, ec))
+        fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
     }
   }
   WriteTextAtomically(key_file, JsonKeys(key).Text(1));
@@ -292,7 +312,8 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
     Extract(capture, cameras, limits, features.database, job);
     known = CountKnown(features.database, names);
     if (known == 0)
-      throw DataError(fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()), "see the log", colmap.log_file());
+      throw DataError(fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()),
+                      "see the log", colmap.log_file());
   }
   if (cameras.known)
     SetKnownCamera(*cameras.known, features.database);

@@ -41,8 +41,9 @@ struct Features {
   std::vector<std::string> reused;
 };
 
-// Throws DataError when no photo gave features. work_folder: SCENE/colmap. pairs: by index, what to match instead of neighbours in
-// the order of names, where there are too many photos to match each with all others; empty: nothing known.
+// Throws DataError when no photo gave features. work_folder: SCENE/colmap. pairs: by index, what to match instead of
+// neighbours in the order of names, where there are too many photos to match each with all others; empty: nothing
+// known.
 Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,
                               const std::vector<std::pair<int, int>>& pairs = {});
 

@@ -31,14 +31,16 @@ Image8 UndistortMask(const Image8& mask, const Camera& distorted, const Camera& 
         if (!source) continue;
         const int u = static_cast<int>(std::floor(source->x() * mask.width / distorted.width_px));
         const int v = static_cast<int>(std::floor(source->y() * mask.height / distorted.height_px));
-        if (u >= 0 && v >= 0 && u < mask.width && v < mask.height) result.At(x, y, 0) = mask.At(u, v, 0) > 127 ? 255 : 0;
+        if (u >= 0 && v >= 0 && u < mask.width && v < mask.height)
+          result.At(x, y, 0) = mask.At(u, v, 0) > 127 ? 255 : 0;
       }
     }
   });
   return result;
 }
 
-void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& masks, const fs::path& target, ProgressSink& sink) {
+void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& masks, const fs::path& target,
+                ProgressSink& sink) {
   Progress progress(sink, "masks", static_cast<long>(pinhole.views.size()));
   for (std::size_t i = 0; i < pinhole.views.size(); ++i) {
     progress.Step();
@@ -49,7 +51,8 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
     for (int y = 0; y < rgb.height; ++y)
       for (int x = 0; x < rgb.width; ++x) mask.At(x, y, 0) = rgb.At(x, y, 0);
     const Camera& before = distorted.CameraOf(distorted.views[i]);
-    WriteImage(target / name, before.IsPinhole() ? mask : UndistortMask(mask, before, pinhole.CameraOf(pinhole.views[i])));
+    WriteImage(target / name,
+               before.IsPinhole() ? mask : UndistortMask(mask, before, pinhole.CameraOf(pinhole.views[i])));
   }
 }
 
@@ -68,7 +71,8 @@ void ReplaceFolder(const fs::path& fresh, const fs::path& target) {
 void ColorPoints(Scene& scene, ProgressSink& sink) {
   std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>> seen(scene.views.size());
   for (std::size_t p = 0; p < scene.points.size(); ++p)
-    for (const Observation& o : scene.points[p].track) seen[static_cast<std::size_t>(o.view.value)].emplace_back(p, o.x_px);
+    for (const Observation& o : scene.points[p].track)
+      seen[static_cast<std::size_t>(o.view.value)].emplace_back(p, o.x_px);
   std::vector<Eigen::Vector3d> sum(scene.points.size(), Eigen::Vector3d::Zero());
   std::vector<int> count(scene.points.size(), 0);
   Progress progress(sink, "colours of the points", static_cast<long>(scene.views.size()));

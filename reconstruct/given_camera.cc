@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kLensFile = ".lens";  // in a folder of resampled photos: the lens that they were resampled from
-constexpr int kResampledJpegQuality = 97;            // resampled once more than other photos: the file must not add to it
+constexpr int kResampledJpegQuality = 97;   // resampled once more than other photos: the file must not add to it
 
 std::string LensText(const Camera& c) {
   return fmt::format("{} {} {:.17g}\n", c.width_px, c.height_px, fmt::join(c.params, " "));
@@ -31,7 +31,8 @@ bool IsBeyondColmap(const Camera& camera) {
 // A folder for resampled files: empty, or what an earlier run made with the same lens.
 void Prepare(const fs::path& folder, const Camera& camera) {
   std::error_code error;
-  if (!fs::exists(folder / kLensFile, error) || ReadText(folder / kLensFile) != LensText(camera)) fs::remove_all(folder, error);
+  if (!fs::exists(folder / kLensFile, error) || ReadText(folder / kLensFile) != LensText(camera))
+    fs::remove_all(folder, error);
   fs::create_directories(folder);
   WriteTextAtomically(folder / kLensFile, LensText(camera));
 }
@@ -64,12 +65,15 @@ bool SameShape(int camera_width_px, int camera_height_px, int width_px, int heig
   return std::abs(wide - height_px) <= 1 || std::abs(high - width_px) <= 1;
 }
 
-void RequireScalable(int camera_width_px, int camera_height_px, int width_px, int height_px, bool rescale, const fs::path& camera) {
+void RequireScalable(int camera_width_px, int camera_height_px, int width_px, int height_px, bool rescale,
+                     const fs::path& camera) {
   if (rescale || SameShape(camera_width_px, camera_height_px, width_px, height_px)) return;
   const bool turned = SameShape(camera_height_px, camera_width_px, width_px, height_px);
-  throw DataError(fmt::format("the camera is for {}x{} pixels, the photos have {}x{}{}", camera_width_px, camera_height_px, width_px, height_px,
-                              turned ? ": they are turned" : ", another shape"),
-                  turned ? "turn the photos as they were when the camera was calibrated" : "--rescale-cameras if the photos were squeezed, not cropped", camera);
+  throw DataError(fmt::format("the camera is for {}x{} pixels, the photos have {}x{}{}", camera_width_px,
+                              camera_height_px, width_px, height_px, turned ? ": they are turned" : ", another shape"),
+                  turned ? "turn the photos as they were when the camera was calibrated"
+                         : "--rescale-cameras if the photos were squeezed, not cropped",
+                  camera);
 }
 
 void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pair<int, int>>& sizes_px) {
@@ -77,7 +81,8 @@ void CheckGivenCamera(const ReconstructOptions& options, const std::set<std::pai
   const Camera camera = ReadWholeCameraYaml(options.camera_yaml).camera;
   const bool resampled = IsBeyondColmap(camera);
   if (resampled && sizes_px.size() > 1)
-    throw DataError("one camera.yaml for photos of different sizes", "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
+    throw DataError("one camera.yaml for photos of different sizes",
+                    "leave out the photos of other cameras, or leave out --camera", options.camera_yaml);
   if (resampled && !options.database.empty())
     throw UsageError(
         fmt::format("{} has {}, so the photos are resampled, and the features of --database are not theirs",
@@ -109,12 +114,14 @@ Capture Resampled(const Capture& capture, const Camera& camera, const fs::path& 
   return straight;
 }
 
-GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& capture, const fs::path& work_folder, ProgressSink& sink) {
+GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& capture, const fs::path& work_folder,
+                           ProgressSink& sink) {
   GivenCamera given{options.camera_yaml, options.masks, {}, capture.folder, capture};
   if (options.camera_yaml.empty()) return given;
   const CameraYaml yaml = ReadWholeCameraYaml(options.camera_yaml);
   const std::string name = options.camera_yaml.filename().string();
-  if (!yaml.says_distortion) sink.Message(fmt::format("{} has no distortion coefficients: taken as a lens without distortion", name));
+  if (!yaml.says_distortion)
+    sink.Message(fmt::format("{} has no distortion coefficients: taken as a lens without distortion", name));
 
   std::set<std::pair<int, int>> sizes;
   for (const InputPhoto& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
@@ -124,7 +131,8 @@ GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& cap
   Camera lens = yaml.camera;
   const bool other_size = lens.width_px != width || lens.height_px != height;
   if (other_size) {
-    sink.Message(fmt::format("{} is for {}x{} pixels, the photos have {}x{}: the camera is scaled", name, lens.width_px, lens.height_px, width, height));
+    sink.Message(fmt::format("{} is for {}x{} pixels, the photos have {}x{}: the camera is scaled", name, lens.width_px,
+                             lens.height_px, width, height));
     lens = lens.Scaled(width, height);
   }
   const fs::path fitted = work_folder / "camera.yaml";

@@ -31,16 +31,21 @@ std::map<std::string, GridPosition> ReadPositions(const std::filesystem::path& p
     std::vector<std::string> fields;
     std::istringstream cells(line);
     for (std::string cell; std::getline(cells, cell, ',');) fields.push_back(cell);
-    if (fields.size() < 5) throw InputError(path, fmt::format("line {}: five columns are expected (file,row,column,vertical,horizontal)", number));
+    if (fields.size() < 5)
+      throw InputError(path,
+                       fmt::format("line {}: five columns are expected (file,row,column,vertical,horizontal)", number));
     try {
       std::size_t used_v = 0, used_h = 0;
       GridPosition p;
       p.vertical = std::stod(fields[3], &used_v);
       p.horizontal = std::stod(fields[4], &used_h);
-      if (used_v != fields[3].size() || used_h != fields[4].size() || !std::isfinite(p.vertical) || !std::isfinite(p.horizontal)) throw std::invalid_argument(line);
+      if (used_v != fields[3].size() || used_h != fields[4].size() || !std::isfinite(p.vertical) ||
+          !std::isfinite(p.horizontal))
+        throw std::invalid_argument(line);
       positions[fields[0]] = p;
     } catch (const std::logic_error&) {
-      if (number > 1) throw InputError(path, fmt::format("line {}: the position is no number", number));  // line 1: the header
+      if (number > 1)
+        throw InputError(path, fmt::format("line {}: the position is no number", number));  // line 1: the header
     }
   }
   return positions;
@@ -58,13 +63,16 @@ double Sorted(const std::vector<double>& values, double share) {
 
 }  // namespace
 
-Rigid3 GridPose(double horizontal, double vertical) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(-horizontal, -vertical, 0)}; }
+Rigid3 GridPose(double horizontal, double vertical) {
+  return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(-horizontal, -vertical, 0)};
+}
 
 std::pair<int, int> ParseGridSize(const std::string& text) {
   int rows = 0, columns = 0;
   char cross = 0, rest = 0;
   std::istringstream in(text);
-  if (!(in >> rows >> cross >> columns) || (cross != 'x' && cross != 'X') || (in >> rest) || rows < 1 || columns < 1 || rows > 10000 || columns > 10000)
+  if (!(in >> rows >> cross >> columns) || (cross != 'x' && cross != 'X') || (in >> rest) || rows < 1 || columns < 1 ||
+      rows > 10000 || columns > 10000)
     throw UsageError(fmt::format("--grid-size {}: ROWSxCOLUMNS is expected, such as 17x17", text));
   return {rows, columns};
 }
@@ -76,8 +84,9 @@ std::optional<GridPosition> PositionFromName(const std::string& name) {
     if (!field.empty()) fields.push_back(field);
   double row = 0, column = 0;
   GridPosition p;
-  if (fields.size() < 5 || !ReadNumber(fields[fields.size() - 4], &row) || !ReadNumber(fields[fields.size() - 3], &column) || row != std::floor(row) ||
-      column != std::floor(column) || !ReadNumber(fields[fields.size() - 2], &p.vertical) || !ReadNumber(fields.back(), &p.horizontal))
+  if (fields.size() < 5 || !ReadNumber(fields[fields.size() - 4], &row) ||
+      !ReadNumber(fields[fields.size() - 3], &column) || row != std::floor(row) || column != std::floor(column) ||
+      !ReadNumber(fields[fields.size() - 2], &p.vertical) || !ReadNumber(fields.back(), &p.horizontal))
     return std::nullopt;
   return p;
 }
@@ -87,28 +96,36 @@ std::vector<GridPosition> GridPositions(const Capture& capture, const Reconstruc
   std::vector<GridPosition> positions(capture.photos.size());
   if (!options.grid_size.empty()) {
     const auto [rows, columns] = ParseGridSize(options.grid_size);
-    if (rows * columns != n) throw DataError(fmt::format("--grid-size {} means {} photos, {} are here", options.grid_size, rows * columns, n), "photos are taken row by row in the order of their names");
-    for (int i = 0; i < n; ++i) positions[static_cast<std::size_t>(i)] = {static_cast<double>(i % columns), static_cast<double>(i / columns)};
+    if (rows * columns != n)
+      throw DataError(fmt::format("--grid-size {} means {} photos, {} are here", options.grid_size, rows * columns, n),
+                      "photos are taken row by row in the order of their names");
+    for (int i = 0; i < n; ++i)
+      positions[static_cast<std::size_t>(i)] = {static_cast<double>(i % columns), static_cast<double>(i / columns)};
   } else if (!options.grid_positions.empty()) {
     const auto known = ReadPositions(options.grid_positions);
     for (int i = 0; i < n; ++i) {
       const auto it = known.find(capture.photos[static_cast<std::size_t>(i)].name);
-      if (it == known.end()) throw DataError(fmt::format("no position for {}", capture.photos[static_cast<std::size_t>(i)].name), "its name must stand in the first column", options.grid_positions);
+      if (it == known.end())
+        throw DataError(fmt::format("no position for {}", capture.photos[static_cast<std::size_t>(i)].name),
+                        "its name must stand in the first column", options.grid_positions);
       positions[static_cast<std::size_t>(i)] = it->second;
     }
   } else {
     for (int i = 0; i < n; ++i) {
       const auto named = PositionFromName(capture.photos[static_cast<std::size_t>(i)].name);
       if (!named)
-        throw DataError(fmt::format("{} does not say where its camera stood (as NAME_ROW_COLUMN_VERTICAL_HORIZONTAL would)", capture.photos[static_cast<std::size_t>(i)].name),
-                        "give --grid-size ROWSxCOLUMNS or --grid-positions FILE.csv");
+        throw DataError(
+            fmt::format("{} does not say where its camera stood (as NAME_ROW_COLUMN_VERTICAL_HORIZONTAL would)",
+                        capture.photos[static_cast<std::size_t>(i)].name),
+            "give --grid-size ROWSxCOLUMNS or --grid-positions FILE.csv");
       positions[static_cast<std::size_t>(i)] = *named;
     }
   }
   return positions;
 }
 
-GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<RigMatch>& matches, double focal_px, std::optional<double> plane) {
+GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<RigMatch>& matches, double focal_px,
+                std::optional<double> plane) {
   GridFit fit;
   // The senses of the two coordinates beside each other: under the right one a match moves along its cameras' way.
   std::vector<double> shifts;
@@ -131,13 +148,16 @@ GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<Ri
     }
   }
   if (shifts.empty()) {
-    if (!matches.empty()) throw DataError("no match between neighbours of the grid moves as parallel cameras say", "check the order of the photos, --grid-size or --grid-positions");
+    if (!matches.empty())
+      throw DataError("no match between neighbours of the grid moves as parallel cameras say",
+                      "check the order of the photos, --grid-size or --grid-positions");
     if (plane && *plane > 0) fit.shear_px = focal_px / *plane;
     return fit;
   }
   fit.agreement /= static_cast<double>(matches.size());
   std::sort(shifts.begin(), shifts.end());
-  const double low = Sorted(shifts, kOutlierShare), high = Sorted(shifts, 1 - kOutlierShare), middle = Sorted(shifts, 0.5);
+  const double low = Sorted(shifts, kOutlierShare), high = Sorted(shifts, 1 - kOutlierShare),
+               middle = Sorted(shifts, 0.5);
   // Cameras that were not rectified see every point move against them.
   fit.signs_known = low >= 0 || high <= 0;
   if (fit.signs_known && middle < 0) {
@@ -151,11 +171,13 @@ GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<Ri
   return fit;
 }
 
-std::vector<HeldView> AssumeGrid(const Capture& capture, const ReconstructOptions& options, const std::vector<GridPosition>& positions,
-                                 const std::filesystem::path& database, ProgressSink& sink) {
+std::vector<HeldView> AssumeGrid(const Capture& capture, const ReconstructOptions& options,
+                                 const std::vector<GridPosition>& positions, const std::filesystem::path& database,
+                                 ProgressSink& sink) {
   double least_distance = 0;
   for (std::size_t i = 1; i < positions.size(); ++i) {
-    const double d = std::hypot(positions[i].horizontal - positions[0].horizontal, positions[i].vertical - positions[0].vertical);
+    const double d =
+        std::hypot(positions[i].horizontal - positions[0].horizontal, positions[i].vertical - positions[0].vertical);
     if (d > 0 && (least_distance == 0 || d < least_distance)) least_distance = d;
   }
   constexpr std::size_t kPerPair = 40;
@@ -171,7 +193,9 @@ std::vector<HeldView> AssumeGrid(const Capture& capture, const ReconstructOption
   };
   const Camera first = camera_of(capture.photos.front());
   if (!IntrinsicsFromOptions(options, first.width_px, first.height_px))
-    sink.Message(fmt::format("a grid of parallel cameras looks the same under any focal length: {:.0f} px is assumed (--focal-px)", first.FocalPx().x()));
+    sink.Message(fmt::format(
+        "a grid of parallel cameras looks the same under any focal length: {:.0f} px is assumed (--focal-px)",
+        first.FocalPx().x()));
   const GridFit fit = FitGrid(positions, matches, first.FocalPx().x(), options.grid_plane);
   std::vector<HeldView> views(capture.photos.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -182,14 +206,19 @@ std::vector<HeldView> AssumeGrid(const Capture& capture, const ReconstructOption
     view.cam_from_world = GridPose(h, v);
     if (fit.shear_px == 0) continue;
     // Rectified photos coincide on a plane: each one's principal point is shifted by the plane's own parallax.
-    const Eigen::Vector2d f = view.camera.FocalPx(), c = view.camera.PrincipalPointPx(), scale = f / first.FocalPx().x();
-    view.camera = Camera::Pinhole(view.camera.width_px, view.camera.height_px, f.x(), f.y(), c.x() + fit.shear_px * scale.x() * h, c.y() + fit.shear_px * scale.y() * v);
+    const Eigen::Vector2d f = view.camera.FocalPx(), c = view.camera.PrincipalPointPx(),
+                          scale = f / first.FocalPx().x();
+    view.camera = Camera::Pinhole(view.camera.width_px, view.camera.height_px, f.x(), f.y(),
+                                  c.x() + fit.shear_px * scale.x() * h, c.y() + fit.shear_px * scale.y() * v);
   }
   if (!matches.empty()) {
-    sink.Message(fmt::format("grid: {} photos, {:.0f} % of the matches between neighbours agree", views.size(), 100 * fit.agreement));
+    sink.Message(fmt::format("grid: {} photos, {:.0f} % of the matches between neighbours agree", views.size(),
+                             100 * fit.agreement));
     if (fit.shear_px > 0 && !options.grid_plane)
-      sink.Message(fmt::format("the photos were rectified to coincide on a plane; its distance is put at {:.4g}, so that all lies in front of the cameras (--grid-plane)",
-                               first.FocalPx().x() / fit.shear_px));
+      sink.Message(
+          fmt::format("the photos were rectified to coincide on a plane; its distance is put at {:.4g}, so that all "
+                      "lies in front of the cameras (--grid-plane)",
+                      first.FocalPx().x() / fit.shear_px));
   }
   return views;
 }

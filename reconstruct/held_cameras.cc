@@ -20,10 +20,10 @@ namespace {
 struct HeldFeatures {
   Matrix34d P = Matrix34d::Zero();
   Eigen::Matrix3d K_inverse = Eigen::Matrix3d::Identity();
-  std::vector<Eigen::Vector2d> photo_px;    // as COLMAP found them
+  std::vector<Eigen::Vector2d> photo_px;  // as COLMAP found them
   std::vector<Eigen::Vector2d> pinhole_px;
-  std::vector<bool> valid;                  // the lens has an inverse there
-  std::size_t first = 0;                    // number of this view's first feature among all
+  std::vector<bool> valid;  // the lens has an inverse there
+  std::size_t first = 0;    // number of this view's first feature among all
 };
 
 HeldFeatures Load(const HeldView& view, const ColmapDatabase& database, std::int64_t image_id) {
@@ -41,7 +41,8 @@ HeldFeatures Load(const HeldView& view, const ColmapDatabase& database, std::int
 }
 
 // F with x_b^T F x_a = 0 (Hartley & Zisserman, eq. 9.12).
-Eigen::Matrix3d FundamentalMatrix(const HeldView& a, const HeldFeatures& fa, const HeldView& b, const HeldFeatures& fb) {
+Eigen::Matrix3d FundamentalMatrix(const HeldView& a, const HeldFeatures& fa, const HeldView& b,
+                                  const HeldFeatures& fb) {
   const Rigid3 b_from_a = b.cam_from_world * a.cam_from_world.Inverse();
   const Eigen::Vector3d t = b_from_a.translation;
   Eigen::Matrix3d cross;
@@ -81,8 +82,8 @@ struct Feature {
 
 // The largest set of features, at most one a view, that one point explains; found from pairs of features (at most
 // kMaxPairs of them, spread over the track), then triangulated from all its members.
-std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vector<HeldFeatures>& views, const HeldTriangulationOptions& options,
-                               std::vector<bool>* used) {
+std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vector<HeldFeatures>& views,
+                               const HeldTriangulationOptions& options, std::vector<bool>* used) {
   constexpr std::size_t kMaxPairs = 40;
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t i = 0; i < track.size(); ++i)
@@ -95,7 +96,8 @@ std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vec
   for (std::size_t k = 0; k < pairs.size(); k += stride) {
     const Feature& a = track[pairs[k].first];
     const Feature& b = track[pairs[k].second];
-    const auto seed = Triangulate({views[a.view].P, views[b.view].P}, {views[a.view].pinhole_px[a.index], views[b.view].pinhole_px[b.index]});
+    const auto seed = Triangulate({views[a.view].P, views[b.view].P},
+                                  {views[a.view].pinhole_px[a.index], views[b.view].pinhole_px[b.index]});
     if (!seed || seed->rms_px > options.max_error_px) continue;
     std::map<std::size_t, std::pair<double, std::size_t>> of_view;  // best feature of each view
     for (std::size_t i = 0; i < track.size(); ++i) {
@@ -110,7 +112,8 @@ std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vec
     }
     double error = 0;
     for (const auto& [view, member] : of_view) error += member.first;
-    if (of_view.size() < 2 || of_view.size() < best.size() || (of_view.size() == best.size() && error >= best_error)) continue;
+    if (of_view.size() < 2 || of_view.size() < best.size() || (of_view.size() == best.size() && error >= best_error))
+      continue;
     best.clear();
     for (const auto& [view, member] : of_view) best.push_back(member.second);
     best_error = error;
@@ -141,7 +144,8 @@ std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vec
     point.error_px = solved->rms_px;
     for (const std::size_t i : best) {
       (*used)[i] = true;
-      point.track.push_back({ViewId{static_cast<std::int32_t>(track[i].view)}, views[track[i].view].photo_px[track[i].index]});
+      point.track.push_back(
+          {ViewId{static_cast<std::int32_t>(track[i].view)}, views[track[i].view].photo_px[track[i].index]});
     }
     return point;
   }
@@ -150,8 +154,8 @@ std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vec
 
 }  // namespace
 
-Scene TriangulateHeld(const std::vector<HeldView>& views_any_order, const std::filesystem::path& database_path, const HeldTriangulationOptions& options,
-                      ProgressSink& sink) {
+Scene TriangulateHeld(const std::vector<HeldView>& views_any_order, const std::filesystem::path& database_path,
+                      const HeldTriangulationOptions& options, ProgressSink& sink) {
   std::vector<HeldView> views = views_any_order;
   std::sort(views.begin(), views.end(), [](const HeldView& a, const HeldView& b) { return a.name < b.name; });
 
@@ -183,15 +187,18 @@ Scene TriangulateHeld(const std::vector<HeldView>& views_any_order, const std::f
       const Eigen::Matrix3d F = FundamentalMatrix(views[a->second], fa, views[b->second], fb);
       for (const auto& [i, j] : database.Matches(pair.image1, pair.image2)) {
         const auto ia = static_cast<std::size_t>(i), jb = static_cast<std::size_t>(j);
-        if (ia >= fa.photo_px.size() || jb >= fb.photo_px.size()) throw InputError(database_path, "a match names a feature that is not there");
+        if (ia >= fa.photo_px.size() || jb >= fb.photo_px.size())
+          throw InputError(database_path, "a match names a feature that is not there");
         if (!fa.valid[ia] || !fb.valid[jb]) continue;
-        if (EpipolarDistance(F, fa.pinhole_px[ia], fb.pinhole_px[jb]) <= options.max_error_px) tracks.Join(fa.first + ia, fb.first + jb);
+        if (EpipolarDistance(F, fa.pinhole_px[ia], fb.pinhole_px[jb]) <= options.max_error_px)
+          tracks.Join(fa.first + ia, fb.first + jb);
       }
     }
   }
   std::map<std::size_t, std::vector<Feature>> members;
   for (std::size_t v = 0; v < views.size(); ++v)
-    for (std::size_t i = 0; i < features[v].photo_px.size(); ++i) members[tracks.Find(features[v].first + i)].push_back({v, i});
+    for (std::size_t i = 0; i < features[v].photo_px.size(); ++i)
+      members[tracks.Find(features[v].first + i)].push_back({v, i});
   std::vector<std::vector<Feature>> list;
   for (auto& [root, track] : members)
     if (track.size() >= 2) list.push_back(std::move(track));
@@ -219,7 +226,8 @@ Scene TriangulateHeld(const std::vector<HeldView>& views_any_order, const std::f
     std::vector<double> key = held.camera.params;
     key.push_back(held.camera.width_px);
     key.push_back(held.camera.height_px);
-    const auto [it, fresh] = camera_ids.emplace(std::pair(static_cast<int>(held.camera.model), key), static_cast<std::int32_t>(scene.cameras.size()));
+    const auto [it, fresh] = camera_ids.emplace(std::pair(static_cast<int>(held.camera.model), key),
+                                                static_cast<std::int32_t>(scene.cameras.size()));
     if (fresh) scene.cameras.push_back(held.camera);
     View view;
     view.name = held.name;

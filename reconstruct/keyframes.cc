@@ -62,7 +62,8 @@ VideoStatistics AnalyseVideo(const std::filesystem::path& video, ProgressSink& s
         for (std::size_t i = 0; i < corners.size(); ++i)
           if (found[i]) steps.push_back(static_cast<float>(cv::norm(moved[i] - corners[i])));
       }
-      s.cut = !corners.empty() && static_cast<double>(steps.size()) < kCutFraction * static_cast<double>(corners.size());
+      s.cut =
+          !corners.empty() && static_cast<double>(steps.size()) < kCutFraction * static_cast<double>(corners.size());
       s.step = Median(std::move(steps)) / grey.cols;
     }
     statistics.frames.push_back(s);
@@ -79,7 +80,8 @@ std::vector<int> SelectKeyframes(const std::vector<FrameStatistics>& frames, con
   constexpr double kTrackerNoise = 2e-4;
   std::vector<double> path(frames.size(), 0);
   for (std::size_t i = 1; i < frames.size(); ++i)
-    path[i] = path[i - 1] + (frames[i].step > kTrackerNoise ? frames[i].step : 0) + (frames[i].cut ? options.spacing : 0);
+    path[i] =
+        path[i - 1] + (frames[i].step > kTrackerNoise ? frames[i].step : 0) + (frames[i].cut ? options.spacing : 0);
   const double total = path.empty() ? 0 : path.back();
 
   std::vector<int> keyframes;
@@ -97,9 +99,11 @@ std::vector<int> SelectKeyframes(const std::vector<FrameStatistics>& frames, con
     const double place = std::min(total, k * spacing);
     const double from = place - options.window * spacing, to = place + options.window * spacing;
     int best = -1;
-    for (auto i = static_cast<std::size_t>(std::lower_bound(path.begin(), path.end(), from) - path.begin()); i < path.size() && path[i] <= to; ++i) {
+    for (auto i = static_cast<std::size_t>(std::lower_bound(path.begin(), path.end(), from) - path.begin());
+         i < path.size() && path[i] <= to; ++i) {
       if (!keyframes.empty() && static_cast<int>(i) <= keyframes.back()) continue;
-      if (best < 0 || frames[i].sharpness > frames[static_cast<std::size_t>(best)].sharpness) best = static_cast<int>(i);
+      if (best < 0 || frames[i].sharpness > frames[static_cast<std::size_t>(best)].sharpness)
+        best = static_cast<int>(i);
     }
     if (best < 0) {  // the camera jumped over the window: the first frame beyond
       const auto i = static_cast<std::size_t>(std::lower_bound(path.begin(), path.end(), place) - path.begin());

@@ -30,7 +30,8 @@ std::string LettersAndDigits(const std::string& name) {
   const std::string stem = WithoutEnding(name);
   std::string key;
   for (const char c : stem.substr(stem.find_last_of('/') == std::string::npos ? 0 : stem.find_last_of('/') + 1))
-    if (std::isalnum(static_cast<unsigned char>(c))) key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return key;
 }
 
@@ -44,7 +45,8 @@ HeldView Hold(const PosedCamera& posed, const InputPhoto& photo, const Reconstru
   HeldView view;
   view.name = photo.name;
   view.cam_from_world = posed.cam_from_world;
-  const double shift_px = options.pixel_origin == PixelOrigin::kCentre ? FromOpenCvPixel(Eigen::Vector2d::Zero()).x() : 0.0;
+  const double shift_px =
+      options.pixel_origin == PixelOrigin::kCentre ? FromOpenCvPixel(Eigen::Vector2d::Zero()).x() : 0.0;
   if (const auto given = IntrinsicsFromOptions(options, photo.width_px, photo.height_px)) {
     view.camera = *given;
   } else if (posed.camera) {
@@ -52,8 +54,8 @@ HeldView Hold(const PosedCamera& posed, const InputPhoto& photo, const Reconstru
                                             posed.camera->PrincipalPointPx() + Eigen::Vector2d::Constant(shift_px));
     if (view.camera.width_px != photo.width_px || view.camera.height_px != photo.height_px) {
       if (!options.rescale_cameras)
-        throw DataError(fmt::format("the camera of {} is for {}x{} pixels, the photo has {}x{}", photo.name, view.camera.width_px, view.camera.height_px,
-                                    photo.width_px, photo.height_px),
+        throw DataError(fmt::format("the camera of {} is for {}x{} pixels, the photo has {}x{}", photo.name,
+                                    view.camera.width_px, view.camera.height_px, photo.width_px, photo.height_px),
                         "--rescale-cameras if the photos were scaled down as a whole", options.poses);
       view.camera = view.camera.Scaled(photo.width_px, photo.height_px);
       if (!view.camera.IsPinhole()) view.undistorted_alternative = WithoutDistortion(view.camera);
@@ -64,12 +66,14 @@ HeldView Hold(const PosedCamera& posed, const InputPhoto& photo, const Reconstru
     // has no Y any more.
     view.shear = K(0, 1) / K(1, 1);
     const double cx = K(0, 2) + shift_px, cy = K(1, 2) + shift_px;
-    view.camera = Camera::Pinhole(photo.width_px, photo.height_px, K(0, 0), K(1, 1), cx - view.shear * (cy - photo.height_px / 2.0), cy);
+    view.camera = Camera::Pinhole(photo.width_px, photo.height_px, K(0, 0), K(1, 1),
+                                  cx - view.shear * (cy - photo.height_px / 2.0), cy);
   } else {
     throw UsageError(fmt::format("{} tells where the cameras are, not their focal length", options.poses.string()),
                      "give --focal-px F, --intrinsics fx,fy,cx,cy or --camera camera.yaml");
   }
-  if (const auto wrong = Validate(view.camera)) throw InputError(options.poses, fmt::format("camera of {}: {}", photo.name, *wrong));
+  if (const auto wrong = Validate(view.camera))
+    throw InputError(options.poses, fmt::format("camera of {}: {}", photo.name, *wrong));
   return view;
 }
 
@@ -79,17 +83,20 @@ std::vector<HeldView> Mirrored(const std::vector<HeldView>& views) {
   // -K [R | t] diag(1, 1, -1, 1) = K [R diag(-1, -1, 1) | -t]
   std::vector<HeldView> mirrored = views;
   const Eigen::Quaterniond half_turn(0, 0, 0, 1);  // diag(-1, -1, 1)
-  for (HeldView& view : mirrored) view.cam_from_world = {(view.cam_from_world.rotation * half_turn).normalized(), -view.cam_from_world.translation};
+  for (HeldView& view : mirrored)
+    view.cam_from_world = {(view.cam_from_world.rotation * half_turn).normalized(), -view.cam_from_world.translation};
   return mirrored;
 }
 
 bool HasSkew(const std::vector<HeldView>& views, const Capture& capture) {
   constexpr double kShownPx = 0.25;
   const int height_px = capture.photos.empty() ? 0 : capture.photos.front().height_px;
-  return std::any_of(views.begin(), views.end(), [&](const HeldView& v) { return std::abs(v.shear) * height_px / 2 > kShownPx; });
+  return std::any_of(views.begin(), views.end(),
+                     [&](const HeldView& v) { return std::abs(v.shear) * height_px / 2 > kShownPx; });
 }
 
-Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, const std::filesystem::path& staging, ProgressSink& sink) {
+Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, const std::filesystem::path& staging,
+                   ProgressSink& sink) {
   Capture straight = capture;
   straight.folder = staging;
   std::map<std::string, double> shear_of;
@@ -102,11 +109,13 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
       const std::string& name = straight.photos[i].name;
       Image8 photo = ReadImage8(capture.folder / name);
       Image8 result(photo.width, photo.height, 3);
-      cv::Mat from(photo.height, photo.width, CV_8UC3, photo.data.data()), to(result.height, result.width, CV_8UC3, result.data.data());
+      cv::Mat from(photo.height, photo.width, CV_8UC3, photo.data.data()),
+          to(result.height, result.width, CV_8UC3, result.data.data());
       // OpenCV asks where each new pixel comes from; the middle row is at h/2 - 0.5 of its pixels.
       const double k = shear_of[name];
       const cv::Matx23d source_from_target(1, k, -k * (photo.height / 2.0 - 0.5), 0, 1, 0);
-      cv::warpAffine(from, to, source_from_target, to.size(), cv::INTER_LANCZOS4 | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+      cv::warpAffine(from, to, source_from_target, to.size(), cv::INTER_LANCZOS4 | cv::WARP_INVERSE_MAP,
+                     cv::BORDER_REPLICATE);
       WriteImage(staging / name, result, kJpegQuality);
       progress.Step();
     }
@@ -140,7 +149,8 @@ std::optional<Camera> IntrinsicsFromOptions(const ReconstructOptions& options, i
   if (!options.camera_yaml.empty()) {
     const Camera camera = ReadCameraYaml(options.camera_yaml);
     if (camera.width_px == width_px && camera.height_px == height_px) return camera;
-    RequireScalable(camera.width_px, camera.height_px, width_px, height_px, options.rescale_cameras, options.camera_yaml);
+    RequireScalable(camera.width_px, camera.height_px, width_px, height_px, options.rescale_cameras,
+                    options.camera_yaml);
     return camera.Scaled(width_px, height_px);
   }
   if (!options.intrinsics.empty()) {
@@ -148,11 +158,13 @@ std::optional<Camera> IntrinsicsFromOptions(const ReconstructOptions& options, i
     const auto& k = options.intrinsics;
     return Camera::Pinhole(width_px, height_px, k[0], k[1], k[2] + shift_px, k[3] + shift_px);
   }
-  if (options.focal_px) return Camera::Pinhole(width_px, height_px, *options.focal_px, *options.focal_px, width_px / 2.0, height_px / 2.0);
+  if (options.focal_px)
+    return Camera::Pinhole(width_px, height_px, *options.focal_px, *options.focal_px, width_px / 2.0, height_px / 2.0);
   return std::nullopt;
 }
 
-std::vector<HeldView> ReadKnownCameras(const Capture& capture, const ReconstructOptions& options, std::vector<MissingPhoto>* missing, ProgressSink& sink) {
+std::vector<HeldView> ReadKnownCameras(const Capture& capture, const ReconstructOptions& options,
+                                       std::vector<MissingPhoto>* missing, ProgressSink& sink) {
   const std::vector<PosedCamera> posed = ReadPosesFile(options.poses, options.poses_format);
   const bool named = !posed.front().name.empty();
   std::vector<int> match;
@@ -163,7 +175,8 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
   } else {
     if (static_cast<int>(posed.size()) != capture.total())
       throw DataError(fmt::format("{} cameras without names for {} photos", posed.size(), capture.total()),
-                      "a list without names needs one line for each photo, in the order of the photos' names", options.poses);
+                      "a list without names needs one line for each photo, in the order of the photos' names",
+                      options.poses);
     // A photo that cannot be read keeps its line.
     std::vector<std::string> names;
     for (const InputPhoto& photo : capture.photos) names.push_back(photo.name);
@@ -176,16 +189,20 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
   for (std::size_t i = 0; i < capture.photos.size(); ++i) {
     const InputPhoto& photo = capture.photos[i];
     if (match[i] < 0) {
-      missing->push_back({photo.name, "no pose for it in " + options.poses.filename().string(), "add it, or reconstruct without --poses"});
+      missing->push_back({photo.name, "no pose for it in " + options.poses.filename().string(),
+                          "add it, or reconstruct without --poses"});
       continue;
     }
     views.push_back(Hold(posed[static_cast<std::size_t>(match[i])], photo, options));
   }
   if (views.size() < 2)
-    throw DataError(fmt::format("{} of the {} cameras belong to photos here (the file has {}, the photos {})", views.size(), posed.size(),
-                                posed.front().name.empty() ? "no names" : posed.front().name, capture.photos.front().name),
-                    "names are compared without folder and ending", options.poses);
-  if (named && posed.size() > views.size()) sink.Message(fmt::format("{} cameras have no photo here", posed.size() - views.size()));
+    throw DataError(
+        fmt::format("{} of the {} cameras belong to photos here (the file has {}, the photos {})", views.size(),
+                    posed.size(), posed.front().name.empty() ? "no names" : posed.front().name,
+                    capture.photos.front().name),
+        "names are compared without folder and ending", options.poses);
+  if (named && posed.size() > views.size())
+    sink.Message(fmt::format("{} cameras have no photo here", posed.size() - views.size()));
   return views;
 }
 

@@ -22,51 +22,119 @@ void SetFocal(lumi::ReconstructOptions& options, const std::string& text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  lumi::Program program("lumi-reconstruct", "Photos or a video -> a scene folder: cameras, sparse points, undistorted photos");
+  lumi::Program program("lumi-reconstruct",
+                        "Photos or a video -> a scene folder: cameras, sparse points, undistorted photos");
   lumi::ReconstructOptions o;
   lumi::Options& app = program.options();
-  app.Add("INPUT", o.input, "Folder of photos (searched recursively), a video, or a folder of videos that fixed cameras took at once").Required();
+  app.Add("INPUT", o.input,
+          "Folder of photos (searched recursively), a video, or a folder of videos that fixed cameras took at once")
+      .Required();
   app.Add("-o,--output", o.scene, "Scene folder to write").Required();
-  app.Add("--backend", o.backend, "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)", {{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}});
-  app.Flag("--projective", o.projective, "factorization: stop at the quasi-affine frame, even where the intrinsics are known");
-  app.Add("--homographies", o.homographies, "--projective: frames without structure (a camera that only turns, a plane, a tripod) are related by homographies. auto: where the factorisation refuses them; always; never", {{"auto", lumi::Homographies::kAuto}, {"always", lumi::Homographies::kAlways}, {"never", lumi::Homographies::kNever}});
+  app.Add(
+      "--backend", o.backend,
+      "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)",
+      {{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}});
+  app.Flag("--projective", o.projective,
+           "factorization: stop at the quasi-affine frame, even where the intrinsics are known");
+  app.Add("--homographies", o.homographies,
+          "--projective: frames without structure (a camera that only turns, a plane, a tripod) are related by "
+          "homographies. auto: where the factorisation refuses them; always; never",
+          {{"auto", lumi::Homographies::kAuto},
+           {"always", lumi::Homographies::kAlways},
+           {"never", lumi::Homographies::kNever}});
   app.Add("--fps", o.fps, "Folder of photos frame_000000.jpg ...: they are a video's, so many a second, > 0");
-  app.Call("--require", [&](const std::string&) { o.require_metric = true; }, "metric: fail (exit code 1) where the data allow no more than a quasi-affine scene").OneOf({"metric"});
-  app.Add("--refine", o.refine, "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: focal where EXIF gave it, else none", {{"auto", lumi::Refine::kAuto}, {"none", lumi::Refine::kNone}, {"focal", lumi::Refine::kFocal}, {"centre", lumi::Refine::kCentre}});
-  app.Add("--features", o.features, "factorization: tracks aimed at in a frame of a video (0: 800), or features a photo (0: 2048)").Default();
+  app.Call(
+         "--require", [&](const std::string&) { o.require_metric = true; },
+         "metric: fail (exit code 1) where the data allow no more than a quasi-affine scene")
+      .OneOf({"metric"});
+  app.Add("--refine", o.refine,
+          "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: "
+          "focal where EXIF gave it, else none",
+          {{"auto", lumi::Refine::kAuto},
+           {"none", lumi::Refine::kNone},
+           {"focal", lumi::Refine::kFocal},
+           {"centre", lumi::Refine::kCentre}});
+  app.Add("--features", o.features,
+          "factorization: tracks aimed at in a frame of a video (0: 800), or features a photo (0: 2048)")
+      .Default();
   app.Add("--window", o.window_frames, "factorization: frames that are factorised at once; 0: 20").Default();
   app.Flag("!--no-adjust", o.adjust, "factorization: without bundle adjustment");
   app.Add("--camera", o.camera_yaml, "camera.yaml (OpenCV/ROS): known intrinsics, held fixed");
   app.Add("--masks", o.masks, "Folder of masks NAME.png (COLMAP's naming: photo.jpg.png), black = ignore");
-  app.Add("--database", o.database, "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of photos");
+  app.Add("--database", o.database,
+          "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of "
+          "photos");
   app.Add("--component", o.component, "Which part of a split scene to take, by size from 0").Default();
-  app.Add("--matching", o.matching, "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes (factorization: 100 photos)", {{"auto", lumi::Matching::kAuto}, {"exhaustive", lumi::Matching::kExhaustive}, {"sequential", lumi::Matching::kSequential}});
-  app.Add("--quality", o.quality, "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of photos", {{"auto", lumi::Quality::kAuto}, {"low", lumi::Quality::kLow}, {"medium", lumi::Quality::kMedium}, {"high", lumi::Quality::kHigh}});
-  app.Add("--max-image-size", o.max_image_size_px, "Features are searched in photos shrunk to this, px; 0 = by --quality").Default();
+  app.Add(
+      "--matching", o.matching,
+      "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes (factorization: 100 photos)",
+      {{"auto", lumi::Matching::kAuto},
+       {"exhaustive", lumi::Matching::kExhaustive},
+       {"sequential", lumi::Matching::kSequential}});
+  app.Add("--quality", o.quality,
+          "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of "
+          "photos",
+          {{"auto", lumi::Quality::kAuto},
+           {"low", lumi::Quality::kLow},
+           {"medium", lumi::Quality::kMedium},
+           {"high", lumi::Quality::kHigh}});
+  app.Add("--max-image-size", o.max_image_size_px,
+          "Features are searched in photos shrunk to this, px; 0 = by --quality")
+      .Default();
   app.Add("--max-features", o.max_features, "Features a photo; 0 = by --quality").Default();
-  app.Add("--single-camera", o.single_camera, "auto, yes or no: whether all photos share one camera. auto: same size and EXIF focal length", {{"auto", lumi::SingleCamera::kAuto}, {"yes", lumi::SingleCamera::kYes}, {"no", lumi::SingleCamera::kNo}});
-  app.Add("--min-registered", o.min_registered, "Fail unless this fraction of the photos gets a camera, 0..1").Default();
+  app.Add("--single-camera", o.single_camera,
+          "auto, yes or no: whether all photos share one camera. auto: same size and EXIF focal length",
+          {{"auto", lumi::SingleCamera::kAuto}, {"yes", lumi::SingleCamera::kYes}, {"no", lumi::SingleCamera::kNo}});
+  app.Add("--min-registered", o.min_registered, "Fail unless this fraction of the photos gets a camera, 0..1")
+      .Default();
   app.Add("--keyframes", o.keyframes, "Video: how many keyframes; 0 = by parallax").Default();
   app.Flag("--all-frames", o.all_frames, "Video: also every other frame gets a camera, against the fixed keyframes");
-  app.Add("--poses", o.poses, "Known cameras: COLMAP model, transforms.json, Middlebury *_par.txt, or 12 numbers a line (with or without a name)");
-  app.Add("--poses-format", o.poses_format, "What 12 numbers mean: projection, cam_from_world or world_from_cam", {{"projection", lumi::PosesFormat::kProjection}, {"cam_from_world", lumi::PosesFormat::kCamFromWorld}, {"world_from_cam", lumi::PosesFormat::kWorldFromCam}});
-  app.Add("--pixel-origin", o.pixel_origin, "Where (0, 0) lies in the upper-left pixel, for --poses and --intrinsics: corner or centre", {{"corner", lumi::PixelOrigin::kCorner}, {"centre", lumi::PixelOrigin::kCentre}});
-  app.Call("--focal-px", [&](const std::string& text) { SetFocal(o, text); }, "Focal length in px, or 'search' (--rig); principal point in the middle");
+  app.Add("--poses", o.poses,
+          "Known cameras: COLMAP model, transforms.json, Middlebury *_par.txt, or 12 numbers a line (with or without a "
+          "name)");
+  app.Add("--poses-format", o.poses_format, "What 12 numbers mean: projection, cam_from_world or world_from_cam",
+          {{"projection", lumi::PosesFormat::kProjection},
+           {"cam_from_world", lumi::PosesFormat::kCamFromWorld},
+           {"world_from_cam", lumi::PosesFormat::kWorldFromCam}});
+  app.Add("--pixel-origin", o.pixel_origin,
+          "Where (0, 0) lies in the upper-left pixel, for --poses and --intrinsics: corner or centre",
+          {{"corner", lumi::PixelOrigin::kCorner}, {"centre", lumi::PixelOrigin::kCentre}});
+  app.Call(
+      "--focal-px", [&](const std::string& text) { SetFocal(o, text); },
+      "Focal length in px, or 'search' (--rig); principal point in the middle");
   app.Add("--intrinsics", o.intrinsics, "fx,fy,cx,cy in px, for --poses and --rig").Commas().Values(4);
-  app.Flag("--rescale-cameras", o.rescale_cameras, "Known cameras of another size than the photos: scale them instead of refusing");
-  app.Add("--offsets-frames", o.offsets_frames, "Several videos of one scene: when each starts, in frames, in the order of their names; default: found").Commas();
-  app.Add("--frame-step", o.frame_step, "Several videos of one scene: every so many frames become views, >= 1").Default();
-  app.Add("--times", o.times, "CSV of the photos' times, its first line naming the columns: image; time_s, or phase_deg or phase (and period: whole turns before); frame. "
-                                     "Photos that it does not name are left out");
-  app.Add("--period-s", o.period_s, "The scene repeats itself after so many seconds; default: 1 where --times has phases, else it does not");
-  app.Flag("--turntable", o.turntable, "--poses are in the frame of an object that turns once a period: the scene gets the room's, in which the object turns");
-  app.Add("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid", {{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}});
-  app.Add("--grid-size", o.grid_size, "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");
+  app.Flag("--rescale-cameras", o.rescale_cameras,
+           "Known cameras of another size than the photos: scale them instead of refusing");
+  app.Add("--offsets-frames", o.offsets_frames,
+          "Several videos of one scene: when each starts, in frames, in the order of their names; default: found")
+      .Commas();
+  app.Add("--frame-step", o.frame_step, "Several videos of one scene: every so many frames become views, >= 1")
+      .Default();
+  app.Add("--times", o.times,
+          "CSV of the photos' times, its first line naming the columns: image; time_s, or phase_deg or phase (and "
+          "period: whole turns before); frame. "
+          "Photos that it does not name are left out");
+  app.Add("--period-s", o.period_s,
+          "The scene repeats itself after so many seconds; default: 1 where --times has phases, else it does not");
+  app.Flag("--turntable", o.turntable,
+           "--poses are in the frame of an object that turns once a period: the scene gets the room's, in which the "
+           "object turns");
+  app.Add("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid",
+          {{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}});
+  app.Add("--grid-size", o.grid_size,
+          "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as "
+          "out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");
   app.Add("--grid-positions", o.grid_positions, "CSV: file,row,column,vertical,horizontal (any unit)");
-  app.Add("--grid-plane", o.grid_plane, "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras; default: by the matches");
-  app.Flag("--tradeoff", o.tradeoff, "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; colmap: image size, features): "
-                                         "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
-  app.Add("--reference", o.reference, "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside the photos, else the dearest setting's cameras");
+  app.Add("--grid-plane", o.grid_plane,
+          "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras; "
+          "default: by the matches");
+  app.Flag("--tradeoff", o.tradeoff,
+           "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; "
+           "colmap: image size, features): "
+           "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
+  app.Add("--reference", o.reference,
+          "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside "
+          "the photos, else the dearest setting's cameras");
   return program.Run(argc, argv, [&]() -> lumi::Answer {
     o.seed = program.seed();
     o.threads = program.threads();

@@ -15,7 +15,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// Two unrelated photos still give COLMAP a "model" of its 15 to 40 chance inliers; two photos of one thing give hundreds.
+// Two unrelated photos still give COLMAP a "model" of its 15 to 40 chance inliers; two photos of one thing give
+// hundreds.
 constexpr std::size_t kMinPoints = 50;
 // COLMAP keeps points of 1.5 degrees and more; a scene whose median lies at that bound has no depth to speak of.
 constexpr double kMinMedianAngleDeg = 1.6;
@@ -56,20 +57,23 @@ std::vector<Part> ReadParts(const fs::path& sparse) {
     if (!part.scene.views.empty()) parts.push_back(std::move(part));
   }
   std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
-    return std::pair(a.scene.views.size(), a.scene.points.size()) > std::pair(b.scene.views.size(), b.scene.points.size());
+    return std::pair(a.scene.views.size(), a.scene.points.size()) >
+           std::pair(b.scene.views.size(), b.scene.points.size());
   });
   return parts;
 }
 
 std::string ShootHint(std::size_t photos) {
   return photos <= 2 ? "photos of one thing from places a few steps apart are needed; three or more are better"
-                     : "shoot so that each photo shows two thirds of the last one, sharp, from a new place; if the cameras are known already, give them with --poses";
+                     : "shoot so that each photo shows two thirds of the last one, sharp, from a new place; if the "
+                       "cameras are known already, give them with --poses";
 }
 
 bool PrincipalPointsPlausible(const Scene& scene) {
   return std::all_of(scene.cameras.begin(), scene.cameras.end(), [](const Camera& camera) {
     const Eigen::Vector2d middle(camera.width_px / 2.0, camera.height_px / 2.0);
-    return (camera.PrincipalPointPx() - middle).norm() <= kMaxPrincipalPointShift * std::hypot(camera.width_px, camera.height_px);
+    return (camera.PrincipalPointPx() - middle).norm() <=
+           kMaxPrincipalPointShift * std::hypot(camera.width_px, camera.height_px);
   });
 }
 
@@ -91,8 +95,9 @@ Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, co
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
   for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
-  const bool free_principal_point =
-      !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
+  const bool free_principal_point = !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) {
+    return n == 0 || n >= kPhotosForPrincipalPoint;
+  });
 
   const fs::path in = work_folder / "polish-in", out = work_folder / "polish-out";
   const auto adjust = [&](bool principal_point) -> std::optional<Scene> {
@@ -115,7 +120,8 @@ Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, co
     fs::remove_all(in, ec);
     fs::remove_all(out, ec);
     // An adjustment may only improve what it started from.
-    if (adjusted.views.size() != clean.views.size() || adjusted.points.size() < clean.points.size() / 2 || !(UpdatePointErrors(adjusted) <= kWorse * error_before_px))
+    if (adjusted.views.size() != clean.views.size() || adjusted.points.size() < clean.points.size() / 2 ||
+        !(UpdatePointErrors(adjusted) <= kWorse * error_before_px))
       return std::nullopt;
     for (const Camera& camera : adjusted.cameras)
       if (Validate(camera)) return std::nullopt;
@@ -158,23 +164,25 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
   fs::create_directories(sparse);
   const auto n = capture.photos.size();
   const std::string refine = cameras.known ? "0" : "1";
-  std::vector<ColmapOption> arguments = {{"database_path", features.database.string()},
-                                         {"image_path", capture.folder.string()},
-                                         {"output_path", sparse.string()},
-                                         {"image_list_path", (work_folder / kPhotoList).string(), false},
-                                         {"Mapper.ba_refine_focal_length", refine},
-                                         {"Mapper.ba_refine_principal_point", "0"},
-                                         {"Mapper.ba_refine_extra_params", refine},
-                                         {"Mapper.min_model_size", "3"},
-                                         {"Mapper.max_num_models", "10"},
-                                         {"Mapper.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
-                                         {"random_seed", std::to_string(options.seed), false}};
+  std::vector<ColmapOption> arguments = {
+      {"database_path", features.database.string()},
+      {"image_path", capture.folder.string()},
+      {"output_path", sparse.string()},
+      {"image_list_path", (work_folder / kPhotoList).string(), false},
+      {"Mapper.ba_refine_focal_length", refine},
+      {"Mapper.ba_refine_principal_point", "0"},
+      {"Mapper.ba_refine_extra_params", refine},
+      {"Mapper.min_model_size", "3"},
+      {"Mapper.max_num_models", "10"},
+      {"Mapper.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
+      {"random_seed", std::to_string(options.seed), false}};
   int rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
   std::vector<Part> parts = ReadParts(sparse);
   const auto trusted = [](const std::vector<Part>& p) { return !p.empty() && Distrust(p.front().scene).empty(); };
-  if (!trusted(parts) || static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
-    // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it begins
-    // with a bad one. Once more with milder bounds; the larger scene stays.
+  if (!trusted(parts) ||
+      static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
+    // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it
+    // begins with a bad one. Once more with milder bounds; the larger scene stays.
     const fs::path second = work_folder / "sparse-mild";
     fs::remove_all(second, ec);
     fs::create_directories(second);
@@ -183,7 +191,8 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
     mild.push_back({"Mapper.init_min_tri_angle", kMildInitialAngleDeg});
     mild.push_back({"Mapper.init_min_num_inliers", kMildInitialInliers});
     mild.push_back({"Mapper.abs_pose_min_num_inliers", kMildPoseInliers});
-    const int mild_rc = colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
+    const int mild_rc =
+        colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
     std::vector<Part> others = ReadParts(second);
     if (trusted(others) && (!trusted(parts) || others.front().scene.views.size() > parts.front().scene.views.size())) {
       parts = std::move(others);
@@ -196,7 +205,9 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
                     ShootHint(n));
   const auto wanted = static_cast<std::size_t>(options.component);
   if (wanted >= parts.size())
-    throw DataError(fmt::format("there is no component {}: COLMAP found {}", wanted, parts.size() == 1 ? "one, number 0" : fmt::format("{}, numbers 0 to {}", parts.size(), parts.size() - 1)));
+    throw DataError(fmt::format(
+        "there is no component {}: COLMAP found {}", wanted,
+        parts.size() == 1 ? "one, number 0" : fmt::format("{}, numbers 0 to {}", parts.size(), parts.size() - 1)));
 
   Mapping mapping;
   mapping.component = options.component;

@@ -15,7 +15,7 @@
 namespace lumi {
 
 struct Mapping {
-  Scene scene;  // distorted cameras; image_folder = the capture's
+  Scene scene;                                     // distorted cameras; image_folder = the capture's
   std::vector<int> components;                     // photos of each part, the largest first
   int component = 0;                               // the one taken
   std::vector<std::set<std::string>> other_parts;  // names
@@ -24,10 +24,10 @@ struct Mapping {
 // Throws DataError when there is no model that can be trusted.
 Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job);
 
-// The scene without outliers after one more bundle adjustment by COLMAP, where that leaves its points no further off than they were; else
-// the scene as it was. Unless the lens is known, it is adjusted too; where many photos share a camera, with its principal point free:
-// held at the photo's middle it bends every rotation by its own error (half a degree on a real camera). scene.points[].error_px must
-// be set.
+// The scene without outliers after one more bundle adjustment by COLMAP, where that leaves its points no further off
+// than they were; else the scene as it was. Unless the lens is known, it is adjusted too; where many photos share a
+// camera, with its principal point free: held at the photo's middle it bends every rotation by its own error (half a
+// degree on a real camera). scene.points[].error_px must be set.
 Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job);
 
 // What speaks against a model, as one line, or an empty string: too few points, or rays that hardly meet.

@@ -19,7 +19,8 @@ constexpr int kFewMatches = 30;
 
 }  // namespace
 
-std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDatabase& database, const std::set<std::string>& registered,
+std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDatabase& database,
+                                         const std::set<std::string>& registered,
                                          const std::vector<std::set<std::string>>& other_components) {
   std::map<std::string, DatabaseImage> image_of;
   std::map<std::int64_t, std::string> name_of;
@@ -48,23 +49,31 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
       continue;
     }
     const int features = image->second.keypoints;
-    const auto part = std::find_if(other_components.begin(), other_components.end(), [&](const auto& names) { return names.count(photo.name) > 0; });
+    const auto part = std::find_if(other_components.begin(), other_components.end(),
+                                   [&](const auto& names) { return names.count(photo.name) > 0; });
     if (part != other_components.end()) {
-      const auto other = std::find_if(part->begin(), part->end(), [&](const std::string& name) { return name != photo.name; });
+      const auto other =
+          std::find_if(part->begin(), part->end(), [&](const std::string& name) { return name != photo.name; });
       missing.push_back({photo.name,
-                         fmt::format("other component: joined with {} other photo{}{} only", part->size() - 1, part->size() == 2 ? "" : "s",
+                         fmt::format("other component: joined with {} other photo{}{} only", part->size() - 1,
+                                     part->size() == 2 ? "" : "s",
                                      other == part->end() ? "" : " (" + *other + (part->size() > 2 ? ", ...)" : ")")),
                          "shoot photos between that part and the rest, or take that part with --component"});
     } else if (features < kFewFeatures || features < kFewFeaturesShare * median) {
-      missing.push_back({photo.name, fmt::format("blurred or textureless ({} features; the median photo has {})", features, median),
+      missing.push_back({photo.name,
+                         fmt::format("blurred or textureless ({} features; the median photo has {})", features, median),
                          "shoot it again, sharp and with textured things in view"});
     } else if (const auto b = best.find(photo.name); b == best.end() || b->second.first < kFewMatches) {
       missing.push_back({photo.name,
                          b == best.end() ? std::string("too few matches (none with a photo that has a camera)")
-                                         : fmt::format("too few matches (best: {} inliers with {})", b->second.first, b->second.second),
+                                         : fmt::format("too few matches (best: {} inliers with {})", b->second.first,
+                                                       b->second.second),
                          "shoot photos between it and its neighbours: each should show two thirds of the last"});
     } else {
-      missing.push_back({photo.name, fmt::format("its position did not fit ({} inliers with {}: repeated or moving things, or hardly a step between the two?)", b->second.first, b->second.second),
+      missing.push_back({photo.name,
+                         fmt::format("its position did not fit ({} inliers with {}: repeated or moving things, or "
+                                     "hardly a step between the two?)",
+                                     b->second.first, b->second.second),
                          "shoot photos between it and its neighbours, or mask what moves (--masks)"});
     }
   }

@@ -12,7 +12,8 @@
 namespace lumi {
 
 // registered: the names that have a camera; other_components: names in each of the parts that were not chosen.
-std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDatabase& database, const std::set<std::string>& registered,
+std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDatabase& database,
+                                         const std::set<std::string>& registered,
                                          const std::vector<std::set<std::string>>& other_components);
 
 }  // namespace lumi

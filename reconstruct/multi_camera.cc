@@ -17,8 +17,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// Movement of the median corner from frame to frame, of the image's width, on average: what tracking and coding make of a
-// camera that stands is a third of it.
+// Movement of the median corner from frame to frame, of the image's width, on average: what tracking and coding make of
+// a camera that stands is a third of it.
 constexpr double kStandsStill = 3e-4;
 constexpr double kSameRate = 1e-3;
 constexpr int kJpegQuality = 95;
@@ -56,18 +56,22 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
   for (const fs::path& video : capture.videos) {
     const VideoStatistics s = AnalyseVideo(video, sink);
     if (capture.fps > 0 && std::abs(s.fps - capture.fps) > kSameRate * capture.fps)
-      throw DataError(fmt::format("{} has {:.3f} frames a second, {} {:.3f}", capture.videos.front().filename().string(), capture.fps, video.filename().string(), s.fps),
-                      "convert them to one rate: ffmpeg -i IN -r RATE OUT.mp4", video);
+      throw DataError(
+          fmt::format("{} has {:.3f} frames a second, {} {:.3f}", capture.videos.front().filename().string(),
+                      capture.fps, video.filename().string(), s.fps),
+          "convert them to one rate: ffmpeg -i IN -r RATE OUT.mp4", video);
     if (MeanStep(s) > kStandsStill)
-      throw DataError(fmt::format("the camera of {} moves", video.filename().string()),
-                      "several videos at once are for fixed cameras; give a moving camera's video alone, with --all-frames", video);
+      throw DataError(
+          fmt::format("the camera of {} moves", video.filename().string()),
+          "several videos at once are for fixed cameras; give a moving camera's video alone, with --all-frames", video);
     capture.fps = s.fps;
     frames.push_back(static_cast<int>(s.frames.size()));
     capture.moment.video_frames += frames.back();
   }
   if (!options.offsets_frames.empty()) {
     if (options.offsets_frames.size() != n)
-      throw UsageError(fmt::format("--offsets-frames has {} numbers for {} videos", options.offsets_frames.size(), n), "one a video, in the order of their names");
+      throw UsageError(fmt::format("--offsets-frames has {} numbers for {} videos", options.offsets_frames.size(), n),
+                       "one a video, in the order of their names");
     capture.offsets = options.offsets_frames;
     const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
     for (int& offset : capture.offsets) offset -= least;
@@ -78,15 +82,18 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
     capture.offsets = found.offsets;
     std::string text;
     for (const int offset : found.offsets) text += (text.empty() ? "" : ", ") + std::to_string(offset);
-    sink.Message(fmt::format("{} videos of one scene start at frames {} of a common clock (correlation {:.2f} or more){}", n, text, found.least_correlation,
-                             found.repeats ? "; as the scene repeats itself, whole periods more would do as well" : ""));
+    sink.Message(
+        fmt::format("{} videos of one scene start at frames {} of a common clock (correlation {:.2f} or more){}", n,
+                    text, found.least_correlation,
+                    found.repeats ? "; as the scene repeats itself, whole periods more would do as well" : ""));
   }
   int first = 0, last = frames.front() + capture.offsets.front();
   for (std::size_t v = 0; v < n; ++v) {
     first = std::max(first, capture.offsets[v]);
     last = std::min(last, capture.offsets[v] + frames[v]);
   }
-  if (last <= first) throw DataError("there is no moment that all videos show", "check --offsets-frames", options.input);
+  if (last <= first)
+    throw DataError("there is no moment that all videos show", "check --offsets-frames", options.input);
   const int moment = (first + last) / 2;
   capture.moment.folder = work_folder / "moment";
   fs::remove_all(capture.moment.folder);
@@ -132,17 +139,21 @@ void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& 
     offset -= least;
     text += (text.empty() ? "" : ", ") + std::to_string(offset);
   }
-  sink.Message(fmt::format("with the cameras known, the videos start at frames {} (correlation {:.2f} in the planes of two cameras)", text, corrections.correlation));
+  sink.Message(fmt::format(
+      "with the cameras known, the videos start at frames {} (correlation {:.2f} in the planes of two cameras)", text,
+      corrections.correlation));
 }
 
-void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const fs::path& folder, ReconstructSummary& summary, ProgressSink& sink) {
+void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const fs::path& folder,
+                  ReconstructSummary& summary, ProgressSink& sink) {
   std::vector<View> views;
   std::vector<ViewId> moment_view(scene.views.size());
   Progress progress(sink, "writing the frames of every video", capture.moment.video_frames);
   fs::remove_all(folder);
   int total = 0;
   for (std::size_t v = 0; v < capture.videos.size(); ++v) {
-    const auto of_camera = std::find_if(scene.views.begin(), scene.views.end(), [&](const View& view) { return view.name == PhotoName(capture.videos[v]); });
+    const auto of_camera = std::find_if(scene.views.begin(), scene.views.end(),
+                                        [&](const View& view) { return view.name == PhotoName(capture.videos[v]); });
     VideoReader reader(capture.videos[v]);
     for (int index = 0;; ++index) {
       const bool wanted = index == capture.moment_frame[v] || index % options.frame_step == 0;
@@ -158,7 +169,9 @@ void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOp
       view.name = capture.videos[v].stem().string() + "/" + FrameName(index);
       view.frame_index = index;
       view.time_s = frame->time_s + capture.offsets[v] / capture.fps;
-      if (index == capture.moment_frame[v]) moment_view[static_cast<std::size_t>(of_camera - scene.views.begin())] = {static_cast<std::int32_t>(views.size())};
+      if (index == capture.moment_frame[v])
+        moment_view[static_cast<std::size_t>(of_camera - scene.views.begin())] = {
+            static_cast<std::int32_t>(views.size())};
       WriteImage(folder / view.name, frame->rgb, kJpegQuality);
       views.push_back(std::move(view));
       progress.Step();

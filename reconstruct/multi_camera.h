@@ -1,5 +1,5 @@
-// A scene filmed by several fixed cameras at once: a folder of videos. The cameras are found from one moment that all of them
-// saw; every frame then becomes a view with its camera's pose and its own time.
+// A scene filmed by several fixed cameras at once: a folder of videos. The cameras are found from one moment that all
+// of them saw; every frame then becomes a view with its camera's pose and its own time.
 #pragma once
 
 #include <filesystem>
@@ -17,23 +17,25 @@ std::vector<std::filesystem::path> SynchronisedVideos(const std::filesystem::pat
 
 struct MultiCapture {
   std::vector<std::filesystem::path> videos;
-  std::vector<int> offsets;       // frames: see Synchronisation
+  std::vector<int> offsets;  // frames: see Synchronisation
   double fps = 0;
   Capture moment;                 // one photo a camera, called after its video
   std::vector<int> moment_frame;  // of each video
 };
 
-// Offsets from --offsets-frames, else found; the moment is the middle of what all videos show. Throws DataError: a camera that
-// moves, different frame rates, no common moment.
-MultiCapture OpenMultiCapture(const ReconstructOptions& options, const std::filesystem::path& work_folder, ProgressSink& sink);
+// Offsets from --offsets-frames, else found; the moment is the middle of what all videos show. Throws DataError: a
+// camera that moves, different frame rates, no common moment.
+MultiCapture OpenMultiCapture(const ReconstructOptions& options, const std::filesystem::path& work_folder,
+                              ProgressSink& sink);
 
-// The offsets once more, from how what moves moves in the planes of each two cameras (epipolar_synchronise.h), now that `scene` has them (one view a
-// camera, of the moment). Says what it changed. Videos without a camera keep their offsets. Not for offsets that were given.
+// The offsets once more, from how what moves moves in the planes of each two cameras (epipolar_synchronise.h), now that
+// `scene` has them (one view a camera, of the moment). Says what it changed. Videos without a camera keep their
+// offsets. Not for offsets that were given.
 void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink);
 
-// Views of `scene` (one a camera, of the moment) become views of every --frame-step'th frame, called VIDEO/frame_000123.jpg, written
-// to `folder`; the moment's own frame keeps the observations.
-void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options, const std::filesystem::path& folder,
-                  ReconstructSummary& summary, ProgressSink& sink);
+// Views of `scene` (one a camera, of the moment) become views of every --frame-step'th frame, called
+// VIDEO/frame_000123.jpg, written to `folder`; the moment's own frame keeps the observations.
+void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOptions& options,
+                  const std::filesystem::path& folder, ReconstructSummary& summary, ProgressSink& sink);
 
 }  // namespace lumi

@@ -7,7 +7,8 @@
 
 namespace lumi {
 
-std::vector<double> NelderMead(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, const std::vector<double>& step,
+std::vector<double> NelderMead(const std::function<double(const std::vector<double>&)>& f,
+                               const std::vector<double>& start, const std::vector<double>& step,
                                int max_evaluations = 600, double tolerance = 1e-9);
 
 }  // namespace lumi

@@ -27,46 +27,50 @@ struct ReconstructOptions {
   std::filesystem::path scene;  // output folder
 
   Backend backend = Backend::kColmap;
-  bool projective = false;            // factorisation: stop at the quasi-affine frame
-  // With `projective`: frames without rank-4 structure are related by homographies; auto: where the factorisation refuses them.
+  bool projective = false;  // factorisation: stop at the quasi-affine frame
+  // With `projective`: frames without rank-4 structure are related by homographies; auto: where the factorisation
+  // refuses them.
   Homographies homographies = Homographies::kAuto;
-  double fps = 0;                     // a folder's frame_000123.jpg are a video's, so many a second; 0: they carry no time
-  bool require_metric = false;        // fail where the scene would not be metric
-  Refine refine = Refine::kAuto;      // factorisation: which intrinsics the metric adjustment may move; auto: EXIF's focal length only
-  int features = 0;                   // factorisation: tracks aimed at in a frame, or features a photo; 0 = their defaults
-  int window_frames = 0;              // factorisation: frames that are factorised at once; 0 = the default
-  bool adjust = true;                 // factorisation: bundle adjustment; off to see what it is worth
+  double fps = 0;               // a folder's frame_000123.jpg are a video's, so many a second; 0: they carry no time
+  bool require_metric = false;  // fail where the scene would not be metric
+  Refine refine =
+      Refine::kAuto;  // factorisation: which intrinsics the metric adjustment may move; auto: EXIF's focal length only
+  int features = 0;   // factorisation: tracks aimed at in a frame, or features a photo; 0 = their defaults
+  int window_frames = 0;  // factorisation: frames that are factorised at once; 0 = the default
+  bool adjust = true;     // factorisation: bundle adjustment; off to see what it is worth
 
   std::filesystem::path camera_yaml;  // intrinsics, held fixed; empty: estimated
   std::filesystem::path masks;        // folder of NAME.png, black = ignore; empty: none
-  std::filesystem::path database;     // a COLMAP database to take features and matches from (copied); empty: look beside
-  int component = 0;                  // which part of a split scene, by size; 0 = the largest
+  std::filesystem::path database;  // a COLMAP database to take features and matches from (copied); empty: look beside
+  int component = 0;               // which part of a split scene, by size; 0 = the largest
   Matching matching = Matching::kAuto;
-  Quality quality = Quality::kAuto;   // sets the next two where they are 0
-  int max_image_size_px = 0;          // features are searched in photos shrunk to this
-  int max_features = 0;               // a photo
+  Quality quality = Quality::kAuto;  // sets the next two where they are 0
+  int max_image_size_px = 0;         // features are searched in photos shrunk to this
+  int max_features = 0;              // a photo
   SingleCamera single_camera = SingleCamera::kAuto;
-  double min_registered = 0.0;        // fraction of the photos that must get a camera, in [0, 1]
+  double min_registered = 0.0;  // fraction of the photos that must get a camera, in [0, 1]
   std::uint64_t seed = 0;
-  int threads = 0;                    // 0 = all cores
-  bool database_beside = true;        // a database.db beside the folder of photos is taken where `database` is empty
+  int threads = 0;              // 0 = all cores
+  bool database_beside = true;  // a database.db beside the folder of photos is taken where `database` is empty
 
   // Measuring (tradeoff.h); the scene does not depend on it.
   bool tradeoff = false;
-  std::filesystem::path reference;    // scene, COLMAP model or truth/ that cameras are compared with; empty: see ReconstructWithTradeoff
+  std::filesystem::path
+      reference;  // scene, COLMAP model or truth/ that cameras are compared with; empty: see ReconstructWithTradeoff
 
   // Video.
   int keyframes = 0;        // how many; 0 = by parallax
   bool all_frames = false;  // every other frame is resectioned against the keyframes
 
   // Several videos of one scene, from fixed cameras.
-  std::vector<int> offsets_frames;  // when each starts, in frames of a common clock, in the order of their names; empty: found
-  int frame_step = 1;               // every so many frames become views
+  std::vector<int>
+      offsets_frames;  // when each starts, in frames of a common clock, in the order of their names; empty: found
+  int frame_step = 1;  // every so many frames become views
 
   // Time, where the user knows it.
-  std::filesystem::path times;      // CSV: view_times.h; empty: a video's own, or none
-  std::optional<double> period_s;   // of a scene that repeats itself
-  bool turntable = false;           // `poses` are in the frame of an object that turns once a period: turntable.h
+  std::filesystem::path times;     // CSV: view_times.h; empty: a video's own, or none
+  std::optional<double> period_s;  // of a scene that repeats itself
+  bool turntable = false;          // `poses` are in the frame of an object that turns once a period: turntable.h
 
   // Cameras that are already known.
   std::filesystem::path poses;
@@ -78,11 +82,11 @@ struct ReconstructOptions {
 
   // Cameras that are assumed.
   Rig rig = Rig::kNone;
-  bool search_focal = false;                // --focal-px search
-  std::string grid_size;                    // "ROWSxCOLUMNS"
-  std::filesystem::path grid_positions;     // CSV: file, row, column, vertical, horizontal coordinate
-  std::optional<double> grid_plane;         // distance of the plane on which all photos coincide, in units of the positions;
-                                            // 0: parallel cameras with the principal point in the middle; none: found
+  bool search_focal = false;             // --focal-px search
+  std::string grid_size;                 // "ROWSxCOLUMNS"
+  std::filesystem::path grid_positions;  // CSV: file, row, column, vertical, horizontal coordinate
+  std::optional<double> grid_plane;  // distance of the plane on which all photos coincide, in units of the positions;
+                                     // 0: parallel cameras with the principal point in the middle; none: found
 };
 
 std::string Name(Backend backend);
@@ -101,11 +105,11 @@ struct MissingPhoto {
 
 // The other backend's cameras of the same capture, after the similarity that aligns them.
 struct BackendComparison {
-  Backend backend = Backend::kColmap;   // the other one
-  int views = 0;                        // that both placed
-  double centre_rms_percent = 0;        // of the extent of the other's centres
+  Backend backend = Backend::kColmap;  // the other one
+  int views = 0;                       // that both placed
+  double centre_rms_percent = 0;       // of the extent of the other's centres
   double rotation_rms_deg = 0;
-  double mean_reprojection_error_px = 0, seconds = 0;   // the other's
+  double mean_reprojection_error_px = 0, seconds = 0;  // the other's
 };
 
 struct ReconstructSummary {
@@ -114,21 +118,22 @@ struct ReconstructSummary {
   std::vector<MissingPhoto> missing;
   double mean_reprojection_error_px = 0;
   Backend backend = Backend::kColmap;
-  std::string upgrade = "metric";          // or quasi-affine, none
-  std::string upgrade_reason;              // why it is not metric
-  std::string structure = "points";        // or homographies: all cameras at one centre
-  int homography_frames = 0;               // frames placed by a homography against their neighbour, without structure
-  std::optional<int> cut_frame;            // projective videos: the first frame of the next shot, by its number; the scene ends before it
+  std::string upgrade = "metric";    // or quasi-affine, none
+  std::string upgrade_reason;        // why it is not metric
+  std::string structure = "points";  // or homographies: all cameras at one centre
+  int homography_frames = 0;         // frames placed by a homography against their neighbour, without structure
+  std::optional<int>
+      cut_frame;  // projective videos: the first frame of the next shot, by its number; the scene ends before it
   std::vector<std::string> warnings;
   std::optional<BackendComparison> comparison;
   int points = 0;
   int cameras = 0;
-  std::string camera_model;                // as estimated, before undistortion; several joined by "+"
-  std::vector<int> components;             // photos of each part that COLMAP found, the largest first
-  int component = 0;                       // which of them the scene is
-  int keyframes = 0;                       // video only
-  std::optional<double> focal_px;          // of the first camera
-  std::vector<std::string> reused;         // what an earlier run or the user's database had done already
+  std::string camera_model;         // as estimated, before undistortion; several joined by "+"
+  std::vector<int> components;      // photos of each part that COLMAP found, the largest first
+  int component = 0;                // which of them the scene is
+  int keyframes = 0;                // video only
+  std::optional<double> focal_px;   // of the first camera
+  std::vector<std::string> reused;  // what an earlier run or the user's database had done already
   double colmap_seconds = 0;
   double seconds = 0;
 };

@@ -20,7 +20,8 @@ namespace {
 // Some cameras append previews or maker data after the picture; the end marker is searched this far from the end.
 constexpr std::streamoff kTailBytes = 64;
 
-std::vector<std::uint8_t> ReadRange(const fs::path& path, std::streamoff from_end, std::streamoff from_begin, std::size_t n) {
+std::vector<std::uint8_t> ReadRange(const fs::path& path, std::streamoff from_end, std::streamoff from_begin,
+                                    std::size_t n) {
   std::ifstream file(path, std::ios::binary);
   std::vector<std::uint8_t> bytes(n);
   if (from_end > 0) {
@@ -77,7 +78,8 @@ std::string Listing(const std::vector<std::string>& names) {
 Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   std::error_code ec;
   if (!fs::exists(folder, ec)) throw InputError(folder, "no such folder");
-  if (!fs::is_directory(folder, ec)) throw InputError(folder, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
+  if (!fs::is_directory(folder, ec))
+    throw InputError(folder, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
 
   Capture capture;
   capture.folder = folder;
@@ -97,14 +99,16 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   std::sort(names.begin(), names.end());
   std::sort(capture.ignored.begin(), capture.ignored.end());
   if (names.empty()) {
-    throw InputError(folder, capture.ignored.empty()
-                                 ? "the folder is empty"
-                                 : fmt::format("no photo among its {} files ({})", capture.ignored.size(), Listing(capture.ignored)),
+    throw InputError(folder,
+                     capture.ignored.empty() ? "the folder is empty"
+                                             : fmt::format("no photo among its {} files ({})", capture.ignored.size(),
+                                                           Listing(capture.ignored)),
                      "give a folder of JPEG, PNG, TIFF or HEIC photos");
   }
   if (!capture.ignored.empty())
-    sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", capture.ignored.size(), capture.ignored.size() == 1 ? "" : "s",
-                             capture.ignored.size() == 1 ? "is" : "are", capture.ignored.size() == 1 ? "" : "s", Listing(capture.ignored)));
+    sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", capture.ignored.size(),
+                             capture.ignored.size() == 1 ? "" : "s", capture.ignored.size() == 1 ? "is" : "are",
+                             capture.ignored.size() == 1 ? "" : "s", Listing(capture.ignored)));
 
   std::vector<InputPhoto> photos(names.size());
   std::vector<std::string> reasons(names.size());
@@ -133,7 +137,8 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
     if (reasons[i].empty())
       capture.photos.push_back(photos[i]);
     else
-      capture.unreadable.push_back({names[i], "unreadable: " + reasons[i], "copy it from the camera again, or leave it out"});
+      capture.unreadable.push_back(
+          {names[i], "unreadable: " + reasons[i], "copy it from the camera again, or leave it out"});
   }
   for (const auto& bad : capture.unreadable) sink.Message(fmt::format("left out {}: {}", bad.name, bad.reason));
   return capture;
@@ -174,7 +179,8 @@ void NumberFrames(Capture& capture, double fps) {
     const std::string stem = fs::path(photo.name).stem().string();
     const std::size_t first = stem.find_last_not_of("0123456789") + 1;  // npos + 1 = 0
     if (first >= stem.size() || stem.size() - first > 9)
-      throw DataError(photo.name + " does not end in a frame number", "name the frames frame_000000.jpg ..., or leave out --fps", capture.folder / photo.name);
+      throw DataError(photo.name + " does not end in a frame number",
+                      "name the frames frame_000000.jpg ..., or leave out --fps", capture.folder / photo.name);
     photo.frame_index = std::stoi(stem.substr(first));
     photo.time_s = *photo.frame_index / fps;
   }

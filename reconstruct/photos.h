@@ -18,19 +18,20 @@ struct InputPhoto {
   std::optional<double> focal_35mm;  // EXIF
   std::optional<double> time_s;      // frames of a video
   std::optional<int> frame_index;
-  bool needs_conversion = false;     // COLMAP cannot read it (16 bits, grey with alpha, HEIC, EXR ...): it gets an 8-bit copy
+  bool needs_conversion =
+      false;  // COLMAP cannot read it (16 bits, grey with alpha, HEIC, EXR ...): it gets an 8-bit copy
 };
 
 // The photos to reconstruct from, wherever they came from.
 struct Capture {
-  std::filesystem::path folder;         // what names are relative to
-  std::vector<InputPhoto> photos;       // sorted by name
+  std::filesystem::path folder;    // what names are relative to
+  std::vector<InputPhoto> photos;  // sorted by name
   std::vector<MissingPhoto> unreadable;
-  std::vector<std::string> ignored;     // files that are no pictures
+  std::vector<std::string> ignored;  // files that are no pictures
   bool is_video = false;
-  bool every_frame = false;             // of a video: not its keyframes only
-  bool resampled = false;               // by us: features found in the originals are elsewhere
-  int video_frames = 0;                 // that could be read
+  bool every_frame = false;  // of a video: not its keyframes only
+  bool resampled = false;    // by us: features found in the originals are elsewhere
+  int video_frames = 0;      // that could be read
 
   int total() const { return static_cast<int>(photos.size() + unreadable.size()); }
 };
@@ -43,7 +44,8 @@ Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
 // shall see (the same one where nothing needs a copy). A converted photo is named NAME.png.
 Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
 
-// The photos' numbers (frame_000123.jpg: 123) as frames of a video at `fps`. Throws DataError naming the photo without one.
+// The photos' numbers (frame_000123.jpg: 123) as frames of a video at `fps`. Throws DataError naming the photo without
+// one.
 void NumberFrames(Capture& capture, double fps);
 
 // Times and frame numbers of the photos for the views of their names; other views stay as they are.

@@ -32,7 +32,9 @@ std::optional<double> Number(const std::string& token) {
 
 std::optional<Rigid3> PoseOf(const Eigen::Matrix<double, 3, 4>& m) {
   const Eigen::Matrix3d R = m.leftCols<3>();
-  if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) || !(R.determinant() > 0)) return std::nullopt;
+  if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
+      !(R.determinant() > 0))
+    return std::nullopt;
   return Rigid3{Eigen::Quaterniond(NearestRotation(R)).normalized(), m.col(3)};
 }
 
@@ -76,7 +78,8 @@ std::vector<PosedCamera> ReadMiddlebury(const fs::path& path, const std::vector<
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const Line& line = lines[i];
     if (line.values.size() != 21 || line.name.empty())
-      throw InputError(path, fmt::format("line {}: a name and 21 numbers (K, R, t) are expected, {} numbers are there", line.number, line.values.size()));
+      throw InputError(path, fmt::format("line {}: a name and 21 numbers (K, R, t) are expected, {} numbers are there",
+                                         line.number, line.values.size()));
     PosedCamera camera;
     camera.name = line.name;
     camera.K = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(line.values.data());
@@ -95,9 +98,12 @@ std::vector<PosedCamera> ReadTwelves(const fs::path& path, const std::vector<Lin
   std::vector<PosedCamera> cameras;
   for (const Line& line : lines) {
     // A 4x4 matrix is a 3x4 one with 0 0 0 1 below.
-    const bool four_rows = line.values.size() == 16 && line.values[12] == 0 && line.values[13] == 0 && line.values[14] == 0 && line.values[15] == 1;
+    const bool four_rows = line.values.size() == 16 && line.values[12] == 0 && line.values[13] == 0 &&
+                           line.values[14] == 0 && line.values[15] == 1;
     if (line.values.size() != 12 && !four_rows)
-      throw InputError(path, fmt::format("line {}: twelve numbers (a 3x4 matrix, row by row) are expected, {} are there", line.number, line.values.size()),
+      throw InputError(path,
+                       fmt::format("line {}: twelve numbers (a 3x4 matrix, row by row) are expected, {} are there",
+                                   line.number, line.values.size()),
                        "known formats: COLMAP model, transforms.json, Middlebury *_par.txt, twelve numbers a line");
     if (!cameras.empty() && cameras.front().name.empty() != line.name.empty())
       throw InputError(path, fmt::format("line {}: some lines have a name, some have none", line.number));
@@ -114,7 +120,9 @@ std::vector<PosedCamera> ReadTwelves(const fs::path& path, const std::vector<Lin
       camera.K = decomposed->K;
       camera.cam_from_world = decomposed->cam_from_world;
     } else {
-      if (!pose) throw InputError(path, fmt::format("line {}: its left 3x3 block is no rotation", line.number), "is it --poses-format projection?");
+      if (!pose)
+        throw InputError(path, fmt::format("line {}: its left 3x3 block is no rotation", line.number),
+                         "is it --poses-format projection?");
       camera.cam_from_world = format == PosesFormat::kWorldFromCam ? pose->Inverse() : *pose;
     }
     cameras.push_back(std::move(camera));
@@ -124,7 +132,8 @@ std::vector<PosedCamera> ReadTwelves(const fs::path& path, const std::vector<Lin
 
 std::vector<PosedCamera> FromScene(const Scene& scene) {
   std::vector<PosedCamera> cameras;
-  for (const View& view : scene.views) cameras.push_back({view.name, scene.CameraOf(view), std::nullopt, view.cam_from_world});
+  for (const View& view : scene.views)
+    cameras.push_back({view.name, scene.CameraOf(view), std::nullopt, view.cam_from_world});
   return cameras;
 }
 
@@ -159,7 +168,9 @@ std::vector<PosedCamera> ReadPosesFile(const fs::path& path, PosesFormat format)
   std::vector<PosedCamera> cameras;
   if (fs::is_directory(path, ec)) {
     const auto model = FindColmapModel(path);
-    if (!model) throw InputError(path, "no COLMAP model in it", "cameras.txt and images.txt (or .bin) are looked for there and in sparse/");
+    if (!model)
+      throw InputError(path, "no COLMAP model in it",
+                       "cameras.txt and images.txt (or .bin) are looked for there and in sparse/");
     cameras = FromScene(ReadColmapModel(*model));
   } else if (path.extension() == ".json") {
     cameras = FromScene(ReadTransformsJson(path));
@@ -167,17 +178,22 @@ std::vector<PosedCamera> ReadPosesFile(const fs::path& path, PosesFormat format)
     const std::vector<Line> lines = ReadLines(path);
     if (lines.empty()) throw InputError(path, "no camera in it");
     const Line& first = lines.front();
-    cameras = first.name.empty() && first.values.size() == 1 ? ReadMiddlebury(path, lines) : ReadTwelves(path, lines, format);
+    cameras =
+        first.name.empty() && first.values.size() == 1 ? ReadMiddlebury(path, lines) : ReadTwelves(path, lines, format);
   }
   if (cameras.empty()) throw InputError(path, "no camera in it");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     if (!cameras[i].K) continue;
     const Eigen::Matrix3d& K = *cameras[i].K;
     const std::string which = cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
-    if (!(K(0, 0) > 0 && K(1, 1) > 0)) throw InputError(path, fmt::format("{}: focal lengths {} and {} are not positive", which, K(0, 0), K(1, 1)));
+    if (!(K(0, 0) > 0 && K(1, 1) > 0))
+      throw InputError(path, fmt::format("{}: focal lengths {} and {} are not positive", which, K(0, 0), K(1, 1)));
     if (!(std::abs(K(0, 1)) < kMaxShear * K(1, 1)))
-      throw InputError(path, fmt::format("{}: a skew of {:.3g} px beside focal lengths of {:.5g} and {:.5g} px is no camera's", which, K(0, 1), K(0, 0), K(1, 1)),
-                       "are the numbers a projection matrix, row by row?");
+      throw InputError(
+          path,
+          fmt::format("{}: a skew of {:.3g} px beside focal lengths of {:.5g} and {:.5g} px is no camera's", which,
+                      K(0, 1), K(0, 0), K(1, 1)),
+          "are the numbers a projection matrix, row by row?");
   }
   return cameras;
 }

@@ -15,9 +15,9 @@
 namespace lumi {
 
 struct PosedCamera {
-  std::string name;                 // as the file has it; empty in a list without names
-  std::optional<Camera> camera;     // where the file tells lens and photo size
-  std::optional<Eigen::Matrix3d> K; // where it tells a matrix only; K(2,2) = 1
+  std::string name;                  // as the file has it; empty in a list without names
+  std::optional<Camera> camera;      // where the file tells lens and photo size
+  std::optional<Eigen::Matrix3d> K;  // where it tells a matrix only; K(2,2) = 1
   Rigid3 cam_from_world;
 };
 

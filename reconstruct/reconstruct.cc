@@ -49,9 +49,12 @@ void RequireUsableOutput(const ReconstructOptions& options) {
   RequireOurFolder(options.scene, "provenance");
   std::error_code ec;
   if (fs::exists(options.scene, ec) && LiesIn(options.input, options.scene))
-    throw UsageError(fmt::format("the input lies inside the output folder {}", options.scene.string()), "choose another output");
+    throw UsageError(fmt::format("the input lies inside the output folder {}", options.scene.string()),
+                     "choose another output");
   if (fs::exists(options.scene / "truth", ec))
-    throw UsageError(fmt::format("{} is a simulated capture with its truth; it would be overwritten", options.scene.string()), "choose another output");
+    throw UsageError(
+        fmt::format("{} is a simulated capture with its truth; it would be overwritten", options.scene.string()),
+        "choose another output");
 }
 
 Provenance WantedProvenance(const ReconstructOptions& options) {
@@ -78,12 +81,16 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
   Mapping mapping = MapScene(capture, cameras, features, job);
   summary.components = mapping.components;
   summary.component = mapping.component;
-  summary.missing = ExplainMissing(capture, ColmapDatabase(features.database), ViewNames(mapping.scene), mapping.other_parts);
+  summary.missing =
+      ExplainMissing(capture, ColmapDatabase(features.database), ViewNames(mapping.scene), mapping.other_parts);
   Scene scene = std::move(mapping.scene);
   const double fraction = static_cast<double>(scene.views.size()) / std::max(1, capture.total());
   if (fraction < options.min_registered)
-    throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for{}", scene.views.size(), capture.total(), 100 * options.min_registered,
-                                summary.missing.empty() ? "" : fmt::format("; {}: {}", summary.missing.front().name, summary.missing.front().reason)),
+    throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for{}", scene.views.size(),
+                                capture.total(), 100 * options.min_registered,
+                                summary.missing.empty() ? ""
+                                                        : fmt::format("; {}: {}", summary.missing.front().name,
+                                                                      summary.missing.front().reason)),
                     summary.missing.empty() ? "" : summary.missing.front().hint);
   CopyTimes(capture, scene);
   if (options.all_frames) {
@@ -121,7 +128,8 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
     for (const GridPosition& p : grid) stands.push_back({{p.horizontal, p.vertical, 0}, Eigen::Vector3d::UnitZ()});
   }
   if (views.size() == capture.photos.size())  // in the photos' order
-    for (const HeldView& view : views) stands.push_back({view.cam_from_world.OriginInSource(), view.cam_from_world.R().row(2)});
+    for (const HeldView& view : views)
+      stands.push_back({view.cam_from_world.OriginInSource(), view.cam_from_world.R().row(2)});
   const Features features =
       FindAndMatchFeatures(capture, cameras, {feature_options, work_folder, colmap, sink}, NearPairs(stands));
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
@@ -130,7 +138,8 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
 
   const HeldTriangulationOptions triangulation;
   Scene scene = TriangulateHeld(views, features.database, triangulation, sink);
-  if (std::any_of(views.begin(), views.end(), [](const HeldView& v) { return !v.undistorted_alternative.params.empty(); })) {
+  if (std::any_of(views.begin(), views.end(),
+                  [](const HeldView& v) { return !v.undistorted_alternative.params.empty(); })) {
     std::vector<HeldView> plain = views;
     for (HeldView& view : plain)
       if (!view.undistorted_alternative.params.empty()) view.camera = view.undistorted_alternative;
@@ -141,19 +150,25 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
       return n;
     };
     const bool undistorted = observations(other) > observations(scene);
-    sink.Message(undistorted ? "the rescaled photos agree better without the cameras' distortion: they were undistorted before"
-                             : "the rescaled photos still have the cameras' distortion");
+    sink.Message(undistorted
+                     ? "the rescaled photos agree better without the cameras' distortion: they were undistorted before"
+                     : "the rescaled photos still have the cameras' distortion");
     if (undistorted) scene = std::move(other);
   }
   constexpr std::size_t kMinPoints = 20;
-  if (scene.points.size() < kMinPoints && !options.poses.empty() && (options.poses_format == PosesFormat::kProjection || options.poses_format == PosesFormat::kUnset)) {
+  if (scene.points.size() < kMinPoints && !options.poses.empty() &&
+      (options.poses_format == PosesFormat::kProjection || options.poses_format == PosesFormat::kUnset)) {
     scene = TriangulateHeld(Mirrored(views), features.database, triangulation, sink);
-    if (scene.points.size() >= kMinPoints) sink.Message("the given matrices describe a mirrored world: its z axis was reversed");
+    if (scene.points.size() >= kMinPoints)
+      sink.Message("the given matrices describe a mirrored world: its z axis was reversed");
   }
   if (scene.points.size() < kMinPoints)
-    throw DataError(fmt::format("only {} points agree with the {} cameras", scene.points.size(), options.rig == Rig::kNone ? "given" : "assumed"),
-                    options.rig == Rig::kNone ? "check --poses-format, --pixel-origin, the focal length, and that the order or names fit the photos"
-                                              : "check the focal length, the order of the photos and the rig");
+    throw DataError(
+        fmt::format("only {} points agree with the {} cameras", scene.points.size(),
+                    options.rig == Rig::kNone ? "given" : "assumed"),
+        options.rig == Rig::kNone
+            ? "check --poses-format, --pixel-origin, the focal length, and that the order or names fit the photos"
+            : "check the focal length, the order of the photos and the rig");
   scene.image_folder = capture.folder;
   CopyTimes(capture, scene);
   ColorPoints(scene, sink);
@@ -167,19 +182,24 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   const Stopwatch watch;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
-  for (const auto& path : {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
+  for (const auto& path :
+       {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
     if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
   const bool is_video = fs::is_regular_file(options.input, ec);
   if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
   if (is_video && !HasVideoExtension(options.input))
-    throw InputError(options.input, "neither a folder of photos nor a video", "give a folder of photos, or a video file");
+    throw InputError(options.input, "neither a folder of photos nor a video",
+                     "give a folder of photos, or a video file");
   if (!is_video && options.all_frames) throw UsageError("--all-frames goes with a video");
   const bool several_videos = !is_video && !SynchronisedVideos(options.input).empty();
-  if (several_videos && options.backend == Backend::kFactorization) throw UsageError("several videos at once go with --backend colmap");
+  if (several_videos && options.backend == Backend::kFactorization)
+    throw UsageError("several videos at once go with --backend colmap");
   if (!several_videos && (!options.offsets_frames.empty() || options.frame_step != 1))
     throw UsageError("--offsets-frames and --frame-step are for a folder of videos that fixed cameras took at once");
-  if (!options.times.empty() && (is_video || several_videos)) throw UsageError("--times is for photos: a video's frames have their own");
-  if (options.turntable && !PeriodOfScene(options)) throw UsageError("--turntable needs the period: --period-s, or phases in the file of --times");
+  if (!options.times.empty() && (is_video || several_videos))
+    throw UsageError("--times is for photos: a video's frames have their own");
+  if (options.turntable && !PeriodOfScene(options))
+    throw UsageError("--turntable needs the period: --period-s, or phases in the file of --times");
   RequireUsableOutput(options);
 
   // Looked at before anything is written.
@@ -191,8 +211,10 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     photos = FindPhotos(options.input, sink);
     if (!options.times.empty()) photos = WithTimes(photos, options);
     if (photos.photos.size() < 2)
-      throw DataError(photos.photos.empty() ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(), photos.unreadable.front().name, photos.unreadable.front().reason)
-                                            : "only one photo can be used; a scene needs two or more",
+      throw DataError(photos.photos.empty()
+                          ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(),
+                                        photos.unreadable.front().name, photos.unreadable.front().reason)
+                          : "only one photo can be used; a scene needs two or more",
                       "take photos of the same thing from several places", options.input);
     std::set<std::pair<int, int>> sizes_px;
     for (const InputPhoto& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
@@ -202,7 +224,8 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   const FolderLock lock(options.scene);
   fs::create_directories(options.scene / "provenance");
   Provenance wanted = WantedProvenance(options);
-  const auto before = fs::exists(options.scene / "lumigraph.json", ec) && fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)
+  const auto before = fs::exists(options.scene / "lumigraph.json", ec) &&
+                              fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)
                           ? JsonKeys::Parse(ReadText(options.scene / kSummaryFile))
                           : std::nullopt;
   if (before) {
@@ -238,15 +261,19 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
                 : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, given, job, summary)
                                                                      : Hold(given.capture, job, summary);
   if (several_videos) {
-    if (given.resampled) throw UsageError("several videos at once take a camera.yaml without skew and k3 only", "undistort the videos before");
+    if (given.resampled)
+      throw UsageError("several videos at once take a camera.yaml without skew and k3 only",
+                       "undistort the videos before");
     if (options.offsets_frames.empty()) RefineWithCameras(cameras, scene, sink);
     ExpandFrames(scene, cameras, options, work_folder / "frames", summary, sink);
   }
   scene.period_s = PeriodOfScene(options);
   if (options.turntable) {
     const TurnAxis axis = PutIntoRoom(scene, *scene.period_s);
-    sink.Message(fmt::format("the object turns about ({:.3f}, {:.3f}, {:.3f}); from photo to photo the camera moves by {:.2g} in the room, by {:.2g} about the object", axis.direction.x(),
-                             axis.direction.y(), axis.direction.z(), axis.room_step, axis.object_step));
+    sink.Message(
+        fmt::format("the object turns about ({:.3f}, {:.3f}, {:.3f}); from photo to photo the camera moves by {:.2g} "
+                    "in the room, by {:.2g} about the object",
+                    axis.direction.x(), axis.direction.y(), axis.direction.z(), axis.room_step, axis.object_step));
   }
   const int photos_total = summary.images_total;
   if (scene.frame == Frame::kMetric)
@@ -254,13 +281,15 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   else
     scene = FinishProjectiveScene(std::move(scene), fitted, summary, sink);
   if (!summary.missing.empty())
-    sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total, summary.missing.front().name, summary.missing.front().reason));
+    sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total,
+                             summary.missing.front().name, summary.missing.front().reason));
   summary.colmap_seconds = colmap.seconds();
   summary.seconds = watch.Seconds();
   if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
     summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 
-  for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"}) wanted.outputs[output] = Fingerprint(options.scene / output);
+  for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"})
+    wanted.outputs[output] = Fingerprint(options.scene / output);
   wanted.seconds = summary.seconds;
   WriteTextAtomically(options.scene / kSummaryFile, JsonKeys(summary).Text(2) + "\n");
   WriteProvenance(options.scene, wanted);

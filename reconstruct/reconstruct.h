@@ -11,8 +11,9 @@
 
 namespace lumi {
 
-// Throws UsageError (options, somebody else's folder), InputError (unreadable input), DataError (the photos do not allow
-// it), MachineError (no COLMAP, cannot write), Interrupted. What a killed run left in SCENE/colmap is gone on with.
+// Throws UsageError (options, somebody else's folder), InputError (unreadable input), DataError (the photos do not
+// allow it), MachineError (no COLMAP, cannot write), Interrupted. What a killed run left in SCENE/colmap is gone on
+// with.
 ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink);
 
 }  // namespace lumi

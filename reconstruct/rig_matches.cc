@@ -8,8 +8,8 @@
 
 namespace lumi {
 
-std::vector<RigMatch> MatchesOfRig(const Capture& capture, const std::filesystem::path& path, std::size_t per_pair, double min_motion_px,
-                                   const std::function<bool(int a, int b)>& near) {
+std::vector<RigMatch> MatchesOfRig(const Capture& capture, const std::filesystem::path& path, std::size_t per_pair,
+                                   double min_motion_px, const std::function<bool(int a, int b)>& near) {
   const ColmapDatabase database(path);
   std::map<std::string, int> index_of;
   for (std::size_t i = 0; i < capture.photos.size(); ++i) index_of[capture.photos[i].name] = static_cast<int>(i);
@@ -28,7 +28,8 @@ std::vector<RigMatch> MatchesOfRig(const Capture& capture, const std::filesystem
     std::vector<RigMatch> of_pair;
     for (const auto& [i, j] : database.Matches(pair.image1, pair.image2)) {
       const auto &ka = keypoints[pair.image1], &kb = keypoints[pair.image2];
-      if (static_cast<std::size_t>(i) >= ka.size() || static_cast<std::size_t>(j) >= kb.size()) throw InputError(path, "a match names a feature that is not there");
+      if (static_cast<std::size_t>(i) >= ka.size() || static_cast<std::size_t>(j) >= kb.size())
+        throw InputError(path, "a match names a feature that is not there");
       const RigMatch match{a->second, b->second, ka[static_cast<std::size_t>(i)], kb[static_cast<std::size_t>(j)]};
       if ((match.x_a_px - match.x_b_px).norm() >= min_motion_px) of_pair.push_back(match);
     }

@@ -18,8 +18,10 @@ namespace {
 constexpr double kTurnRad = 360 * kRadPerDeg;
 
 // How well a match agrees with two poses: 1 exactly, 1/2 at `scale_px` from the epipolar line, 0 behind a camera.
-double Agreement(const RigMatch& match, const Rigid3& b_from_a, const Eigen::Vector2d& middle_px, double focal_px, double scale_px) {
-  const Eigen::Vector3d a = ((match.x_a_px - middle_px) / focal_px).homogeneous(), b = ((match.x_b_px - middle_px) / focal_px).homogeneous();
+double Agreement(const RigMatch& match, const Rigid3& b_from_a, const Eigen::Vector2d& middle_px, double focal_px,
+                 double scale_px) {
+  const Eigen::Vector3d a = ((match.x_a_px - middle_px) / focal_px).homogeneous(),
+                        b = ((match.x_b_px - middle_px) / focal_px).homogeneous();
   const Eigen::Vector3d turned = b_from_a.rotation * a, &t = b_from_a.translation;
   const Eigen::Vector3d line_b = t.cross(turned);
   const Eigen::Vector3d line_a = b_from_a.rotation.conjugate() * b.cross(t);
@@ -36,12 +38,14 @@ double Agreement(const RigMatch& match, const Rigid3& b_from_a, const Eigen::Vec
   return 1 / (1 + (distance_px / scale_px) * (distance_px / scale_px));
 }
 
-double RingScore(const RingGeometry& ring, const std::vector<RigMatch>& matches, const Eigen::Vector2d& middle_px, double scale_px) {
+double RingScore(const RingGeometry& ring, const std::vector<RigMatch>& matches, const Eigen::Vector2d& middle_px,
+                 double scale_px) {
   double sum = 0;
   std::map<int, Rigid3> b_from_a;  // by the distance in the ring: poses of neighbours differ by that alone
   for (const RigMatch& match : matches) {
     auto it = b_from_a.find(match.b - match.a);
-    if (it == b_from_a.end()) it = b_from_a.emplace(match.b - match.a, RingPose(ring, match.b - match.a) * RingPose(ring, 0).Inverse()).first;
+    if (it == b_from_a.end())
+      it = b_from_a.emplace(match.b - match.a, RingPose(ring, match.b - match.a) * RingPose(ring, 0).Inverse()).first;
     sum += Agreement(match, it->second, middle_px, ring.focal_px, scale_px);
   }
   return sum / static_cast<double>(matches.size());
@@ -51,18 +55,22 @@ double RingScore(const RingGeometry& ring, const std::vector<RigMatch>& matches,
 
 Rigid3 RingPose(const RingGeometry& ring, int index) {
   const double angle = index * ring.step_rad;
-  const Eigen::Vector3d eye(std::cos(angle) * std::cos(ring.elevation_rad), std::sin(angle) * std::cos(ring.elevation_rad), std::sin(ring.elevation_rad));
+  const Eigen::Vector3d eye(std::cos(angle) * std::cos(ring.elevation_rad),
+                            std::sin(angle) * std::cos(ring.elevation_rad), std::sin(ring.elevation_rad));
   const Rigid3 look = LookAt(eye, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(-ring.roll_rad, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-ring.pan_rad, Eigen::Vector3d::UnitY());
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(-ring.roll_rad, Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(-ring.pan_rad, Eigen::Vector3d::UnitY());
   return Rigid3{turn, Eigen::Vector3d::Zero()} * look;
 }
 
-std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOptions& options, const std::filesystem::path& database, ProgressSink& sink) {
+std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOptions& options,
+                                 const std::filesystem::path& database, ProgressSink& sink) {
   const int n = static_cast<int>(capture.photos.size());
   const InputPhoto& first = capture.photos.front();
   for (const InputPhoto& photo : capture.photos)
     if (photo.width_px != first.width_px || photo.height_px != first.height_px)
-      throw DataError("the photos of a turntable have one size; these have several", "scale them to one size, or leave out --rig");
+      throw DataError("the photos of a turntable have one size; these have several",
+                      "scale them to one size, or leave out --rig");
   // Neighbours up to three steps away overlap; the room's points move by less than this.
   constexpr int kReach = 3;
   constexpr std::size_t kPerPair = 40, kMinMatches = 100;
@@ -72,12 +80,14 @@ std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOption
     return std::min(d, n - d) <= kReach;
   });
   if (matches.size() < kMinMatches)
-    throw DataError(fmt::format("only {} matches between neighbours on the ring", matches.size()), "photos of a ring need texture and steps of 15 degrees or less");
+    throw DataError(fmt::format("only {} matches between neighbours on the ring", matches.size()),
+                    "photos of a ring need texture and steps of 15 degrees or less");
 
   const std::optional<Camera> given = IntrinsicsFromOptions(options, first.width_px, first.height_px);
-  const Eigen::Vector2d middle = given ? given->PrincipalPointPx() : Eigen::Vector2d(first.width_px / 2.0, first.height_px / 2.0);
-  // Coarse to fine: a wide tolerance over a grid of focal lengths, elevations and both senses of rotation, then a narrow
-  // one from the best of them. Agreement saturates, so wrong matches do not pull.
+  const Eigen::Vector2d middle =
+      given ? given->PrincipalPointPx() : Eigen::Vector2d(first.width_px / 2.0, first.height_px / 2.0);
+  // Coarse to fine: a wide tolerance over a grid of focal lengths, elevations and both senses of rotation, then a
+  // narrow one from the best of them. Agreement saturates, so wrong matches do not pull.
   constexpr double kWidePx = 10, kNarrowPx = 1.5, kMinAgreement = 0.4;
   constexpr int kStarts = 6;
   std::vector<RingGeometry> grid;
@@ -117,23 +127,31 @@ std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOption
       std::vector<double> x{std::log(from.focal_px), from.elevation_rad, 0, 0};
       for (const double scale_px : {kWidePx, 4.0, kNarrowPx}) {
         const double angle = 3 * kRadPerDeg * scale_px / kWidePx;
-        x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); }, x, {given ? 0.0 : 0.1, 2 * angle, angle, angle}, 300);
+        x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); },
+                       x, {given ? 0.0 : 0.1, 2 * angle, angle, angle}, 300);
       }
       refined[s] = {RingScore(ring_at(x), matches, middle, kNarrowPx), ring_at(x)};
       progress.Step();
     }
   });
-  const auto best = *std::max_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto best =
+      *std::max_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   if (best.first < kMinAgreement)
-    throw DataError(fmt::format("no ring of {} evenly spaced cameras explains the matches (agreement {:.2f}, {:.2f} is asked for)", n, best.first, kMinAgreement),
-                    "the photos must be one full turn in the order of their names; else leave out --rig");
-  sink.Message(fmt::format("ring: focal length {:.1f} px, cameras {:.1f} degrees above the object, {}, {:.0f} % agreement", best.second.focal_px,
-                           best.second.elevation_rad * kDegPerRad, best.second.step_rad > 0 ? "counter-clockwise" : "clockwise", 100 * best.first));
+    throw DataError(
+        fmt::format("no ring of {} evenly spaced cameras explains the matches (agreement {:.2f}, {:.2f} is asked for)",
+                    n, best.first, kMinAgreement),
+        "the photos must be one full turn in the order of their names; else leave out --rig");
+  sink.Message(
+      fmt::format("ring: focal length {:.1f} px, cameras {:.1f} degrees above the object, {}, {:.0f} % agreement",
+                  best.second.focal_px, best.second.elevation_rad * kDegPerRad,
+                  best.second.step_rad > 0 ? "counter-clockwise" : "clockwise", 100 * best.first));
   std::vector<HeldView> views;
   for (int i = 0; i < n; ++i) {
     HeldView view;
     view.name = capture.photos[static_cast<std::size_t>(i)].name;
-    view.camera = given ? *given : Camera::Pinhole(first.width_px, first.height_px, best.second.focal_px, best.second.focal_px, middle.x(), middle.y());
+    view.camera = given ? *given
+                        : Camera::Pinhole(first.width_px, first.height_px, best.second.focal_px, best.second.focal_px,
+                                          middle.x(), middle.y());
     view.cam_from_world = RingPose(best.second, i);
     views.push_back(std::move(view));
   }

@@ -18,9 +18,9 @@ constexpr double kCoding = 8;               // grey values: changes of a pixel t
 constexpr double kLeastChange = 0.02;       // grey values, mean over the picture: a still one
 constexpr double kLeastCorrelation = 0.35;  // unrelated signals of a hundred frames stay below 0.3
 constexpr double kAsGood = 0.95;
-constexpr int kNeighbourhood = 2;           // lags around a peak that belong to it
+constexpr int kNeighbourhood = 2;  // lags around a peak that belong to it
 constexpr int kLeastOverlap = 8;
-constexpr double kStill = 1e-12;            // variance of a signal that says nothing: rounding
+constexpr double kStill = 1e-12;  // variance of a signal that says nothing: rounding
 
 // Of a and b shifted, over the frames that both have; the first frame has no change.
 double Correlation(const std::vector<double>& a, const std::vector<double>& b, int lag, int least) {
@@ -28,7 +28,8 @@ double Correlation(const std::vector<double>& a, const std::vector<double>& b, i
   const int n = last - first;
   if (n < least) return 0;
   double ma = 0, mb = 0;
-  for (int i = first; i < last; ++i) ma += a[static_cast<std::size_t>(i)] / n, mb += b[static_cast<std::size_t>(i - lag)] / n;
+  for (int i = first; i < last; ++i)
+    ma += a[static_cast<std::size_t>(i)] / n, mb += b[static_cast<std::size_t>(i - lag)] / n;
   double ab = 0, aa = 0, bb = 0;
   for (int i = first; i < last; ++i) {
     const double x = a[static_cast<std::size_t>(i)] - ma, y = b[static_cast<std::size_t>(i - lag)] - mb;
@@ -56,7 +57,8 @@ MotionSignal MeasureMotion(const std::filesystem::path& video, ProgressSink& sin
     small.convertTo(small, CV_32F);
     double change = 0;
     if (!before.empty()) {
-      // Coding makes whole pictures flicker in step with its groups of frames, alike in all videos: only what moves counts.
+      // Coding makes whole pictures flicker in step with its groups of frames, alike in all videos: only what moves
+      // counts.
       cv::Mat moved;
       cv::threshold(cv::abs(small - before) - kCoding, moved, 0, 0, cv::THRESH_TOZERO);
       change = std::log(kLeastChange + cv::mean(moved)[0]);
@@ -76,7 +78,9 @@ Lag FindLag(const MotionSignal& a, const MotionSignal& b) {
   for (int lag = -n_b + 1; lag < n_a; ++lag) all.emplace_back(lag, Correlation(a.change, b.change, lag, least));
   Lag best;
   if (all.empty()) return best;
-  const double top = std::max_element(all.begin(), all.end(), [](const auto& x, const auto& y) { return x.second < y.second; })->second;
+  const double top = std::max_element(all.begin(), all.end(), [](const auto& x, const auto& y) {
+                       return x.second < y.second;
+                     })->second;
   if (!(top > 0)) return best;
   // Peaks that are nearly as high.
   std::vector<std::pair<int, double>> peaks;
@@ -88,14 +92,16 @@ Lag FindLag(const MotionSignal& a, const MotionSignal& b) {
       peaks.emplace_back(lag, value);
     }
   }
-  std::sort(peaks.begin(), peaks.end(), [](const auto& x, const auto& y) { return std::abs(x.first) < std::abs(y.first); });
+  std::sort(peaks.begin(), peaks.end(),
+            [](const auto& x, const auto& y) { return std::abs(x.first) < std::abs(y.first); });
   best.frames = peaks.front().first;
   best.correlation = peaks.front().second;
   best.rival = peaks.size() > 1 ? peaks[1].first : best.frames;
   return best;
 }
 
-Synchronisation Synchronise(const std::vector<MotionSignal>& signals, const std::vector<std::filesystem::path>& videos) {
+Synchronisation Synchronise(const std::vector<MotionSignal>& signals,
+                            const std::vector<std::filesystem::path>& videos) {
   const std::size_t n = signals.size();
   Synchronisation result;
   result.offsets.assign(n, 0);
@@ -111,8 +117,10 @@ Synchronisation Synchronise(const std::vector<MotionSignal>& signals, const std:
         if (to == 0 || lag.correlation > best.correlation) best = lag, from = a, to = b;
       }
     if (best.correlation < kLeastCorrelation)
-      throw DataError(fmt::format("what moves in {} does not go with any other video (correlation {:.2f})", videos[to].filename().string(), best.correlation),
-                      "say how the videos start: --offsets-frames, one number a video in the order of their names", videos[to]);
+      throw DataError(fmt::format("what moves in {} does not go with any other video (correlation {:.2f})",
+                                  videos[to].filename().string(), best.correlation),
+                      "say how the videos start: --offsets-frames, one number a video in the order of their names",
+                      videos[to]);
     tied[to] = true;
     result.offsets[to] = result.offsets[from] + best.frames;
     result.least_correlation = std::min(result.least_correlation, best.correlation);

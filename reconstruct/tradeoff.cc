@@ -78,7 +78,9 @@ std::vector<Dial> DialsOf(const ReconstructOptions& o, const ReconstructExtent& 
                  [](ReconstructOptions& r, int v) { r.max_features = v; }, features_text, InProportion}};
   }
   const bool follow = FollowsFrames(o, extent);
-  const int features = o.features > 0 ? o.features : follow ? TrackVideoOptions{}.features : MatchPhotosOptions{}.max_features;
+  const int features = o.features > 0 ? o.features
+                       : follow       ? TrackVideoOptions{}.features
+                                      : MatchPhotosOptions{}.max_features;
   const int window = o.window_frames > 0 ? o.window_frames : WindowOptions{}.length;
   const int frames = o.all_frames ? kAny : std::max(kLeastWindow, extent.photos);
   const int effective = std::min(window, frames);
@@ -96,7 +98,8 @@ std::vector<Dial> DialsOf(const ReconstructOptions& o, const ReconstructExtent& 
                                [](ReconstructOptions& r, int v) { r.adjust = v != 0; },
                                [](int v) { return std::string(v != 0 ? "adjusted" : "not adjusted"); },
                                [](int v) { return v != 0 ? kAdjustmentEffort : 1; }}};
-  if (!follow) dials.push_back(size_dial(o.max_image_size_px > 0 ? o.max_image_size_px : MatchPhotosOptions{}.max_size_px));
+  if (!follow)
+    dials.push_back(size_dial(o.max_image_size_px > 0 ? o.max_image_size_px : MatchPhotosOptions{}.max_size_px));
   return dials;
 }
 
@@ -156,7 +159,8 @@ Scene GivenReference(const fs::path& path) {
   if (!fs::exists(path, ec)) throw InputError(path, "no such file or folder");
   Scene scene = CamerasAsTheyAre(path);
   if (scene.frame != Frame::kMetric)
-    throw UsageError(fmt::format("--reference {}: its frame is {}, metric cameras are compared", path.string(), Name(scene.frame)));
+    throw UsageError(
+        fmt::format("--reference {}: its frame is {}, metric cameras are compared", path.string(), Name(scene.frame)));
   return scene;
 }
 
@@ -173,13 +177,14 @@ std::optional<fs::path> TruthBeside(const fs::path& input) {
 // One setting's progress as a step of all settings'.
 class SettingProgress : public ProgressSink {
  public:
-  SettingProgress(ProgressSink& sink, std::string task, long done, long total, std::chrono::steady_clock::time_point start,
-                  double seconds_left)
+  SettingProgress(ProgressSink& sink, std::string task, long done, long total,
+                  std::chrono::steady_clock::time_point start, double seconds_left)
       : sink_(sink), task_(std::move(task)), done_(done), total_(total), start_(start), left_(seconds_left) {
     Report({}, 0, 0, 0, 0);
   }
   void Report(const std::string&, long, long, double, double) override {
-    sink_.Report(task_, done_, total_, SecondsSince(start_), left_ < 0 ? -1 : std::max(0.0, left_ - SecondsSince(begin_)));
+    sink_.Report(task_, done_, total_, SecondsSince(start_),
+                 left_ < 0 ? -1 : std::max(0.0, left_ - SecondsSince(begin_)));
   }
   void Finish(const std::string&, long, double) override {}
   void Message(const std::string&) override {}
@@ -196,7 +201,8 @@ double SecondsOfGiven(const ReconstructTradeoff& t) {
   return t.rows.empty() || !t.rows.front().failed.empty() ? 0 : t.rows.front().seconds;
 }
 
-// By the centres where rows have poses, else by the reprojection error; of rows that placed as many photos as any did. The fastest first.
+// By the centres where rows have poses, else by the reprojection error; of rows that placed as many photos as any did.
+// The fastest first.
 std::vector<std::size_t> FrontOf(const std::vector<TradeoffRow>& rows) {
   int most = 0;
   bool posed = false;
@@ -207,7 +213,9 @@ std::vector<std::size_t> FrontOf(const std::vector<TradeoffRow>& rows) {
   std::vector<CostAndQuality> axes;
   for (const TradeoffRow& row : rows) {
     const bool able = row.failed.empty() && row.images_registered == most && !row.is_reference && (row.poses || !posed);
-    axes.push_back(!able ? CostAndQuality() : CostAndQuality{row.seconds, -(posed ? row.poses->centre_rms_percent : row.mean_reprojection_error_px)});
+    axes.push_back(
+        !able ? CostAndQuality()
+              : CostAndQuality{row.seconds, -(posed ? row.poses->centre_rms_percent : row.mean_reprojection_error_px)});
   }
   return ParetoFront(axes);
 }
@@ -227,19 +235,22 @@ TradeoffTable TableOf(const ReconstructTradeoff& t) {
   TradeoffTable table = TradeoffTableOf<Row>(
       {{{"name", kSetting, "setting", -20, "{}", "setting"}, [](const Row& r) { return r.setting.name; }},
        {{"line", kSetting}, [](const Row& r) { return r.setting.line; }},
-       {{features, kSetting, "", 0, "", "features"}, option(true, colmap ? &ReconstructOptions::max_features : &ReconstructOptions::features)},
+       {{features, kSetting, "", 0, "", "features"},
+        option(true, colmap ? &ReconstructOptions::max_features : &ReconstructOptions::features)},
        {{"settings.window", kSetting}, option(!colmap, &ReconstructOptions::window_frames)},
        {{"settings.adjust", kSetting}, option(!colmap, &ReconstructOptions::adjust)},
-       {{"settings.max_image_size", kSetting}, [](const Row& r) {
-          return r.setting.options.max_image_size_px > 0 ? TradeoffValue(r.setting.options.max_image_size_px) : TradeoffValue();
+       {{"settings.max_image_size", kSetting},
+        [](const Row& r) {
+          return r.setting.options.max_image_size_px > 0 ? TradeoffValue(r.setting.options.max_image_size_px)
+                                                         : TradeoffValue();
         }},
        {{"seconds", kCost, "seconds", 9, "{:.1f}"}, &Row::seconds},
-       {{"seconds_ratio", kCost, "ratio", 6, "{:.2f}"}, [&](const Row& r) {
-          return given > 0 && r.failed.empty() ? r.seconds / given : CostAndQuality::kNone;
-        }},
+       {{"seconds_ratio", kCost, "ratio", 6, "{:.2f}"},
+        [&](const Row& r) { return given > 0 && r.failed.empty() ? r.seconds / given : CostAndQuality::kNone; }},
        {{"images_registered"}, &Row::images_registered},
        {{"images_total"}, &Row::images_total},
-       {{"", kFigure, "photos", 9}, [](const Row& r) { return fmt::format("{}/{}", r.images_registered, r.images_total); }},
+       {{"", kFigure, "photos", 9},
+        [](const Row& r) { return fmt::format("{}/{}", r.images_registered, r.images_total); }},
        {{"points", kFigure, "points", 7}, &Row::points},
        {{"mean_reprojection_error_px", kLessIsBetter, "px", 7, "{:.3f}"}, &Row::mean_reprojection_error_px},
        {{"centre_rms_percent", kLessIsBetter, "centres %", 10, "{:.4f}"}, pose(&PoseErrors::centre_rms_percent)},
@@ -250,7 +261,10 @@ TradeoffTable TableOf(const ReconstructTradeoff& t) {
        {{"reference"}, &Row::is_reference},
        {{"front"}, &Row::on_front},
        {{"failed", kFailed}, &Row::failed},
-       {{"", kRemark}, [](const Row& r) { return r.is_reference ? "the reference" : r.upgrade != "metric" ? r.upgrade : ""; }}},
+       {{"", kRemark},
+        [](const Row& r) { return r.is_reference          ? "the reference"
+                                  : r.upgrade != "metric" ? r.upgrade
+                                                          : ""; }}},
       t.rows);
   table.starred = "front";
   table.facts = {{"backend", Name(t.backend)}, {"reference", t.reference}, {"seconds", t.seconds}};
@@ -259,17 +273,27 @@ TradeoffTable TableOf(const ReconstructTradeoff& t) {
 
 std::vector<Plot> PanelsOf(const ReconstructTradeoff& t) {
   const TradeoffTable table = TableOf(t);
-  const bool posed = std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
+  const bool posed =
+      std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
   std::vector<Plot> panels;
   const auto panel = [&](const char* title, const std::string& subtitle, const char* y, const char* label, bool front) {
-    panels.push_back(PlotOf(table, {title, subtitle, "seconds", {"seconds", true}, y, {label, true},
+    panels.push_back(PlotOf(table, {title,
+                                    subtitle,
+                                    "seconds",
+                                    {"seconds", true},
+                                    y,
+                                    {label, true},
                                     {{"", "as given", "#24292f", Marker::kDiamond},
                                      {"features", "", "#1f6feb"},
                                      {"window", "", "#15803d", Marker::kSquare},
                                      {"adjustment", "", "#cf222e", Marker::kCross},
                                      {"image size", "", "#b45309", Marker::kSquare},
                                      {"several", "", "#9333ea"}},
-                                    "line", "", front ? FrontOf(t.rows) : std::vector<std::size_t>(), false, kLeastShownError}));
+                                    "line",
+                                    "",
+                                    front ? FrontOf(t.rows) : std::vector<std::size_t>(),
+                                    false,
+                                    kLeastShownError}));
   };
   if (posed) {
     panel("Camera centres", "against " + t.reference, "centre_rms_percent", "rms, % of their extent", true);
@@ -364,11 +388,12 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
   ReconstructExtent extent;
   extent.is_video = fs::is_regular_file(options.input, ec);
   extent.photos = extent.is_video ? measured.summary.keyframes : measured.summary.images_total;
-  for (const View& view : scene.views) extent.longest_side_px = std::max(extent.longest_side_px, SizePx(scene, view).maxCoeff());
+  for (const View& view : scene.views)
+    extent.longest_side_px = std::max(extent.longest_side_px, SizePx(scene, view).maxCoeff());
   if (reference && reference->Shared(scene) < kLeastShared)
-    throw DataError(
-        fmt::format("{} has cameras for {} of the photos: three are needed to compare", reference_name, reference->Shared(scene)),
-        "photos are found by their names, a video's frames by frame_index too", options.reference);
+    throw DataError(fmt::format("{} has cameras for {} of the photos: three are needed to compare", reference_name,
+                                reference->Shared(scene)),
+                    "photos are found by their names, a video's frames by frame_index too", options.reference);
   if (const auto truth = reference ? std::nullopt : TruthBeside(options.input)) {
     reference.emplace(CamerasAsTheyAre(*truth));
     if (reference->Shared(scene) < kLeastShared)
@@ -379,13 +404,15 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
 
   const std::vector<ReconstructSetting> settings = TradeoffSettings(options, extent);
   const long total = static_cast<long>(settings.size());
-  const bool fresh =
-      std::find(measured.summary.reused.begin(), measured.summary.reused.end(), "everything") == measured.summary.reused.end();
+  const bool fresh = std::find(measured.summary.reused.begin(), measured.summary.reused.end(), "everything") ==
+                     measured.summary.reused.end();
   std::vector<std::optional<Scene>> scenes;
   for (const ReconstructSetting& setting : settings) {
     CheckInterrupted();
     const long done = static_cast<long>(t.rows.size());
-    const double each = done > 0 ? SecondsSince(start) / static_cast<double>(done) : fresh ? measured.summary.seconds : -1;
+    const double each = done > 0 ? SecondsSince(start) / static_cast<double>(done)
+                        : fresh  ? measured.summary.seconds
+                                 : -1;
     SettingProgress progress(sink, "measuring, " + setting.name, done, total, start,
                              each < 0 ? -1 : each * static_cast<double>(total - done));
     TradeoffRow row;
@@ -451,7 +478,9 @@ void ListKeys(JsonKeys& j, MeasuredReconstruction& measured) {
   j("tradeoff_json", t.files.json, "tradeoff_csv", t.files.csv, "tradeoff_svg", t.files.svg);
 }
 
-std::string Describe(const MeasuredReconstruction& measured) { return Describe(measured.summary) + "\n\n" + Describe(measured.tradeoff); }
+std::string Describe(const MeasuredReconstruction& measured) {
+  return Describe(measured.summary) + "\n\n" + Describe(measured.tradeoff);
+}
 
 std::string Describe(const ReconstructTradeoff& t) {
   return TextOf(TableOf(t)) + "\n* no other setting is both faster and better" +

@@ -19,8 +19,9 @@ namespace lumi {
 
 // One row of the table before it is measured.
 struct ReconstructSetting {
-  std::string name;            // what differs from the options as given: "features 400"; these: "as given"
-  std::string line;            // the dial that was turned: "features", "window", "adjustment", "image size", "several"; "" as given
+  std::string name;  // what differs from the options as given: "features 400"; these: "as given"
+  std::string
+      line;  // the dial that was turned: "features", "window", "adjustment", "image size", "several"; "" as given
   ReconstructOptions options;  // with every dial's value, none left to its default
   double effort = 1;           // 1 as given; times a dial's factor: the dearest setting is the one expected to be best
 };
@@ -32,8 +33,9 @@ struct ReconstructExtent {
   int longest_side_px = 0;  // of the photos
 };
 
-// The options as given first, then lines through them, one dial at a time, then the cheapest and the dearest of all dials together.
-// Values that would do the same as another row's (a window beyond the last frame, a size beyond the photos') are left out.
+// The options as given first, then lines through them, one dial at a time, then the cheapest and the dearest of all
+// dials together. Values that would do the same as another row's (a window beyond the last frame, a size beyond the
+// photos') are left out.
 std::vector<ReconstructSetting> TradeoffSettings(const ReconstructOptions& options, const ReconstructExtent& extent);
 
 struct TradeoffRow {
@@ -52,7 +54,7 @@ struct ReconstructTradeoff {
   Backend backend = Backend::kColmap;
   std::string reference;  // what `poses` are against, for people; empty: no row is metric
   std::vector<TradeoffRow> rows;
-  TradeoffFiles files;    // SCENE/tradeoff/BACKEND.*
+  TradeoffFiles files;  // SCENE/tradeoff/BACKEND.*
   double seconds = 0;
 };
 
@@ -61,14 +63,15 @@ struct MeasuredReconstruction {
   ReconstructTradeoff tradeoff;
 };
 
-// The reference is options.reference; without it truth/ beside the folder of photos, as lumi-simulate leaves it; without that the
-// dearest setting's own cameras. A setting that fails is a row with its reason. Throws what Reconstruct throws for the options as they
-// are, UsageError and InputError for a reference that is no scene, DataError where it does not know three of the photos; all but the
-// last before anything is computed. Interrupted leaves the scene and no table.
+// The reference is options.reference; without it truth/ beside the folder of photos, as lumi-simulate leaves it;
+// without that the dearest setting's own cameras. A setting that fails is a row with its reason. Throws what
+// Reconstruct throws for the options as they are, UsageError and InputError for a reference that is no scene, DataError
+// where it does not know three of the photos; all but the last before anything is computed. Interrupted leaves the
+// scene and no table.
 MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options, ProgressSink& sink);
 
-// The rows that no other is both faster and better than: `on_front` is set. By the centres where rows have poses, else by the
-// reprojection error; only rows that placed as many photos as any did.
+// The rows that no other is both faster and better than: `on_front` is set. By the centres where rows have poses, else
+// by the reprojection error; only rows that placed as many photos as any did.
 void MarkFront(std::vector<TradeoffRow>& rows);
 
 std::string TradeoffCsv(const ReconstructTradeoff& tradeoff);

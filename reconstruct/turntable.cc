@@ -15,11 +15,12 @@ namespace lumi {
 namespace {
 
 constexpr double kLeastStep = 1e-4,
-                 kMostStep = 0.45;  // turns between two photos that tell the axis: from rounding to where the sense is open
+                 kMostStep =
+                     0.45;  // turns between two photos that tell the axis: from rounding to where the sense is open
 constexpr std::size_t kFewestSteps = 3;
-constexpr int kRounds = 30;           // of reweighting
-constexpr double kPace = 0.05;        // by which the cameras may go round faster or slower than the turns say
-constexpr double kStands = 0.5;       // of its way in the object's frame: more in the room, and the axis explains nothing
+constexpr int kRounds = 30;      // of reweighting
+constexpr double kPace = 0.05;   // by which the cameras may go round faster or slower than the turns say
+constexpr double kStands = 0.5;  // of its way in the object's frame: more in the room, and the axis explains nothing
 constexpr double kSameMoment = 1e-4;  // turns: a point that moves by a pixel a frame of a 100th turn moves by 0.01 px
 
 struct Step {
@@ -66,7 +67,8 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
   }
   if (steps.size() < kFewestSteps)
     throw DataError(
-        fmt::format("{} pairs of photos less than half a turn apart are too few to tell what the object turns about", steps.size()),
+        fmt::format("{} pairs of photos less than half a turn apart are too few to tell what the object turns about",
+                    steps.size()),
         "give the photos of a turn, in the order of their times");
   // A short step tells little of the axis: what a camera is off is divided by it.
   const auto counts = [&](std::size_t i) { return steps[i].turns * steps[i].turns; };
@@ -76,18 +78,24 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
       [&](const std::vector<double>& weight) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         double all = 0;
-        for (std::size_t i = 0; i < steps.size(); ++i) sum += weight[i] * counts(i) * steps[i].rotation, all += weight[i] * counts(i);
+        for (std::size_t i = 0; i < steps.size(); ++i)
+          sum += weight[i] * counts(i) * steps[i].rotation, all += weight[i] * counts(i);
         return Eigen::Vector3d(sum / all);
       },
-      [&](std::size_t i, const Eigen::Vector3d& a) { return std::abs(steps[i].turns) * (steps[i].rotation - a).norm(); });
+      [&](std::size_t i, const Eigen::Vector3d& a) {
+        return std::abs(steps[i].turns) * (steps[i].rotation - a).norm();
+      });
   const double pace = axis.direction.norm();
   if (!(std::abs(pace - 1) < kPace))
     throw DataError(fmt::format("the cameras go round by {:.2f} of what the phases say", pace),
-                    "--turntable is for cameras in the frame of an object that turns once a period: check the phases, and --period-s");
+                    "--turntable is for cameras in the frame of an object that turns once a period: check the phases, "
+                    "and --period-s");
   axis.direction /= pace;
-  // C_a and C_b are one place in the room: (Q_a - Q_b) p = Q_a C_a - Q_b C_b, Q the rotation into the room about an axis through 0.
+  // C_a and C_b are one place in the room: (Q_a - Q_b) p = Q_a C_a - Q_b C_b, Q the rotation into the room about an
+  // axis through 0.
   const auto Q = [&](std::size_t i) {
-    return Eigen::AngleAxisd(2 * std::numbers::pi * (turns[i] - std::floor(turns[i])), axis.direction).toRotationMatrix();
+    return Eigen::AngleAxisd(2 * std::numbers::pi * (turns[i] - std::floor(turns[i])), axis.direction)
+        .toRotationMatrix();
   };
   std::vector<Eigen::Vector3d> centre;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of what is free along the axis, the shortest: from here
@@ -128,7 +136,8 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
 TurnAxis PutIntoRoom(Scene& scene, double period_s) {
   std::vector<std::size_t> order(scene.views.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return *scene.views[a].time_s < *scene.views[b].time_s; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return *scene.views[a].time_s < *scene.views[b].time_s; });
   std::vector<Rigid3> cam_from_object;
   std::vector<double> turns;
   for (const std::size_t i : order) {
@@ -140,11 +149,13 @@ TurnAxis PutIntoRoom(Scene& scene, double period_s) {
     const double turn = *view.time_s / period_s;
     return turn - std::floor(turn);
   };
-  for (View& view : scene.views) view.cam_from_world = view.cam_from_world * axis.RoomFromObject(phase_of(view)).Inverse();
+  for (View& view : scene.views)
+    view.cam_from_world = view.cam_from_world * axis.RoomFromObject(phase_of(view)).Inverse();
   std::vector<Point> moments;
   for (const Point& point : scene.points) {
     std::vector<std::pair<double, const Observation*>> seen;
-    for (const Observation& o : point.track) seen.emplace_back(phase_of(scene.views[static_cast<std::size_t>(o.view.value)]), &o);
+    for (const Observation& o : point.track)
+      seen.emplace_back(phase_of(scene.views[static_cast<std::size_t>(o.view.value)]), &o);
     std::sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (i == 0 || seen[i].first - seen[i - 1].first > kSameMoment) {

@@ -23,7 +23,8 @@ constexpr std::size_t kBatch = 32;
 
 // Writes the frames for which wanted(index) holds; returns their times.
 template <typename Wanted>
-std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder, long total, const std::string& task, Wanted&& wanted, ProgressSink& sink) {
+std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder, long total, const std::string& task,
+                                  Wanted&& wanted, ProgressSink& sink) {
   fs::create_directories(folder);
   VideoReader reader(video);
   std::map<int, double> times;
@@ -31,7 +32,8 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
   Progress progress(sink, task, total);
   const auto flush = [&] {
     ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kJpegQuality);
+      for (std::size_t i = begin; i < end; ++i)
+        WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kJpegQuality);
     });
     batch.clear();
   };
@@ -72,13 +74,16 @@ struct ChosenFrames {
   int width = 0, height = 0, video_frames = 0;
   std::vector<ChosenFrame> frames;
 };
-void ListKeys(JsonKeys& j, ChosenFrames& c) { j("key", c.key, "width", c.width, "height", c.height, "video_frames", c.video_frames, "frames", c.frames); }
+void ListKeys(JsonKeys& j, ChosenFrames& c) {
+  j("key", c.key, "width", c.width, "height", c.height, "video_frames", c.video_frames, "frames", c.frames);
+}
 
 }  // namespace
 
 std::string FrameName(int index) { return fmt::format("frame_{:06d}.jpg", index); }
 
-Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work_folder, std::vector<std::string>* reused, ProgressSink& sink) {
+Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work_folder,
+                         std::vector<std::string>* reused, ProgressSink& sink) {
   Capture capture;
   capture.folder = work_folder / "keyframes";
   capture.is_video = true;
@@ -86,10 +91,13 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   const std::string key = Fingerprint(options.input) + fmt::format(" keyframes {}", options.keyframes);
   std::error_code ec;
   ChosenFrames found;
-  if (const auto json = fs::exists(list, ec) ? JsonKeys::Parse(ReadText(list)) : std::nullopt; json && json->Into(found) && found.key == key) {
-    for (const ChosenFrame& f : found.frames) capture.photos.push_back(FramePhoto(f.index, f.time_s, found.width, found.height));
+  if (const auto json = fs::exists(list, ec) ? JsonKeys::Parse(ReadText(list)) : std::nullopt;
+      json && json->Into(found) && found.key == key) {
+    for (const ChosenFrame& f : found.frames)
+      capture.photos.push_back(FramePhoto(f.index, f.time_s, found.width, found.height));
     capture.video_frames = found.video_frames;
-    if (std::all_of(capture.photos.begin(), capture.photos.end(), [&](const InputPhoto& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
+    if (std::all_of(capture.photos.begin(), capture.photos.end(),
+                    [&](const InputPhoto& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
       reused->push_back("keyframes");
       return capture;
     }
@@ -99,7 +107,8 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   const VideoStatistics video = AnalyseVideo(options.input, sink);
   capture.video_frames = static_cast<int>(video.frames.size());
   if (video.truncated)
-    sink.Message(fmt::format("{} is cut off: its first {} frames are used", options.input.filename().string(), video.frames.size()));
+    sink.Message(fmt::format("{} is cut off: its first {} frames are used", options.input.filename().string(),
+                             video.frames.size()));
   KeyframeOptions choice;
   choice.count = options.keyframes;
   const std::vector<int> chosen = SelectKeyframes(video.frames, choice);
@@ -108,7 +117,9 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
                     "a lumigraph needs photos from different places: walk while filming", options.input);
   fs::remove_all(capture.folder);
   const std::set<int> wanted(chosen.begin(), chosen.end());
-  const auto times = WriteFrames(options.input, capture.folder, static_cast<long>(chosen.size()), "writing keyframes", [&](int i) { return wanted.count(i) > 0; }, sink);
+  const auto times = WriteFrames(
+      options.input, capture.folder, static_cast<long>(chosen.size()), "writing keyframes",
+      [&](int i) { return wanted.count(i) > 0; }, sink);
   found = {key, video.width_px, video.height_px, capture.video_frames, {}};
   for (const auto& [index, time_s] : times) {
     capture.photos.push_back(FramePhoto(index, time_s, video.width_px, video.height_px));
@@ -119,7 +130,8 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   return capture;
 }
 
-Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes, const fs::path& folder, ProgressSink& sink) {
+Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes, const fs::path& folder,
+                         ProgressSink& sink) {
   std::set<int> have;
   fs::create_directories(folder);
   std::error_code ec;
@@ -129,11 +141,14 @@ Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyfr
     fs::create_hard_link(keyframes.folder / photo.name, folder / photo.name, ec);
     if (ec) fs::copy_file(keyframes.folder / photo.name, folder / photo.name);
   }
-  const auto times = WriteFrames(options.input, folder, keyframes.video_frames, "writing all frames", [&](int i) { return have.count(i) == 0; }, sink);
+  const auto times = WriteFrames(
+      options.input, folder, keyframes.video_frames, "writing all frames", [&](int i) { return have.count(i) == 0; },
+      sink);
   Capture all = keyframes;
   all.folder = folder;
   for (const auto& [index, time_s] : times)
-    all.photos.push_back(FramePhoto(index, time_s, keyframes.photos.front().width_px, keyframes.photos.front().height_px));
+    all.photos.push_back(
+        FramePhoto(index, time_s, keyframes.photos.front().width_px, keyframes.photos.front().height_px));
   std::sort(all.photos.begin(), all.photos.end(),
             [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return all;
@@ -152,11 +167,14 @@ Capture ExtractEveryFrame(const ReconstructOptions& options, const fs::path& fol
     height = reader.height();
     count = reader.frame_count_hint();
   }
-  for (const auto& [index, time_s] : WriteFrames(options.input, folder, count, "writing all frames", [](int) { return true; }, sink))
+  for (const auto& [index, time_s] : WriteFrames(
+           options.input, folder, count, "writing all frames", [](int) { return true; }, sink))
     all.photos.push_back(FramePhoto(index, time_s, width, height));
   all.video_frames = all.total();
   if (all.photos.size() < 2)
-    throw DataError(fmt::format("the video has {} frame{}: nothing relates to it", all.photos.size(), all.photos.size() == 1 ? "" : "s"), "a video of two frames or more", options.input);
+    throw DataError(fmt::format("the video has {} frame{}: nothing relates to it", all.photos.size(),
+                                all.photos.size() == 1 ? "" : "s"),
+                    "a video of two frames or more", options.input);
   return all;
 }
 

@@ -15,11 +15,12 @@ std::string FrameName(int index);
 
 // Picks keyframes and writes them to work_folder/keyframes, unless they are there already (said in *reused). Throws
 // DataError when the camera does not move.
-Capture ExtractKeyframes(const ReconstructOptions& options, const std::filesystem::path& work_folder, std::vector<std::string>* reused,
-                         ProgressSink& sink);
+Capture ExtractKeyframes(const ReconstructOptions& options, const std::filesystem::path& work_folder,
+                         std::vector<std::string>* reused, ProgressSink& sink);
 
 // All frames of the video in `folder`, the keyframes among them as hard links to their files.
-Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes, const std::filesystem::path& folder, ProgressSink& sink);
+Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyframes,
+                         const std::filesystem::path& folder, ProgressSink& sink);
 
 // All frames of the video, in `folder`; no keyframes are chosen, so that the camera may stand still.
 Capture ExtractEveryFrame(const ReconstructOptions& options, const std::filesystem::path& folder, ProgressSink& sink);

@@ -78,7 +78,8 @@ ViewTimes ReadViewTimes(const std::filesystem::path& csv) {
       }
     }
     const auto number_at = [&](int column, const char* what) {
-      const auto value = column < static_cast<int>(cells.size()) ? NumberIn(cells[static_cast<std::size_t>(column)]) : std::nullopt;
+      const auto value =
+          column < static_cast<int>(cells.size()) ? NumberIn(cells[static_cast<std::size_t>(column)]) : std::nullopt;
       if (!value) throw InputError(csv, fmt::format("line {}: the {} is no number", number, what));
       return *value;
     };
@@ -113,7 +114,8 @@ Capture WithTimes(const Capture& capture, const ReconstructOptions& options) {
   for (std::size_t i = 0; i < capture.photos.size(); ++i) {
     InputPhoto photo = capture.photos[i];
     if (match[i] < 0) {
-      timed.unreadable.push_back({photo.name, "no time for it in " + options.times.filename().string(), "add it, or leave the photo out"});
+      timed.unreadable.push_back(
+          {photo.name, "no time for it in " + options.times.filename().string(), "add it, or leave the photo out"});
       continue;
     }
     const ListedTime& listed = times.photos[static_cast<std::size_t>(match[i])];
@@ -122,8 +124,8 @@ Capture WithTimes(const Capture& capture, const ReconstructOptions& options) {
     timed.photos.push_back(std::move(photo));
   }
   if (timed.photos.size() < 2)
-    throw DataError(fmt::format("{} of the {} listed times belong to photos here (the list has {}, the photos {})", timed.photos.size(),
-                                names.size(), names.front(), capture.photos.front().name),
+    throw DataError(fmt::format("{} of the {} listed times belong to photos here (the list has {}, the photos {})",
+                                timed.photos.size(), names.size(), names.front(), capture.photos.front().name),
                     "names are compared without folder and ending", options.times);
   return timed;
 }

@@ -63,7 +63,8 @@ double Paced(const PathDescription& path, double frame) {
 Rigid3 WithGait(const PathDescription& path, double frame, const Vector3d& steady_eye, const Vector3d& right) {
   const double time_s = frame / path.fps;
   const double step = kTwoPi * path.step_hz * time_s;
-  const Vector3d eye = steady_eye + right * (path.sway * std::sin(0.5 * step)) + Vector3d::UnitZ() * (path.bob * std::sin(step));
+  const Vector3d eye =
+      steady_eye + right * (path.sway * std::sin(0.5 * step)) + Vector3d::UnitZ() * (path.bob * std::sin(step));
   const auto tremor = [&](float channel) {
     const Eigen::Vector3f at(static_cast<float>(1.3 * time_s) + 0.31f, channel + 0.5f, 0.77f);
     return path.shake_rad * static_cast<double>(FractalNoise(at, 3, 0.6f, 0.0f, 401));
@@ -131,20 +132,13 @@ Rigid3 InCluster(const PathDescription& path, double frame) {
 
 Rigid3 PoseAt(const PathDescription& path, double frame) {
   switch (path.kind) {
-    case PathKind::kRing:
-      return OnRing(path, frame);
-    case PathKind::kGrid:
-      return OnGrid(path, frame);
-    case PathKind::kWalk:
-      return OnWalk(path, frame);
-    case PathKind::kDrive:
-      return OnDrive(path, frame);
-    case PathKind::kWave:
-      return OnWave(path, frame);
-    case PathKind::kClusters:
-      return InCluster(path, frame);
-    case PathKind::kGiven:
-      return path.cam_from_world[static_cast<std::size_t>(std::lround(frame))];
+    case PathKind::kRing: return OnRing(path, frame);
+    case PathKind::kGrid: return OnGrid(path, frame);
+    case PathKind::kWalk: return OnWalk(path, frame);
+    case PathKind::kDrive: return OnDrive(path, frame);
+    case PathKind::kWave: return OnWave(path, frame);
+    case PathKind::kClusters: return InCluster(path, frame);
+    case PathKind::kGiven: return path.cam_from_world[static_cast<std::size_t>(std::lround(frame))];
     case PathKind::kPoses: {
       const auto& [eye, target] = path.poses[static_cast<std::size_t>(std::lround(frame))];
       return LookAt(eye, target, Vector3d::UnitZ());
@@ -154,13 +148,16 @@ Rigid3 PoseAt(const PathDescription& path, double frame) {
 }
 
 bool IsShaken(const PathDescription& path) {
-  if (path.gait) return path.bob != 0 || path.sway != 0 || path.shake_rad != 0 || path.pace_s != 0 || path.zoom_error != 0;
+  if (path.gait)
+    return path.bob != 0 || path.sway != 0 || path.shake_rad != 0 || path.pace_s != 0 || path.zoom_error != 0;
   return path.kind == PathKind::kWave && (path.hand_drift != 0 || path.hand_rad != 0);
 }
 
 PathDescription WithShake(PathDescription path, double scale) {
   path.gait = path.gait || ((path.kind == PathKind::kWalk || path.kind == PathKind::kDrive) && scale != 0);
-  for (double* amount : {&path.bob, &path.sway, &path.shake_rad, &path.pace_s, &path.zoom_error, &path.hand_drift, &path.hand_rad}) *amount *= scale;
+  for (double* amount :
+       {&path.bob, &path.sway, &path.shake_rad, &path.pace_s, &path.zoom_error, &path.hand_drift, &path.hand_rad})
+    *amount *= scale;
   return path;
 }
 

@@ -16,8 +16,8 @@ Rigid3 PoseAt(const PathDescription& path, double frame);
 // Factor on the camera's focal length: the path's zoom and hold, with a hand's error.
 double ZoomAt(const PathDescription& path, double frame);
 
-// What shakes the camera: a walk's or drive's gait, a wave's hand. `scale` times as much of it; 0: the ideal path. A walk or
-// drive that describes none gets a walk's usual one.
+// What shakes the camera: a walk's or drive's gait, a wave's hand. `scale` times as much of it; 0: the ideal path. A
+// walk or drive that describes none gets a walk's usual one.
 bool IsShaken(const PathDescription& path);
 PathDescription WithShake(PathDescription path, double scale);
 

@@ -132,7 +132,8 @@ Scene TrueScene(const SceneDescription& description, const std::vector<PlannedVi
   for (const PlannedView& planned : views) {
     const TrueCamera truth = renderer.CameraOf(planned);
     int& id = used[static_cast<std::size_t>(planned.camera)];
-    if (id < 0 || scene.cameras[static_cast<std::size_t>(id)].params != truth.camera.params) {  // a lens that zooms: one a view
+    if (id < 0 ||
+        scene.cameras[static_cast<std::size_t>(id)].params != truth.camera.params) {  // a lens that zooms: one a view
       id = static_cast<int>(scene.cameras.size());
       scene.cameras.push_back(truth.camera);
     }
@@ -173,7 +174,8 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
       WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
       const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
       blur[i] = fmt::format("{},{:.3f},{:.3f},{:.3f}\n", views[i].name, median, low, high);
-      if (!view.moving.empty()) WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
+      if (!view.moving.empty())
+        WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
       {
         const std::lock_guard lock(mutex);
         Add(counters, count);
@@ -205,11 +207,12 @@ struct Take {
   TraceCounters& counters;
 };
 
-// The same scene by a camera that stands still; `number` tells its noise from other cameras'. Nothing, if it has no frames.
+// The same scene by a camera that stands still; `number` tells its noise from other cameras'. Nothing, if it has no
+// frames.
 void WriteFixedVideo(const Take& take, const FixedVideoDescription& fixed, int number, const fs::path& file) {
   const int frames = take.options.fixed_frames >= 0 ? take.options.fixed_frames : fixed.frames;
   if (frames == 0) return;
-  constexpr int kBatch = 32;               // traced side by side before they are encoded in turn
+  constexpr int kBatch = 32;  // traced side by side before they are encoded in turn
   const int first_index = 0x40000000 + 1000000 * number;
   SceneDescription scene = take.traced.scene;
   PathDescription path;
@@ -251,7 +254,8 @@ SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   try {
     json = Json::parse(ReadText(file));
   } catch (const Json::exception&) {
-    throw InputError(file, "is no JSON", "a camera path as lumi-render reads it is wanted: {\"keys\": [{\"time_s\": ...}]}");
+    throw InputError(file, "is no JSON",
+                     "a camera path as lumi-render reads it is wanted: {\"keys\": [{\"time_s\": ...}]}");
   }
   const nlohmann::json plain(json);
   if (!plain.is_object()) throw InputError(file, "must be an object { ... }");
@@ -328,8 +332,8 @@ void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
 // Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
 void MoveIntoPlace(const Staging& staging, const fs::path& output, Provenance& provenance) {
   fs::remove(output / "provenance" / "simulate.json");
-  for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply",
-                              "video.mp4", "fixed.mp4", "videos"}) {
+  for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply",
+                              "proxies/billboard.ply", "video.mp4", "fixed.mp4", "videos"}) {
     staging.MoveIntoPlace(name);
     const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
     if (optional && !fs::exists(output / name)) continue;
@@ -344,7 +348,8 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
     return "give either a scene (SCENE.json) or --example NAME";
   if (options.output.empty()) return "say where the capture goes: -o CAPTURE";
   if (options.views < 0) return "--views must be >= 1";
-  if (!options.at_file.empty() && options.views != 0) return "--at and --views do not go together: --at names its views";
+  if (!options.at_file.empty() && options.views != 0)
+    return "--at and --views do not go together: --at names its views";
   if (options.width_px < 0) return "--width must be >= 1";
   if (options.shake && !(*options.shake >= 0)) return "--shake must be >= 0";
   if (options.shake && options.steady) return "--shake and --steady do not go together";
@@ -362,8 +367,10 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   SceneDescription scene = ParseScene(source.text, source.name, source.folder);
   if (!options.at_file.empty()) scene = SceneAt(std::move(scene), options.at_file);
   if (options.shake) {
-    if (std::none_of(scene.paths.begin(), scene.paths.end(), [](const PathDescription& path) { return IsShaken(WithShake(path, 1)); }))
-      throw UsageError("--shake: nothing shakes the camera on this scene's path", "walk and drive can be shaken, and a wave with a hand");
+    if (std::none_of(scene.paths.begin(), scene.paths.end(),
+                     [](const PathDescription& path) { return IsShaken(WithShake(path, 1)); }))
+      throw UsageError("--shake: nothing shakes the camera on this scene's path",
+                       "walk and drive can be shaken, and a wave with a hand");
     for (PathDescription& path : scene.paths) path = WithShake(std::move(path), *options.shake);
   }
   if (options.blur_s) scene.effects.motion_blur_s = *options.blur_s > 0 ? options.blur_s : std::nullopt;
@@ -400,7 +407,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     const Shader shader(scene, tracer);
     // Those who ask for truth at some views also want to know where things move at all there.
     constexpr int kSweep = 64;
-    const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed, options.at_file.empty() ? 0 : kSweep);
+    const ViewRenderer renderer(scene, tracer, shader, options.width_px, options.seed,
+                                options.at_file.empty() ? 0 : kSweep);
     summary.height_px = renderer.CameraOf(views[0]).camera.height_px;
 
     const TracedScene traced{scene, tracer, shader, renderer};
@@ -414,8 +422,10 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       if (scene.fixed_video) WriteFixedVideo(take, *scene.fixed_video, 0, folder / "fixed.mp4");
     }
     for (std::size_t i = 0; i < scene.videos.size() && options.at_file.empty(); ++i)
-      WriteFixedVideo(take, scene.videos[i], static_cast<int>(i), folder / "videos" / fmt::format("camera_{:02d}.mp4", i));
-    truth.points = SampleSurfacePoints(traced, views, PointCount(views.size()), options.seed, progress, summary.counters.rays);
+      WriteFixedVideo(take, scene.videos[i], static_cast<int>(i),
+                      folder / "videos" / fmt::format("camera_{:02d}.mp4", i));
+    truth.points =
+        SampleSurfacePoints(traced, views, PointCount(views.size()), options.seed, progress, summary.counters.rays);
     summary.points = static_cast<int>(truth.points.size());
     UpdateFrameOfReference(truth);
     truth.up = Eigen::Vector3d::UnitZ();
@@ -423,7 +433,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
     const fs::path truth_folder = folder / "truth";
     WriteTextAtomically(truth_folder / "cameras.json", TrueCamerasJson(views, renderer));
     if (shaken)
-      WriteTextAtomically(truth_folder / "steady.json", TrueCamerasJson(views, ViewRenderer(steady, tracer, shader, options.width_px, options.seed)));
+      WriteTextAtomically(truth_folder / "steady.json",
+                          TrueCamerasJson(views, ViewRenderer(steady, tracer, shader, options.width_px, options.seed)));
     WriteTextAtomically(truth_folder / "timestamps.csv", TimestampsCsv(views, renderer));
     WriteTextAtomically(truth_folder / "scene.json", source.text);
     // COLMAP's camera models have no skew: such a capture is photos and truth/cameras.json.
@@ -443,7 +454,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 }
 
 void ListKeys(JsonKeys& j, SimulateSummary& s) {
-  j("scene", s.scene, "output", s.output, "views", s.views, "width", s.width_px, "height", s.height_px, "points", s.points, "seconds", s.seconds);
+  j("scene", s.scene, "output", s.output, "views", s.views, "width", s.width_px, "height", s.height_px, "points",
+    s.points, "seconds", s.seconds);
   j.Say("rays", s.counters.rays).Say("camera_poses", s.counters.poses).Say("noise_draws", s.counters.noise_draws);
   j("effects", s.effects, "reused", s.reused);
 }

@@ -5,8 +5,8 @@
 //   scene.json
 // Of a path with a shake also truth/steady.json: cameras.json as it would be without.
 // With motion blur also truth/blur.csv: how many pixels long it is in each photo.
-// Of a scene with moving parts also truth/moving/NAME.png; of one that repeats itself video.mp4 and, where it describes a
-// camera on a tripod, fixed.mp4.
+// Of a scene with moving parts also truth/moving/NAME.png; of one that repeats itself video.mp4 and, where it describes
+// a camera on a tripod, fixed.mp4.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +29,15 @@ struct SimulateOptions {
   int width_px = 0;                  // of every photo; 0: as described
   int fixed_frames = -1;             // of fixed.mp4; 0: none; -1: as described
   // Instead of the scene's path: views at any place and time, without noise and exposure drift, as PNG. The keys of a
-  // camera path as lumi-render reads it (docs/render.md), one photo a key; a key may have `phase`, of the scene's period,
-  // for time_s. --views does not apply.
+  // camera path as lumi-render reads it (docs/render.md), one photo a key; a key may have `phase`, of the scene's
+  // period, for time_s. --views does not apply.
   std::filesystem::path at_file;
-  bool video = false;                // video.mp4 beside the photos, also of a scene without a period; `views` are its first frames
-  std::optional<double> shake;       // so many times the shake that the scene describes; a walk or drive without any gets a walk's
-  bool steady = false;               // the ideal path: without shake, rolling shutter and noise
-  std::optional<double> blur_s;      // exposure time, in place of the scene's; 0: no motion blur
-  int blur_every = 0;                // one photo in so many is blurred, the others are sharp; 0: as described
+  bool video = false;  // video.mp4 beside the photos, also of a scene without a period; `views` are its first frames
+  std::optional<double>
+      shake;            // so many times the shake that the scene describes; a walk or drive without any gets a walk's
+  bool steady = false;  // the ideal path: without shake, rolling shutter and noise
+  std::optional<double> blur_s;  // exposure time, in place of the scene's; 0: no motion blur
+  int blur_every = 0;            // one photo in so many is blurred, the others are sharp; 0: as described
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

@@ -1,5 +1,5 @@
-// Scenes that come with the program: examples/*.json, after those of the thesis (Buehler 2002; docs/simulate.md), inside the
-// program so that it stands alone. truth/scene.json of a capture is a template for one's own.
+// Scenes that come with the program: examples/*.json, after those of the thesis (Buehler 2002; docs/simulate.md),
+// inside the program so that it stands alone. truth/scene.json of a capture is a template for one's own.
 #pragma once
 
 #include <string>

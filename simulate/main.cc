@@ -22,18 +22,25 @@ int main(int argc, char** argv) {
   app.Add("--example", options.example, ExampleHelp());
   app.Add("-o,--output", options.output, "Folder of the capture: new, empty, or a capture made before").Required();
   app.Add("--views", options.views, "So many photos, evenly spread over the path [default: all]").Positive();
-  app.Add("--width", options.width_px, "Width of the photos in pixels, 1 to 20000 [default: as described]").Range(1, 20000);
-  app.Add("--fixed-frames", options.fixed_frames, "Frames of fixed.mp4 and of those in videos/, where the scene describes cameras on tripods; 0: no such video [default: as described]")
+  app.Add("--width", options.width_px, "Width of the photos in pixels, 1 to 20000 [default: as described]")
+      .Range(1, 20000);
+  app.Add("--fixed-frames", options.fixed_frames,
+          "Frames of fixed.mp4 and of those in videos/, where the scene describes cameras on tripods; 0: no such video "
+          "[default: as described]")
       .Range(0, 1000000);
   app.Add("--at", options.at_file,
           "Truth at any viewpoint and time: a camera path (JSON, as lumi-render reads it) whose keys "
           "are taken instead of the scene's path, "
           "without noise; a key may say \"phase\" for time_s");
   app.Flag("--video", options.video, "The photos also as video.mp4; --views N are then the first N frames");
-  app.Add("--shake", options.shake, "So many times the shake of the scene's path; a drive without any is shaken like a walk; 0: none");
-  app.Flag("--steady", options.steady, "The ideal path, truth for a stabilised video: without shake, rolling shutter and noise");
+  app.Add("--shake", options.shake,
+          "So many times the shake of the scene's path; a drive without any is shaken like a walk; 0: none");
+  app.Flag("--steady", options.steady,
+           "The ideal path, truth for a stabilised video: without shake, rolling shutter and noise");
   app.Add("--blur-s", options.blur_s, "Motion blur: exposure time in seconds, 0: none [default: as described]");
-  app.Add("--blur-every", options.blur_every, "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]").Positive();
+  app.Add("--blur-every", options.blur_every,
+          "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
+      .Positive();
   return program.Run(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Simulate(options, program.progress());

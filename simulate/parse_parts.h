@@ -33,7 +33,8 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
 LightDescription ParseLight(const nlohmann::json& node, const ParseContext& context, const std::string& place);
 BackgroundDescription ParseBackground(const nlohmann::json& node, const ParseContext& context,
                                       const std::string& place);
-FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseContext& context, const std::string& place);
+FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseContext& context,
+                                      const std::string& place);
 EffectsDescription ParseEffects(const nlohmann::json& node, const ParseContext& context, const std::string& place);
 
 }  // namespace lumi

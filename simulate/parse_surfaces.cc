@@ -85,13 +85,9 @@ LoftSection ParseSection(const nlohmann::json& node, const ParseContext& context
 
 void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescription& object) {
   switch (object.kind) {
-    case ShapeKind::kQuad:
-      object.size = PositiveSize(reader, "size", true);
-      break;
+    case ShapeKind::kQuad: object.size = PositiveSize(reader, "size", true); break;
     case ShapeKind::kBox:
-    case ShapeKind::kTube:
-      object.size = PositiveSize(reader, "size", false);
-      break;
+    case ShapeKind::kTube: object.size = PositiveSize(reader, "size", false); break;
     case ShapeKind::kHeightfield:
       object.size = PositiveSize(reader, "size", false);
       object.wavelength = reader.Number("wavelength", 0.3 * object.size.x(), Range::kPositive);
@@ -111,16 +107,15 @@ void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescripti
       object.height = reader.RequireNumber("height", Range::kPositive);
       break;
     case ShapeKind::kLoft:
-      for (const auto& [node, place] : reader.Array("sections")) object.sections.push_back(ParseSection(*node, context, place));
+      for (const auto& [node, place] : reader.Array("sections"))
+        object.sections.push_back(ParseSection(*node, context, place));
       if (object.sections.size() < 2) reader.Fail("sections", "needs at least 2");
       object.squareness = reader.Number("squareness", 2, Range::kPositive);
       object.loft_up = reader.Vector3("up", Eigen::Vector3d::UnitZ());
       if ((object.sections.back().centre - object.sections.front().centre).cross(object.loft_up).norm() < 1e-9)
         reader.Fail("up", "must not be along the loft");
       break;
-    case ShapeKind::kMesh:
-      object.file = ExistingFile(reader, "file", context);
-      break;
+    case ShapeKind::kMesh: object.file = ExistingFile(reader, "file", context); break;
   }
   object.segments = reader.Integer("segments", 96, 3, 2048);
 }

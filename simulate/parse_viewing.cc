@@ -161,7 +161,8 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
     path.hold = reader.RequireVector3("hold");
     const PathDescription ideal = WithShake(path, 0);
     for (int i = 0; i < path.views; ++i)
-      if (!((PoseAt(ideal, i) * *path.hold).z() > 0)) reader.Fail("hold", "must be in front of the camera all along the path");
+      if (!((PoseAt(ideal, i) * *path.hold).z() > 0))
+        reader.Fail("hold", "must be in front of the camera all along the path");
   }
   if (const auto* camera = reader.Find("camera"); camera != nullptr) {
     path.cameras.clear();
@@ -216,7 +217,8 @@ BackgroundDescription ParseBackground(const nlohmann::json& node, const ParseCon
   return background;
 }
 
-FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseContext& context, const std::string& place) {
+FixedVideoDescription ParseFixedVideo(const nlohmann::json& node, const ParseContext& context,
+                                      const std::string& place) {
   JsonReader reader(node, context.name, place);
   FixedVideoDescription fixed;
   fixed.eye = reader.RequireVector3("eye");

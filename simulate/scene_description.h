@@ -40,17 +40,17 @@ struct PathDescription {
   // Gait, of walk and, where asked for, drive: steps, their reach in world units, tremor of the direction.
   bool gait = false;
   double step_hz = 1.9, bob = 0.03, sway = 0.025, shake_rad = 0.012;
-  double pace_s = 0;                                                              // gait: by how much it is ahead or behind
-  double zoom_error = 0;                                                          // gait: share of the focal length
-  std::optional<Eigen::Vector3d> hold;            // zooms so that the size of what is there stays as in the first view
-  Eigen::Vector2d zoom = {1, 1};                  // of the focal length at the path's beginning and end
-  double weave = 0;                                                               // drive: sideways, world units
-  Eigen::Vector3d amplitude = {0.1, 0, 0.1};                                      // wave
-  double period_s = 4;                                                            // wave
-  double hand_drift = 0, hand_rad = 0;  // wave: a hand's irregularity of place (world units) and direction, amplitudes
-  std::vector<Eigen::Vector3d> centres;                                           // clusters: their eyes' centres
-  double spread = 0.1;                                                            // clusters: radius about each centre
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> poses;                 // poses: eye, target
+  double pace_s = 0;                          // gait: by how much it is ahead or behind
+  double zoom_error = 0;                      // gait: share of the focal length
+  std::optional<Eigen::Vector3d> hold;        // zooms so that the size of what is there stays as in the first view
+  Eigen::Vector2d zoom = {1, 1};              // of the focal length at the path's beginning and end
+  double weave = 0;                           // drive: sideways, world units
+  Eigen::Vector3d amplitude = {0.1, 0, 0.1};  // wave
+  double period_s = 4;                        // wave
+  double hand_drift = 0, hand_rad = 0;   // wave: a hand's irregularity of place (world units) and direction, amplitudes
+  std::vector<Eigen::Vector3d> centres;  // clusters: their eyes' centres
+  double spread = 0.1;                   // clusters: radius about each centre
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> poses;  // poses: eye, target
   std::vector<Rigid3> cam_from_world;  // given (not from JSON): a pose and a time for each view
   std::vector<double> times_s;
 };
@@ -88,7 +88,7 @@ struct SpinDescription {                             // a moving part: rotation 
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   // unit, world
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // a point on the axis, world
   double period_s = 1;
-  double unsteady = 0;                               // 0 to 1: by how much of itself the speed wavers, never the same way twice
+  double unsteady = 0;  // 0 to 1: by how much of itself the speed wavers, never the same way twice
   friend bool operator==(const SpinDescription& a, const SpinDescription& b) {
     return a.axis == b.axis && a.centre == b.centre && a.period_s == b.period_s && a.unsteady == b.unsteady;
   }

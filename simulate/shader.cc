@@ -42,8 +42,7 @@ Rgb Shader::Background(const Vector3d& direction, double pixel_angle, int depth)
   const bool mirrored = depth > 0 && scene_.environment;
   const BackgroundDescription& background = mirrored ? *scene_.environment : scene_.background;
   switch (background.kind) {
-    case BackgroundKind::kColor:
-      return background.horizon;
+    case BackgroundKind::kColor: return background.horizon;
     case BackgroundKind::kGradient: {
       const double z = direction.normalized().z();
       return z >= 0 ? Mix(background.horizon, background.zenith, std::sqrt(z))

@@ -262,20 +262,13 @@ Builder Build(const ObjectDescription& object) {
                   Vector3d::UnitY() * 0.5 * object.size.y());
       return b;
     }
-    case ShapeKind::kBox:
-      return Box(object.size);
-    case ShapeKind::kSphere:
-      return Sphere(object.radius, object.segments);
-    case ShapeKind::kCylinder:
-      return Cylinder(object.radius, object.top_radius, object.height, object.segments);
-    case ShapeKind::kTube:
-      return Tube(object.size);
-    case ShapeKind::kHeightfield:
-      return Heightfield(object);
-    case ShapeKind::kLoft:
-      return Loft(object);
-    case ShapeKind::kMesh:
-      return FromFile(object.file);
+    case ShapeKind::kBox: return Box(object.size);
+    case ShapeKind::kSphere: return Sphere(object.radius, object.segments);
+    case ShapeKind::kCylinder: return Cylinder(object.radius, object.top_radius, object.height, object.segments);
+    case ShapeKind::kTube: return Tube(object.size);
+    case ShapeKind::kHeightfield: return Heightfield(object);
+    case ShapeKind::kLoft: return Loft(object);
+    case ShapeKind::kMesh: return FromFile(object.file);
   }
   throw std::logic_error("shape kind");
 }

@@ -53,8 +53,8 @@ std::optional<Vector2d> Seen(const Eye& eye, const Tracer& tracer, const Hit& hi
 
 }  // namespace
 
-std::vector<Point> SampleSurfacePoints(const TracedScene& traced_scene, const std::vector<PlannedView>& views, int count,
-                                       std::uint64_t seed, ProgressSink& sink, long& rays) {
+std::vector<Point> SampleSurfacePoints(const TracedScene& traced_scene, const std::vector<PlannedView>& views,
+                                       int count, std::uint64_t seed, ProgressSink& sink, long& rays) {
   const auto& [scene, tracer, shader, renderer] = traced_scene;
   std::vector<Point> points;
   const std::size_t n = views.size();

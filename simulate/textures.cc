@@ -40,36 +40,16 @@ Texture::Texture(const TextureDescription& description) : d_(description) {
 Rgb Texture::At(const SurfacePlace& place) const {
   Rgb color;
   switch (d_.kind) {
-    case TextureKind::kConstant:
-      color = d_.colors[0];
-      break;
-    case TextureKind::kNoise:
-      color = Noise(place);
-      break;
-    case TextureKind::kCells:
-      color = Cells(place);
-      break;
-    case TextureKind::kBricks:
-      color = Bricks(place, true);
-      break;
-    case TextureKind::kTiles:
-      color = Bricks(place, false);
-      break;
-    case TextureKind::kStripes:
-      color = Stripes(place);
-      break;
-    case TextureKind::kWood:
-      color = Wood(place);
-      break;
-    case TextureKind::kGlyphs:
-      color = Glyphs(place);
-      break;
-    case TextureKind::kImage:
-      color = Picture(place);
-      break;
-    case TextureKind::kChecker:
-      color = Checker(place);
-      break;
+    case TextureKind::kConstant: color = d_.colors[0]; break;
+    case TextureKind::kNoise: color = Noise(place); break;
+    case TextureKind::kCells: color = Cells(place); break;
+    case TextureKind::kBricks: color = Bricks(place, true); break;
+    case TextureKind::kTiles: color = Bricks(place, false); break;
+    case TextureKind::kStripes: color = Stripes(place); break;
+    case TextureKind::kWood: color = Wood(place); break;
+    case TextureKind::kGlyphs: color = Glyphs(place); break;
+    case TextureKind::kImage: color = Picture(place); break;
+    case TextureKind::kChecker: color = Checker(place); break;
   }
   if (d_.grain > 0) {
     const auto size = static_cast<float>(d_.grain_size);
@@ -214,7 +194,8 @@ Rgb Texture::Glyphs(const SurfacePlace& place) const {
 }
 
 Rgb Texture::Checker(const SurfacePlace& place) const {
-  // A product of two square waves of +-1, each averaged over the footprint exactly: edges move smoothly however few samples there are.
+  // A product of two square waves of +-1, each averaged over the footprint exactly: edges move smoothly however few
+  // samples there are.
   const auto wave = [&](float x, float side) {
     const float at = x / side, width = place.footprint / side, edge = std::round(at);
     if (width <= 1) {  // the nearest edge alone is within it
@@ -224,7 +205,8 @@ Rgb Texture::Checker(const SurfacePlace& place) const {
     const auto integral = [](float t) { return 1 - std::abs(t - 2 * std::floor(0.5f * t) - 1); };
     return (integral(at + 0.5f * width) - integral(at - 0.5f * width)) / width;
   };
-  const float sign = wave(place.uv.x(), static_cast<float>(d_.size.x())) * wave(place.uv.y(), static_cast<float>(d_.size.y()));
+  const float sign =
+      wave(place.uv.x(), static_cast<float>(d_.size.x())) * wave(place.uv.y(), static_cast<float>(d_.size.y()));
   return Mix(d_.colors[0], d_.colors.size() > 1 ? d_.colors[1] : d_.joint_color, 0.5f - 0.5f * sign);
 }
 

@@ -171,7 +171,9 @@ PartPoses Tracer::PartsAt(double time_s) const {
     // The speed wavers by sines that have no common period; their integral is added to the time.
     double at_s = time_s;
     constexpr double kHz[] = {0.443, 1.151, 2.087}, kShare[] = {0.4, 0.35, 0.25};
-    for (int i = 0; i < 3 && spin.unsteady > 0; ++i) at_s += spin.unsteady * kShare[i] * (1 - std::cos(6.283185307179586 * kHz[i] * time_s)) / (6.283185307179586 * kHz[i]);
+    for (int i = 0; i < 3 && spin.unsteady > 0; ++i)
+      at_s += spin.unsteady * kShare[i] * (1 - std::cos(6.283185307179586 * kHz[i] * time_s)) /
+              (6.283185307179586 * kHz[i]);
     const double turns = at_s / spin.period_s;
     const double angle = 6.283185307179586 * (turns - std::floor(turns));
     poses.push_back(Eigen::Translation3d(spin.centre) * Eigen::AngleAxisd(angle, spin.axis) *

@@ -1,6 +1,6 @@
-// What a ray meets (Embree). Surfaces that stand still are one acceleration structure; objects that turn together are one
-// of their own, and rays are taken back by its rotation at their time. Hits are refined in double: depth maps are as exact as the
-// mesh.
+// What a ray meets (Embree). Surfaces that stand still are one acceleration structure; objects that turn together are
+// one of their own, and rays are taken back by its rotation at their time. Hits are refined in double: depth maps are
+// as exact as the mesh.
 #pragma once
 
 #include <Eigen/Core>
@@ -52,8 +52,8 @@ class Tracer {
 
   // All surfaces as one mesh, moving parts where they are at time 0.
   Mesh TrueMesh() const;
-  // What stands still, and for each moving part a rectangle in its middle across `towards` (unit, world: to the cameras) that
-  // covers wherever it goes: a proxy that is right on average at all times.
+  // What stands still, and for each moving part a rectangle in its middle across `towards` (unit, world: to the
+  // cameras) that covers wherever it goes: a proxy that is right on average at all times.
   Mesh BillboardMesh(const Eigen::Vector3d& towards) const;
   // Scene's size: diagonal of the surfaces' bounding box, world units.
   double Extent() const;

@@ -85,8 +85,8 @@ ViewRenderer::Moment ViewRenderer::MomentAt(const PlannedView& view, double offs
   return moment;
 }
 
-std::uint8_t ViewRenderer::MovingAt(const Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through,
-                                    long& rays) const {
+std::uint8_t ViewRenderer::MovingAt(const Vector2d& x_px, const std::vector<Moment>& moments,
+                                    const RayThrough& ray_through, long& rays) const {
   const auto shows_part = [&](const Moment& moment, const PartPoses& parts) {
     const auto ray = ray_through(moment, x_px);
     if (!ray) return false;
@@ -210,7 +210,8 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
         if (!ray) continue;
         ++count.rays;
         const auto hit = tracer_.Trace(*ray, middle.parts);
-        if (!result.moving.empty()) result.moving.At(x, y, 0) = MovingAt(Vector2d(x + 0.5, y + 0.5), moments, ray_through, count.rays);
+        if (!result.moving.empty())
+          result.moving.At(x, y, 0) = MovingAt(Vector2d(x + 0.5, y + 0.5), moments, ray_through, count.rays);
         if (!hit) continue;
         result.depth.At(x, y, 0) = static_cast<float>(hit->t * middle.world_from_cam.col(2).dot(ray->direction));
         if (scene_.objects[static_cast<std::size_t>(hit->object)].foreground) result.silhouette.At(x, y, 0) = 255;

@@ -18,8 +18,8 @@ struct RenderedView {
   Image8 photo;       // RGB
   ImageF depth;       // along the camera's z axis at the pixels' centres, world units; 0 where nothing is
   Image8 silhouette;  // one channel, 255 where the nearest surface is an object of the foreground
-  // One channel, empty without moving parts: 255 where one of them is seen at some time of the exposure; 128 where one is
-  // at another time of the scene's period (ViewRenderer's sweep).
+  // One channel, empty without moving parts: 255 where one of them is seen at some time of the exposure; 128 where one
+  // is at another time of the scene's period (ViewRenderer's sweep).
   Image8 moving;
 };
 
@@ -57,7 +57,8 @@ class ViewRenderer {
   double BlurSeconds(const PlannedView& view) const;
   Moment MomentAt(const PlannedView& view, double offset_s, TraceCounters& counters) const;
   using RayThrough = std::function<std::optional<Ray>(const Moment&, const Eigen::Vector2d& x_px)>;
-  std::uint8_t MovingAt(const Eigen::Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through, long& rays) const;
+  std::uint8_t MovingAt(const Eigen::Vector2d& x_px, const std::vector<Moment>& moments, const RayThrough& ray_through,
+                        long& rays) const;
 
   const SceneDescription& scene_;
   const Tracer& tracer_;

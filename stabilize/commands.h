@@ -13,13 +13,13 @@ namespace lumi {
 
 struct StabilizeCommandOptions {
   std::filesystem::path scene, output;
-  std::filesystem::path before;   // PATH.json of the window before this one
-  std::filesystem::path plot;     // SVG of the tracks; empty: none
+  std::filesystem::path before;  // PATH.json of the window before this one
+  std::filesystem::path plot;    // SVG of the tracks; empty: none
   StabilizeOptions stabilize;
 };
 
 struct StabilizeSummary {
-  std::filesystem::path path;      // that was written
+  std::filesystem::path path;  // that was written
   StabilizeReport report;
   bool cropped = false;            // to report.view_scale
   std::vector<std::string> shown;  // names of the first and the last frame that belong to this path

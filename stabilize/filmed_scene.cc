@@ -15,8 +15,8 @@
 namespace lumi {
 namespace {
 
-constexpr double kMostErrorPx = 4;  // of a point that is believed
-constexpr int kBorderSamples = 8;   // along the longer side
+constexpr double kMostErrorPx = 4;          // of a point that is believed
+constexpr int kBorderSamples = 8;           // along the longer side
 constexpr std::size_t kFewestForDepth = 4;  // points of a frame that its border's depth is taken from
 
 Eigen::Matrix3d PxFromUnits(const FilmedScene& film) {
@@ -26,10 +26,10 @@ Eigen::Matrix3d PxFromUnits(const FilmedScene& film) {
   return K;
 }
 
-// The transformation after which the matrices, each of norm 1 and stacked, have orthogonal columns of one length (found by iterating,
-// since the norms change with it), turned so that the first camera is [L | 0], L lower triangular: the same numbers, to rounding,
-// whatever projective frame the matrices came in. Its inverse is kept beside it: inverting it would cost the digits that a bad frame
-// leaves.
+// The transformation after which the matrices, each of norm 1 and stacked, have orthogonal columns of one length (found
+// by iterating, since the norms change with it), turned so that the first camera is [L | 0], L lower triangular: the
+// same numbers, to rounding, whatever projective frame the matrices came in. Its inverse is kept beside it: inverting
+// it would cost the digits that a bad frame leaves.
 void Balance(const std::vector<Matrix34d>& P, Eigen::Matrix4d& balanced, Eigen::Matrix4d& inverse) {
   constexpr int kMostRounds = 200;
   Eigen::MatrixXd stacked(3 * static_cast<Eigen::Index>(P.size()), 4);
@@ -91,39 +91,51 @@ Matrix34d FilmedScene::InUnits(const Matrix34d& P_px) const {
 
 FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
   if (scene.views.size() < 2)
-    throw DataError(fmt::format("the scene has {} view: there is nothing to stabilise", scene.views.size()), "lumi-reconstruct VIDEO --backend factorization --projective --all-frames", scene.folder);
+    throw DataError(fmt::format("the scene has {} view: there is nothing to stabilise", scene.views.size()),
+                    "lumi-reconstruct VIDEO --backend factorization --projective --all-frames", scene.folder);
   const std::optional<Plane> infinity = PlaneAtInfinity(scene);
   if (!infinity)
-    throw DataError("the scene says nothing of its plane at infinity", "reconstruct it with lumi-reconstruct --backend factorization --projective", scene.folder);
+    throw DataError("the scene says nothing of its plane at infinity",
+                    "reconstruct it with lumi-reconstruct --backend factorization --projective", scene.folder);
   FilmedScene film;
   film.size_px = SizePx(scene, scene.views.front());
   std::vector<std::size_t> order(scene.views.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const bool numbered = std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.frame_index.has_value(); });
+  const bool numbered =
+      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.frame_index.has_value(); });
   if (numbered)
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return *scene.views[a].frame_index < *scene.views[b].frame_index; });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return *scene.views[a].frame_index < *scene.views[b].frame_index;
+    });
 
   std::vector<Matrix34d> P;
   std::vector<std::int32_t> frame_of(scene.views.size());
   for (const std::size_t v : order) {
     const View& view = scene.views[v];
     if (SizePx(scene, view) != film.size_px)
-      throw DataError("the views have several sizes: a video's frames have one", "stabilise one video at a time", scene.ImagePath(view));
+      throw DataError("the views have several sizes: a video's frames have one", "stabilise one video at a time",
+                      scene.ImagePath(view));
     frame_of[v] = static_cast<std::int32_t>(film.frames.size());
     FilmedFrame& frame = film.frames.emplace_back();
     frame.name = view.name;
-    P.push_back(PxFromUnits(film).inverse() * (scene.frame == Frame::kMetric ? MakeRenderView(scene, view).P : view.P));  // a centre may lie on the plane w = 0
+    P.push_back(PxFromUnits(film).inverse() * (scene.frame == Frame::kMetric
+                                                   ? MakeRenderView(scene, view).P
+                                                   : view.P));  // a centre may lie on the plane w = 0
   }
-  const bool timed = !fps && std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
+  const bool timed =
+      !fps && std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
   std::vector<double> steps;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const View& view = scene.views[order[i]];
-    film.frames[i].time_s = timed ? *view.time_s : (numbered ? *view.frame_index : static_cast<double>(i)) / fps.value_or(30);
+    film.frames[i].time_s =
+        timed ? *view.time_s : (numbered ? *view.frame_index : static_cast<double>(i)) / fps.value_or(30);
     if (i > 0) steps.push_back(film.frames[i].time_s - film.frames[i - 1].time_s);
   }
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (!(steps[i] > 0))
-      throw DataError(fmt::format("{} was not taken after {}: times ascend from frame to frame", film.frames[i + 1].name, film.frames[i].name), "--fps F counts frames instead");
+      throw DataError(fmt::format("{} was not taken after {}: times ascend from frame to frame",
+                                  film.frames[i + 1].name, film.frames[i].name),
+                      "--fps F counts frames instead");
   const double step = Median(steps);
   film.fps = step > 0 ? 1 / step : fps.value_or(30);
 
@@ -137,7 +149,8 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
   int front = 0;
   for (const Point& point : scene.points) {
     if (point.error_px > kMostErrorPx || point.track.size() < 2) continue;
-    const Eigen::Vector4d world = scene.frame == Frame::kMetric ? Eigen::Vector4d(point.x_in_world.homogeneous()) : point.X_in_world;
+    const Eigen::Vector4d world =
+        scene.frame == Frame::kMetric ? Eigen::Vector4d(point.x_in_world.homogeneous()) : point.X_in_world;
     const Eigen::Vector4d X = (film.balanced_from_world * world).normalized();
     if (!X.allFinite()) continue;
     front += film.plane_at_infinity.dot(X) > 0 ? 1 : -1;
@@ -159,8 +172,10 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
       // A frame that sees hardly a point (a blank wall, blur) is at the depth of the nearest one that does.
       std::size_t from = t;
       for (std::size_t d = 1; d < film.frames.size() && film.frames[from].sights.size() < kFewestForDepth; ++d) {
-        if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth) from = t - d;
-        else if (t + d < film.frames.size() && film.frames[t + d].sights.size() >= kFewestForDepth) from = t + d;
+        if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth)
+          from = t - d;
+        else if (t + d < film.frames.size() && film.frames[t + d].sights.size() >= kFewestForDepth)
+          from = t + d;
       }
       std::vector<Eigen::Vector4d> seen;
       for (const SightOfPoint& s : film.frames[from].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
@@ -168,7 +183,8 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
     }
   });
   if (film.one_centre) {
-    // Their depth is not known, and a matrix that was free to use it would bend the picture: points become directions from the centre.
+    // Their depth is not known, and a matrix that was free to use it would bend the picture: points become directions
+    // from the centre.
     const auto direction = [&](Eigen::Vector4d& X) { X = (X - centre * centre.dot(X)).normalized(); };
     for (Eigen::Vector4d& X : film.X) direction(X);
     for (FilmedFrame& frame : film.frames)

@@ -6,13 +6,15 @@
 namespace lumi {
 
 double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
-  // What a parabola, fitted under a Hann window of two seconds, leaves over: half at 0.8 Hz, all from 1.3 Hz on. (A mean would take the
-  // curve of a steady turn for a shake.)
+  // What a parabola, fitted under a Hann window of two seconds, leaves over: half at 0.8 Hz, all from 1.3 Hz on. (A
+  // mean would take the curve of a steady turn for a shake.)
   const auto n = static_cast<int>(P.size());
-  const int reach = std::clamp((n - 1) / 2, 1, std::max(1, static_cast<int>(std::lround(film.fps))));  // all of a short video
+  const int reach =
+      std::clamp((n - 1) / 2, 1, std::max(1, static_cast<int>(std::lround(film.fps))));  // all of a short video
   std::vector<std::vector<int>> seen(film.X.size());
   for (int t = 0; t < n; ++t)
-    for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights) seen[static_cast<std::size_t>(s.point)].push_back(t);
+    for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights)
+      seen[static_cast<std::size_t>(s.point)].push_back(t);
   const int stride = n > 4 * reach ? 4 : 1;
   std::vector<double> window(static_cast<std::size_t>(reach));
   double moment[3] = {0, 0, 0};
@@ -35,7 +37,8 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
     };
     for (const int t : seen[j]) {
       if (t < reach || t + reach >= n || t % stride != 0) continue;
-      const double window_s = film.frames[static_cast<std::size_t>(t + reach)].time_s - film.frames[static_cast<std::size_t>(t - reach)].time_s;
+      const double window_s = film.frames[static_cast<std::size_t>(t + reach)].time_s -
+                              film.frames[static_cast<std::size_t>(t - reach)].time_s;
       if (window_s * film.fps > 2 * reach + 0.5) continue;  // frames are missing
       Eigen::Vector2d mean = Eigen::Vector2d::Zero();
       double weights = 0;

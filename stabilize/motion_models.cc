@@ -25,15 +25,19 @@ using Matrix42d = Eigen::Matrix<double, 4, 2>;
 
 constexpr double kNominalFocal = 2.4;  // units: 1.2 times the longer side. Only a start
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kObjectWeight = 30;   // of an object's point that is to stay, against a sight
-constexpr double kLeastRatio = 3;      // of an F test: the 1 % level at usual numbers of samples. Lines gave 0.2 and less, 20 degrees 2.5 and more
-constexpr double kLeastNoise = 1e-5;   // units: where nothing shakes, rounding and the tracker still do
-constexpr int kMostSights = 8000, kFewestSights = 12;  // of all frames, of a frame: a shake moves a frame's sights together
+constexpr double kObjectWeight = 30;  // of an object's point that is to stay, against a sight
+constexpr double kLeastRatio =
+    3;  // of an F test: the 1 % level at usual numbers of samples. Lines gave 0.2 and less, 20 degrees 2.5 and more
+constexpr double kLeastNoise = 1e-5;  // units: where nothing shakes, rounding and the tracker still do
+constexpr int kMostSights = 8000,
+              kFewestSights = 12;  // of all frames, of a frame: a shake moves a frame's sights together
 
 // P0, then what the model adds.
-constexpr int kP0 = 0, kE = 12, kPi = 15, kTau = 19;          // linear, vertigo
-constexpr int kU = 12, kV = 20, kOmega = 28;                  // circular
-int ParameterCount(MotionModel model) { return model == MotionModel::kLinear ? 19 : model == MotionModel::kVertigo ? 20 : 29; }
+constexpr int kP0 = 0, kE = 12, kPi = 15, kTau = 19;  // linear, vertigo
+constexpr int kU = 12, kV = 20, kOmega = 28;          // circular
+int ParameterCount(MotionModel model) {
+  return model == MotionModel::kLinear ? 19 : model == MotionModel::kVertigo ? 20 : 29;
+}
 
 // B of the family: a rotation's generator in some projective frame, U J V^T with V^T U = I.
 Eigen::Matrix4d Generator(const double* p) {
@@ -90,7 +94,8 @@ struct ObjectResiduals {
   double s, weight;
   const std::vector<Eigen::Vector4d>* points;
   bool operator()(double const* const* parameters, double* residuals) const {
-    const Matrix34d then = MatrixAt(MotionModel::kVertigo, parameters[0], s), middle = MatrixAt(MotionModel::kVertigo, parameters[0], 0);
+    const Matrix34d then = MatrixAt(MotionModel::kVertigo, parameters[0], s),
+                    middle = MatrixAt(MotionModel::kVertigo, parameters[0], 0);
     for (std::size_t i = 0; i < points->size(); ++i) {
       const Eigen::Vector3d a = then * (*points)[i], b = middle * (*points)[i];
       if (!(a.z() > 1e-9) || !(b.z() > 1e-9)) return false;
@@ -100,13 +105,13 @@ struct ObjectResiduals {
   }
 };
 
-// The frame of the world that a fit starts in: the plane at infinity at (0,0,0,1), the middle camera's rays at their angles under the
-// nominal lens, the cameras' extent of the order of one.
+// The frame of the world that a fit starts in: the plane at infinity at (0,0,0,1), the middle camera's rays at their
+// angles under the nominal lens, the cameras' extent of the order of one.
 struct StartFrame {
   Eigen::Matrix4d start_from_balanced = Eigen::Matrix4d::Identity();
-  std::vector<Matrix34d> P;            // in it; left 3x3 with |det| 1
+  std::vector<Matrix34d> P;  // in it; left 3x3 with |det| 1
   std::vector<Eigen::Vector3d> centre;
-  double extent = 0;                   // of the centres before they were scaled, over the median distance of the points
+  double extent = 0;  // of the centres before they were scaled, over the median distance of the points
 };
 
 StartFrame MakeStartFrame(const FilmedScene& film) {
@@ -119,7 +124,9 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
   const std::size_t middle = film.frames.size() / 2;
   const Matrix34d P_mid = film.frames[middle].P * T.inverse();
   const Eigen::Matrix3d M = P_mid.leftCols<3>();
-  if (!(std::abs(M.determinant()) > 1e-15)) throw DataError("the middle camera's centre lies on the plane at infinity", "reconstruct the scene again, or use --model smooth");
+  if (!(std::abs(M.determinant()) > 1e-15))
+    throw DataError("the middle camera's centre lies on the plane at infinity",
+                    "reconstruct the scene again, or use --model smooth");
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   K.topLeftCorner<2, 2>() *= kNominalFocal;
   Eigen::Matrix4d A = Eigen::Matrix4d::Identity();
@@ -129,8 +136,10 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
   std::vector<double> depths;
   std::size_t sighted = middle;  // the frame nearest to the middle that has points
   for (std::size_t d = 0; d < film.frames.size() && film.frames[sighted].sights.empty(); ++d) {
-    if (d <= middle && !film.frames[middle - d].sights.empty()) sighted = middle - d;
-    else if (middle + d < film.frames.size()) sighted = middle + d;
+    if (d <= middle && !film.frames[middle - d].sights.empty())
+      sighted = middle - d;
+    else if (middle + d < film.frames.size())
+      sighted = middle + d;
   }
   for (const SightOfPoint& s : film.frames[sighted].sights) {
     const Eigen::Vector4d X = W * film.X[static_cast<std::size_t>(s.point)];
@@ -145,7 +154,8 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
   for (const FilmedFrame& frame : film.frames) {
     Matrix34d P = frame.P * inverse;
     const double size = std::cbrt(std::abs(P.leftCols<3>().determinant()));
-    if (!(size > 0)) throw DataError("a camera's centre lies on the plane at infinity: " + frame.name, "use --model smooth");
+    if (!(size > 0))
+      throw DataError("a camera's centre lies on the plane at infinity: " + frame.name, "use --model smooth");
     P /= size;
     start.P.push_back(P);
     start.centre.push_back(-P.leftCols<3>().inverse() * P.col(3));
@@ -157,7 +167,8 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
 }
 
 // c ~ c0 + s v, by the median of slopes' reweighted mean.
-void FitLine(const std::vector<Eigen::Vector3d>& c, const std::vector<double>& s, Eigen::Vector3d& c0, Eigen::Vector3d& v) {
+void FitLine(const std::vector<Eigen::Vector3d>& c, const std::vector<double>& s, Eigen::Vector3d& c0,
+             Eigen::Vector3d& v) {
   std::vector<double> weight(c.size(), 1);
   for (int round = 0; round < 6; ++round) {
     double w = 0, ws = 0, wss = 0;
@@ -179,8 +190,8 @@ void FitLine(const std::vector<Eigen::Vector3d>& c, const std::vector<double>& s
   }
 }
 
-std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s, MotionModel model,
-                                const std::vector<Eigen::Vector4d>& object) {
+std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s,
+                                MotionModel model, const std::vector<Eigen::Vector4d>& object) {
   std::vector<double> p(static_cast<std::size_t>(ParameterCount(model)), 0.0);
   Eigen::Vector3d c0, v;
   FitLine(start.centre, s, c0, v);
@@ -193,7 +204,8 @@ std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start
   const double size = P0.norm();
   Eigen::Map<RowMajor34d>(p.data() + kP0) = P0 / size;
   Eigen::Map<Eigen::Vector3d>(p.data() + kE) = -M * v / size;
-  // At one centre there are homographies only: those of a plane that the camera moves along, at first parallel to the picture.
+  // At one centre there are homographies only: those of a plane that the camera moves along, at first parallel to the
+  // picture.
   if (film.one_centre)
     Eigen::Map<Eigen::Vector4d>(p.data() + kPi) << M.row(2).transpose().normalized(), 0;
   else
@@ -201,7 +213,8 @@ std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start
   if (model == MotionModel::kVertigo) {
     const double towards = std::abs(M.row(2) * v), across = (M.topRows<2>() * v).norm();
     if (film.one_centre || !(towards > 0.05 * across) || !(start.extent > 1e-3))
-      throw DataError("vertigo: the camera does not move towards or away from anything", "use --model linear or smooth");
+      throw DataError("vertigo: the camera does not move towards or away from anything",
+                      "use --model linear or smooth");
     std::vector<double> tau;
     for (const Eigen::Vector4d& X : object)
       if (const double w = P0.row(2).dot(X) / size; std::abs(w) > 1e-12) tau.push_back(p[kE + 2] * X.w() / w);
@@ -210,11 +223,15 @@ std::vector<double> StartLinear(const FilmedScene& film, const StartFrame& start
   return p;
 }
 
-// Starts of a circular fit. The start frame is not metric, so that a circle need not be one in it, and an arc of a few degrees lies
-// within the shake: no single fit to the centres is to be trusted. For each of a few angles the matrices' own least-squares
-// A + cos(omega s) C + sin(omega s) S is linear, and B follows from it: S = P0 B, C = -P0 B^2, P0 = A + C.
-std::vector<std::vector<double>> StartsCircular(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s) {
-  if (film.one_centre || !(start.extent > 1e-3)) throw DataError("circular: the camera does not go around anything: it stays where it is", "use --model linear or smooth");
+// Starts of a circular fit. The start frame is not metric, so that a circle need not be one in it, and an arc of a few
+// degrees lies within the shake: no single fit to the centres is to be trusted. For each of a few angles the matrices'
+// own least-squares A + cos(omega s) C + sin(omega s) S is linear, and B follows from it: S = P0 B, C = -P0 B^2, P0 = A
+// + C.
+std::vector<std::vector<double>> StartsCircular(const FilmedScene& film, const StartFrame& start,
+                                                const std::vector<double>& s) {
+  if (film.one_centre || !(start.extent > 1e-3))
+    throw DataError("circular: the camera does not go around anything: it stays where it is",
+                    "use --model linear or smooth");
   std::vector<std::vector<double>> starts;
   for (const double turn_deg : {10.0, 25.0, 60.0, 110.0, 180.0, 250.0, 320.0}) {
     const double omega = 0.5 * turn_deg * kTurn / 360;
@@ -227,7 +244,9 @@ std::vector<std::vector<double>> StartsCircular(const FilmedScene& film, const S
       right += row * Eigen::Map<const Eigen::Matrix<double, 1, 12>>(P.data());
     }
     const Eigen::MatrixXd solved = SolveSymmetric(N, right);
-    const auto matrix = [&](int i) { return Eigen::Matrix<double, 4, 3>(Eigen::Matrix<double, 12, 1>(solved.row(i)).reshaped(4, 3)).transpose().eval(); };
+    const auto matrix = [&](int i) {
+      return Eigen::Matrix<double, 4, 3>(Eigen::Matrix<double, 12, 1>(solved.row(i)).reshaped(4, 3)).transpose().eval();
+    };
     const Matrix34d C = matrix(1), S = matrix(2), P0 = matrix(0) + C;
     const Eigen::Matrix3d PP = P0 * P0.transpose();
     const double det = PP.determinant();
@@ -251,7 +270,9 @@ std::vector<std::vector<double>> StartsCircular(const FilmedScene& film, const S
     p[kOmega] = std::clamp(omega * rate, 0.01, 0.98 * kTurn / 2);
     starts.push_back(std::move(p));
   }
-  if (starts.empty()) throw DataError("circular: the camera moves along a line, as far as its shake can tell", "use --model linear or smooth");
+  if (starts.empty())
+    throw DataError("circular: the camera moves along a line, as far as its shake can tell",
+                    "use --model linear or smooth");
   return starts;
 }
 
@@ -262,8 +283,8 @@ double ErrorOf(MotionModel model, const double* p, double s, const WeighedSight&
   return q.z() > 1e-9 ? (q.head<2>() / q.z() - sight.x).norm() : 1e3;
 }
 
-// Of each frame at most so many sights, evenly over its list: tracks begin anywhere in the picture. Where the frame's matrix puts the
-// point, not where the track was: what moves by itself is in tracks, and never in a camera's matrix.
+// Of each frame at most so many sights, evenly over its list: tracks begin anywhere in the picture. Where the frame's
+// matrix puts the point, not where the track was: what moves by itself is in tracks, and never in a camera's matrix.
 Sights Some(const FilmedScene& film, const StartFrame& start, int wanted_a_frame, std::size_t every = 1) {
   Sights sights(film.frames.size());
   for (std::size_t t = 0; t < sights.size(); t += every) {
@@ -301,8 +322,10 @@ RoundSummary FitRound(MotionModel model, const std::vector<double>& s, Sights& s
   std::size_t count = 0;
   for (std::size_t t = 0; t < s.size(); ++t) {
     if (sights[t].empty()) continue;
-    for (WeighedSight& sight : sights[t]) sight.root_weight = std::sqrt(std::min(1.0, usual / std::max(ErrorOf(model, p.data(), s[t], sight), 1e-12)));
-    auto* residuals = new ceres::DynamicNumericDiffCostFunction<FrameResiduals, ceres::CENTRAL>(new FrameResiduals{model, s[t], &sights[t]});
+    for (WeighedSight& sight : sights[t])
+      sight.root_weight = std::sqrt(std::min(1.0, usual / std::max(ErrorOf(model, p.data(), s[t], sight), 1e-12)));
+    auto* residuals = new ceres::DynamicNumericDiffCostFunction<FrameResiduals, ceres::CENTRAL>(
+        new FrameResiduals{model, s[t], &sights[t]});
     residuals->AddParameterBlock(static_cast<int>(p.size()));
     residuals->SetNumResiduals(static_cast<int>(2 * sights[t].size()));
     problem.AddResidualBlock(residuals, nullptr, p.data());
@@ -311,8 +334,10 @@ RoundSummary FitRound(MotionModel model, const std::vector<double>& s, Sights& s
   if (model == MotionModel::kVertigo)
     for (const double at : {-1.0, -0.5, 0.5, 1.0}) {
       // As much as all sights together, shared among its points: the object's place is what the model is for.
-      const double weight = kObjectWeight * std::sqrt(static_cast<double>(count) / static_cast<double>(4 * object.size())) * 0.1;
-      auto* residuals = new ceres::DynamicNumericDiffCostFunction<ObjectResiduals, ceres::CENTRAL>(new ObjectResiduals{at, weight, &object});
+      const double weight =
+          kObjectWeight * std::sqrt(static_cast<double>(count) / static_cast<double>(4 * object.size())) * 0.1;
+      auto* residuals = new ceres::DynamicNumericDiffCostFunction<ObjectResiduals, ceres::CENTRAL>(
+          new ObjectResiduals{at, weight, &object});
       residuals->AddParameterBlock(static_cast<int>(p.size()));
       residuals->SetNumResiduals(static_cast<int>(2 * object.size()));
       problem.AddResidualBlock(residuals, nullptr, p.data());
@@ -335,7 +360,8 @@ RoundSummary FitRound(MotionModel model, const std::vector<double>& s, Sights& s
 }
 
 // The start that a coarse fit brings nearest to the sights.
-std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s, const std::vector<std::vector<double>>& starts, int& iterations) {
+std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, const std::vector<double>& s,
+                              const std::vector<std::vector<double>>& starts, int& iterations) {
   constexpr std::size_t kFrames = 60;
   constexpr int kSights = 12, kIterations = 25;
   const Sights all = Some(film, start, kSights, std::max<std::size_t>(1, s.size() / kFrames));
@@ -367,8 +393,9 @@ std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, 
   return best;
 }
 
-// Frames over which the shake is one and the same, as a slow motion sees it: the sum of the autocorrelation of each frame's mean
-// residual (Bartlett's, over a quarter of the video). What swings back and forth cancels, and may leave less than a frame.
+// Frames over which the shake is one and the same, as a slow motion sees it: the sum of the autocorrelation of each
+// frame's mean residual (Bartlett's, over a quarter of the video). What swings back and forth cancels, and may leave
+// less than a frame.
 double FramesOfOneShake(const std::vector<Eigen::Vector2d>& off) {
   const auto n = static_cast<int>(off.size());
   const int most = std::max(1, n / 4);
@@ -377,7 +404,8 @@ double FramesOfOneShake(const std::vector<Eigen::Vector2d>& off) {
   if (!(power > 0)) return 1;
   for (int lag = 1; lag < most; ++lag) {
     double sum = 0;
-    for (int t = 0; t + lag < n; ++t) sum += off[static_cast<std::size_t>(t)].dot(off[static_cast<std::size_t>(t + lag)]);
+    for (int t = 0; t + lag < n; ++t)
+      sum += off[static_cast<std::size_t>(t)].dot(off[static_cast<std::size_t>(t + lag)]);
     frames += 2 * (1 - static_cast<double>(lag) / most) * sum / power;
   }
   return std::max(1.0, frames);
@@ -401,14 +429,22 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
   const StartFrame start = MakeStartFrame(film);
   std::vector<double> s;
   for (const FilmedFrame& frame : film.frames)
-    s.push_back(2 * (frame.time_s - film.frames.front().time_s) / std::max(film.frames.back().time_s - film.frames.front().time_s, 1e-12) - 1);
+    s.push_back(2 * (frame.time_s - film.frames.front().time_s) /
+                    std::max(film.frames.back().time_s - film.frames.front().time_s, 1e-12) -
+                1);
   std::vector<Eigen::Vector4d> object;
-  for (const std::int32_t i : options.object) object.push_back((start.start_from_balanced * film.X[static_cast<std::size_t>(i)]).normalized());
-  if (model == MotionModel::kVertigo && object.empty()) throw DataError("vertigo: no point lies on the object that is to stay", "a larger --object box, or another --object-frame");
+  for (const std::int32_t i : options.object)
+    object.push_back((start.start_from_balanced * film.X[static_cast<std::size_t>(i)]).normalized());
+  if (model == MotionModel::kVertigo && object.empty())
+    throw DataError("vertigo: no point lies on the object that is to stay",
+                    "a larger --object box, or another --object-frame");
 
   ModelFit fit;
-  std::vector<double> p = model == MotionModel::kCircular ? BestStart(film, start, s, StartsCircular(film, start, s), fit.iterations) : StartLinear(film, start, s, model, object);
-  Sights sights = Some(film, start, std::min(options.sights_per_frame, std::max(kFewestSights, kMostSights / static_cast<int>(n))));
+  std::vector<double> p = model == MotionModel::kCircular
+                              ? BestStart(film, start, s, StartsCircular(film, start, s), fit.iterations)
+                              : StartLinear(film, start, s, model, object);
+  Sights sights =
+      Some(film, start, std::min(options.sights_per_frame, std::max(kFewestSights, kMostSights / static_cast<int>(n))));
   const auto fit_rounds = [&](MotionModel of, Sights& at, std::vector<double>& q) {
     RoundSummary done{true, 0};
     for (int round = 0; round < options.rounds && done.usable; ++round) {
@@ -418,8 +454,8 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
   };
   fit_rounds(model, sights, p);
   if (model == MotionModel::kCircular) {
-    // An arc is told from a line only by what it departs from one, and the shake has to be less than that: an F test with as many
-    // independent samples as the shake has.
+    // An arc is told from a line only by what it departs from one, and the shake has to be less than that: an F test
+    // with as many independent samples as the shake has.
     std::vector<double> line = StartLinear(film, start, s, MotionModel::kLinear, object);
     Sights of_line = sights;
     fit_rounds(MotionModel::kLinear, of_line, line);
@@ -430,7 +466,8 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
       const Matrix34d P = MatrixAt(model, p.data(), s[t]);
       for (const WeighedSight& sight : sights[t]) {
         off[t] += (Eigen::Vector3d(P * sight.X).hnormalized() - sight.x) / static_cast<double>(sights[t].size());
-        const double e = ErrorOf(model, p.data(), s[t], sight), e_of_line = ErrorOf(MotionModel::kLinear, line.data(), s[t], sight);
+        const double e = ErrorOf(model, p.data(), s[t], sight),
+                     e_of_line = ErrorOf(MotionModel::kLinear, line.data(), s[t], sight);
         left += std::min(e * e, 1.0);
         left_of_line += std::min(e_of_line * e_of_line, 1.0);
         ++sightings;
@@ -440,8 +477,10 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
     const double noise = left + kLeastNoise * kLeastNoise * static_cast<double>(sightings);
     constexpr double kMoreFree = 5;  // parameters of a circle's family than of a line's
     if (!((left_of_line - left) / kMoreFree > kLeastRatio * noise / (2 * samples)))
-      throw DataError(fmt::format("circular: the arc departs from a straight line by less than the shake can tell ({:.2f} px against {:.1f} px rms)",
-                                  std::sqrt(std::max(0.0, left_of_line - left) / static_cast<double>(sightings)) * film.px_per_unit(),
+      throw DataError(fmt::format("circular: the arc departs from a straight line by less than the shake can tell "
+                                  "({:.2f} px against {:.1f} px rms)",
+                                  std::sqrt(std::max(0.0, left_of_line - left) / static_cast<double>(sightings)) *
+                                      film.px_per_unit(),
                                   std::sqrt(left / static_cast<double>(sightings)) * film.px_per_unit()),
                       "use --model linear or smooth");
   }

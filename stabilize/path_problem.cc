@@ -54,12 +54,15 @@ class TargetCost final : public ceres::SizedCostFunction<2, 12> {
 
 class ParallaxCost final : public ceres::SizedCostFunction<2, 12> {
  public:
-  ParallaxCost(const Eigen::Vector4d& X, const Eigen::Vector4d& Z, double weight) : X_(X), Z_(Z), root_(std::sqrt(weight)) {}
+  ParallaxCost(const Eigen::Vector4d& X, const Eigen::Vector4d& Z, double weight)
+      : X_(X), Z_(Z), root_(std::sqrt(weight)) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     Eigen::Vector2d x, z;
     Jacobian of_x, of_z;
     const bool wanted = jacobians && jacobians[0];
-    if (!Image(parameters[0], X_, x, wanted ? &of_x : nullptr) || !Image(parameters[0], Z_, z, wanted ? &of_z : nullptr)) return false;
+    if (!Image(parameters[0], X_, x, wanted ? &of_x : nullptr) ||
+        !Image(parameters[0], Z_, z, wanted ? &of_z : nullptr))
+      return false;
     Eigen::Map<Eigen::Vector2d>(residuals, 2) = root_ * (x - z);
     if (wanted) Eigen::Map<Jacobian>(jacobians[0], 2, 12) = root_ * (of_x - of_z);
     return true;
@@ -136,7 +139,8 @@ std::array<double, 3> SecondDifference(const std::vector<double>& times, std::si
   return {root * 2 / (before * both), -root * 2 / (before * after), root * 2 / (after * both)};
 }
 
-PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, const PathProblemOptions& options, std::vector<Matrix34d>& P) {
+PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, const PathProblemOptions& options,
+                                    std::vector<Matrix34d>& P) {
   if (wanted.size() != P.size()) throw std::invalid_argument("SolvePathProblem: as many targets as matrices");
   std::vector<double> times = options.times;
   if (times.empty())
@@ -169,14 +173,21 @@ PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, cons
       const WantedPoint& point = frame.points[j];
       const double share = point.share / shares;
       if (!(share > 0) || !in_front(t, point.X)) continue;
-      if (frame.weight > 0 && !frame.held) problem.AddResidualBlock(new TargetCost(point, share * frame.weight), nullptr, unknown[t].data());
+      if (frame.weight > 0 && !frame.held)
+        problem.AddResidualBlock(new TargetCost(point, share * frame.weight), nullptr, unknown[t].data());
       if (frame.parallax > 0 && !frame.held && !point.Z.isZero() && in_front(t, point.Z))
-        problem.AddResidualBlock(new ParallaxCost(point.X, point.Z, share * frame.parallax), nullptr, unknown[t].data());
-      if (frame.alike > 0 && !frame.held) problem.AddResidualBlock(new AlikeCost(point, share * frame.alike), nullptr, unknown[t].data(), similarity[t].data());
-      if (!(options.smoothness > 0) || t == 0 || t + 1 == P.size() || !in_front(t - 1, point.X) || !in_front(t + 1, point.X)) continue;
+        problem.AddResidualBlock(new ParallaxCost(point.X, point.Z, share * frame.parallax), nullptr,
+                                 unknown[t].data());
+      if (frame.alike > 0 && !frame.held)
+        problem.AddResidualBlock(new AlikeCost(point, share * frame.alike), nullptr, unknown[t].data(),
+                                 similarity[t].data());
+      if (!(options.smoothness > 0) || t == 0 || t + 1 == P.size() || !in_front(t - 1, point.X) ||
+          !in_front(t + 1, point.X))
+        continue;
       if (wanted[t - 1].held && frame.held && wanted[t + 1].held) continue;
       const Eigen::Vector2d bend = frame.bend.empty() ? Eigen::Vector2d(0, 0) : frame.bend[j];
-      problem.AddResidualBlock(new BendCost(point.X, SecondDifference(times, t), bend, share * options.smoothness), nullptr, unknown[t - 1].data(), unknown[t].data(), unknown[t + 1].data());
+      problem.AddResidualBlock(new BendCost(point.X, SecondDifference(times, t), bend, share * options.smoothness),
+                               nullptr, unknown[t - 1].data(), unknown[t].data(), unknown[t + 1].data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

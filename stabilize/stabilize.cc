@@ -20,19 +20,21 @@
 namespace lumi {
 namespace {
 
-constexpr double kBorderShare = 0.5;      // of a border point, whose depth is extended, against one of the structure
-constexpr double kScaleSlack = 0.002;     // of min_scale: half a pixel of 500
-constexpr double kSpread_s = 0.35;        // seconds around a frame that has to follow the camera, so that it does so gently
-constexpr double kGain = 40;              // log of the weight, a unit of scale that is missing ...
+constexpr double kBorderShare = 0.5;   // of a border point, whose depth is extended, against one of the structure
+constexpr double kScaleSlack = 0.002;  // of min_scale: half a pixel of 500
+constexpr double kSpread_s = 0.35;  // seconds around a frame that has to follow the camera, so that it does so gently
+constexpr double kGain = 40;        // log of the weight, a unit of scale that is missing ...
 constexpr double kMostMissing =
     0.04;  // ... at most so much in a round (five times the weight, half as much again for the cutoff) ...
-constexpr double kMuchMissing = 0.1;      // ... unless a tenth is missing: then so much
-constexpr double kGuessedShare = 0.1;     // of a border point there: each scene extends its own depths
-constexpr double kSeamCutoff_hz = 3;      // what leads from the path before to this one is slower: faster is how unsure the two are of it
-constexpr double kMostStep = 0.5;         // units that an image may move from one frame to the next ...
-constexpr double kNextFrames = 1.5;       // ... where none is missing between them
-constexpr double kSameWorld = 0.02;       // units: two windows that disagree more about the frames that both have are no projective map of each other
-constexpr int kMostAnchors = 250;         // of a frame: dense, so that another window's points are among them
+constexpr double kMuchMissing = 0.1;   // ... unless a tenth is missing: then so much
+constexpr double kGuessedShare = 0.1;  // of a border point there: each scene extends its own depths
+constexpr double kSeamCutoff_hz =
+    3;  // what leads from the path before to this one is slower: faster is how unsure the two are of it
+constexpr double kMostStep = 0.5;    // units that an image may move from one frame to the next ...
+constexpr double kNextFrames = 1.5;  // ... where none is missing between them
+constexpr double kSameWorld =
+    0.02;  // units: two windows that disagree more about the frames that both have are no projective map of each other
+constexpr int kMostAnchors = 250;  // of a frame: dense, so that another window's points are among them
 
 std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d& X) {
   const Eigen::Vector3d q = P * X;
@@ -69,15 +71,17 @@ std::vector<WantedPoint> PointsOf(const FilmedScene& film, const FilmedFrame& fr
   return points;
 }
 
-// Another depth on the ray of each point, far ones' near, near ones' far. A floor before a wall has one depth a direction, and a
-// camera that wanders off along its view, zooming back, shows the points that there are almost where they were: its pictures are
-// then made of photos from elsewhere. That the two are one behind the other is what tells a centre.
+// Another depth on the ray of each point, far ones' near, near ones' far. A floor before a wall has one depth a
+// direction, and a camera that wanders off along its view, zooming back, shows the points that there are almost where
+// they were: its pictures are then made of photos from elsewhere. That the two are one behind the other is what tells a
+// centre.
 void AddDepths(const FilmedScene& film, const FilmedFrame& frame, std::vector<WantedPoint>& points) {
   const Eigen::Vector4d centre = CentreOfProjection(frame.P);
   const double towards = film.plane_at_infinity.dot(centre);
   if (film.one_centre || points.empty() || std::abs(towards) < 1e-9) return;
   std::vector<double> kappa;
-  for (const WantedPoint& point : points) kappa.push_back(film.plane_at_infinity.dot(point.X) / frame.P.row(2).dot(point.X));
+  for (const WantedPoint& point : points)
+    kappa.push_back(film.plane_at_infinity.dot(point.X) / frame.P.row(2).dot(point.X));
   std::vector<double> sorted = kappa;
   std::sort(sorted.begin(), sorted.end());
   const double far = sorted[sorted.size() / 10], near = sorted[sorted.size() - 1 - sorted.size() / 10];
@@ -87,9 +91,9 @@ void AddDepths(const FilmedScene& film, const FilmedFrame& frame, std::vector<Wa
   }
 }
 
-// What the camera of the film does from one frame to the next, W - I with A_(t+1) = A_t W, A = [P; pi], without its shake: the mean
-// over a Hann window of the seconds given. A camera that turns or walks steadily has a constant W in an affine frame, and W is of
-// the world, so that means of it are too. Zero where nothing is known.
+// What the camera of the film does from one frame to the next, W - I with A_(t+1) = A_t W, A = [P; pi], without its
+// shake: the mean over a Hann window of the seconds given. A camera that turns or walks steadily has a constant W in an
+// affine frame, and W is of the world, so that means of it are too. Zero where nothing is known.
 std::vector<Eigen::Matrix4d> SteadyMotion(const FilmedScene& film, const std::vector<double>& times, double window_s) {
   const auto n = static_cast<int>(film.frames.size());
   const Eigen::Vector4d last = film.one_centre ? CentreOfProjection(film.frames.front().P) : film.plane_at_infinity;
@@ -126,7 +130,8 @@ struct Move {
   double sureness = 1;  // 1: of this very feature; less where its neighbours, of other depths maybe, tell of it
 };
 
-// Where the frame's pixels went, near x: the affine map of the nearest anchors, and where one of them is the same feature, that one's.
+// Where the frame's pixels went, near x: the affine map of the nearest anchors, and where one of them is the same
+// feature, that one's.
 std::optional<Move> Moved(const std::vector<Anchor>& anchors, const Eigen::Vector2d& x_px) {
   constexpr std::size_t kNearest = 8;
   constexpr double kSameFeaturePx = 0.7;
@@ -150,22 +155,27 @@ std::optional<Move> Moved(const std::vector<Anchor>& anchors, const Eigen::Vecto
     plain += w * (a.to_px - a.from_px);
     weights += w;
   }
-  N.diagonal().tail<2>().array() += 1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line say nothing across it
+  N.diagonal().tail<2>().array() +=
+      1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line say nothing across it
   const Eigen::Matrix<double, 3, 2> fit = N.inverse() * right;
   return Move{x_px + fit.row(0).transpose(), 1 / (1 + near[0].first / (kSameFeaturePx * kSameFeaturePx))};
 }
 
-// This path's share in what is shown of what it has in common with the one before: 0, then rising with continuous acceleration to 1.
+// This path's share in what is shown of what it has in common with the one before: 0, then rising with continuous
+// acceleration to 1.
 double SeamShare(int frame, const Seam& seam) {
   const double u = std::clamp((frame - seam.begin) / static_cast<double>(std::max(1, seam.end - seam.begin)), 0.0, 1.0);
   return u * u * u * (10 - 15 * u + 6 * u * u);
 }
 
-// Where the path before puts a pixel of frame t, seen at `filmed_px` and in this window's world at X: by that path's own matrices where both
-// windows have structure, since what the shake's parallax is depends on depth; else as its neighbours in the picture went.
+// Where the path before puts a pixel of frame t, seen at `filmed_px` and in this window's world at X: by that path's
+// own matrices where both windows have structure, since what the shake's parallax is depends on depth; else as its
+// neighbours in the picture went.
 class PathBefore {
  public:
-  PathBefore(const FilmedScene& film, const std::vector<const MatrixKey*>& shown, const std::vector<std::vector<WantedPoint>>& points) : film_(film), shown_(shown) {
+  PathBefore(const FilmedScene& film, const std::vector<const MatrixKey*>& shown,
+             const std::vector<std::vector<WantedPoint>>& points)
+      : film_(film), shown_(shown) {
     if (film.one_centre) return;
     std::vector<Matrix34d> a, b;
     std::vector<std::vector<Eigen::Vector4d>> seen;
@@ -195,9 +205,11 @@ class PathBefore {
   std::optional<WorldMap> map_;
 };
 
-// Of what a frame sees where `px` says, within the box: what shows beside the object in it lies behind; nearer than most is the object.
+// Of what a frame sees where `px` says, within the box: what shows beside the object in it lies behind; nearer than
+// most is the object.
 template <typename Place>
-std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& frame, const std::vector<double>& box_px, const Place& px) {
+std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& frame,
+                                    const std::vector<double>& box_px, const Place& px) {
   const Eigen::Vector2d low(box_px[0], box_px[1]), high = low + Eigen::Vector2d(box_px[2], box_px[3]);
   std::vector<std::int32_t> all, inside;
   std::vector<double> depth;
@@ -222,19 +234,25 @@ std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& 
 std::vector<double> BoxOf(const FilmedScene& film, const std::vector<std::int32_t>& points, const Matrix34d& P) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
   for (const std::int32_t j : points)
-    if (const auto x = ImageOf(P, film.X[static_cast<std::size_t>(j)])) low = low.cwiseMin(*x), high = high.cwiseMax(*x);
+    if (const auto x = ImageOf(P, film.X[static_cast<std::size_t>(j)]))
+      low = low.cwiseMin(*x), high = high.cwiseMax(*x);
   if (!(low.array() <= high.array()).all()) return {};
-  low = low * film.px_per_unit() + 0.5 * film.size_px.cast<double>(), high = high * film.px_per_unit() + 0.5 * film.size_px.cast<double>();
+  low = low * film.px_per_unit() + 0.5 * film.size_px.cast<double>(),
+  high = high * film.px_per_unit() + 0.5 * film.size_px.cast<double>();
   constexpr double kMarginPx = 2;
-  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx, high.y() - low.y() + 2 * kMarginPx};
+  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx,
+          high.y() - low.y() + 2 * kMarginPx};
 }
 
 std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeOptions& options) {
   std::vector<std::int32_t> inside;
   if (options.object_frame < 0 || options.object_frame >= static_cast<int>(film.frames.size()))
-    throw UsageError(fmt::format("--object-frame is 0 to {}", film.frames.size() - 1), "the frame that --object speaks of, in the order of time");
+    throw UsageError(fmt::format("--object-frame is 0 to {}", film.frames.size() - 1),
+                     "the frame that --object speaks of, in the order of time");
   const FilmedFrame& frame = film.frames[static_cast<std::size_t>(options.object_frame)];
-  const auto px = [&](const SightOfPoint& s) { return Eigen::Vector2d(s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>()); };
+  const auto px = [&](const SightOfPoint& s) {
+    return Eigen::Vector2d(s.x * film.px_per_unit() + 0.5 * film.size_px.cast<double>());
+  };
   if (!options.object_points_px.empty()) {
     for (const Eigen::Vector2d& picked : options.object_points_px) {
       constexpr double kReachPx = 12;
@@ -242,12 +260,16 @@ std::vector<std::int32_t> ObjectPoints(const FilmedScene& film, const StabilizeO
       for (const SightOfPoint& s : frame.sights)
         if (!nearest || (px(s) - picked).squaredNorm() < (px(*nearest) - picked).squaredNorm()) nearest = &s;
       if (!nearest || (px(*nearest) - picked).norm() > kReachPx)
-        throw DataError(fmt::format("no track passes within {:.0f} px of {:.0f},{:.0f} in frame {}", kReachPx, picked.x(), picked.y(), options.object_frame), "pick a corner or a texture");
+        throw DataError(fmt::format("no track passes within {:.0f} px of {:.0f},{:.0f} in frame {}", kReachPx,
+                                    picked.x(), picked.y(), options.object_frame),
+                        "pick a corner or a texture");
       inside.push_back(nearest->point);
     }
     return inside;
   }
-  if (options.object_px.size() != 4) throw UsageError("--model vertigo wants the object that is to stay", "--object X,Y,WIDTH,HEIGHT in pixels of the first frame, or --object-point");
+  if (options.object_px.size() != 4)
+    throw UsageError("--model vertigo wants the object that is to stay",
+                     "--object X,Y,WIDTH,HEIGHT in pixels of the first frame, or --object-point");
   return NearestIn(film, frame, options.object_px, [&](const SightOfPoint& s) { return std::optional(px(s)); });
 }
 

@@ -16,7 +16,8 @@ bool Inside(const Polygon& polygon, const Eigen::Vector2d& x) {
   bool inside = false;
   for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
     const Eigen::Vector2d &a = polygon[i], &b = polygon[j];
-    if ((a.y() > x.y()) != (b.y() > x.y()) && x.x() < (b.x() - a.x()) * (x.y() - a.y()) / (b.y() - a.y()) + a.x()) inside = !inside;
+    if ((a.y() > x.y()) != (b.y() > x.y()) && x.x() < (b.x() - a.x()) * (x.y() - a.y()) / (b.y() - a.y()) + a.x())
+      inside = !inside;
   }
   return inside;
 }
@@ -26,7 +27,8 @@ constexpr double kGrown = 1.002;
 
 }  // namespace
 
-std::vector<double> ViewScales(const FilmedScene& film, const std::vector<Matrix34d>& P, const ViewAreaOptions& options) {
+std::vector<double> ViewScales(const FilmedScene& film, const std::vector<Matrix34d>& P,
+                               const ViewAreaOptions& options) {
   const auto n = static_cast<std::ptrdiff_t>(film.frames.size());
   const Eigen::Vector2d half = film.half();
   std::vector<double> scales(film.frames.size(), options.least);
@@ -34,7 +36,8 @@ std::vector<double> ViewScales(const FilmedScene& film, const std::vector<Matrix
     for (std::size_t t = begin; t < end; ++t) {
       std::vector<Polygon> seen;
       const auto at = static_cast<std::ptrdiff_t>(t);
-      for (std::ptrdiff_t s = std::max<std::ptrdiff_t>(0, at - options.half_window); s <= std::min(n - 1, at + options.half_window); ++s) {
+      for (std::ptrdiff_t s = std::max<std::ptrdiff_t>(0, at - options.half_window);
+           s <= std::min(n - 1, at + options.half_window); ++s) {
         Polygon polygon;
         bool whole = true;
         for (const Eigen::Vector4d& X : film.frames[static_cast<std::size_t>(s)].border) {

@@ -13,7 +13,7 @@ namespace lumi {
 namespace {
 
 constexpr int kRounds = 10;
-constexpr double kHuber = 2.5;      // of the median distance
+constexpr double kHuber = 2.5;  // of the median distance
 constexpr double kLeastHuber = 1e-6;
 constexpr double kInFront = 1e-9;
 
@@ -43,9 +43,11 @@ std::vector<double> Distances(const std::vector<SeenByBoth>& seen, const Vector1
 Eigen::Matrix4d FromCameras(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b) {
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(16, 16);
   for (std::size_t t = 0; t < a.size(); ++t) {
-    Eigen::Matrix<double, 12, 16> V = Eigen::Matrix<double, 12, 16>::Zero();  // vec by columns: vec(A G) = (I kron A) vec(G)
+    Eigen::Matrix<double, 12, 16> V =
+        Eigen::Matrix<double, 12, 16>::Zero();  // vec by columns: vec(A G) = (I kron A) vec(G)
     for (int c = 0; c < 4; ++c) V.block<3, 4>(3 * c, 4 * c) = a[t];
-    const Eigen::Matrix<double, 12, 1> direction = Eigen::Map<const Eigen::Matrix<double, 12, 1>>(b[t].data()).normalized();
+    const Eigen::Matrix<double, 12, 1> direction =
+        Eigen::Map<const Eigen::Matrix<double, 12, 1>>(b[t].data()).normalized();
     V -= direction * (direction.transpose() * V).eval();
     N += V.transpose() * V;
   }
@@ -55,7 +57,8 @@ Eigen::Matrix4d FromCameras(const std::vector<Matrix34d>& a, const std::vector<M
 
 }  // namespace
 
-std::optional<WorldMap> MapBetweenWorlds(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b, const std::vector<std::vector<Eigen::Vector4d>>& points_b) {
+std::optional<WorldMap> MapBetweenWorlds(const std::vector<Matrix34d>& a, const std::vector<Matrix34d>& b,
+                                         const std::vector<std::vector<Eigen::Vector4d>>& points_b) {
   if (a.size() < 3 || a.size() != b.size() || a.size() != points_b.size()) return std::nullopt;
   WorldMap map;
   map.a_from_b = FromCameras(a, b);

@@ -28,16 +28,17 @@ constexpr int kWindow_px = 13, kLevels = 3, kIterations = 12;
 constexpr float kForwardBackward_px = 0.4F;
 constexpr double kPatchCorrelation = 0.7;
 constexpr int kPatchRadius_px = 4;
-constexpr double kModeRms_px = 0.08;      // displacement that a mode must be worth
-constexpr double kOutlier_px = 0.6;       // of a corner from its modes, at least; beyond 4 medians too
-constexpr double kMinFoundShare = 0.25;   // of the frames, in which a corner that stands still is found where it should be
-constexpr int kMinPoints = 10;            // of a frame ...
-constexpr double kMinPointsShare = 0.1;   // ... and of all corners
+constexpr double kModeRms_px = 0.08;  // displacement that a mode must be worth
+constexpr double kOutlier_px = 0.6;   // of a corner from its modes, at least; beyond 4 medians too
+constexpr double kMinFoundShare =
+    0.25;                       // of the frames, in which a corner that stands still is found where it should be
+constexpr int kMinPoints = 10;  // of a frame ...
+constexpr double kMinPointsShare = 0.1;    // ... and of all corners
 constexpr Eigen::Index kNearCorners = 10;  // the distance to so many of them is how far a node looks ...
 constexpr double kLeastReach = 0.05;       // ... of the picture's width, at least
 constexpr double kSlopeRidge = 0.05;       // of the square of that: what a slope between corners has to be worth
-constexpr Eigen::Index kModulations = 2;  // modes of the camera that change the look of what moves
-constexpr int kNode_px = 8;               // modes are interpolated at nodes so far apart
+constexpr Eigen::Index kModulations = 2;   // modes of the camera that change the look of what moves
+constexpr int kNode_px = 8;                // modes are interpolated at nodes so far apart
 
 // Grey, with the mean and contrast of the reference: exposure is not motion.
 cv::Mat GreyOf(const Image8& rgb) {
@@ -111,7 +112,8 @@ cv::Matx23d Step(const cv::Mat& a, const Pyramid& pa, const Pyramid& pb) {
   return {1, 0, 0, 0, 1, 0};
 }
 cv::Point2f Apply(const cv::Matx23d& m, const cv::Point2f& x) {
-  return {static_cast<float>(m(0, 0) * x.x + m(0, 1) * x.y + m(0, 2)), static_cast<float>(m(1, 0) * x.x + m(1, 1) * x.y + m(1, 2))};
+  return {static_cast<float>(m(0, 0) * x.x + m(0, 1) * x.y + m(0, 2)),
+          static_cast<float>(m(1, 0) * x.x + m(1, 1) * x.y + m(1, 2))};
 }
 cv::Matx23d Inverse(const cv::Matx23d& m) {
   cv::Matx23d out;
@@ -155,14 +157,16 @@ Modes FitModes(Displacements& d, int count) {
     std::vector<double> rest;
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < m; ++j)
-        if (d.seen(i, j)) rest.push_back(std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)));
+        if (d.seen(i, j))
+          rest.push_back(std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)));
     if (rest.empty()) break;
     modes.residual_px = Median(std::move(rest));
     // Wide at first, while the modes are not yet those of the camera.
     const double limit = std::max(kOutlier_px, 4 * modes.residual_px) * (round < 4 ? 3 : 1);
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < m; ++j) {
-        const bool good = d.seen(i, j) && std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)) < limit;
+        const bool good =
+            d.seen(i, j) && std::hypot(d.value(i, j) - fitted(i, j), d.value(i, m + j) - fitted(i, m + j)) < limit;
         W(i, j) = good ? d.value(i, j) : fitted(i, j);
         W(i, m + j) = good ? d.value(i, m + j) : fitted(i, m + j);
         if (round == 29 && !good) d.seen(i, j) = 0;
@@ -176,7 +180,8 @@ Modes FitModes(Displacements& d, int count) {
   return modes;
 }
 
-Displacements Selected(const Displacements& d, const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& corners) {
+Displacements Selected(const Displacements& d, const std::vector<Eigen::Index>& rows,
+                       const std::vector<Eigen::Index>& corners) {
   const Eigen::Index m = d.seen.cols();
   std::vector<Eigen::Index> columns = corners;
   for (const Eigen::Index j : corners) columns.push_back(m + j);
@@ -369,8 +374,8 @@ void SpreadModes(const Points& corners, const MatrixXd& at_corners, Alignment& a
     const int i = static_cast<int>(x), j = static_cast<int>(y);
     const double u = x - i, v = y - j;
     const auto at_node = [&](int a, int b) -> const MatrixXd& { return node[static_cast<std::size_t>(b * gw + a)]; };
-    const MatrixXd value =
-        (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) + v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
+    const MatrixXd value = (1 - v) * ((1 - u) * at_node(i, j) + u * at_node(i + 1, j)) +
+                           v * ((1 - u) * at_node(i, j + 1) + u * at_node(i + 1, j + 1));
     for (Eigen::Index k = 0; k < modes; ++k) {
       alignment.mode_x(p, k) = static_cast<float>(value(0, 2 * k));
       alignment.mode_y(p, k) = static_cast<float>(value(0, 2 * k + 1));
@@ -459,7 +464,8 @@ MatrixXd CameraCovariates(const Alignment& alignment) {
 }
 
 Signals MovingSignals(const FrameStack& stack, const Alignment& alignment, const SignalsOptions& options) {
-  Signals signals = SignalsOf(stack, alignment.frames, CameraCovariates(alignment), AlignedPixels(stack, alignment), options);
+  Signals signals =
+      SignalsOf(stack, alignment.frames, CameraCovariates(alignment), AlignedPixels(stack, alignment), options);
   signals.modulation = alignment.camera.leftCols(std::min<Eigen::Index>(kModulations, alignment.camera.cols()));
   return signals;
 }

@@ -1,6 +1,6 @@
 // A moving video's frames brought to one of them, so that what stands still stands still: corners of the reference are
-// found again in every frame, their displacements are the few modes that a moving camera gives them (parallax included),
-// and between corners the modes are smooth. What moves by itself fits no mode and takes no part.
+// found again in every frame, their displacements are the few modes that a moving camera gives them (parallax
+// included), and between corners the modes are smooth. What moves by itself fits no mode and takes no part.
 #pragma once
 
 #include <Eigen/Core>

@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOwnFolder = "timeperiodic";
 constexpr int kMovingComponents = 48;
-constexpr int kLeastHoldout = 8, kHeldOutViews = 24, kHeldOutWidth = 160;  // what --tradeoff renders: about so many frames of this width
+constexpr int kLeastHoldout = 8, kHeldOutViews = 24,
+              kHeldOutWidth = 160;  // what --tradeoff renders: about so many frames of this width
 
 // Frames of a video as lumi-reconstruct names them.
 std::string MaskName(int frame) { return fmt::format("frame_{:06d}.jpg.png", frame); }
@@ -40,13 +41,15 @@ std::vector<SampledView> SampledViews(const Scene& scene, double fps) {
   std::vector<SampledView> views;
   for (const View& v : scene.views)
     if (v.time_s)
-      views.push_back({*v.time_s * fps, scene.frame == Frame::kMetric ? v.CentreInWorld() : MakeRenderView(scene, v).centre,
+      views.push_back({*v.time_s * fps,
+                       scene.frame == Frame::kMetric ? v.CentreInWorld() : MakeRenderView(scene, v).centre,
                        v.frame_index.value_or(static_cast<int>(views.size()))});
   std::sort(views.begin(), views.end(), [](const SampledView& a, const SampledView& b) { return a.time < b.time; });
   return views;
 }
 
-void WriteMasks(const FrameStack& stack, const Alignment& alignment, const MovingParts& parts, const fs::path& folder, ProgressSink& sink) {
+void WriteMasks(const FrameStack& stack, const Alignment& alignment, const MovingParts& parts, const fs::path& folder,
+                ProgressSink& sink) {
   fs::remove_all(folder);
   fs::create_directories(folder);
   Progress progress(sink, "writing masks", stack.count());
@@ -60,15 +63,17 @@ void WriteMasks(const FrameStack& stack, const Alignment& alignment, const Movin
 
 // lumi-reconstruct's summary.
 JsonKeys Reconstruct(const CalibrateVideoOptions& o, const fs::path& masks, ProgressSink& progress) {
-  std::vector<std::string> arguments{o.video.string(), "-o", o.scene.string(), "--all-frames", "--masks", masks.string(),
-                                     "--threads", std::to_string(o.threads), "--seed", std::to_string(o.seed)};
+  std::vector<std::string> arguments{
+      o.video.string(), "-o",        o.scene.string(),          "--all-frames", "--masks",
+      masks.string(),   "--threads", std::to_string(o.threads), "--seed",       std::to_string(o.seed)};
   arguments.insert(arguments.end(), o.reconstruct_arguments.begin(), o.reconstruct_arguments.end());
   try {
     return RunSibling({"lumi-reconstruct", arguments, "lumi-reconstruct: ", "lumi-reconstruct: "}, progress).summary;
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
-    throw Error(e.code() == ExitCode::kBug ? ExitCode::kMachine : e.code(), std::string("lumi-reconstruct cannot place the cameras: ") + e.what(), o.video, e.hint());
+    throw Error(e.code() == ExitCode::kBug ? ExitCode::kMachine : e.code(),
+                std::string("lumi-reconstruct cannot place the cameras: ") + e.what(), o.video, e.hint());
   }
 }
 
@@ -93,12 +98,14 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
 
 // Dials of the search against what they bring: the period, and the scene's held-out frames rendered with it.
 PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
-  const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period, o.width_px, o.period_frames};
+  const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period,
+                                      o.width_px, o.period_frames};
   const double fps = VideoReader(options.video).fps();
   OpenOptions open;
   open.check_photos = false;
   Scene scene = OpenScene(o.scene, open, progress);
-  const HeldOutBench bench(o.scene, std::max(kLeastHoldout, static_cast<int>(scene.views.size()) / kHeldOutViews), kHeldOutWidth);
+  const HeldOutBench bench(o.scene, std::max(kLeastHoldout, static_cast<int>(scene.views.size()) / kHeldOutViews),
+                           kHeldOutWidth);
   HeldOutByPeriod held_out = [&](double period_frames) {
     scene.period_s = period_frames / fps;
     WriteManifest(scene, bench.folder());
@@ -123,7 +130,8 @@ PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) 
 std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
   if (o.video.empty()) return "say which video";
   if (o.scene.empty()) return "say where the scene goes: -o SCENE";
-  if (o.period_frames && !o.fixed_video.empty()) return "--period-frames and --fixed-video do not go together: both say the period";
+  if (o.period_frames && !o.fixed_video.empty())
+    return "--period-frames and --fixed-video do not go together: both say the period";
   if (o.period_frames && !(*o.period_frames > 0)) return "--period-frames must be > 0";
   if (o.masks_only && o.tradeoff) return "--tradeoff measures the scene, which --masks-only does not make";
   if (o.masks_only && !o.masks.empty()) return "--masks-only finds masks, --masks gives them";
@@ -153,7 +161,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   reading.max_width_px = o.width_px;
   const FrameStack stack = ReadFrameStack(o.video, reading, progress);
   if (stack.truncated)
-    progress.Message(fmt::format("{} is cut off: its first {} frames are used", o.video.filename().string(), stack.count()));
+    progress.Message(
+        fmt::format("{} is cut off: its first {} frames are used", o.video.filename().string(), stack.count()));
   std::optional<Alignment> alignment;
   if (o.masks.empty() || (!o.period_frames && o.fixed_video.empty())) alignment = AlignFrames(stack, {}, progress);
 
@@ -175,7 +184,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
     RequireResolved(estimate.period_frames);
   } else {
     period_from = "moving video";
-    estimate = EstimatePeriod(MovingSignals(stack, *alignment, {.components = kMovingComponents}), alignment->camera, o.period);
+    estimate = EstimatePeriod(MovingSignals(stack, *alignment, {.components = kMovingComponents}), alignment->camera,
+                              o.period);
   }
   const double period = estimate.period_frames;
   for (const std::string& w : estimate.warnings) progress.Message(w);
@@ -189,7 +199,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
     if (period_from != "given") WriteTextAtomically(own / "period.svg", PeriodPlot(estimate));
     if (masks.empty()) {
       const MovingParts parts = FindMovingParts(stack, *alignment, period, {});
-      summary.masks = {true, parts.share, static_cast<int>(alignment->corners), static_cast<int>(alignment->frames.size())};
+      summary.masks = {true, parts.share, static_cast<int>(alignment->corners),
+                       static_cast<int>(alignment->frames.size())};
       if (parts.share > o.max_moving_share)
         throw DataError(fmt::format("too little of the picture stands still: {:.0f} % of it moves", 100 * parts.share),
                         "film with more of a still background in view, or give masks (--masks)", o.video);
@@ -220,7 +231,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
     }
     WriteManifest(scene, o.scene);
     const std::vector<SampledView> views = SampledViews(scene, stack.fps);
-    if (views.size() < 2) throw DataError("fewer than two frames got a camera", "see the messages of lumi-reconstruct", o.video);
+    if (views.size() < 2)
+      throw DataError("fewer than two frames got a camera", "see the messages of lumi-reconstruct", o.video);
     const SamplingReport report = ReportSampling(views, period);
     for (const std::string& w : report.warnings) progress.Message(w);
     WriteTextAtomically(own / "sampling.svg", SamplingPlot(report, views));
@@ -257,7 +269,8 @@ SceneSampling ReportSceneSampling(const fs::path& folder, const fs::path& plot, 
     if (v.time_s && v.frame_index) numbered.emplace_back(*v.time_s, *v.frame_index);
   std::sort(numbered.begin(), numbered.end());
   double fps = 1;
-  if (numbered.size() >= 2 && numbered.back().first > numbered.front().first && numbered.back().second > numbered.front().second)
+  if (numbered.size() >= 2 && numbered.back().first > numbered.front().first &&
+      numbered.back().second > numbered.front().second)
     fps = (numbered.back().second - numbered.front().second) / (numbered.back().first - numbered.front().first);
   const std::vector<SampledView> views = SampledViews(scene, fps);
   if (views.size() < 2) throw DataError("fewer than two photos of the scene carry a time", "it needs a video", folder);

@@ -16,7 +16,8 @@ PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (!o.frames.empty() && o.frames.size() != 2) throw UsageError("--frames takes two frame numbers");
   if (o.frames.empty() != (o.count == 0)) throw UsageError("--frames A B and --count N go together");
-  if (!o.frames.empty() && !o.tradeoff.empty()) throw UsageError("--tradeoff measures a search: it does not go with --frames");
+  if (!o.frames.empty() && !o.tradeoff.empty())
+    throw UsageError("--tradeoff measures a search: it does not go with --frames");
   if (o.true_period_frames && o.tradeoff.empty()) throw UsageError("--true-period goes with --tradeoff");
   FrameStackOptions reading;
   reading.max_width_px = o.width_px;
@@ -25,7 +26,8 @@ PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   if (!o.frames.empty()) {
     for (const int f : o.frames)
       if (f < 0 || f >= stack.count())
-        throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(), stack.count() - 1));
+        throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(),
+                                     stack.count() - 1));
     e = CountedPeriod(o.frames[0], o.frames[1], o.count);
   } else {
     e = PeriodOfVideo(stack, o.moving, o.period, progress);

@@ -18,15 +18,16 @@ struct PeriodCommandOptions {
   std::vector<int> frames;  // two that look alike, with `count` periods between them; empty: found
   int count = 0;
   PeriodOptions period;
-  int width_px = 192;          // of the frames that are looked at
-  std::filesystem::path plot;  // SVG; empty: none
-  std::filesystem::path tradeoff;             // a folder for the table of width and frames against error and seconds; empty: none
-  std::optional<double> true_period_frames;   // which its errors are against
+  int width_px = 192;              // of the frames that are looked at
+  std::filesystem::path plot;      // SVG; empty: none
+  std::filesystem::path tradeoff;  // a folder for the table of width and frames against error and seconds; empty: none
+  std::optional<double> true_period_frames;  // which its errors are against
 };
 
 PeriodSummary RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
 
-// The keys tradeoff, tradeoff_json, tradeoff_csv and tradeoff_svg of a summary; what a person reads of them, empty where it has none.
+// The keys tradeoff, tradeoff_json, tradeoff_csv and tradeoff_svg of a summary; what a person reads of them, empty
+// where it has none.
 std::string PeriodTradeoffJson(const TradeoffTable& table, const TradeoffFiles& files);
 std::string DescribePeriodTradeoff(const std::string& json);
 

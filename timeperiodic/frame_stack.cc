@@ -45,7 +45,8 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         hashes[first + i] = HashOf(batch[i]);
-        stack.frames[first + i] = stack.width == batch[i].width ? std::move(batch[i]) : Resize(batch[i], stack.width, stack.height);
+        stack.frames[first + i] =
+            stack.width == batch[i].width ? std::move(batch[i]) : Resize(batch[i], stack.width, stack.height);
       }
     });
     batch.clear();
@@ -87,7 +88,8 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
 FrameStack StackOf(std::vector<Image8> frames, double fps) {
   FrameStack stack;
   stack.fps = fps;
-  if (!frames.empty()) stack.video_width = stack.width = frames[0].width, stack.video_height = stack.height = frames[0].height;
+  if (!frames.empty())
+    stack.video_width = stack.width = frames[0].width, stack.video_height = stack.height = frames[0].height;
   std::vector<std::uint64_t> hashes;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     hashes.push_back(HashOf(frames[i]));

@@ -14,8 +14,8 @@ struct FrameStack {
   int video_width = 0, video_height = 0;  // of the video's
   double fps = 30;
   std::vector<Image8> frames;  // RGB, averaged over the area that a small pixel covers
-  // When each was taken, in frames of 1 / fps after the first. Whole numbers, unless the container's times leave them by
-  // half a frame or more (a camera that dropped frames and says so).
+  // When each was taken, in frames of 1 / fps after the first. Whole numbers, unless the container's times leave them
+  // by half a frame or more (a camera that dropped frames and says so).
   std::vector<double> time;
   std::vector<double> time_s;  // as the container states them, seconds
   bool uneven = false;         // times are the container's

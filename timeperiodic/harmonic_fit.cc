@@ -15,7 +15,8 @@ using Eigen::VectorXd;
 
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kGolden = 0.6180339887498949;
-// Harmonics that fold back onto each other, or phases that no frame shows: held near 0 by this share of a harmonic's own norm.
+// Harmonics that fold back onto each other, or phases that no frame shows: held near 0 by this share of a harmonic's
+// own norm.
 constexpr double kRidge = 1e-3;
 constexpr int kFolds = 5;
 constexpr double kBlocks = 15;
@@ -43,7 +44,8 @@ void HarmonicFit::SetTime(const VectorXd& time) {
 
 MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
   const Eigen::Index n = time_.size();
-  // A harmonic that folds back to less than this many turns over the whole video is a trend, whatever it is a harmonic of.
+  // A harmonic that folds back to less than this many turns over the whole video is a trend, whatever it is a harmonic
+  // of.
   std::vector<char> slow;
   for (int h = 1; h <= harmonics; ++h)
     slow.push_back(h / period > 0.5 && std::abs(h / period - std::round(h / period)) * span_ < kSlowTurns);
@@ -77,7 +79,9 @@ double HarmonicFit::Explained(double period, int harmonics) const {
   return (x.array() * b.array()).sum() / total_;
 }
 
-CrossValidation HarmonicFit::CrossValidate(double period, int max_harmonics) const { return CrossValidate(period, 1, max_harmonics); }
+CrossValidation HarmonicFit::CrossValidate(double period, int max_harmonics) const {
+  return CrossValidate(period, 1, max_harmonics);
+}
 
 CrossValidation HarmonicFit::CrossValidate(double period, int first, int last) const {
   CrossValidation best;
@@ -101,7 +105,8 @@ CrossValidation HarmonicFit::CrossValidate(double period, int first, int last) c
     for (const auto& fold : rows) {
       if (fold.empty()) continue;
       const MatrixXd Bf = B(fold, Eigen::all), Yf = signals_.values(fold, Eigen::all);
-      const MatrixXd x = SolveSymmetric(Ridged(G - Bf.transpose() * Bf, static_cast<double>(n - Bf.rows())), b - Bf.transpose() * Yf);
+      const MatrixXd x =
+          SolveSymmetric(Ridged(G - Bf.transpose() * Bf, static_cast<double>(n - Bf.rows())), b - Bf.transpose() * Yf);
       const VectorXd e = (Yf - Bf * x).rowwise().squaredNorm();
       for (std::size_t k = 0; k < fold.size(); ++k) error[fold[k]] = e[static_cast<Eigen::Index>(k)];
     }
@@ -149,12 +154,14 @@ double HarmonicFit::Refine(double start, int harmonics, double reach) const {
 
 MatrixXd HarmonicFit::Rest(double period, int harmonics) const {
   const MatrixXd B = Basis(period, harmonics);
-  return signals_.values - B * SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
+  return signals_.values -
+         B * SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
 }
 
 HarmonicFit::Offsets HarmonicFit::FrameOffsets(double period, int harmonics) const {
   const MatrixXd B = Basis(period, harmonics);
-  const MatrixXd x = SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
+  const MatrixXd x =
+      SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
   // d/dt of the fit: cos -> -h w sin, sin -> h w cos.
   MatrixXd slope(x.rows(), x.cols());
   for (Eigen::Index row = 0; row < x.rows(); row += 2) {

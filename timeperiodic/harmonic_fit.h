@@ -1,5 +1,5 @@
-// Signals as a sum of harmonics of one period, fitted by least squares beside what is no part of it (Signals::nuisance), at
-// the frames' own times: harmonics beyond half the frame rate are taken as they fold back.
+// Signals as a sum of harmonics of one period, fitted by least squares beside what is no part of it
+// (Signals::nuisance), at the frames' own times: harmonics beyond half the frame rate are taken as they fold back.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,8 @@
 namespace lumi {
 
 struct CrossValidation {
-  double explained = 0;   // share of the signals' variance, in cycles that the fit has not seen; below 0: worse than nothing
+  double explained =
+      0;  // share of the signals' variance, in cycles that the fit has not seen; below 0: worse than nothing
   int harmonics = 0;      // how many do best
   int essential = 0;      // the fewest that do within 0.02 of that
   Eigen::VectorXd error;  // of each frame there, squared, in the signals' units
@@ -35,7 +36,8 @@ class HarmonicFit {
   // What the fit leaves.
   Eigen::MatrixXd Rest(double period, int harmonics) const;
 
-  // How far each frame is ahead of the fit, in frames (positive: it shows what the fit shows later), and how much that says.
+  // How far each frame is ahead of the fit, in frames (positive: it shows what the fit shows later), and how much that
+  // says.
   struct Offsets {
     Eigen::VectorXd lead;    // a frame each
     Eigen::VectorXd weight;  // squared slope of the fit there

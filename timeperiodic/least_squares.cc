@@ -20,7 +20,8 @@ Eigen::MatrixXd OrthonormalSpan(const Eigen::MatrixXd& A) {
   return Q.leftCols(kept);
 }
 
-PolynomialFit FitPolynomial(const Eigen::VectorXd& t, const Eigen::VectorXd& y, const Eigen::VectorXd& weight, int degree) {
+PolynomialFit FitPolynomial(const Eigen::VectorXd& t, const Eigen::VectorXd& y, const Eigen::VectorXd& weight,
+                            int degree) {
   const Eigen::Index m = degree + 1;
   Eigen::MatrixXd B(t.size(), m);
   for (Eigen::Index k = 0; k < m; ++k) B.col(k) = t.array().pow(static_cast<double>(k));

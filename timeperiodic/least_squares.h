@@ -13,6 +13,7 @@ struct PolynomialFit {
   Eigen::VectorXd coefficient;  // ascending powers
   Eigen::VectorXd sigma;        // 0 where there are no more points than coefficients
 };
-PolynomialFit FitPolynomial(const Eigen::VectorXd& t, const Eigen::VectorXd& y, const Eigen::VectorXd& weight, int degree);
+PolynomialFit FitPolynomial(const Eigen::VectorXd& t, const Eigen::VectorXd& y, const Eigen::VectorXd& weight,
+                            int degree);
 
 }  // namespace lumi

@@ -39,15 +39,17 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
     MatrixXd B(n, 2 * kPartHarmonics);
     for (Eigen::Index i = 0; i < n; ++i)
       for (int k = 0; k < kPartHarmonics; ++k) {
-        const double angle = 6.283185307179586 * (k + 1) *
-                             std::fmod(stack.time[static_cast<std::size_t>(alignment.frames[static_cast<std::size_t>(i)])] / *period, 1.0);
+        const double angle =
+            6.283185307179586 * (k + 1) *
+            std::fmod(stack.time[static_cast<std::size_t>(alignment.frames[static_cast<std::size_t>(i)])] / *period,
+                      1.0);
         B(i, 2 * k) = std::cos(angle);
         B(i, 2 * k + 1) = std::sin(angle);
       }
     P = OrthonormalSpan(B - Q * (Q.transpose() * B));
   }
-  cv::Mat mean = cv::Mat::zeros(h, w, CV_32F), rest = cv::Mat::zeros(h, w, CV_32F), periodic = cv::Mat::zeros(h, w, CV_32F),
-          seen = cv::Mat::zeros(h, w, CV_32F);
+  cv::Mat mean = cv::Mat::zeros(h, w, CV_32F), rest = cv::Mat::zeros(h, w, CV_32F),
+          periodic = cv::Mat::zeros(h, w, CV_32F), seen = cv::Mat::zeros(h, w, CV_32F);
   ParallelFor(static_cast<std::size_t>(pixels), 64, [&](std::size_t begin, std::size_t end) {
     MatrixXd v(n, 3);
     for (std::size_t p = begin; p < end; ++p) {
@@ -76,7 +78,8 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
       if (P.cols() == 0) continue;
       const double explained = (P.transpose() * r).squaredNorm();
       const auto fitted = static_cast<double>(P.cols());
-      const double chance = (fitted + kPeriodicChance * std::sqrt(2 * fitted)) / std::max(fitted, frames - static_cast<double>(Q.cols()));
+      const double chance =
+          (fitted + kPeriodicChance * std::sqrt(2 * fitted)) / std::max(fitted, frames - static_cast<double>(Q.cols()));
       if (explained > chance * r.squaredNorm()) periodic.at<float>(y, x) = static_cast<float>(explained / frames / 3);
     }
   });
@@ -86,11 +89,13 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
       if (static_cast<double>(seen.at<float>(y, x)) < kMinSeen) continue;
-      const double slope2 = static_cast<double>(gx.at<float>(y, x) * gx.at<float>(y, x) + gy.at<float>(y, x) * gy.at<float>(y, x));
+      const double slope2 =
+          static_cast<double>(gx.at<float>(y, x) * gx.at<float>(y, x) + gy.at<float>(y, x) * gy.at<float>(y, x));
       const double field = 4 * kField_px * kField_px * slope2;
       const double least = options.min_deviation * (period ? kStrongly : 1.0);
       const bool varies = static_cast<double>(rest.at<float>(y, x)) > least * least + (period ? 3 : 1) * field;
-      const bool repeats = static_cast<double>(periodic.at<float>(y, x)) > options.min_periodic * options.min_periodic + 0.2 * field;
+      const bool repeats =
+          static_cast<double>(periodic.at<float>(y, x)) > options.min_periodic * options.min_periodic + 0.2 * field;
       raw.at<unsigned char>(y, x) = varies || (period && repeats) ? 255 : 0;
     }
   // Specks are noise; holes between what moves move too.
@@ -111,9 +116,10 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
 Image8 FrameMask(const FrameStack& stack, const Alignment& alignment, const MovingParts& parts, int frame) {
   // The nearest frame that is aligned.
   const auto after = std::lower_bound(alignment.frames.begin(), alignment.frames.end(), frame);
-  Eigen::Index row = std::min<Eigen::Index>(after - alignment.frames.begin(), static_cast<Eigen::Index>(alignment.frames.size()) - 1);
-  if (row > 0 &&
-      frame - alignment.frames[static_cast<std::size_t>(row - 1)] < std::abs(alignment.frames[static_cast<std::size_t>(row)] - frame))
+  Eigen::Index row =
+      std::min<Eigen::Index>(after - alignment.frames.begin(), static_cast<Eigen::Index>(alignment.frames.size()) - 1);
+  if (row > 0 && frame - alignment.frames[static_cast<std::size_t>(row - 1)] <
+                     std::abs(alignment.frames[static_cast<std::size_t>(row)] - frame))
     --row;
   const int w = stack.width, h = stack.height;
   cv::Mat small = cv::Mat::zeros(h, w, CV_8U);

@@ -23,8 +23,8 @@ constexpr Eigen::Index kFewestFramesOfAll = 8;
 constexpr Eigen::Index kMostShift = 4000;  // frames: two minutes and more, at a cost of its square
 // A multiple that predicts so much more of cycles the fit has not seen is not dismissed without a word.
 constexpr double kClearlyBetter = 1.2;
-// A moving camera's parallax is most of what is left over (a fifth is explained where the period is right to a ten-thousandth); less than
-// this was seen with wrong periods.
+// A moving camera's parallax is most of what is left over (a fifth is explained where the period is right to a
+// ten-thousandth); less than this was seen with wrong periods.
 constexpr double kWeak = 0.15;
 constexpr double kMinCycles = 2.2;     // for fits that are validated on other cycles
 constexpr double kResolved = 4;        // frames: from here on motion between frames is less than a quarter turn
@@ -47,8 +47,8 @@ std::vector<double> Aliases(double period) {
   return all;
 }
 
-// What is slower than any period that two cycles show - a codec that settles, light that fades - explained away: harmonics
-// of short periods fold back to there.
+// What is slower than any period that two cycles show - a codec that settles, light that fades - explained away:
+// harmonics of short periods fold back to there.
 Signals WithoutTrend(const Signals& s) {
   const double begin = s.time.minCoeff(), span = s.time.maxCoeff() - begin;
   if (!(span > 0)) return s;
@@ -67,7 +67,8 @@ std::string RelationOf(double period, double taken) {
   const struct {
     double ratio;
     const char* name;
-  } kKnown[] = {{1, "taken"}, {0.5, "half"}, {1.0 / 3, "third"}, {0.25, "quarter"}, {2, "double"}, {3, "triple"}, {4, "quadruple"}};
+  } kKnown[] = {{1, "taken"},  {0.5, "half"}, {1.0 / 3, "third"}, {0.25, "quarter"},
+                {2, "double"}, {3, "triple"}, {4, "quadruple"}};
   for (const auto& k : kKnown)
     if (std::abs(period / taken / k.ratio - 1) < kSameRatio) return k.name;
   return "other";
@@ -199,7 +200,8 @@ void AddPlots(const PeriodTask& task, const HarmonicFit& fit, PeriodEstimate& e)
 }  // namespace
 
 std::optional<std::string> Validate(const PeriodOptions& o) {
-  if (!(o.min_period >= 2)) return "the shortest period must be at least 2 frames: shorter ones cannot be told from longer ones";
+  if (!(o.min_period >= 2))
+    return "the shortest period must be at least 2 frames: shorter ones cannot be told from longer ones";
   if (o.max_period != 0 && !(o.max_period > o.min_period)) return "the longest period must exceed the shortest";
   if (!(o.min_explained >= 0 && o.min_explained < 1)) return "the least explained share must be from 0 to below 1";
   return std::nullopt;
@@ -207,8 +209,8 @@ std::optional<std::string> Validate(const PeriodOptions& o) {
 
 void RequireResolved(double period) {
   if (!(period >= 2))
-    throw DataError(fmt::format("a period of {:.4g} frames is aliased: below 2 frames it looks like {:.4g} frames", period,
-                                1 / std::abs(1 / period - std::round(1 / period))),
+    throw DataError(fmt::format("a period of {:.4g} frames is aliased: below 2 frames it looks like {:.4g} frames",
+                                period, 1 / std::abs(1 / period - std::round(1 / period))),
                     "film at a higher frame rate");
 }
 

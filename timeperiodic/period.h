@@ -1,9 +1,10 @@
-// The period of a scene from the signals of a video (thesis, section 7.2.1, where two frames that look alike are sought by
-// eye and the periods between them counted).
+// The period of a scene from the signals of a video (thesis, section 7.2.1, where two frames that look alike are sought
+// by eye and the periods between them counted).
 //
-// Periods whose harmonics carry much of the spectrum are candidates, with their halves, thirds and multiples. Each is refined
-// and judged by how well it predicts cycles that it was not fitted to; the shortest that predicts as well as any is the
-// fundamental. Frames that were dropped or doubled, and a period that drifts, are found in how far frames lead the fit.
+// Periods whose harmonics carry much of the spectrum are candidates, with their halves, thirds and multiples. Each is
+// refined and judged by how well it predicts cycles that it was not fitted to; the shortest that predicts as well as
+// any is the fundamental. Frames that were dropped or doubled, and a period that drifts, are found in how far frames
+// lead the fit.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,7 +44,8 @@ struct PeriodEstimate {
   int harmonics = 0;
   std::vector<PeriodCandidate> candidates;  // the taken one first
   bool ambiguous = false;                   // a half or third is nearly as plausible
-  std::vector<double> aliases_frames;  // periods below or near 2 frames that would look the same; empty where motion is slow enough to tell
+  std::vector<double> aliases_frames;  // periods below or near 2 frames that would look the same; empty where motion is
+                                       // slow enough to tell
   double drift_percent = 0;            // of the period, from the video's beginning to its end
   double drift_sigma_percent = 0;
   bool drifts = false;  // beyond chance

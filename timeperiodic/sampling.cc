@@ -140,8 +140,9 @@ void NameGaps(const SamplingCells& cells, SamplingReport& r) {
     if (gap.phase_to == 0) gap.phase_to = 1;
     gap.place_from = static_cast<double>(run.row) / rows;
     gap.place_to = static_cast<double>(run.row + 1) / rows;
-    const std::string where =
-        rows == 1 ? "from anywhere" : fmt::format("with the camera {} to {} % of its way", Percent(gap.place_from), Percent(gap.place_to));
+    const std::string where = rows == 1 ? "from anywhere"
+                                        : fmt::format("with the camera {} to {} % of its way", Percent(gap.place_from),
+                                                      Percent(gap.place_to));
     gap.what_to_film = fmt::format("film phases {:.2f} to {:.2f} {}", gap.phase_from, gap.phase_to, where);
     r.gaps.push_back(gap);
   }
@@ -170,10 +171,11 @@ void FindCommonPeriod(const std::vector<SampledView>& views, SamplingReport& r) 
 
 void WarnOfSampling(bool moves, SamplingReport& r) {
   if (r.half_share > kAllInHalf)
-    r.warnings.push_back(fmt::format(
-        "{} % of the views lie in one half of the period: the other half will be blurred from views far in time; film on until every "
-        "phase was seen",
-        Percent(r.half_share)));
+    r.warnings.push_back(
+        fmt::format("{} % of the views lie in one half of the period: the other half will be blurred from views far in "
+                    "time; film on until every "
+                    "phase was seen",
+                    Percent(r.half_share)));
   if (!moves) r.warnings.push_back("the camera does not move: the scene can be rendered from one place only");
   if (r.commensurate > 0)
     r.warnings.push_back(
@@ -182,7 +184,8 @@ void WarnOfSampling(bool moves, SamplingReport& r) {
                     "from the same few places; wave it faster or slower, unevenly",
                     r.commensurate_p, r.commensurate_q));
   if (r.uniformity < kUneven && r.commensurate == 0)
-    r.warnings.push_back(fmt::format("space and time are covered unevenly: {} % of their cells hold a view", Percent(r.covered)));
+    r.warnings.push_back(
+        fmt::format("space and time are covered unevenly: {} % of their cells hold a view", Percent(r.covered)));
   if (r.window_least < 1) r.warnings.push_back("some phases were not filmed at all");
 }
 
@@ -221,14 +224,21 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
 }
 
 std::string SamplingPlot(const SamplingReport& r, const std::vector<SampledView>& views) {
-  Plot over{"Camera over time", "thesis, Fig. 7-3, top", {"time, frames"}, {"position along its main direction, world units"}, {}, {}};
+  Plot over{"Camera over time",
+            "thesis, Fig. 7-3, top",
+            {"time, frames"},
+            {"position along its main direction, world units"},
+            {},
+            {}};
   Plot folded{"Folded into one period",
-              fmt::format("thesis, Fig. 7-3, bottom; {:.3g} views a frame, uniformity {:.2f}", r.samples_per_window, r.uniformity),
+              fmt::format("thesis, Fig. 7-3, bottom; {:.3g} views a frame, uniformity {:.2f}", r.samples_per_window,
+                          r.uniformity),
               {"time in the period, frames"},
               {"position along its main direction, world units"},
               {},
               {}};
-  PlotSeries path{"", "#1f6feb", Marker::kNone, true, false, false, {}}, all{"views", "#1f6feb", Marker::kCross, false, false, false, {}};
+  PlotSeries path{"", "#1f6feb", Marker::kNone, true, false, false, {}},
+      all{"views", "#1f6feb", Marker::kCross, false, false, false, {}};
   PlotSeries inside{"in the window", "#d1242f", Marker::kCircle, false, false, false, {}};
   // The window about the middle of the period (Fig. 7-4), drawn five times as wide as it is.
   const double middle = 0.5 * r.period;

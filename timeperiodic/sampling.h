@@ -1,5 +1,5 @@
-// How well a moving camera's video covers space and time (thesis, section 7.2.1, Figs. 7-3 and 7-4): positions against time,
-// folded into one period, and what is missing.
+// How well a moving camera's video covers space and time (thesis, section 7.2.1, Figs. 7-3 and 7-4): positions against
+// time, folded into one period, and what is missing.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,8 +25,8 @@ struct SamplingReport {
   int views = 0;
   double samples_per_window = 0;             // views / period (the thesis's #samples)
   double window_least = 0, window_most = 0;  // views in windows of one unit of time, over all phases
-  // Of the plane of phase and place, in cells that hold kViewsACell views on average: the share of cells with at least one,
-  // over what as many views at random would reach (1 - 1/e^kViewsACell). 1 and more: uniform.
+  // Of the plane of phase and place, in cells that hold kViewsACell views on average: the share of cells with at least
+  // one, over what as many views at random would reach (1 - 1/e^kViewsACell). 1 and more: uniform.
   double uniformity = 0;
   double covered = 0;       // share of these cells with at least one view
   double half_share = 0;    // most views that any half of the period holds, share: 0.5 is even, 1 all in one half

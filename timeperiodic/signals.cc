@@ -34,7 +34,8 @@ struct Column {
 
 class Columns {
  public:
-  Columns(const std::vector<int>& frames, const PixelAt& pixel, const VectorXd& gain) : frames_(frames), pixel_(pixel), gain_(gain) {}
+  Columns(const std::vector<int>& frames, const PixelAt& pixel, const VectorXd& gain)
+      : frames_(frames), pixel_(pixel), gain_(gain) {}
   void Get(int p, Column (&column)[3]) const {
     const auto n = static_cast<Eigen::Index>(frames_.size());
     for (Column& c : column) c.value.resize(n), c.seen = c.mean = 0;
@@ -84,7 +85,8 @@ VectorXd Gains(int pixels, const std::vector<int>& frames, const PixelAt& pixel)
       const double mean = c[0].mean + c[1].mean + c[2].mean;
       if (mean < 60 || mean > 720 || c[0].seen < 1) continue;
       usable[j] = 1;
-      ratio.col(static_cast<Eigen::Index>(j)) = (((c[0].value + c[1].value + c[2].value).array() + mean) / mean).cast<float>();
+      ratio.col(static_cast<Eigen::Index>(j)) =
+          (((c[0].value + c[1].value + c[2].value).array() + mean) / mean).cast<float>();
     }
   });
   std::vector<Eigen::Index> used;
@@ -95,7 +97,8 @@ VectorXd Gains(int pixels, const std::vector<int>& frames, const PixelAt& pixel)
   ParallelFor(static_cast<std::size_t>(n), 64, [&](std::size_t begin, std::size_t end) {
     std::vector<double> r(used.size());
     for (std::size_t i = begin; i < end; ++i) {
-      for (std::size_t j = 0; j < used.size(); ++j) r[j] = static_cast<double>(ratio(static_cast<Eigen::Index>(i), used[j]));
+      for (std::size_t j = 0; j < used.size(); ++j)
+        r[j] = static_cast<double>(ratio(static_cast<Eigen::Index>(i), used[j]));
       gain[static_cast<Eigen::Index>(i)] = Quantile(r, 0.5);
     }
   });
@@ -116,7 +119,8 @@ MatrixXd PrincipalComponents(const MatrixXd& A, int count) {
   const MatrixXd B = U.transpose() * A;
   const SymmetricEigen eigen = EigenOfSymmetric(B * B.transpose());
   const Eigen::Index kept = std::min<Eigen::Index>(count, k);
-  return U * (eigen.vectors.rightCols(kept).rowwise().reverse() * eigen.values.tail(kept).reverse().cwiseMax(0).cwiseSqrt().asDiagonal());
+  return U * (eigen.vectors.rightCols(kept).rowwise().reverse() *
+              eigen.values.tail(kept).reverse().cwiseMax(0).cwiseSqrt().asDiagonal());
 }
 
 }  // namespace
@@ -130,7 +134,8 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
   signals.video_frames = stack.count();
   signals.frame = frames;
   signals.time.resize(n);
-  for (Eigen::Index i = 0; i < n; ++i) signals.time[i] = stack.time[static_cast<std::size_t>(frames[static_cast<std::size_t>(i)])];
+  for (Eigen::Index i = 0; i < n; ++i)
+    signals.time[i] = stack.time[static_cast<std::size_t>(frames[static_cast<std::size_t>(i)])];
   MatrixXd nuisance(n, 1 + camera.cols());
   nuisance.col(0).setOnes();
   if (camera.cols() > 0) nuisance.rightCols(camera.cols()) = camera;
@@ -161,7 +166,9 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
   std::vector<double> known;
   for (const double v : variance)
     if (v >= 0) known.push_back(v);
-  if (known.empty()) throw DataError("no part of the picture is seen throughout the video", "film so that the moving part stays in view");
+  if (known.empty())
+    throw DataError("no part of the picture is seen throughout the video",
+                    "film so that the moving part stays in view");
   const double floor = Quantile(known, 0.25);
   std::vector<std::pair<double, std::size_t>> moving;
   for (std::size_t i = 0; i < variance.size(); ++i) {
@@ -209,7 +216,8 @@ Signals FixedSignals(const FrameStack& stack, const SignalsOptions& options) {
   std::vector<int> frames(stack.frames.size());
   std::iota(frames.begin(), frames.end(), 0);
   const auto pixel = [&](int frame, int p, float* rgb) {
-    const std::uint8_t* from = stack.frames[static_cast<std::size_t>(frame)].data.data() + 3 * static_cast<std::ptrdiff_t>(p);
+    const std::uint8_t* from =
+        stack.frames[static_cast<std::size_t>(frame)].data.data() + 3 * static_cast<std::ptrdiff_t>(p);
     for (int k = 0; k < 3; ++k) rgb[k] = from[k];
   };
   return SignalsOf(stack, frames, MatrixXd(static_cast<Eigen::Index>(frames.size()), 0), pixel, options);

@@ -1,5 +1,6 @@
-// What varies in the frames of a video, as a few signals over time: the strongest principal components of the pixels that
-// move. Exposure (a gain a frame, from the pixels that stand still) is taken out, and what the camera's place explains.
+// What varies in the frames of a video, as a few signals over time: the strongest principal components of the pixels
+// that move. Exposure (a gain a frame, from the pixels that stand still) is taken out, and what the camera's place
+// explains.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +13,14 @@
 namespace lumi {
 
 struct Signals {
-  Eigen::MatrixXd values;  // a row a frame, a column a component, strongest first; means 0, what `nuisance` explains taken out
+  Eigen::MatrixXd
+      values;  // a row a frame, a column a component, strongest first; means 0, what `nuisance` explains taken out
   Eigen::VectorXd time;    // of each row, in frames
   std::vector<int> frame;  // of each row, in the video
   // Orthonormal columns: 1, and of a moving video what tells the camera's place. Periods are fitted beside them.
   Eigen::MatrixXd nuisance;
-  // A column each of what changes the look of what moves: the camera's place, unit variance. Harmonics are fitted with and
-  // without being multiplied by them. No columns for a fixed video.
+  // A column each of what changes the look of what moves: the camera's place, unit variance. Harmonics are fitted with
+  // and without being multiplied by them. No columns for a fixed video.
   Eigen::MatrixXd modulation;
   int video_frames = 0;         // of the whole video
   double moving_share = 0;      // of the picture
@@ -38,8 +40,8 @@ using PixelAt = std::function<void(int frame, int pixel, float* rgb)>;
 
 // camera: a row a frame of what tells its place, without columns for a fixed video; frames: the rows that are used.
 // Throws DataError where nothing moves.
-Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const Eigen::MatrixXd& camera, const PixelAt& pixel,
-                  const SignalsOptions& options);
+Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const Eigen::MatrixXd& camera,
+                  const PixelAt& pixel, const SignalsOptions& options);
 // Of a video from a tripod.
 Signals FixedSignals(const FrameStack& stack, const SignalsOptions& options);
 

@@ -29,7 +29,9 @@ double Spectrum::HarmonicSum(double f, int count) const {
   return sum;
 }
 
-Spectrum SpectrumOf(const Signals& signals) { return SpectrumOf(signals.values, signals.time, signals.values.squaredNorm()); }
+Spectrum SpectrumOf(const Signals& signals) {
+  return SpectrumOf(signals.values, signals.time, signals.values.squaredNorm());
+}
 
 double LineEvidence(const Spectrum& spectrum, double f, double span) {
   const auto at = [&](double offset) { return spectrum.At(f + offset / span); };
@@ -55,7 +57,8 @@ Spectrum SpectrumOf(const Eigen::MatrixXd& values, const Eigen::VectorXd& time, 
   const double total = std::max(1e-300, sum_of_squares);
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     cv::Mat row = cv::Mat::zeros(1, length, CV_64F), out;
-    for (Eigen::Index i = 0; i < n; ++i) row.at<double>(0, static_cast<int>(std::lround(time[i] - begin))) = values(i, c);
+    for (Eigen::Index i = 0; i < n; ++i)
+      row.at<double>(0, static_cast<int>(std::lround(time[i] - begin))) = values(i, c);
     cv::dft(row, out, cv::DFT_COMPLEX_OUTPUT);
     for (std::size_t k = 0; k < spectrum.power.size(); ++k) {
       const auto z = out.at<cv::Vec2d>(0, static_cast<int>(k));
@@ -72,7 +75,8 @@ std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span, do
     const auto count = static_cast<std::size_t>((high - low) / step) + 1;
     std::vector<double> sum(count);
     ParallelFor(count, 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) sum[i] = spectrum.HarmonicSum(low + step * static_cast<double>(i), harmonics);
+      for (std::size_t i = begin; i < end; ++i)
+        sum[i] = spectrum.HarmonicSum(low + step * static_cast<double>(i), harmonics);
     });
     std::vector<std::pair<double, double>> peaks;
     for (std::size_t i = 0; i < count; ++i) {
@@ -82,7 +86,8 @@ std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span, do
     std::sort(peaks.begin(), peaks.end());
     std::size_t taken = 0;
     for (const auto& [value, f] : peaks) {
-      const bool known = std::any_of(found.begin(), found.end(), [&](double g) { return std::abs(g - f) < 0.5 / span; });
+      const bool known =
+          std::any_of(found.begin(), found.end(), [&](double g) { return std::abs(g - f) < 0.5 / span; });
       if (known) continue;
       found.push_back(f);
       if (++taken == kPeaks) break;

@@ -1,4 +1,5 @@
-// Power of the signals over frequency, and where the harmonics of a period carry much of it: the places to look closely.
+// Power of the signals over frequency, and where the harmonics of a period carry much of it: the places to look
+// closely.
 #pragma once
 
 #include <vector>
@@ -21,10 +22,12 @@ struct Spectrum {
 Spectrum SpectrumOf(const Eigen::MatrixXd& values, const Eigen::VectorXd& time, double total);
 Spectrum SpectrumOf(const Signals& signals);
 
-// How far a line stands out of the spectrum around it: standard deviations of that, robustly. span: of all times, frames.
+// How far a line stands out of the spectrum around it: standard deviations of that, robustly. span: of all times,
+// frames.
 double LineEvidence(const Spectrum& spectrum, double cycles_per_frame, double span_frames);
 
 // Fundamentals (cycles a frame) whose harmonics carry most, strongest first, for one and for several harmonics.
-std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span_frames, double min_period, double max_period);
+std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span_frames, double min_period,
+                                       double max_period);
 
 }  // namespace lumi

@@ -23,21 +23,24 @@ void ListKeys(JsonKeys& j, PeriodSummary& s) {
   j("seconds", s.seconds);
   if (!s.tradeoff) return;
   j.Say("tradeoff", KeysOf(s.tradeoff->table));
-  j("tradeoff_json", s.tradeoff->files.json, "tradeoff_csv", s.tradeoff->files.csv, "tradeoff_svg", s.tradeoff->files.svg);
+  j("tradeoff_json", s.tradeoff->files.json, "tradeoff_csv", s.tradeoff->files.csv, "tradeoff_svg",
+    s.tradeoff->files.svg);
 }
 static std::string Describe(const std::optional<PeriodTradeoff>& tradeoff) {
   if (!tradeoff) return {};
   std::string reference;
   for (const auto& [key, value] : tradeoff->table.facts)
     if (key == "reference") reference = std::get<std::string>(value);
-  return "\n\n" + TextOf(tradeoff->table) + "\n* no other setting is both faster and nearer; errors against " + reference + "\n" +
-         tradeoff->files.json.string() + ", .csv, .svg";
+  return "\n\n" + TextOf(tradeoff->table) + "\n* no other setting is both faster and nearer; errors against " +
+         reference + "\n" + tradeoff->files.json.string() + ", .csv, .svg";
 }
 std::string Describe(const PeriodSummary& s) {
   const PeriodEstimate& e = s.estimate;
   return fmt::format(
-      "period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
-      e.period_frames, e.sigma_frames, e.period_frames / s.fps, e.cycles, s.frames, s.samples_per_window) + Describe(s.tradeoff);
+             "period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of "
+             "one frame",
+             e.period_frames, e.sigma_frames, e.period_frames / s.fps, e.cycles, s.frames, s.samples_per_window) +
+         Describe(s.tradeoff);
 }
 
 static void ListKeys(JsonKeys& j, SamplingGap& g) {

@@ -73,7 +73,9 @@ std::string CamerasFromAboveSvg(const Scene& scene, const std::set<std::string>&
   };
 
   std::string svg = fmt::format(
-      "<svg class=\"map\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"Cameras and points seen from above\">\n", kWidthPx, height);
+      "<svg class=\"map\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"Cameras and points seen from "
+      "above\">\n",
+      kWidthPx, height);
   // Dots of one colour share a path: a zero-length stroke with round ends is a dot, and the page stays small.
   std::string dots;
   const std::size_t stride = std::max<std::size_t>(1, (scene.points.size() + kMaxPoints - 1) / kMaxPoints);
@@ -98,8 +100,10 @@ std::string CamerasFromAboveSvg(const Scene& scene, const std::set<std::string>&
       flat *= wedge / std::max(1.0, std::sqrt(1 + side * side));
       corners += fmt::format(" {:.1f},{:.1f}", c.x() + flat.x(), c.y() - flat.y());
     }
-    svg += fmt::format("<g class=\"{}\"><polygon points=\"{:.1f},{:.1f}{}\"/><circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\"/><title>{}</title></g>\n",
-                       held_out.count(view.name) ? "held-out" : "camera", c.x(), c.y(), corners, c.x(), c.y(), EscapeHtml(view.name));
+    svg += fmt::format(
+        "<g class=\"{}\"><polygon points=\"{:.1f},{:.1f}{}\"/><circle cx=\"{:.1f}\" cy=\"{:.1f}\" "
+        "r=\"3\"/><title>{}</title></g>\n",
+        held_out.count(view.name) ? "held-out" : "camera", c.x(), c.y(), corners, c.x(), c.y(), EscapeHtml(view.name));
   }
   return svg + "</svg>\n";
 }

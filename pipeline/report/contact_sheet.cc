@@ -31,9 +31,11 @@ std::vector<SheetThumbnails> MakeThumbnails(const std::vector<SheetRow>& rows, i
         for (const fs::path& file : {rows[i].photo, rows[i].render, rows[i].difference}) {
           if (file.empty()) continue;
           const Image8 full = ReadImage8(file);
-          const int height = std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * full.height / full.width)));
+          const int height =
+              std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * full.height / full.width)));
           row.pictures.push_back(Resize(full, width_px, height));
-          const fs::path jpeg = temporary.path() / (std::to_string(i) + "-" + std::to_string(row.pictures.size()) + ".jpg");
+          const fs::path jpeg =
+              temporary.path() / (std::to_string(i) + "-" + std::to_string(row.pictures.size()) + ".jpg");
           WriteImage(jpeg, row.pictures.back(), kThumbnailQuality);
           row.jpegs.push_back(ReadText(jpeg));
         }
@@ -62,7 +64,8 @@ Image8 ComposeSheet(const std::vector<SheetThumbnails>& rows, int columns) {
     }
   }
   const auto down = (cells.size() + across - 1) / across;
-  Image8 sheet(kGapPx + static_cast<int>(across) * (cell_width + kGapPx), kGapPx + static_cast<int>(down) * (cell_height + kGapPx), 3, 255);
+  Image8 sheet(kGapPx + static_cast<int>(across) * (cell_width + kGapPx),
+               kGapPx + static_cast<int>(down) * (cell_height + kGapPx), 3, 255);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (!cells[i]) continue;
     const Image8& picture = *cells[i];

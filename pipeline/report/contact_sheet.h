@@ -19,8 +19,8 @@ struct SheetRow {
 
 struct SheetThumbnails {
   std::string name;
-  std::vector<Image8> pictures;     // photo (, render, difference), of one size
-  std::vector<std::string> jpegs;   // the same, encoded
+  std::vector<Image8> pictures;    // photo (, render, difference), of one size
+  std::vector<std::string> jpegs;  // the same, encoded
 };
 
 // In parallel. A file that cannot be read leaves its row out: a report is not worth failing for.

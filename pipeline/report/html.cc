@@ -47,7 +47,8 @@ std::string Base64(const std::string& bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     unsigned word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 3; ++k)
+      word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
     for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kAlphabet[word >> (18 - 6 * k) & 63U] : '=';
   }
   return text;
@@ -70,10 +71,12 @@ std::string EscapeHtml(const std::string& text) {
   return escaped;
 }
 
-std::string HtmlTable(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows, bool total) {
+std::string HtmlTable(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows,
+                      bool total) {
   std::string html = "<div class=\"frame\"><table><thead><tr>";
   const auto cell_class = [&](std::size_t i) { return i < columns.size() && columns[i].number ? " class=\"n\"" : ""; };
-  for (std::size_t i = 0; i < columns.size(); ++i) html += fmt::format("<th{}>{}</th>", cell_class(i), columns[i].title);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    html += fmt::format("<th{}>{}</th>", cell_class(i), columns[i].title);
   html += "</tr></thead><tbody>\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
     html += total && r + 1 == rows.size() ? "<tr class=\"total\">" : "<tr>";
@@ -93,16 +96,19 @@ std::string HtmlSection(const std::string& title, const std::string& body) {
 }
 
 std::string HtmlInlineSvg(const std::string& svg, const std::string& alternative_text) {
-  return "<img style=\"width:100%\" alt=\"" + EscapeHtml(alternative_text) + "\" src=\"data:image/svg+xml;base64," + Base64(svg) + "\">";
+  return "<img style=\"width:100%\" alt=\"" + EscapeHtml(alternative_text) + "\" src=\"data:image/svg+xml;base64," +
+         Base64(svg) + "\">";
 }
 
 std::string HtmlInlineJpeg(const std::string& bytes, const std::string& alternative_text) {
-  return fmt::format("<img loading=\"lazy\" alt=\"{}\" src=\"data:image/jpeg;base64,{}\">", EscapeHtml(alternative_text), Base64(bytes));
+  return fmt::format("<img loading=\"lazy\" alt=\"{}\" src=\"data:image/jpeg;base64,{}\">",
+                     EscapeHtml(alternative_text), Base64(bytes));
 }
 
 std::string HtmlPage(const std::string& title, const std::string& body) {
   return fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width,initial-scale=1\">"
       "<title>{}</title><style>{}</style></head>\n<body><main>\n{}</main></body></html>\n",
       EscapeHtml(title), kStyle, body);
 }

@@ -14,7 +14,8 @@ struct Column {
   bool number = false;
 };
 // Cells are HTML already. The last row is set apart where `total`.
-std::string HtmlTable(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows, bool total = false);
+std::string HtmlTable(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows,
+                      bool total = false);
 
 // A figure with its unit and what it means.
 std::string HtmlCard(const std::string& value, const std::string& label, const std::string& note = {});

@@ -23,7 +23,7 @@ namespace {
 using namespace sibling;
 
 constexpr int kThumbnailWidthPx = 320;
-constexpr std::size_t kMaxSheetRows = 16;   // spread evenly over what there is
+constexpr std::size_t kMaxSheetRows = 16;  // spread evenly over what there is
 constexpr std::size_t kMaxMissingRows = 200;
 constexpr std::size_t kMaxGaps = 12;
 
@@ -38,7 +38,8 @@ Summary SummaryOf(const ReportInput& input, const std::string& name) {
 // The stage that gave the cameras: reconstruct (timeperiodic starts it itself), or import.
 CamerasSummary CamerasOf(const ReportInput& input) {
   if (const auto timed = SummaryOf<TimedSummary>(input, "timeperiodic"); timed.reconstruct) return *timed.reconstruct;
-  const bool reconstructed = std::any_of(input.stages.begin(), input.stages.end(), [](const StageResult& s) { return s.name == "reconstruct"; });
+  const bool reconstructed = std::any_of(input.stages.begin(), input.stages.end(),
+                                         [](const StageResult& s) { return s.name == "reconstruct"; });
   return SummaryOf<CamerasSummary>(input, reconstructed ? "reconstruct" : "import");
 }
 
@@ -53,7 +54,8 @@ std::vector<T> SpreadEvenly(const std::vector<T>& all, std::size_t most) {
 std::vector<SheetRow> SheetRows(const ReportInput& input, const Scene& scene, const HoldoutSummary& holdout) {
   std::vector<SheetRow> rows;
   for (const HeldOutView& view : holdout.views)
-    rows.push_back({view.name, scene.image_folder / view.name, input.holdout_folder / (view.file + "_render.jpg"), input.holdout_folder / (view.file + "_difference.jpg")});
+    rows.push_back({view.name, scene.image_folder / view.name, input.holdout_folder / (view.file + "_render.jpg"),
+                    input.holdout_folder / (view.file + "_difference.jpg")});
   if (rows.empty())
     for (const View& view : scene.views) rows.push_back({view.name, scene.ImagePath(view), {}, {}});
   return SpreadEvenly(rows, kMaxSheetRows);
@@ -62,10 +64,12 @@ std::vector<SheetRow> SheetRows(const ReportInput& input, const Scene& scene, co
 std::string ContactSheetHtml(const std::vector<SheetThumbnails>& rows) {
   if (rows.empty()) return {};
   const bool compared = rows.front().pictures.size() == 3;
-  std::string html = compared ? "<p class=\"soft\">Photos that were left out, and what the others make of the same view. "
-                                "Differences are amplified.</p>\n<div class=\"frame\"><div class=\"sheet\">"
-                                "<div class=\"head\">photo</div><div class=\"head\">rendered from the others</div><div class=\"head\">difference</div>\n"
-                              : "<div class=\"frame\"><div class=\"sheet photos\">\n";
+  std::string html = compared
+                         ? "<p class=\"soft\">Photos that were left out, and what the others make of the same view. "
+                           "Differences are amplified.</p>\n<div class=\"frame\"><div class=\"sheet\">"
+                           "<div class=\"head\">photo</div><div class=\"head\">rendered from the others</div><div "
+                           "class=\"head\">difference</div>\n"
+                         : "<div class=\"frame\"><div class=\"sheet photos\">\n";
   static constexpr const char* kWhat[] = {"photo", "rendered", "difference"};
   for (const SheetThumbnails& row : rows) {
     if (compared) html += "<div class=\"name\">" + EscapeHtml(row.name) + "</div>";
@@ -81,13 +85,23 @@ std::string HoldoutHtml(const HoldoutSummary& holdout) {
   constexpr double kBarPxADecibel = 4;
   const auto db = [](double value) { return fmt::format("{:.2f}", value); };
   for (const HeldOutView& v : holdout.views)
-    rows.push_back({EscapeHtml(v.name), fmt::format("<span class=\"bar\" style=\"width:{:.0f}px\"></span>", std::max(0.0, v.psnr_db) * kBarPxADecibel), db(v.psnr_db),
-                    v.nearest_photo_psnr_db ? db(*v.nearest_photo_psnr_db) : "", fmt::format("{:.3f}", v.ssim), fmt::format("{:.1f} %", 100 * v.coverage)});
-  rows.push_back({"mean", "", db(holdout.psnr_mean_db.value_or(0)), db(holdout.nearest_photo_psnr_mean_db.value_or(0)), fmt::format("{:.3f}", holdout.ssim_mean),
-                  fmt::format("{:.1f} %", 100 * holdout.coverage)});
-  return "<p class=\"soft\">Over all pixels at the photo's own size; a hole counts as black. The baseline is the nearest photo alone, "
+    rows.push_back(
+        {EscapeHtml(v.name),
+         fmt::format("<span class=\"bar\" style=\"width:{:.0f}px\"></span>", std::max(0.0, v.psnr_db) * kBarPxADecibel),
+         db(v.psnr_db), v.nearest_photo_psnr_db ? db(*v.nearest_photo_psnr_db) : "", fmt::format("{:.3f}", v.ssim),
+         fmt::format("{:.1f} %", 100 * v.coverage)});
+  rows.push_back({"mean", "", db(holdout.psnr_mean_db.value_or(0)), db(holdout.nearest_photo_psnr_mean_db.value_or(0)),
+                  fmt::format("{:.3f}", holdout.ssim_mean), fmt::format("{:.1f} %", 100 * holdout.coverage)});
+  return "<p class=\"soft\">Over all pixels at the photo's own size; a hole counts as black. The baseline is the "
+         "nearest photo alone, "
          "reprojected through the same proxy.</p>\n" +
-         HtmlTable({{"held-out photo"}, {""}, {"PSNR, dB", true}, {"nearest photo, dB", true}, {"SSIM", true}, {"coverage", true}}, rows, true);
+         HtmlTable({{"held-out photo"},
+                    {""},
+                    {"PSNR, dB", true},
+                    {"nearest photo, dB", true},
+                    {"SSIM", true},
+                    {"coverage", true}},
+                   rows, true);
 }
 
 std::string MissingHtml(const CamerasSummary& cameras) {
@@ -102,23 +116,30 @@ std::string MissingHtml(const CamerasSummary& cameras) {
   }
   std::string html = HtmlTable({{"photo"}, {"why"}, {"what to try"}}, rows);
   if (cameras.components.size() > 1)
-    html += "<p>COLMAP split the photos into parts that do not hang together; this scene is one of them (lumi-pipeline --component picks another).</p>\n";
+    html +=
+        "<p>COLMAP split the photos into parts that do not hang together; this scene is one of them (lumi-pipeline "
+        "--component picks another).</p>\n";
   return html;
 }
 
 std::string TimeHtml(const ReportInput& input) {
   std::vector<std::vector<std::string>> rows;
   double total = 0, largest = 1e-9;
-  for (const StageResult& s : input.stages) total += s.computed_seconds, largest = std::max(largest, s.computed_seconds);
+  for (const StageResult& s : input.stages)
+    total += s.computed_seconds, largest = std::max(largest, s.computed_seconds);
   constexpr double kBarPx = 320;
   for (const StageResult& s : input.stages)
-    rows.push_back({EscapeHtml(s.name), fmt::format("<span class=\"bar\" style=\"width:{:.0f}px\"></span>", s.computed_seconds / largest * kBarPx),
-                    fmt::format("{:.1f}", s.computed_seconds)});
+    rows.push_back(
+        {EscapeHtml(s.name),
+         fmt::format("<span class=\"bar\" style=\"width:{:.0f}px\"></span>", s.computed_seconds / largest * kBarPx),
+         fmt::format("{:.1f}", s.computed_seconds)});
   rows.push_back({"together", "", fmt::format("{:.1f}", total)});
   std::string html = HtmlTable({{"stage"}, {""}, {"seconds", true}}, rows, true);
   if (input.colmap_seconds > 0)
-    html += fmt::format("<p class=\"soft\">COLMAP itself took {:.1f} s; preparation and proxy around it {:.1f} s, {:.1f} % of that.</p>\n",
-                        input.colmap_seconds, input.around_colmap_seconds, 100 * input.around_colmap_seconds / input.colmap_seconds);
+    html += fmt::format(
+        "<p class=\"soft\">COLMAP itself took {:.1f} s; preparation and proxy around it {:.1f} s, {:.1f} % of "
+        "that.</p>\n",
+        input.colmap_seconds, input.around_colmap_seconds, 100 * input.around_colmap_seconds / input.colmap_seconds);
   return html;
 }
 
@@ -147,7 +168,8 @@ std::string OptionsHtml(const StageRecords& records) {
   for (const auto& [stage, record] : records) {
     std::vector<std::vector<std::string>> rows{{"version", EscapeHtml(record.version)}};
     for (const auto& [key, value] : record.options) rows.push_back({EscapeHtml(key), EscapeHtml(value)});
-    html += "<details><summary>" + EscapeHtml(stage) + "</summary>" + HtmlTable({{"option"}, {"value"}}, rows) + "</details>\n";
+    html += "<details><summary>" + EscapeHtml(stage) + "</summary>" + HtmlTable({{"option"}, {"value"}}, rows) +
+            "</details>\n";
   }
   return html;
 }
@@ -158,10 +180,16 @@ std::string SamplingHtml(const ReportInput& input) {
   if (!timed.sampling) return {};
   const SpaceTimeSampling& sampling = *timed.sampling;
   std::vector<std::vector<std::string>> rows{
-      {"period", fmt::format("{:.6g} &#177; {:.2g} frames, {:.4g} s (from the {})", timed.period_frames, timed.period_sigma_frames, timed.period_s, EscapeHtml(timed.period_from))},
-      {"photos in a window of one frame", fmt::format("{:.3g} on average, {:.0f} to {:.0f}", sampling.samples_per_window, sampling.window_least, sampling.window_most)},
-      {"uniformity of the space-time plane", fmt::format("{:.2f} (1: as good as chance; {:.0f} % of its cells have a photo)", sampling.uniformity, 100 * sampling.covered)}};
-  if (timed.masks.moving_share) rows.push_back({"of the picture moves", fmt::format("{:.1f} %", 100 * *timed.masks.moving_share)});
+      {"period", fmt::format("{:.6g} &#177; {:.2g} frames, {:.4g} s (from the {})", timed.period_frames,
+                             timed.period_sigma_frames, timed.period_s, EscapeHtml(timed.period_from))},
+      {"photos in a window of one frame",
+       fmt::format("{:.3g} on average, {:.0f} to {:.0f}", sampling.samples_per_window, sampling.window_least,
+                   sampling.window_most)},
+      {"uniformity of the space-time plane",
+       fmt::format("{:.2f} (1: as good as chance; {:.0f} % of its cells have a photo)", sampling.uniformity,
+                   100 * sampling.covered)}};
+  if (timed.masks.moving_share)
+    rows.push_back({"of the picture moves", fmt::format("{:.1f} %", 100 * *timed.masks.moving_share)});
   std::string html = HtmlTable({{"space and time"}, {""}}, rows);
   for (const char* plot : {"sampling.svg", "period.svg"}) {
     std::error_code error;
@@ -172,7 +200,8 @@ std::string SamplingHtml(const ReportInput& input) {
   std::string list;
   for (const std::string& w : timed.warnings) list += "<li>" + EscapeHtml(w) + "</li>";
   const std::size_t gaps = sampling.gaps.size();
-  for (std::size_t i = 0; i < std::min(gaps, kMaxGaps); ++i) list += "<li>gap: " + EscapeHtml(sampling.gaps[i].what_to_film) + "</li>";
+  for (std::size_t i = 0; i < std::min(gaps, kMaxGaps); ++i)
+    list += "<li>gap: " + EscapeHtml(sampling.gaps[i].what_to_film) + "</li>";
   if (gaps > kMaxGaps) list += fmt::format("<li>and {} more gaps: report.json has them</li>", gaps - kMaxGaps);
   return list.empty() ? html : html + "<ul>" + list + "</ul>\n";
 }
@@ -184,14 +213,16 @@ std::string CardsHtml(const ReportInput& input, const CamerasSummary& cameras, c
   cards += HtmlCard(fmt::format("{:.2f} px", cameras.mean_reprojection_error_px), "mean reprojection error");
   if (holdout.psnr_mean_db) {
     const double psnr = *holdout.psnr_mean_db, nearest = holdout.nearest_photo_psnr_mean_db.value_or(psnr);
-    cards += HtmlCard(fmt::format("{:.1f} dB", psnr), "PSNR of held-out photos", fmt::format("{:+.1f} dB against the nearest photo", psnr - nearest));
+    cards += HtmlCard(fmt::format("{:.1f} dB", psnr), "PSNR of held-out photos",
+                      fmt::format("{:+.1f} dB against the nearest photo", psnr - nearest));
     cards += HtmlCard(fmt::format("{:.3f}", holdout.ssim_mean), "SSIM");
     cards += HtmlCard(fmt::format("{:.1f} %", 100 * holdout.coverage), "coverage");
   }
   if (const auto calibration = SummaryOf<CalibratedSummary>(input, "calibrate"); calibration.fx)
-    cards += HtmlCard(fmt::format("{:.1f} &#177; {:.1f} px", *calibration.fx, calibration.sigma_fx), "focal length, calibrated",
-                      "see <a href=\"calibration/report.html\">its report</a>");
-  if (const auto proxy = SummaryOf<MadeProxySummary>(input, "proxy"); proxy.faces) cards += HtmlCard(std::to_string(*proxy.faces), "faces in the proxy", EscapeHtml(proxy.name));
+    cards += HtmlCard(fmt::format("{:.1f} &#177; {:.1f} px", *calibration.fx, calibration.sigma_fx),
+                      "focal length, calibrated", "see <a href=\"calibration/report.html\">its report</a>");
+  if (const auto proxy = SummaryOf<MadeProxySummary>(input, "proxy"); proxy.faces)
+    cards += HtmlCard(std::to_string(*proxy.faces), "faces in the proxy", EscapeHtml(proxy.name));
   return cards + "</div>\n";
 }
 
@@ -200,22 +231,31 @@ std::string BackendsHtml(const CamerasSummary& cameras) {
   if (!cameras.compared_with) return {};
   const ComparedBackend& other = *cameras.compared_with;
   const auto row = [](const std::string& backend, double error_px, double seconds) {
-    return std::vector<std::string>{EscapeHtml(backend), fmt::format("{:.2f}", error_px), fmt::format("{:.1f}", seconds)};
+    return std::vector<std::string>{EscapeHtml(backend), fmt::format("{:.2f}", error_px),
+                                    fmt::format("{:.1f}", seconds)};
   };
-  return HtmlTable({{"backend"}, {"reprojection error, px"}, {"seconds"}}, {row(cameras.backend, cameras.mean_reprojection_error_px, cameras.seconds),
-                                                                          row(other.backend, other.mean_reprojection_error_px, other.seconds)}) +
-         fmt::format("<p>After alignment, over the {} photos that both placed: centres {:.3f} % of their extent apart (rms), rotations {:.3f} degrees.</p>\n",
-                     other.views, other.centre_rms_percent, other.rotation_rms_deg);
+  return HtmlTable({{"backend"}, {"reprojection error, px"}, {"seconds"}},
+                   {row(cameras.backend, cameras.mean_reprojection_error_px, cameras.seconds),
+                    row(other.backend, other.mean_reprojection_error_px, other.seconds)}) +
+         fmt::format(
+             "<p>After alignment, over the {} photos that both placed: centres {:.3f} % of their extent apart (rms), "
+             "rotations {:.3f} degrees.</p>\n",
+             other.views, other.centre_rms_percent, other.rotation_rms_deg);
 }
 
 std::string NextHtml(const ReportInput& input, const CamerasSummary& cameras) {
   const std::string scene = input.scene_folder.string();
   std::string html = "<p>Walk through it:</p><pre>lumi-view " + EscapeHtml(scene) + "</pre>\n";
-  if (!input.video.empty()) html += "<p>A fly-through is in <a href=\"" + EscapeHtml(input.video.filename().string()) + "\">" + EscapeHtml(input.video.filename().string()) + "</a>.</p>\n";
+  if (!input.video.empty())
+    html += "<p>A fly-through is in <a href=\"" + EscapeHtml(input.video.filename().string()) + "\">" +
+            EscapeHtml(input.video.filename().string()) + "</a>.</p>\n";
   html += "<p>See which photo is used where, or render a path of your own:</p><pre>lumi-render " + EscapeHtml(scene) +
-          " -o false-color.mp4 --show false-color\nlumi-render " + EscapeHtml(scene) + " -o frames --path PATH.json</pre>\n";
+          " -o false-color.mp4 --show false-color\nlumi-render " + EscapeHtml(scene) +
+          " -o frames --path PATH.json</pre>\n";
   if (cameras.images_registered < cameras.images_total)
-    html += "<p>Photos that are missing can come in with more overlap: shoot between them and their neighbours, and run the same command again.</p>\n";
+    html +=
+        "<p>Photos that are missing can come in with more overlap: shoot between them and their neighbours, and run "
+        "the same command again.</p>\n";
   return html;
 }
 
@@ -239,7 +279,8 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   std::set<std::string> held_out;
   for (const HeldOutView& view : holdout.views) held_out.insert(view.name);
 
-  const std::vector<SheetThumbnails> thumbnails = MakeThumbnails(SheetRows(input, scene, holdout), kThumbnailWidthPx, progress);
+  const std::vector<SheetThumbnails> thumbnails =
+      MakeThumbnails(SheetRows(input, scene, holdout), kThumbnailWidthPx, progress);
 
   ReportFiles files;
   files.html = input.scene_folder / "report.html";
@@ -248,12 +289,15 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   const std::string title = fs::weakly_canonical(fs::absolute(input.scene_folder)).filename().string();
   std::string map = CamerasFromAboveSvg(scene, held_out);
   if (!map.empty())
-    map = "<div class=\"frame\">" + map + "</div><p class=\"soft\"><span class=\"key\" style=\"background:var(--cool)\"></span>camera" +
-          (held_out.empty() ? "" : "<span class=\"key\" style=\"background:var(--accent)\"></span>held out for evaluation") +
-          fmt::format("<span class=\"key\" style=\"background:var(--soft)\"></span>{} points in space</p>\n", scene.points.size());
+    map = "<div class=\"frame\">" + map +
+          "</div><p class=\"soft\"><span class=\"key\" style=\"background:var(--cool)\"></span>camera" +
+          (held_out.empty() ? ""
+                            : "<span class=\"key\" style=\"background:var(--accent)\"></span>held out for evaluation") +
+          fmt::format("<span class=\"key\" style=\"background:var(--soft)\"></span>{} points in space</p>\n",
+                      scene.points.size());
 
-  std::string body = "<h1>" + EscapeHtml(title) + "</h1>\n<p class=\"soft\">A lumigraph of " + EscapeHtml(input.source.string()) +
-                     ", made by lumi-pipeline " + kVersion + "</p>\n";
+  std::string body = "<h1>" + EscapeHtml(title) + "</h1>\n<p class=\"soft\">A lumigraph of " +
+                     EscapeHtml(input.source.string()) + ", made by lumi-pipeline " + kVersion + "</p>\n";
   body += CardsHtml(input, cameras, holdout);
   body += HtmlSection("What to do next", NextHtml(input, cameras));
   body += HtmlSection("Cameras seen from above", map);
@@ -269,8 +313,12 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   std::vector<ReportedStage> stages;
   for (const StageResult& stage : input.stages) stages.push_back({stage.name, stage.computed_seconds, stage.summary});
   for (const auto& [stage, record] : records) provenance.Say(stage.c_str(), record);
-  report.Say("schema", "lumi-pipeline-report").Say("version", kVersion).Say("scene", input.scene_folder).Say("source", input.source)("stages", stages);
-  report.Say("colmap_seconds", input.colmap_seconds).Say("around_colmap_seconds", input.around_colmap_seconds)("provenance", provenance);
+  report.Say("schema", "lumi-pipeline-report")
+      .Say("version", kVersion)
+      .Say("scene", input.scene_folder)
+      .Say("source", input.source)("stages", stages);
+  report.Say("colmap_seconds", input.colmap_seconds)
+      .Say("around_colmap_seconds", input.around_colmap_seconds)("provenance", provenance);
 
   const FolderLock lock(input.scene_folder);
   if (!thumbnails.empty()) {

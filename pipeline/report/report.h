@@ -12,11 +12,11 @@ namespace lumi {
 
 struct ReportInput {
   std::filesystem::path scene_folder;
-  std::filesystem::path source;                 // what the pipeline was given
-  std::vector<StageResult> stages;              // those before the report
+  std::filesystem::path source;     // what the pipeline was given
+  std::vector<StageResult> stages;  // those before the report
   double colmap_seconds = 0, around_colmap_seconds = 0;
-  std::filesystem::path holdout_folder;         // where lumi-render wrote its held-out renders; empty: none
-  std::filesystem::path video;                  // empty: none
+  std::filesystem::path holdout_folder;  // where lumi-render wrote its held-out renders; empty: none
+  std::filesystem::path video;           // empty: none
 };
 
 struct ReportFiles {

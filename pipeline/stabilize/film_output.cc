@@ -12,8 +12,8 @@
 namespace lumi {
 namespace fs = std::filesystem;
 
-bool WriteFilm(const fs::path& output, int count, double fps, const std::function<Image8(int)>& frame, const fs::path& sound_from, const std::string& task,
-               ProgressSink& sink) {
+bool WriteFilm(const fs::path& output, int count, double fps, const std::function<Image8(int)>& frame,
+               const fs::path& sound_from, const std::string& task, ProgressSink& sink) {
   bool sound = false;
   WriteFileAtomically(output, [&](const fs::path& temporary) {
     const fs::path silent = temporary.parent_path() / (temporary.stem().string() + "-silent.mp4");
@@ -35,8 +35,17 @@ bool WriteFilm(const fs::path& output, int count, double fps, const std::functio
     }
     if (!sound_from.empty())
       for (const char* codec : {"copy", "aac"}) {
-        const SubprocessResult result = RunSubprocess({"ffmpeg", "-v", "error", "-y", "-i", silent.string(), "-i", sound_from.string(), "-map", "0:v:0", "-map", "1:a", "-c:v",
-                                                       "copy", "-c:a", codec, "-shortest", "-movflags", "+faststart", "-f", "mp4", temporary.string()});
+        const SubprocessResult result = RunSubprocess({"ffmpeg",     "-v",
+                                                       "error",      "-y",
+                                                       "-i",         silent.string(),
+                                                       "-i",         sound_from.string(),
+                                                       "-map",       "0:v:0",
+                                                       "-map",       "1:a",
+                                                       "-c:v",       "copy",
+                                                       "-c:a",       codec,
+                                                       "-shortest",  "-movflags",
+                                                       "+faststart", "-f",
+                                                       "mp4",        temporary.string()});
         if (result.exit_code == 0) {
           sound = true;
           return;

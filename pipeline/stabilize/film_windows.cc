@@ -24,7 +24,9 @@ bool HasSound(const fs::path& video) {
   if (!FindProgram("ffprobe")) return false;
   SubprocessOptions options;
   options.separate_stdout = true;
-  const SubprocessResult result = RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries", "stream=index", "-of", "csv=p=0", video.string()}, options);
+  const SubprocessResult result = RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries",
+                                                 "stream=index", "-of", "csv=p=0", video.string()},
+                                                options);
   return result.exit_code == 0 && !result.out.empty();
 }
 
@@ -76,7 +78,8 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
   Progress progress(sink, "reading frames", count);
   const auto flush = [&] {
     ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) WriteImage(folder / FilmFrameName(batch[i].index), batch[i].rgb, kJpegQuality);
+      for (std::size_t i = begin; i < end; ++i)
+        WriteImage(folder / FilmFrameName(batch[i].index), batch[i].rgb, kJpegQuality);
     });
     batch.clear();
   };

@@ -8,7 +8,8 @@
 
 namespace lumi {
 
-// Each figure with the digits that it is read with; "-" where the score has none (a film too short for a stability, a blank one).
+// Each figure with the digits that it is read with; "-" where the score has none (a film too short for a stability, a
+// blank one).
 struct ScoreRow {
   std::string video;  // file name
   std::string cropping, distortion, stability, jitter_px, kept_area;

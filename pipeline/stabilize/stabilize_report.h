@@ -8,6 +8,7 @@
 namespace lumi {
 
 // Windows, crop, scores, the tracks of each window as filmed and as stabilised. Returns report.html.
-std::filesystem::path WriteStabilizeReport(const std::filesystem::path& folder, const StabilizeVideoOptions& options, const StabilizeVideoSummary& summary);
+std::filesystem::path WriteStabilizeReport(const std::filesystem::path& folder, const StabilizeVideoOptions& options,
+                                           const StabilizeVideoSummary& summary);
 
 }  // namespace lumi

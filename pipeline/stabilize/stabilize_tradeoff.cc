@@ -20,7 +20,7 @@ namespace {
 struct Dial {
   std::string name;
   std::vector<std::string> values;
-  const char* option;                    // of lumi-render, or of lumi-stabilize where `of_path`
+  const char* option;  // of lumi-render, or of lumi-stabilize where `of_path`
   bool of_path = false;
 };
 
@@ -39,15 +39,19 @@ std::vector<TradeoffColumn> Columns() {
 
 }  // namespace
 
-StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::path& folder, const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
+StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::path& folder,
+                                           const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
   std::vector<fs::path> frames;
   const MatrixPath made = ReadMatrixPath(window / "path.json");
   for (const MatrixKey& key : made.keys) frames.push_back(window / "frames" / key.view);
   const int length = static_cast<int>(frames.size());
   StabilizeTradeoff result{{.columns = Columns()}, {}};
   TradeoffTable& table = result.table;
-  const fs::path filmed = folder / "tradeoff-filmed.mp4", steady = folder / "tradeoff-steady.mp4", path = folder / "tradeoff-path.json";
-  WriteFilm(filmed, length, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }, {}, "writing the window as filmed", progress);
+  const fs::path filmed = folder / "tradeoff-filmed.mp4", steady = folder / "tradeoff-steady.mp4",
+                 path = folder / "tradeoff-path.json";
+  WriteFilm(
+      filmed, length, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }, {},
+      "writing the window as filmed", progress);
 
   const std::string width = std::to_string(std::max(16, 2 * (made.width_px / 4)));
   const std::vector<Dial> dials{{"as chosen", {""}, "", false},
@@ -61,31 +65,44 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
     for (const std::string& value : dial.values) {
       ++number;
       const std::string name = "tradeoff: " + (value.empty() ? dial.name : dial.name + " " + value);
-      const auto run = [&](const std::string& program, std::vector<std::string> arguments, const std::vector<std::string>& given, bool turned) {
+      const auto run = [&](const std::string& program, std::vector<std::string> arguments,
+                           const std::vector<std::string>& given, bool turned) {
         arguments.insert(arguments.end(), given.begin(), given.end());
         if (turned && *dial.option != '\0') arguments.insert(arguments.end(), {dial.option, value});
-        arguments.insert(arguments.end(), {"--threads", std::to_string(options.threads), "--seed", std::to_string(options.seed)});
+        arguments.insert(arguments.end(),
+                         {"--threads", std::to_string(options.threads), "--seed", std::to_string(options.seed)});
         return RunSiblingStage({name, program, arguments, number, count}, progress);
       };
       const std::string scene = (window / "scene").string();
-      const StageResult solved = run("lumi-stabilize", {scene, "-o", path.string(), "--model", options.model, "--border", options.border},
-                                     options.path_arguments, dial.of_path);
+      const StageResult solved =
+          run("lumi-stabilize", {scene, "-o", path.string(), "--model", options.model, "--border", options.border},
+              options.path_arguments, dial.of_path);
       std::vector<std::string> draw{scene, "-o", steady.string(), "--path", path.string(), "--proxy", "per-view"};
       if (options.border == "fill") draw.insert(draw.end(), {"--border", "fill"});
       const StageResult drawn = run("lumi-render", draw, options.render_arguments, !dial.of_path);
-      const auto scores = run("lumi-stabilize", {"score", filmed.string(), steady.string()}, {}, false).summary.As<sibling::ScoreSummary>();
+      const auto scores = run("lumi-stabilize", {"score", filmed.string(), steady.string()}, {}, false)
+                              .summary.As<sibling::ScoreSummary>();
       const sibling::ScoredVideo& score = scores.videos.back();
       table.Add({dial.name, value, solved.summary.As<sibling::PathSummary>().seconds, drawn.seconds,
-                 drawn.summary.As<sibling::FramesSummary>().ms_per_frame, score.cropping_ratio, score.stability, score.distortion, score.jitter_px});
+                 drawn.summary.As<sibling::FramesSummary>().ms_per_frame, score.cropping_ratio, score.stability,
+                 score.distortion, score.jitter_px});
     }
   std::error_code ec;
   for (const fs::path& file : {filmed, steady, path}) fs::remove(file, ec);
 
   table.facts = {{"frames", length}};
-  TradeoffPanel panel{"What the dials cost and give", fmt::format("{} frames, one dial at a time", length), "ms_per_frame",
-                      {"ms a frame", true}, "jitter_px", {"jitter above 1 Hz, px", false, true}, {}, "dial", "value"};
+  TradeoffPanel panel{"What the dials cost and give",
+                      fmt::format("{} frames, one dial at a time", length),
+                      "ms_per_frame",
+                      {"ms a frame", true},
+                      "jitter_px",
+                      {"jitter above 1 Hz, px", false, true},
+                      {},
+                      "dial",
+                      "value"};
   const char* colors[] = {"#d1242f", "#1f6feb", "#8250df", "#1a7f37", "#9a6700"};
-  for (const Dial& dial : dials) panel.series.push_back({dial.name, dial.name, colors[panel.series.size() % std::size(colors)]});
+  for (const Dial& dial : dials)
+    panel.series.push_back({dial.name, dial.name, colors[panel.series.size() % std::size(colors)]});
   result.files = WriteTradeoff(folder / "tradeoff", table, {PlotOf(table, panel)});
   return result;
 }

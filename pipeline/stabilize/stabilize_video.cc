@@ -30,9 +30,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kSmoothWindow = 240, kShotWindow = 600;  // frames reconstructed at once
-constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3 Hz knows its way a second from its ends
-constexpr double kSteadyRate = 0.25;                   // steps in time may differ by this share of a frame: containers round to milliseconds
+constexpr int kSmoothWindow = 240, kShotWindow = 600;   // frames reconstructed at once
+constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3
+                                                        // Hz knows its way a second from its ends
+constexpr double kSteadyRate =
+    0.25;  // steps in time may differ by this share of a frame: containers round to milliseconds
 
 // They run one after the other: never more at once than this.
 double PeakMemoryMb() {
@@ -44,14 +46,16 @@ double PeakMemoryMb() {
   return sum;
 }
 
-fs::path Beside(const fs::path& output, const char* what) { return output.parent_path() / (output.stem().string() + what); }
+fs::path Beside(const fs::path& output, const char* what) {
+  return output.parent_path() / (output.stem().string() + what);
+}
 
 struct Window {
-  int begin = 0, end = 0;      // frames that it has, inclusive
-  bool joined = false;         // goes on from the one before
-  bool cut = false;            // a cut follows
-  bool alone = false;          // one frame: nothing to stabilise
-  int first_shown = 0;         // by this window, not by the one before
+  int begin = 0, end = 0;  // frames that it has, inclusive
+  bool joined = false;     // goes on from the one before
+  bool cut = false;        // a cut follows
+  bool alone = false;      // one frame: nothing to stabilise
+  int first_shown = 0;     // by this window, not by the one before
   fs::path folder;
   std::optional<sibling::PathSummary> path;
   std::string structure;
@@ -67,7 +71,8 @@ struct Asked {
   bool operator==(const Asked&) const = default;
 };
 void ListKeys(JsonKeys& j, Asked& a) {
-  j("version", a.version, "input", a.input, "model", a.model, "window_frames", a.window_frames, "path", a.path, "reconstruct", a.reconstruct, "seed", a.seed);
+  j("version", a.version, "input", a.input, "model", a.model, "window_frames", a.window_frames, "path", a.path,
+    "reconstruct", a.reconstruct, "seed", a.seed);
 }
 struct State {
   Asked wanted;
@@ -81,14 +86,17 @@ struct WindowKey {
   std::string before;
   bool operator==(const WindowKey&) const = default;
 };
-void ListKeys(JsonKeys& j, WindowKey& k) { j("begin", k.begin, "asked_end", k.asked_end, "joined", k.joined, "before", k.before); }
+void ListKeys(JsonKeys& j, WindowKey& k) {
+  j("begin", k.begin, "asked_end", k.asked_end, "joined", k.joined, "before", k.before);
+}
 struct WindowRecord {
   WindowKey key;
   Window window;
 };
 void ListKeys(JsonKeys& j, WindowRecord& r) {
   Window& w = r.window;
-  j("key", r.key, "end", w.end, "cut", w.cut, "structure", w.structure, "path", w.path, "first_shown", w.first_shown, "seconds", w.seconds);
+  j("key", r.key, "end", w.end, "cut", w.cut, "structure", w.structure, "path", w.path, "first_shown", w.first_shown,
+    "seconds", w.seconds);
 }
 
 template <typename T>
@@ -100,12 +108,14 @@ std::optional<T> ReadRecord(const fs::path& file, T record) {
 
 class StabilizeRun {
  public:
-  StabilizeRun(const StabilizeVideoOptions& options, ProgressSink& progress) : o_(options), progress_(progress), work_(Beside(options.output, "-work")) {}
+  StabilizeRun(const StabilizeVideoOptions& options, ProgressSink& progress)
+      : o_(options), progress_(progress), work_(Beside(options.output, "-work")) {}
 
   StabilizeVideoSummary Go() {
     const auto start = Clock::now();
     facts_ = LookAtFilm(o_.input);
-    if (!(facts_.fps > 0)) throw InputError(o_.input, "the container says no frame rate", "ffmpeg -i IN -r 30 OUT.mp4 gives it one");
+    if (!(facts_.fps > 0))
+      throw InputError(o_.input, "the container says no frame rate", "ffmpeg -i IN -r 30 OUT.mp4 gives it one");
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
     RequireOurFolder(work_, "state.json");
@@ -130,16 +140,21 @@ class StabilizeRun {
   }
 
  private:
-  std::vector<std::string> Common() const { return {"--threads", std::to_string(o_.threads), "--seed", std::to_string(o_.seed)}; }
+  std::vector<std::string> Common() const {
+    return {"--threads", std::to_string(o_.threads), "--seed", std::to_string(o_.seed)};
+  }
 
-  StageResult Start(const std::string& name, const std::string& program, std::vector<std::string> arguments, int number) {
+  StageResult Start(const std::string& name, const std::string& program, std::vector<std::string> arguments,
+                    int number) {
     for (const std::string& a : Common()) arguments.push_back(a);
-    return RunSiblingStage({name, program, std::move(arguments), number, std::max(number, expected_windows_)}, progress_);
+    return RunSiblingStage({name, program, std::move(arguments), number, std::max(number, expected_windows_)},
+                           progress_);
   }
 
   // What an earlier run made for the same input and options stays; else the folder begins anew.
   void OpenState() {
-    const State asked{{kVersion, Fingerprint(o_.input), o_.model, o_.window_frames, o_.path_arguments, o_.reconstruct_arguments, o_.seed}};
+    const State asked{{kVersion, Fingerprint(o_.input), o_.model, o_.window_frames, o_.path_arguments,
+                       o_.reconstruct_arguments, o_.seed}};
     const fs::path file = work_ / "state.json";
     if (const auto state = ReadRecord<State>(file, {}); state && state->wanted == asked.wanted) return;
     for (const auto& entry : fs::directory_iterator(work_))
@@ -152,7 +167,9 @@ class StabilizeRun {
     const int usual = o_.model == "smooth" && facts_.frames_hint > kShotWindow ? kSmoothWindow : kShotWindow;
     return o_.window_frames > 0 ? o_.window_frames : usual;
   }
-  int Overlap() const { return std::max(2, static_cast<int>(std::min(kOverlap_s * facts_.fps + 0.5, kMostOverlap * WindowFrames()))); }
+  int Overlap() const {
+    return std::max(2, static_cast<int>(std::min(kOverlap_s * facts_.fps + 0.5, kMostOverlap * WindowFrames())));
+  }
 
   void MakeWindows() {
     FilmFrames film(o_.input);
@@ -174,7 +191,10 @@ class StabilizeRun {
       window.folder = work_ / fmt::format("window-{:03d}", windows_.size());
       const int got = film.Write(begin, length, window.folder / "frames", progress_);
       RequireSteadyRate(film);
-      if (windows_.empty() && got < 2) throw DataError(got == 0 ? "the video has no frame that can be read" : "the video has one frame: there is nothing to stabilise", "a video of two frames or more", o_.input);
+      if (windows_.empty() && got < 2)
+        throw DataError(got == 0 ? "the video has no frame that can be read"
+                                 : "the video has one frame: there is nothing to stabilise",
+                        "a video of two frames or more", o_.input);
       window.end = begin + got - 1;
       window.first_shown = begin;
       const bool more = !film.AtEnd();
@@ -202,23 +222,36 @@ class StabilizeRun {
   void RequireSteadyRate(const FilmFrames& film) const {
     const auto [shortest, longest] = film.Steps();
     if (film.decoded() > 2 && longest - shortest > kSteadyRate / facts_.fps + 0.002)
-      throw DataError(fmt::format("a variable frame rate: {:.0f} to {:.0f} ms from frame to frame", 1000 * shortest, 1000 * longest), "ffmpeg -i IN -vsync cfr OUT.mp4 makes it constant", o_.input);
+      throw DataError(fmt::format("a variable frame rate: {:.0f} to {:.0f} ms from frame to frame", 1000 * shortest,
+                                  1000 * longest),
+                      "ffmpeg -i IN -vsync cfr OUT.mp4 makes it constant", o_.input);
   }
 
   // Cameras and path of a window; ends it where a cut is.
   void Solve(Window& window, bool more) {
     const int number = static_cast<int>(windows_.size()) + 1;
-    const fs::path scene = window.folder / "scene", path = window.folder / "path.json", record = window.folder / "window.json";
+    const fs::path scene = window.folder / "scene", path = window.folder / "path.json",
+                   record = window.folder / "window.json";
     std::error_code ec;
     std::string before;
     if (window.joined) before = Fingerprint(windows_.back().folder / "path.json");
     const WindowKey key{window.begin, window.end, window.joined, before};
-    if (const auto known = ReadRecord<WindowRecord>(record, {{}, window}); known && known->key == key && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
+    if (const auto known = ReadRecord<WindowRecord>(record, {{}, window});
+        known && known->key == key && fs::exists(path, ec) && fs::exists(scene / "lumigraph.json", ec)) {
       window = known->window;
       return;
     }
     const auto start = Clock::now();
-    std::vector<std::string> arguments{(window.folder / "frames").string(), "-o", scene.string(), "--backend", "factorization", "--projective", "--matching", "sequential", "--fps", fmt::format("{}", facts_.fps)};
+    std::vector<std::string> arguments{(window.folder / "frames").string(),
+                                       "-o",
+                                       scene.string(),
+                                       "--backend",
+                                       "factorization",
+                                       "--projective",
+                                       "--matching",
+                                       "sequential",
+                                       "--fps",
+                                       fmt::format("{}", facts_.fps)};
     arguments.insert(arguments.end(), o_.reconstruct_arguments.begin(), o_.reconstruct_arguments.end());
     const auto cameras = Start("cameras", "lumi-reconstruct", arguments, number).summary.As<sibling::CamerasSummary>();
     window.structure = cameras.structure;
@@ -237,8 +270,8 @@ class StabilizeRun {
     if (!window.alone) WriteTextAtomically(record, JsonKeys(WindowRecord{key, window}).Text(1) + "\n");
   }
 
-  // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short, nothing to be seen): that is
-  // no reason to lose the film.
+  // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short,
+  // nothing to be seen): that is no reason to lose the film.
   void FindPath(Window& window, bool goes_on, int number) {
     struct Way {
       std::string model;
@@ -248,15 +281,28 @@ class StabilizeRun {
     if (!windows_.empty() && o_.model != "smooth") ways.push_back({"smooth", window.joined});
     if (window.joined) ways.push_back({"smooth", false});
     for (std::size_t i = 0;; ++i) {
-      std::vector<std::string> arguments{(window.folder / "scene").string(), "-o", (window.folder / "path.json").string(), "--model", ways[i].model, "--border", "fill", "--anchors",
-                                         std::to_string(goes_on ? Overlap() : 0), "--plot", (window.folder / "tracks.svg").string()};
-      if (ways[i].joined) arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
+      std::vector<std::string> arguments{(window.folder / "scene").string(),
+                                         "-o",
+                                         (window.folder / "path.json").string(),
+                                         "--model",
+                                         ways[i].model,
+                                         "--border",
+                                         "fill",
+                                         "--anchors",
+                                         std::to_string(goes_on ? Overlap() : 0),
+                                         "--plot",
+                                         (window.folder / "tracks.svg").string()};
+      if (ways[i].joined)
+        arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
       arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
       try {
         window.path = Start("path", "lumi-stabilize", arguments, number).summary.As<sibling::PathSummary>();
       } catch (const Error& e) {
         if (e.code() != ExitCode::kDataRefused || i + 1 == ways.size()) throw;
-        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(), ways[i + 1].joined || !window.joined ? "smooth instead" : "smooth instead, not joined to what came before"));
+        progress_.Message(fmt::format("warning: frames {} to {}: {}; {}", window.begin, window.end, e.what(),
+                                      ways[i + 1].joined || !window.joined
+                                          ? "smooth instead"
+                                          : "smooth instead, not joined to what came before"));
         continue;
       }
       if (ways[i].joined)
@@ -276,11 +322,14 @@ class StabilizeRun {
       if (windows_[i].alone) continue;
       const auto [first, last] = Rendered(i);
       for (const MatrixKey& key : ReadMatrixPath(windows_[i].folder / "path.json").keys)
-        if (key.view >= FilmFrameName(first) && key.view <= FilmFrameName(last)) summary_.kept_scale = std::min(summary_.kept_scale, key.view_scale);
+        if (key.view >= FilmFrameName(first) && key.view <= FilmFrameName(last))
+          summary_.kept_scale = std::min(summary_.kept_scale, key.view_scale);
     }
     if (summary_.kept_scale < 0.3)
-      throw DataError(fmt::format("a steady picture that is full everywhere would keep {:.0f} % of the width", 100 * summary_.kept_scale),
-                      "--border fill keeps the whole picture, --min-scale lets the path follow the camera more closely, --model smooth asks for less");
+      throw DataError(fmt::format("a steady picture that is full everywhere would keep {:.0f} % of the width",
+                                  100 * summary_.kept_scale),
+                      "--border fill keeps the whole picture, --min-scale lets the path follow the camera more "
+                      "closely, --model smooth asks for less");
   }
 
   // A window renders up to where the next one shows what both have.
@@ -301,15 +350,23 @@ class StabilizeRun {
 
   void Render(std::size_t i, const fs::path& path, const char* folder, std::vector<std::string> more) {
     const Window& window = windows_[i];
-    std::vector<std::string> arguments{(window.folder / "scene").string(), "-o", (window.folder / folder).string(), "--path", path.string(), "--proxy", "per-view"};
+    std::vector<std::string> arguments{(window.folder / "scene").string(),
+                                       "-o",
+                                       (window.folder / folder).string(),
+                                       "--path",
+                                       path.string(),
+                                       "--proxy",
+                                       "per-view"};
     const int width = 2 * static_cast<int>(0.5 * o_.render_scale * facts_.width_px + 0.5);
     if (o_.render_scale != 1) arguments.insert(arguments.end(), {"--width", std::to_string(std::max(16, width))});
     if (o_.border == "fill") arguments.insert(arguments.end(), {"--border", "fill"});
     arguments.insert(arguments.end(), o_.render_arguments.begin(), o_.render_arguments.end());
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render", arguments, static_cast<int>(i) + 1);
+    const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render",
+                                    arguments, static_cast<int>(i) + 1);
     windows_[i].seconds += stage.seconds;
-    if (std::string(folder) == "steady") summary_.frames_reused += stage.summary.As<sibling::FramesSummary>().frames_reused;
+    if (std::string(folder) == "steady")
+      summary_.frames_reused += stage.summary.As<sibling::FramesSummary>().frames_reused;
   }
 
   // The frames that the window renders, zoomed to the crop of all.
@@ -317,7 +374,9 @@ class StabilizeRun {
     const Window& window = windows_[i];
     MatrixPath path = ReadMatrixPath(window.folder / "path.json");
     const auto [first, last] = Rendered(i);
-    std::erase_if(path.keys, [&, first = first, last = last](const MatrixKey& key) { return key.view < FilmFrameName(first) || key.view > FilmFrameName(last); });
+    std::erase_if(path.keys, [&, first = first, last = last](const MatrixKey& key) {
+      return key.view < FilmFrameName(first) || key.view > FilmFrameName(last);
+    });
     const double scale = summary_.kept_scale;
     for (MatrixKey& key : path.keys) {
       key.anchors.clear();
@@ -335,14 +394,18 @@ class StabilizeRun {
     std::vector<fs::path> files(static_cast<std::size_t>(frames_));
     for (std::size_t i = 0; i < windows_.size(); ++i) {
       const auto [first, last] = Rendered(i);
-      for (int f = first; f <= last; ++f) files[static_cast<std::size_t>(f)] = windows_[i].folder / "frames" / FilmFrameName(f);
+      for (int f = first; f <= last; ++f)
+        files[static_cast<std::size_t>(f)] = windows_[i].folder / "frames" / FilmFrameName(f);
       if (windows_[i].alone) continue;
       const std::vector<MatrixKey> keys = ReadMatrixPath(windows_[i].folder / "part.json").keys;
       std::vector<fs::path> rendered;
       for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder / "frames"))
-        if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_")) rendered.push_back(entry.path());
+        if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_"))
+          rendered.push_back(entry.path());
       std::sort(rendered.begin(), rendered.end());
-      if (rendered.size() < keys.size()) throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(), (windows_[i].folder / folder).string()));
+      if (rendered.size() < keys.size())
+        throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(),
+                                                (windows_[i].folder / folder).string()));
       for (std::size_t k = 0; k < keys.size(); ++k) {
         files[static_cast<std::size_t>(FrameOf(keys[k].view))] = rendered[k];
       }
@@ -353,8 +416,13 @@ class StabilizeRun {
   void WriteVideos() {
     const std::vector<fs::path> steady = FramesOf("steady");
     const Image8 first = ReadImage8(steady.front());
-    const auto sized = [&](Image8 image) { return image.width == first.width && image.height == first.height ? image : Resize(image, first.width, first.height); };
-    summary_.sound = WriteFilm(o_.output, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); }, facts_.sound ? o_.input : fs::path(), "writing video", progress_);
+    const auto sized = [&](Image8 image) {
+      return image.width == first.width && image.height == first.height ? image
+                                                                        : Resize(image, first.width, first.height);
+    };
+    summary_.sound = WriteFilm(
+        o_.output, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); },
+        facts_.sound ? o_.input : fs::path(), "writing video", progress_);
     if (facts_.sound && !summary_.sound) progress_.Message("warning: the sound could not be taken over");
     summary_.video = o_.output;
     const auto filmed = [&](int i) {
@@ -364,20 +432,28 @@ class StabilizeRun {
     };
     if (o_.split_screen) {
       summary_.split_screen = Beside(o_.output, "-split.mp4");
-      WriteFilm(summary_.split_screen, frames_, facts_.fps, [&](int i) { return SplitScreen(filmed(i), sized(ReadImage8(steady[static_cast<std::size_t>(i)]))); }, facts_.sound ? o_.input : fs::path(), "writing split screen", progress_);
+      WriteFilm(
+          summary_.split_screen, frames_, facts_.fps,
+          [&](int i) { return SplitScreen(filmed(i), sized(ReadImage8(steady[static_cast<std::size_t>(i)]))); },
+          facts_.sound ? o_.input : fs::path(), "writing split screen", progress_);
     }
     if (o_.false_color) {
       const std::vector<fs::path> colors = FramesOf("false-color");
       summary_.false_color = Beside(o_.output, "-false-color.mp4");
-      WriteFilm(summary_.false_color, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); }, {}, "writing false colours", progress_);
+      WriteFilm(
+          summary_.false_color, frames_, facts_.fps,
+          [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); }, {}, "writing false colours",
+          progress_);
     }
   }
 
   void Score() {
     const int number = static_cast<int>(windows_.size());
     try {
-      summary_.score = Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).summary;
-    } catch (const Error& error) {  // a film of a white wall is made as well as it can be; nothing can be measured on it
+      summary_.score =
+          Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).summary;
+    } catch (
+        const Error& error) {  // a film of a white wall is made as well as it can be; nothing can be measured on it
       if (error.code() != ExitCode::kDataRefused) throw;
       progress_.Message(fmt::format("no figures for the result: {}", error.what()));
     }
@@ -431,13 +507,17 @@ StabilizeVideoSummary RunStabilizeVideo(const StabilizeVideoOptions& options, Pr
 static void ListKeys(JsonKeys& j, StabilizedWindow& w) {
   j("first", w.first, "last", w.last).Say("reconstructed", std::array{w.begin, w.end});
   j("structure", w.structure, "model", w.model, "view_scale", w.view_scale);
-  j("shake_before_px", w.shake_before_px, "shake_after_px", w.shake_after_px, "followed_frames", w.followed_frames, "cut", w.cut, "seconds", w.seconds);
+  j("shake_before_px", w.shake_before_px, "shake_after_px", w.shake_after_px, "followed_frames", w.followed_frames,
+    "cut", w.cut, "seconds", w.seconds);
 }
 
 void ListKeys(JsonKeys& j, StabilizeVideoSummary& s) {
   const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
-  j("video", s.video, "report", s.report).Say("split_screen", written(s.split_screen)).Say("false_color", written(s.false_color));
-  j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "sound", s.sound, "border", s.border, "kept_scale", s.kept_scale);
+  j("video", s.video, "report", s.report)
+      .Say("split_screen", written(s.split_screen))
+      .Say("false_color", written(s.false_color));
+  j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "sound", s.sound, "border", s.border,
+    "kept_scale", s.kept_scale);
   j.Say("kept_area", s.kept_scale * s.kept_scale);
   j("windows", s.windows, "score", s.score);
   if (s.tradeoff) j.Say("tradeoff", KeysOf(*s.tradeoff));
@@ -445,13 +525,20 @@ void ListKeys(JsonKeys& j, StabilizeVideoSummary& s) {
 }
 
 std::string Describe(const StabilizeVideoSummary& s) {
-  std::string text = fmt::format("{} frames in {} window{}, {:.1f} s, {:.1f} GB; {}{}\n", s.frames, s.windows.size(), s.windows.size() == 1 ? "" : "s", s.seconds, s.peak_memory_mb / 1024,
-                                 s.border == "fill" ? "the whole picture, its borders filled" : fmt::format("cropped to {:.0f} % of the width", 100 * s.kept_scale), s.sound ? ", with its sound" : "");
+  std::string text =
+      fmt::format("{} frames in {} window{}, {:.1f} s, {:.1f} GB; {}{}\n", s.frames, s.windows.size(),
+                  s.windows.size() == 1 ? "" : "s", s.seconds, s.peak_memory_mb / 1024,
+                  s.border == "fill" ? "the whole picture, its borders filled"
+                                     : fmt::format("cropped to {:.0f} % of the width", 100 * s.kept_scale),
+                  s.sound ? ", with its sound" : "");
   for (const StabilizedWindow& w : s.windows)
-    text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure, w.shake_before_px, w.shake_after_px,
-                        w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "", w.cut ? ", a cut" : "");
+    text += fmt::format("  {:6d} - {:<6d} {:<13} shake {:6.2f} -> {:5.2f} px{}{}\n", w.first, w.last, w.structure,
+                        w.shake_before_px, w.shake_after_px,
+                        w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "",
+                        w.cut ? ", a cut" : "");
   for (const ScoreRow& r : ScoreRows(s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary()))
-    text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video, r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
+    text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video,
+                        r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
   if (s.tradeoff) text += "\n" + TextOf(*s.tradeoff) + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";

@@ -22,8 +22,8 @@ constexpr int kFitRounds = 12;
 constexpr double kWideTolerance = 4;  // the first round's, in tolerances
 
 struct Fit {
-  Eigen::Matrix3d frame;               // rows: right, down, along
-  std::array<double, 4> offset{};      // left, right (along row 0), upper, lower (along row 1)
+  Eigen::Matrix3d frame;           // rows: right, down, along
+  std::array<double, 4> offset{};  // left, right (along row 0), upper, lower (along row 1)
   std::array<bool, 4> found{};
   double score = -1;
 };
@@ -56,8 +56,8 @@ double HalfWidth(const Cloud& cloud, const Eigen::Matrix3d& frame) {
   return Quantile(std::move(away), 0.75);
 }
 
-// The distance at which most points lie within `tolerance`, outside of all cameras, and how many: a window slides over the sorted
-// values.
+// The distance at which most points lie within `tolerance`, outside of all cameras, and how many: a window slides over
+// the sorted values.
 std::size_t DensestWall(std::vector<double> values, double beyond, double tolerance, double* offset) {
   std::erase_if(values, [&](double v) { return v <= beyond; });
   std::sort(values.begin(), values.end());
@@ -70,9 +70,11 @@ std::size_t DensestWall(std::vector<double> values, double beyond, double tolera
   return best;
 }
 
-// The wall with most points first; its points are then no other's: a wall of doors and posters has points at every height.
+// The wall with most points first; its points are then no other's: a wall of doors and posters has points at every
+// height.
 void PlaceWalls(const Cloud& cloud, double tolerance, Fit& fit) {
-  const auto least = std::max<std::size_t>(3, static_cast<std::size_t>(kLeastWallShare * static_cast<double>(cloud.x.size())));
+  const auto least =
+      std::max<std::size_t>(3, static_cast<std::size_t>(kLeastWallShare * static_cast<double>(cloud.x.size())));
   std::vector<Eigen::Vector3d> left = cloud.x;
   fit.found = {};
   for (int round = 0; round < 4; ++round) {
@@ -189,7 +191,8 @@ Eigen::Matrix3d TubeFrame(const Eigen::Vector3d& along, const Eigen::Vector3d& a
 }  // namespace
 
 std::string Validate(const BoxOptions& options) {
-  if (options.sides < 4 || options.sides > 6) return "--sides takes 4 (open at both ends), 5 (open behind the cameras) or 6";
+  if (options.sides < 4 || options.sides > 6)
+    return "--sides takes 4 (open at both ends), 5 (open behind the cameras) or 6";
   if (!(options.tolerance > 0 && options.tolerance <= 0.5)) return "the walls' tolerance must lie in (0, 0.5]";
   if (!(options.end_quantile > 0 && options.end_quantile <= 1)) return "end_quantile must lie in (0, 1]";
   if (!(options.margin >= 0 && options.margin <= 1)) return "margin must lie in [0, 1]";
@@ -201,7 +204,8 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
   const std::vector<ProxyView> views = MakeProxyViews(scene);
   const std::vector<ProxyPoint> points = SelectPoints(scene, views, options.points).points;
   if (points.size() < kLeastPoints)
-    throw DataError("too few reliable points for a box: " + std::to_string(points.size()) + " of " + std::to_string(scene.points.size()),
+    throw DataError("too few reliable points for a box: " + std::to_string(points.size()) + " of " +
+                        std::to_string(scene.points.size()),
                     "lumi-proxy plane needs none");
   // Relative to the cameras: it does not matter where the world's origin is.
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
@@ -212,7 +216,8 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
 
   const std::vector<Eigen::Vector3d> axes = Axes(cloud, views);
   if (axes.empty())
-    throw DataError("the cameras neither travel nor look in one direction: a box has no axis", "lumi-proxy delaunay, or import a mesh (lumi-proxy import)");
+    throw DataError("the cameras neither travel nor look in one direction: a box has no axis",
+                    "lumi-proxy delaunay, or import a mesh (lumi-proxy import)");
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
   for (const View& view : scene.views) down += view.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
 
@@ -235,7 +240,8 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
       if (fit.score > 1.02 * best.score) best = fit, best_tolerance = tolerance;
     }
   }
-  if (best.score < 0) throw DataError("all points lie on the cameras' own line: a box has no width", "lumi-proxy plane");
+  if (best.score < 0)
+    throw DataError("all points lie on the cameras' own line: a box has no width", "lumi-proxy plane");
 
   // The frame nearest to the cameras' own: down is down.
   if (std::abs(best.frame.row(0) * down) > std::abs(best.frame.row(1) * down)) {
@@ -278,7 +284,8 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
 
   Mesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d c(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(), corner & 4 ? high.z() : low.z());
+    const Eigen::Vector3d c(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(),
+                            corner & 4 ? high.z() : low.z());
     mesh.vertices.push_back(eye + best.frame.transpose() * c);
   }
   // Counter-clockwise for who stands inside.
@@ -304,7 +311,8 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
       ++summary->points_on_walls;
     }
     for (std::size_t w = 0; w < 4; ++w)
-      if (summary->wall_points[w] > 0) summary->wall_rms[w] = std::sqrt(summary->wall_rms[w] / static_cast<double>(summary->wall_points[w]));
+      if (summary->wall_points[w] > 0)
+        summary->wall_rms[w] = std::sqrt(summary->wall_rms[w] / static_cast<double>(summary->wall_points[w]));
   }
   return mesh;
 }

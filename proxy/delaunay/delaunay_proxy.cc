@@ -47,7 +47,8 @@ std::vector<Eigen::Vector3d> DomeDirections(int subdivisions) {
   for (std::size_t a = 0; a < 12; ++a) {
     for (std::size_t b = a + 1; b < 12; ++b) {
       for (std::size_t c = b + 1; c < 12; ++c) {
-        if ((v[a] - v[b]).norm() < edge && (v[b] - v[c]).norm() < edge && (v[c] - v[a]).norm() < edge) faces.push_back({a, b, c});
+        if ((v[a] - v[b]).norm() < edge && (v[b] - v[c]).norm() < edge && (v[c] - v[a]).norm() < edge)
+          faces.push_back({a, b, c});
       }
     }
   }
@@ -82,8 +83,8 @@ struct Workspace {
   std::vector<ProxyPoint> points;
 };
 
-// Points of the backdrop: a dome around the origin, cut off at the floor. A floor below all cameras and nearly all points
-// is where unseen ground in the foreground most likely is.
+// Points of the backdrop: a dome around the origin, cut off at the floor. A floor below all cameras and nearly all
+// points is where unseen ground in the foreground most likely is.
 std::vector<Eigen::Vector3d> Backdrop(const Workspace& w, const Eigen::Vector3d& up, const DelaunayOptions& options) {
   std::vector<double> depths;  // below the origin
   for (std::size_t p = 0; p < w.points.size(); ++p) depths.push_back(-w.positions[p].dot(up));
@@ -126,7 +127,8 @@ Workspace Prepare(const Scene& scene, const std::vector<ProxyView>& views, std::
     const std::vector<double> spacing = MeanNeighbourDistance(w.positions, 6);
     for (std::size_t p = 0; p < w.points.size(); ++p) {
       Eigen::Vector3d away = Eigen::Vector3d::Zero();
-      for (const std::int32_t v : w.points[p].views) away += (w.positions[p] - w.eyes[static_cast<std::size_t>(v)]).normalized();
+      for (const std::int32_t v : w.points[p].views)
+        away += (w.positions[p] - w.eyes[static_cast<std::size_t>(v)]).normalized();
       if (away.norm() > 0) w.positions.push_back(w.positions[p] + options.backing * spacing[p] * away.normalized());
     }
   }
@@ -137,7 +139,8 @@ Workspace Prepare(const Scene& scene, const std::vector<ProxyView>& views, std::
 // cos of the angle between a facet and the circumsphere of its cell, towards the cell's inside; 1 for infinite cells.
 class Circumspheres {
  public:
-  explicit Circumspheres(const Tetrahedra& tets) : tets_(tets), centre_(tets.cells.size()), radius_(tets.cells.size(), -1) {
+  explicit Circumspheres(const Tetrahedra& tets)
+      : tets_(tets), centre_(tets.cells.size()), radius_(tets.cells.size(), -1) {
     for (std::size_t c = 0; c < tets.cells.size(); ++c) {
       const Tetrahedra::Cell& cell = tets.cells[c];
       if (!cell.finite()) continue;
@@ -185,15 +188,24 @@ std::string Validate(const DelaunayOptions& o) {
 
 std::map<std::string, std::string> OptionValues(const DelaunayOptions& o) {
   const auto text = [](double value) { return fmt::format("{}", value); };
-  return {{"max_error_px", text(o.points.max_error_px)}, {"min_angle_deg", text(o.points.min_angle_deg)},
-          {"min_track", text(o.points.min_track)}, {"enough_points", text(o.points.enough_points)},
-          {"neighbours", text(o.points.neighbours)}, {"max_neighbour_ratio", text(o.points.max_neighbour_ratio)},
-          {"merge_px", text(o.merge_px)}, {"ray_weight", text(o.ray_weight)}, {"quality_weight", text(o.quality_weight)},
-          {"tolerance_sigma", text(o.tolerance_sigma)}, {"backing", text(o.backing)}, {"dome_factor", text(o.dome_factor)},
-          {"floor_quantile", text(o.floor_quantile)}, {"dome_subdivisions", text(o.dome_subdivisions)}};
+  return {{"max_error_px", text(o.points.max_error_px)},
+          {"min_angle_deg", text(o.points.min_angle_deg)},
+          {"min_track", text(o.points.min_track)},
+          {"enough_points", text(o.points.enough_points)},
+          {"neighbours", text(o.points.neighbours)},
+          {"max_neighbour_ratio", text(o.points.max_neighbour_ratio)},
+          {"merge_px", text(o.merge_px)},
+          {"ray_weight", text(o.ray_weight)},
+          {"quality_weight", text(o.quality_weight)},
+          {"tolerance_sigma", text(o.tolerance_sigma)},
+          {"backing", text(o.backing)},
+          {"dome_factor", text(o.dome_factor)},
+          {"floor_quantile", text(o.floor_quantile)},
+          {"dome_subdivisions", text(o.dome_subdivisions)}};
 }
 
-Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, ProgressSink& progress, DelaunaySummary* summary) {
+Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, ProgressSink& progress,
+                        DelaunaySummary* summary) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   DelaunaySummary local;
   DelaunaySummary& s = summary ? *summary : local;
@@ -208,8 +220,8 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
   s.select_s = watch.Lap();
   steps.Step();
   if (w.points.size() < 4) {
-    throw DataError("a mesh needs at least 4 reliable points, the scene has " + std::to_string(w.points.size()) + " of " +
-                        std::to_string(s.selection.total),
+    throw DataError("a mesh needs at least 4 reliable points, the scene has " + std::to_string(w.points.size()) +
+                        " of " + std::to_string(s.selection.total),
                     "use lumi-proxy plane, or reconstruct from more photos that overlap");
   }
   const std::optional<LocatedTetrahedra> located = Tetrahedralize(w.positions, w.eyes);
@@ -237,7 +249,8 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
         // Towards the camera all is free: a facet pays for being a surface, the less the nearer it is to the point.
         WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
           const double weight = options.ray_weight * (1 - std::exp(-0.5 * (d / sigma) * (d / sigma)));
-          const std::int32_t next = tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
+          const std::int32_t next =
+              tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
           const Tetrahedra::Cell& n = tets.cells[static_cast<std::size_t>(next)];
           std::size_t back = 0;
           while (back < 3 && n.neighbor[back] != cell) ++back;
@@ -246,9 +259,10 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
         });
         // Behind the point it is full, as deep as the point's position is uncertain.
         const Eigen::Vector3d behind = x + (x - eye) * (std::min(3 * sigma, 0.5 * distance) / distance);
-        const std::int32_t cell = WalkFromVertex(tets, static_cast<std::int32_t>(p), behind,
-                                                 [](std::int32_t, int, double) { return true; });
-        if (cell >= 0) Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
+        const std::int32_t cell =
+            WalkFromVertex(tets, static_cast<std::int32_t>(p), behind, [](std::int32_t, int, double) { return true; });
+        if (cell >= 0)
+          Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
       }
     }
   });
@@ -280,7 +294,8 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
         const double tolerated = kBlockTolerance * (eye - w.positions[p]).norm();
         bool is_blocked = false;
         WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
-          const std::int32_t next = tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
+          const std::int32_t next =
+              tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
           is_blocked = d > tolerated && !(free[static_cast<std::size_t>(cell)] && free[static_cast<std::size_t>(next)]);
           return !is_blocked;
         });

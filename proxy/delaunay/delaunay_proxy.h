@@ -21,25 +21,25 @@ namespace lumi {
 
 struct DelaunayOptions {
   PointSelectionOptions points;
-  double merge_px = 4;             // points nearer than this many pixels of the finest view become one
-  double ray_weight = 1;           // what a line of sight is worth
-  double quality_weight = 0.2;     // what a facet costs whose circumspheres do not suggest a surface, in lines of sight
-  double tolerance_sigma = 0.3;    // a line of sight's tolerance at its end, in the point's own standard deviations
-  double backing = 0.5;            // a helper point so far behind each point, in mean distances to its neighbours
-  double dome_factor = 1.3;        // the backdrop's radius: the farthest point's or camera's distance times this
-  double floor_quantile = 0.02;    // the backdrop ends below at a floor that this share of the points lies under
-  int dome_subdivisions = 3;       // of an icosahedron: 642 points
+  double merge_px = 4;           // points nearer than this many pixels of the finest view become one
+  double ray_weight = 1;         // what a line of sight is worth
+  double quality_weight = 0.2;   // what a facet costs whose circumspheres do not suggest a surface, in lines of sight
+  double tolerance_sigma = 0.3;  // a line of sight's tolerance at its end, in the point's own standard deviations
+  double backing = 0.5;          // a helper point so far behind each point, in mean distances to its neighbours
+  double dome_factor = 1.3;      // the backdrop's radius: the farthest point's or camera's distance times this
+  double floor_quantile = 0.02;  // the backdrop ends below at a floor that this share of the points lies under
+  int dome_subdivisions = 3;     // of an icosahedron: 642 points
 };
 std::string Validate(const DelaunayOptions& options);  // empty, or what is wrong
 // Names and values, for the record of how a mesh was made.
 std::map<std::string, std::string> OptionValues(const DelaunayOptions& options);
 
 struct DelaunaySummary {
-  PointSelection selection;          // its points are moved out
-  std::size_t vertices_used = 0;     // points after merging
+  PointSelection selection;       // its points are moved out
+  std::size_t vertices_used = 0;  // points after merging
   std::size_t tetrahedra = 0;
   std::size_t rays = 0;
-  double blocked_ray_fraction = 0;   // lines of sight that the mesh blocks before their point (within 2 % of the depth)
+  double blocked_ray_fraction = 0;  // lines of sight that the mesh blocks before their point (within 2 % of the depth)
   double select_s = 0, tetrahedra_s = 0, rays_s = 0, cut_s = 0, surface_s = 0;
 };
 

@@ -17,8 +17,8 @@ std::uint64_t EdgeKey(std::int32_t a, std::int32_t b) {
          static_cast<std::uint32_t>(std::max(a, b));
 }
 
-// Turns through the free cells around the edge (a, b) from a boundary facet to the next one: the other side of the wedge
-// of free space.
+// Turns through the free cells around the edge (a, b) from a boundary facet to the next one: the other side of the
+// wedge of free space.
 BoundaryFacet OtherSide(const Tetrahedra& tets, const std::vector<std::uint8_t>& free, BoundaryFacet start,
                         std::int32_t a, std::int32_t b) {
   std::int32_t cell = start.cell;
@@ -27,7 +27,8 @@ BoundaryFacet OtherSide(const Tetrahedra& tets, const std::vector<std::uint8_t>&
     const Tetrahedra::Cell& c = tets.cells[static_cast<std::size_t>(cell)];
     // The facets at the edge are those opposite the two vertices that are not on it; one we came through.
     int to = 0;
-    while (to == from || c.vertex[static_cast<std::size_t>(to)] == a || c.vertex[static_cast<std::size_t>(to)] == b) ++to;
+    while (to == from || c.vertex[static_cast<std::size_t>(to)] == a || c.vertex[static_cast<std::size_t>(to)] == b)
+      ++to;
     const std::int32_t next = c.neighbor[static_cast<std::size_t>(to)];
     if (!free[static_cast<std::size_t>(next)]) return {cell, to};
     const Tetrahedra::Cell& n = tets.cells[static_cast<std::size_t>(next)];
@@ -37,8 +38,8 @@ BoundaryFacet OtherSide(const Tetrahedra& tets, const std::vector<std::uint8_t>&
   }
 }
 
-// Where several fans of faces meet at a vertex each gets one of its own, at the same place: 2-manifold. Each edge must lie in two
-// faces, in opposite directions.
+// Where several fans of faces meet at a vertex each gets one of its own, at the same place: 2-manifold. Each edge must
+// lie in two faces, in opposite directions.
 void SeparateFans(Mesh& mesh) {
   std::vector<std::size_t> root(3 * mesh.faces.size());  // of each face's corners: those of one fan are one set
   for (std::size_t i = 0; i < root.size(); ++i) root[i] = i;
@@ -51,7 +52,8 @@ void SeparateFans(Mesh& mesh) {
     j = find(j);
     root[std::max(i, j)] = std::min(i, j);
   };
-  std::unordered_map<std::uint64_t, std::size_t> first;  // corner at the lesser vertex, corner at the greater one: of one face
+  std::unordered_map<std::uint64_t, std::size_t>
+      first;  // corner at the lesser vertex, corner at the greater one: of one face
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     for (std::size_t k = 0; k < 3; ++k) {
       std::size_t low = 3 * f + k, high = 3 * f + (k + 1) % 3;
@@ -111,7 +113,8 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
     }
     return i;
   };
-  // Middles of edges where several sheets meet, by the boundary facet and edge that ask; both sides of a wedge share one.
+  // Middles of edges where several sheets meet, by the boundary facet and edge that ask; both sides of a wedge share
+  // one.
   std::unordered_map<std::uint64_t, std::int32_t> middles;
   const auto middle_key = [](const BoundaryFacet& f, std::int32_t a, std::int32_t b, const Tetrahedra::Cell& cell) {
     // The edge within the cell: by the two corners that are not on it (6 combinations), and the facet.
@@ -119,7 +122,8 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
     for (std::size_t k = 0; k < 4; ++k) {
       if (cell.vertex[k] == a || cell.vertex[k] == b) mask |= std::uint64_t{1} << k;
     }
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(f.cell)) << 8) | (static_cast<std::uint64_t>(f.facet) << 4) | mask;
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(f.cell)) << 8) |
+           (static_cast<std::uint64_t>(f.facet) << 4) | mask;
   };
   const auto middle = [&](const BoundaryFacet& f, std::int32_t a, std::int32_t b) {
     const BoundaryFacet other = OtherSide(tets, free, f, a, b);
@@ -127,7 +131,8 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
                                        middle_key(other, a, b, tets.cells[static_cast<std::size_t>(other.cell)]));
     const auto [it, added] = middles.try_emplace(key, static_cast<std::int32_t>(mesh.vertices.size()));
     if (added) {
-      mesh.vertices.push_back(0.5 * (tets.vertices[static_cast<std::size_t>(a)] + tets.vertices[static_cast<std::size_t>(b)]));
+      mesh.vertices.push_back(
+          0.5 * (tets.vertices[static_cast<std::size_t>(a)] + tets.vertices[static_cast<std::size_t>(b)]));
     }
     return it->second;
   };

@@ -9,9 +9,9 @@
 
 namespace lumi {
 
-// Counter-clockwise seen from the free side. Closed and 2-manifold: where more than two faces meet at an edge, it is split at its
-// middle once for each free wedge, so that each half edge belongs to one sheet; where several sheets meet at a vertex, each has its
-// own there.
+// Counter-clockwise seen from the free side. Closed and 2-manifold: where more than two faces meet at an edge, it is
+// split at its middle once for each free wedge, so that each half edge belongs to one sheet; where several sheets meet
+// at a vertex, each has its own there.
 Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& free);
 
 }  // namespace lumi

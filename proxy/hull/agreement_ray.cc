@@ -12,9 +12,11 @@ namespace {
 constexpr double kStepPx = 1.0;  // between the points of a ray, in the view that sees them finest
 constexpr int kMaxSteps = 4096;
 constexpr float kSteepestPx = 1.5F;  // that a distance changes at most from one point of a ray to the next
-constexpr float kBlockerPx = 4;      // what a view in the way costs beside its distance: few far ones against many near ones
+constexpr float kBlockerPx =
+    4;  // what a view in the way costs beside its distance: few far ones against many near ones
 
-std::optional<std::pair<double, double>> Clip(const Box& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+std::optional<std::pair<double, double>> Clip(const Box& box, const Eigen::Vector3d& origin,
+                                              const Eigen::Vector3d& direction) {
   double from = 0, to = std::numeric_limits<double>::infinity();
   for (int a = 0; a < 3; ++a) {
     if (direction[a] == 0) {
@@ -31,8 +33,8 @@ std::optional<std::pair<double, double>> Clip(const Box& box, const Eigen::Vecto
 }
 
 // The largest distance over the views at x; gives up once it exceeds `enough`.
-float LargestDistance(const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order, const Eigen::Vector3d& x,
-                      float enough) {
+float LargestDistance(const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order,
+                      const Eigen::Vector3d& x, float enough) {
   float most = -std::numeric_limits<float>::infinity();
   for (const std::int32_t i : order) {
     most = std::max(most, cones[static_cast<std::size_t>(i)].Distance(x));
@@ -87,8 +89,8 @@ std::vector<AgreementRay> RayCaster::Sample(std::size_t view, int count) const {
   return rays;
 }
 
-RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones, const std::vector<std::int32_t>& order,
-                    double cap_px) {
+RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& cones,
+                    const std::vector<std::int32_t>& order, double cap_px) {
   RayAgreement result;
   const auto cap = static_cast<float>(cap_px);
   double best_at = 0;

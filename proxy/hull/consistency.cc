@@ -42,7 +42,8 @@ RayResults NoResults(const std::vector<std::vector<AgreementRay>>& rays) {
 
 // Asks every ray that needs more than `above_px`.
 void FollowAll(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
-               const std::vector<std::size_t>& used, double above_px, double cap_px, ProgressSink& progress, RayResults& results) {
+               const std::vector<std::size_t>& used, double above_px, double cap_px, ProgressSink& progress,
+               RayResults& results) {
   const std::vector<std::int32_t> order = SpreadOrder(used);
   Progress steps(progress, "comparing silhouettes", static_cast<long>(used.size()));
   ParallelFor(used.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -81,7 +82,8 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
       for (const RayAgreement& r : results[v]) {
         if (r.needed_px <= options.max_dilation_px) continue;
         if (r.blockers.empty()) blame[v] += share;
-        for (const std::int32_t k : r.blockers) blame[static_cast<std::size_t>(k)] += share / static_cast<double>(r.blockers.size());
+        for (const std::int32_t k : r.blockers)
+          blame[static_cast<std::size_t>(k)] += share / static_cast<double>(r.blockers.size());
       }
     }
     if (blame.empty() || agreement.used.size() <= 2) return agreement;
@@ -92,7 +94,8 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
     for (const auto& [v, b] : blame) {
       if (b >= 0.7 * most) worst.push_back({v, b, own[v]});
     }
-    std::stable_sort(worst.begin(), worst.end(), [](const Disagreement& a, const Disagreement& b) { return a.blame > b.blame; });
+    std::stable_sort(worst.begin(), worst.end(),
+                     [](const Disagreement& a, const Disagreement& b) { return a.blame > b.blame; });
     worst.resize(std::min({worst.size(), 1 + agreement.used.size() / 20, agreement.used.size() - 2}));
     for (const Disagreement& w : worst) {
       agreement.used.erase(std::find(agreement.used.begin(), agreement.used.end(), w.view));
@@ -101,8 +104,9 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
   }
 }
 
-NeededDilation FindDilation(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
-                            const std::vector<std::size_t>& used, const AgreementOptions& options, ProgressSink& progress) {
+NeededDilation FindDilation(const std::vector<std::vector<AgreementRay>>& rays,
+                            const std::vector<SilhouetteCone>& cones, const std::vector<std::size_t>& used,
+                            const AgreementOptions& options, ProgressSink& progress) {
   RayResults results = NoResults(rays);
   FollowAll(rays, cones, used, kSparedDilationPx, options.max_dilation_px, progress, results);
   NeededDilation needed;

@@ -1,9 +1,9 @@
 // Which silhouettes agree with each other, and how far they have to be dilated for it.
 //
-// A pixel of a silhouette is covered by the hull if some point on its ray lies inside every other silhouette: it needs a
-// dilation of min over the ray of max over the views of the signed distance. Where that is too much, the views that stand in the
-// way where they cost least are to blame; where they are many, the pixel's own view is: its camera is off or its
-// silhouette too large. The view with most blame is left out, until the others agree.
+// A pixel of a silhouette is covered by the hull if some point on its ray lies inside every other silhouette: it needs
+// a dilation of min over the ray of max over the views of the signed distance. Where that is too much, the views that
+// stand in the way where they cost least are to blame; where they are many, the pixel's own view is: its camera is off
+// or its silhouette too large. The view with most blame is left out, until the others agree.
 #pragma once
 
 #include <cstddef>
@@ -22,15 +22,15 @@ struct AgreementOptions {
 };
 
 struct Disagreement {
-  std::size_t view;     // position among the views
-  double blame = 0;     // silhouettes' worth of pixels that it cuts off from others, or that nobody covers of its own
-  double uncovered = 0; // share of its own silhouette that needs more dilation than allowed
+  std::size_t view;      // position among the views
+  double blame = 0;      // silhouettes' worth of pixels that it cuts off from others, or that nobody covers of its own
+  double uncovered = 0;  // share of its own silhouette that needs more dilation than allowed
 };
 
 struct Agreement {
-  std::vector<std::size_t> used;            // positions among the views, ascending
-  std::vector<Disagreement> left_out;       // in the order in which they were found
-  double uncovered = 0;                     // share of the used silhouette that agrees least: small unless only two are left
+  std::vector<std::size_t> used;       // positions among the views, ascending
+  std::vector<Disagreement> left_out;  // in the order in which they were found
+  double uncovered = 0;                // share of the used silhouette that agrees least: small unless only two are left
 };
 
 // rays: of each view through its silhouette. At least two views are used, even where those do not agree.
@@ -42,7 +42,8 @@ struct NeededDilation {
   double px = 0;
   bool enough = true;  // false: not even the largest covers them
 };
-NeededDilation FindDilation(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
-                            const std::vector<std::size_t>& used, const AgreementOptions& options, ProgressSink& progress);
+NeededDilation FindDilation(const std::vector<std::vector<AgreementRay>>& rays,
+                            const std::vector<SilhouetteCone>& cones, const std::vector<std::size_t>& used,
+                            const AgreementOptions& options, ProgressSink& progress);
 
 }  // namespace lumi

@@ -13,12 +13,13 @@ namespace {
 
 constexpr std::size_t kGrain = 2048;
 constexpr int kBits = 20;
-constexpr double kNearCorner = 0.01;   // of an edge: no vertex is nearer to its end
+constexpr double kNearCorner = 0.01;     // of an edge: no vertex is nearer to its end
 constexpr double kRootTolerance = 1e-3;  // of an edge
 constexpr int kRootSteps = 12;
 
 std::uint64_t Key(const std::array<int, 3>& c) {
-  return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << kBits | static_cast<std::uint64_t>(c[2]) << (2 * kBits);
+  return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << kBits |
+         static_cast<std::uint64_t>(c[2]) << (2 * kBits);
 }
 
 // Key -> number in the order of first insertion. Open addressing; deterministic.
@@ -68,11 +69,13 @@ class KeyIndex {
 
 std::array<int, 3> Unkey(std::uint64_t key) {
   constexpr std::uint64_t mask = (1ULL << kBits) - 1;
-  return {static_cast<int>(key & mask), static_cast<int>(key >> kBits & mask), static_cast<int>(key >> (2 * kBits) & mask)};
+  return {static_cast<int>(key & mask), static_cast<int>(key >> kBits & mask),
+          static_cast<int>(key >> (2 * kBits) & mask)};
 }
 
 std::array<int, 3> CubeCorner(const std::array<int, 3>& cube, unsigned c) {
-  return {cube[0] + static_cast<int>(c & 1), cube[1] + static_cast<int>(c >> 1 & 1), cube[2] + static_cast<int>(c >> 2)};
+  return {cube[0] + static_cast<int>(c & 1), cube[1] + static_cast<int>(c >> 1 & 1),
+          cube[2] + static_cast<int>(c >> 2)};
 }
 
 // The least corner of edge e, within its cube.
@@ -150,7 +153,8 @@ void Close(const GridFrame& grid, const Solid& solid, Sampled& s) {
 }
 
 // Where between a (value va) and b (vb, of the other sign) the solid ends, as a fraction: Illinois' regula falsi.
-double Crossing(const Solid& solid, std::int32_t cube, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double va, double vb) {
+double Crossing(const Solid& solid, std::int32_t cube, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double va,
+                double vb) {
   double low = 0, high = 1;
   double t = 0.5;
   for (int step = 0; step < kRootSteps && high - low > kRootTolerance; ++step) {
@@ -187,7 +191,7 @@ Mesh Contour(const GridFrame& grid, const std::vector<std::array<int, 3>>& cubes
     std::array<std::int32_t, 12> of;
     std::size_t count;
   };
-  std::vector<Centre> centres;       // their vertices are appended after all others: numbered from -1 downwards until then
+  std::vector<Centre> centres;  // their vertices are appended after all others: numbered from -1 downwards until then
   std::vector<std::int32_t> cube_of_edge;
   for (std::size_t n = 0; n < s.cubes.keys().size(); ++n) {
     const std::array<int, 3> cube = Unkey(s.cubes.keys()[n]);
@@ -206,7 +210,8 @@ Mesh Contour(const GridFrame& grid, const std::vector<std::array<int, 3>>& cubes
     }
     for (const auto& t : shape.triangles) {
       std::array<std::int32_t, 3> face;
-      for (std::size_t i = 0; i < 3; ++i) face[i] = t[i] < CubeCase::kCentre ? vertex(t[i]) : -1 - (first_centre + t[i] - CubeCase::kCentre);
+      for (std::size_t i = 0; i < 3; ++i)
+        face[i] = t[i] < CubeCase::kCentre ? vertex(t[i]) : -1 - (first_centre + t[i] - CubeCase::kCentre);
       mesh.faces.push_back(face);
     }
     cube_of_edge.resize(edges.keys().size(), s.Given(n));
@@ -223,14 +228,16 @@ Mesh Contour(const GridFrame& grid, const std::vector<std::array<int, 3>>& cubes
       std::array<int, 3> b = a;
       ++b[axis];
       const Eigen::Vector3d xa = grid.Corner(a[0], a[1], a[2]), xb = grid.Corner(b[0], b[1], b[2]);
-      const double t = Crossing(solid, cube_of_edge[n], xa, xb, s.values[static_cast<std::size_t>(s.corners.Find(Key(a)))],
-                                s.values[static_cast<std::size_t>(s.corners.Find(Key(b)))]);
+      const double t =
+          Crossing(solid, cube_of_edge[n], xa, xb, s.values[static_cast<std::size_t>(s.corners.Find(Key(a)))],
+                   s.values[static_cast<std::size_t>(s.corners.Find(Key(b)))]);
       mesh.vertices[n] = xa + std::clamp(t, kNearCorner, 1 - kNearCorner) * (xb - xa);
     }
   });
   for (std::size_t n = 0; n < centres.size(); ++n) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < centres[n].count; ++i) mean += mesh.vertices[static_cast<std::size_t>(centres[n].of[i])];
+    for (std::size_t i = 0; i < centres[n].count; ++i)
+      mean += mesh.vertices[static_cast<std::size_t>(centres[n].of[i])];
     mesh.vertices[on_edges + n] = mean / static_cast<double>(centres[n].count);
   }
   for (auto& face : mesh.faces) {

@@ -22,7 +22,8 @@ struct EdgeFaces {
   std::array<unsigned, 12> faces{};  // bit f: lies in face f
   EdgeFaces() {
     for (unsigned f = 0; f < 6; ++f) {
-      for (int c = 0; c < 4; ++c) faces[static_cast<std::size_t>(CubeEdge(kFaces[f][c], kFaces[f][(c + 1) % 4]))] |= 1U << f;
+      for (int c = 0; c < 4; ++c)
+        faces[static_cast<std::size_t>(CubeEdge(kFaces[f][c], kFaces[f][(c + 1) % 4]))] |= 1U << f;
     }
   }
 };
@@ -33,7 +34,8 @@ bool Triangulate(const std::vector<std::int8_t>& loop, std::size_t first, std::s
   if (last - first < 2) return true;
   const auto allowed = [&](std::size_t a, std::size_t b) {
     const bool neighbours = b - a == 1 || (a == 0 && b + 1 == loop.size());
-    return neighbours || (edges.faces[static_cast<std::size_t>(loop[a])] & edges.faces[static_cast<std::size_t>(loop[b])]) == 0;
+    return neighbours ||
+           (edges.faces[static_cast<std::size_t>(loop[a])] & edges.faces[static_cast<std::size_t>(loop[b])]) == 0;
   };
   // Apexes from the middle outwards: even triangles before long fans.
   const std::size_t count = last - first - 1;
@@ -59,7 +61,8 @@ CubeCase MakeCase(unsigned inside, const EdgeFaces& edges) {
       if (!in(face[c]) || in(face[(c + 1) % 4])) continue;
       int end = c + 1;
       while (!in(face[(end + 1) % 4])) ++end;
-      next[static_cast<std::size_t>(CubeEdge(face[end % 4], face[(end + 1) % 4]))] = CubeEdge(face[c], face[(c + 1) % 4]);
+      next[static_cast<std::size_t>(CubeEdge(face[end % 4], face[(end + 1) % 4]))] =
+          CubeEdge(face[c], face[(c + 1) % 4]);
     }
   }
   CubeCase result;
@@ -75,7 +78,8 @@ CubeCase MakeCase(unsigned inside, const EdgeFaces& edges) {
     if (Triangulate(loop, 0, loop.size() - 1, edges, result.triangles)) continue;
     result.triangles.resize(before);
     const auto centre = static_cast<std::int8_t>(CubeCase::kCentre + static_cast<int>(result.centres.size()));
-    for (std::size_t i = 0; i < loop.size(); ++i) result.triangles.push_back({loop[i], loop[(i + 1) % loop.size()], centre});
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      result.triangles.push_back({loop[i], loop[(i + 1) % loop.size()], centre});
     result.centres.push_back(std::move(loop));
   }
   return result;

@@ -17,7 +17,8 @@ namespace {
 // Rows of pixels whose centres a triangle covers, filled. Its border counts: two triangles leave no gap between them.
 void FillTriangle(const std::array<Eigen::Vector2d, 3>& t, Image8& image) {
   const auto [low_y, high_y] = std::minmax({t[0].y(), t[1].y(), t[2].y()});
-  const int from = static_cast<int>(std::ceil(std::max(low_y - 0.5, 0.0))), to = static_cast<int>(std::floor(std::min(high_y - 0.5, image.height - 1.0)));
+  const int from = static_cast<int>(std::ceil(std::max(low_y - 0.5, 0.0))),
+            to = static_cast<int>(std::floor(std::min(high_y - 0.5, image.height - 1.0)));
   for (int y = from; y <= to; ++y) {
     const double at = y + 0.5;
     double left = std::numeric_limits<double>::infinity(), right = -left;
@@ -37,7 +38,8 @@ void FillTriangle(const std::array<Eigen::Vector2d, 3>& t, Image8& image) {
       right = std::max(right, x);
     }
     if (!(left <= right) || right < 0.5 || left > image.width) continue;
-    const int x_from = static_cast<int>(std::ceil(std::max(left - 0.5, 0.0))), x_to = static_cast<int>(std::floor(std::min(right - 0.5, image.width - 1.0)));
+    const int x_from = static_cast<int>(std::ceil(std::max(left - 0.5, 0.0))),
+              x_to = static_cast<int>(std::floor(std::min(right - 0.5, image.width - 1.0)));
     if (x_from <= x_to) std::fill(image.Row(y) + x_from, image.Row(y) + x_to + 1, std::uint8_t{255});
   }
 }
@@ -52,7 +54,8 @@ Image8 RenderOutline(const Mesh& mesh, const Matrix34d& P, int width, int height
     pixels[v] = x ? *x : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
   for (const auto& f : mesh.faces) {
-    const std::array<Eigen::Vector2d, 3> t{pixels[static_cast<std::size_t>(f[0])], pixels[static_cast<std::size_t>(f[1])],
+    const std::array<Eigen::Vector2d, 3> t{pixels[static_cast<std::size_t>(f[0])],
+                                           pixels[static_cast<std::size_t>(f[1])],
                                            pixels[static_cast<std::size_t>(f[2])]};
     // What a front face covers a back face covers too: one kind is enough. NaN is neither.
     const Eigen::Vector2d a = t[1] - t[0], b = t[2] - t[0];
@@ -123,7 +126,8 @@ double EnclosedVolume(const Mesh& mesh) {
   for (const Eigen::Vector3d& v : mesh.vertices) middle += v / static_cast<double>(mesh.vertices.size());
   double six = 0;
   for (const auto& f : mesh.faces) {
-    const Eigen::Vector3d a = mesh.vertices[static_cast<std::size_t>(f[0])] - middle, b = mesh.vertices[static_cast<std::size_t>(f[1])] - middle,
+    const Eigen::Vector3d a = mesh.vertices[static_cast<std::size_t>(f[0])] - middle,
+                          b = mesh.vertices[static_cast<std::size_t>(f[1])] - middle,
                           c = mesh.vertices[static_cast<std::size_t>(f[2])] - middle;
     six += a.dot(b.cross(c));
   }

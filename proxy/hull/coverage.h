@@ -12,15 +12,17 @@ namespace lumi {
 Image8 RenderOutline(const Mesh& mesh, const Matrix34d& P, int width, int height);
 
 struct SilhouetteFit {
-  double coverage = 0;              // share of the silhouette's pixels that the outline covers; 1 for an empty silhouette
-  double iou = 0;                   // intersection over union
-  double deepest_uncovered_px = 0;  // distance of the deepest uncovered pixel from the silhouette's border (0.5: a border pixel)
+  double coverage = 0;  // share of the silhouette's pixels that the outline covers; 1 for an empty silhouette
+  double iou = 0;       // intersection over union
+  double deepest_uncovered_px =
+      0;  // distance of the deepest uncovered pixel from the silhouette's border (0.5: a border pixel)
 };
 struct UncoveredPixel {
   int x, y;
   float depth_px;  // from the silhouette's border
 };
-SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view, std::vector<UncoveredPixel>* uncovered = nullptr);
+SilhouetteFit MeasureSilhouette(const Mesh& mesh, const SilhouetteView& view,
+                                std::vector<UncoveredPixel>* uncovered = nullptr);
 std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vector<SilhouetteView>& views,
                                               std::vector<std::vector<UncoveredPixel>>* uncovered = nullptr);
 

@@ -10,13 +10,14 @@
 namespace lumi {
 namespace {
 
-constexpr int kZoomCells = 32;    // a side
+constexpr int kZoomCells = 32;  // a side
 constexpr int kZooms = 16;
-constexpr double kZoomGain = 0.8; // of the box's diagonal: a smaller gain ends the search
+constexpr double kZoomGain = 0.8;  // of the box's diagonal: a smaller gain ends the search
 
 }  // namespace
 
-std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, const Box& start, double dilation_px, int misses) {
+std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, const Box& start, double dilation_px,
+                             int misses) {
   Box box = start;
   const auto dilation = static_cast<float>(dilation_px);
   for (int zoom = 0; zoom < kZooms; ++zoom) {
@@ -27,7 +28,8 @@ std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, co
     ParallelFor(kept.size(), kSlice, [&](std::size_t begin, std::size_t end) {
       CheckInterrupted();
       for (std::size_t n = begin; n < end; ++n) {
-        const Eigen::Vector3d at(static_cast<double>(n % kZoomCells) + 0.5, static_cast<double>(n / kZoomCells % kZoomCells) + 0.5,
+        const Eigen::Vector3d at(static_cast<double>(n % kZoomCells) + 0.5,
+                                 static_cast<double>(n / kZoomCells % kZoomCells) + 0.5,
                                  static_cast<double>(n / kSlice) + 0.5);
         const Eigen::Vector3d x = box.low + at.cwiseProduct(cell);
         int carved = 0;
@@ -40,7 +42,8 @@ std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, co
     Eigen::Array3i low = Eigen::Array3i::Constant(kZoomCells), high = Eigen::Array3i::Constant(-1);
     for (std::size_t n = 0; n < kept.size(); ++n) {
       if (kept[n] == 0) continue;
-      const Eigen::Array3i at(static_cast<int>(n % kZoomCells), static_cast<int>(n / kZoomCells % kZoomCells), static_cast<int>(n / kSlice));
+      const Eigen::Array3i at(static_cast<int>(n % kZoomCells), static_cast<int>(n / kZoomCells % kZoomCells),
+                              static_cast<int>(n / kSlice));
       low = low.min(at);
       high = high.max(at);
     }
@@ -54,15 +57,15 @@ std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, co
   return box;
 }
 
-std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid, double dilation_px,
-                                             std::size_t most) {
+std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid,
+                                             double dilation_px, std::size_t most) {
   const int side = std::max({grid.cells[0], grid.cells[1], grid.cells[2]});
   int level = 0;
   while ((1 << level) < side) ++level;
   const auto dilation = static_cast<float>(dilation_px);
   struct Node {
-    std::array<int, 3> at;   // least corner, in cubes of the grid
-    std::uint32_t parent;    // whose cones it has to ask
+    std::array<int, 3> at;  // least corner, in cubes of the grid
+    std::uint32_t parent;   // whose cones it has to ask
   };
   std::vector<Node> nodes{{{0, 0, 0}, 0}};
   std::vector<std::vector<std::uint16_t>> asked(1);
@@ -108,8 +111,10 @@ std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteC
       if (entered[n] == 0) continue;
       const int half = size / 2;
       for (int c = 0; c < 8; ++c) {
-        const std::array<int, 3> child{nodes[n].at[0] + (c & 1) * half, nodes[n].at[1] + (c >> 1 & 1) * half, nodes[n].at[2] + (c >> 2) * half};
-        if (child[0] < grid.cells[0] && child[1] < grid.cells[1] && child[2] < grid.cells[2]) next.push_back({child, static_cast<std::uint32_t>(n)});
+        const std::array<int, 3> child{nodes[n].at[0] + (c & 1) * half, nodes[n].at[1] + (c >> 1 & 1) * half,
+                                       nodes[n].at[2] + (c >> 2) * half};
+        if (child[0] < grid.cells[0] && child[1] < grid.cells[1] && child[2] < grid.cells[2])
+          next.push_back({child, static_cast<std::uint32_t>(n)});
       }
     }
     nodes = std::move(next);

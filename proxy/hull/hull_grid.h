@@ -1,5 +1,5 @@
-// Where the hull is: a box around it, and the cubes that its surface may enter, by bounds of the silhouettes' distances that
-// hold for whole cubes.
+// Where the hull is: a box around it, and the cubes that its surface may enter, by bounds of the silhouettes' distances
+// that hold for whole cubes.
 #pragma once
 
 #include <array>
@@ -15,16 +15,17 @@
 namespace lumi {
 
 // The part of `start` that no more than `misses` of the silhouettes, dilated, carve; nullopt: nothing is left.
-std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, const Box& start, double dilation_px, int misses);
+std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, const Box& start, double dilation_px,
+                             int misses);
 
-// Cubes that the surface of the dilated silhouettes' hull may enter, neighbours near each other, and for each the cones whose
-// border may pass through it: all others hold the whole cube.
+// Cubes that the surface of the dilated silhouettes' hull may enter, neighbours near each other, and for each the cones
+// whose border may pass through it: all others hold the whole cube.
 struct SurfaceCubes {
   std::vector<std::array<int, 3>> cubes;
   std::vector<std::vector<std::uint16_t>> cones;
 };
 // nullopt beyond `most` cubes.
-std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid, double dilation_px,
-                                             std::size_t most);
+std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid,
+                                             double dilation_px, std::size_t most);
 
 }  // namespace lumi

@@ -24,11 +24,16 @@ std::vector<HullTradeoffRow> SettingsFor(std::size_t views, const HullOptions& o
       if (n == views && reduction == 1) continue;
       std::string name = n == views ? fmt::format("all {} views", n) : fmt::format("{} views", n);
       if (reduction > 1) name += fmt::format(", silhouettes 1/{}", reduction);
-      rows.push_back({name, n == views ? "silhouettes" : reduction == 1 ? "views" : "several", n, reduction, options.cell_px});
+      rows.push_back({name,
+                      n == views       ? "silhouettes"
+                      : reduction == 1 ? "views"
+                                       : "several",
+                      n, reduction, options.cell_px});
     }
   }
   for (const int wider : {2, 4})
-    rows.push_back({fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1, wider * options.cell_px});
+    rows.push_back({fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1,
+                    wider * options.cell_px});
   return rows;
 }
 
@@ -50,15 +55,17 @@ std::vector<std::size_t> SpreadDirections(const std::vector<SilhouetteView>& vie
     order.push_back(next);
     nearest[next] = 2;
     for (std::size_t v = 0; v < views.size(); ++v) {
-      if (nearest[v] <= 1) nearest[v] = std::max(nearest[v], std::min(1.0, std::abs(directions[v].dot(directions[next]))));
+      if (nearest[v] <= 1)
+        nearest[v] = std::max(nearest[v], std::min(1.0, std::abs(directions[v].dot(directions[next]))));
     }
   }
   return order;
 }
 
 SilhouetteView Reduced(const SilhouetteView& view, int reduction) {
-  SilhouetteView out{view.name, view.P,
-                     Image8((view.mask.width + reduction - 1) / reduction, (view.mask.height + reduction - 1) / reduction, 1)};
+  SilhouetteView out{
+      view.name, view.P,
+      Image8((view.mask.width + reduction - 1) / reduction, (view.mask.height + reduction - 1) / reduction, 1)};
   out.P.topRows<2>() /= reduction;
   for (int y = 0; y < view.mask.height; ++y) {
     for (int x = 0; x < view.mask.width; ++x) {
@@ -84,7 +91,8 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
     if (o.dilation_px) *o.dilation_px /= row.reduction;
     o.max_dilation_px = std::max(0.5, o.max_dilation_px / row.reduction);
     std::vector<SilhouetteView> offered;
-    for (std::size_t n = 0; n < row.views; ++n) offered.push_back(row.reduction == 1 ? spread[n] : Reduced(spread[n], row.reduction));
+    for (std::size_t n = 0; n < row.views; ++n)
+      offered.push_back(row.reduction == 1 ? spread[n] : Reduced(spread[n], row.reduction));
     const auto start = std::chrono::steady_clock::now();
     try {
       HullSummary s;

@@ -1,5 +1,5 @@
-// What a visual hull costs and gives: hulls of fewer views, of silhouettes at a fraction of their size and of coarser grids, each
-// measured against all silhouettes, also those that it was not made from.
+// What a visual hull costs and gives: hulls of fewer views, of silhouettes at a fraction of their size and of coarser
+// grids, each measured against all silhouettes, also those that it was not made from.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +13,11 @@
 namespace lumi {
 
 struct HullTradeoffRow {
-  std::string name = {};  // "8 views, silhouettes 1/2"; the hull as given: "as given"
-  std::string line = {};  // what was turned: "views", "silhouettes", "cell", "several"; "" as given
-  std::size_t views = 0;  // offered
-  int reduction = 1;      // of the silhouettes' width and height
-  double cell_px = 0;     // of the reduced silhouettes
+  std::string name = {};    // "8 views, silhouettes 1/2"; the hull as given: "as given"
+  std::string line = {};    // what was turned: "views", "silhouettes", "cell", "several"; "" as given
+  std::size_t views = 0;    // offered
+  int reduction = 1;        // of the silhouettes' width and height
+  double cell_px = 0;       // of the reduced silhouettes
   std::string failed = {};  // why there is no hull; empty: there is one
   std::size_t used = 0, faces = 0;
   double dilation_px = 0;              // of the full silhouettes
@@ -34,9 +34,11 @@ std::vector<std::size_t> SpreadDirections(const std::vector<SilhouetteView>& vie
 // Half as wide and high, etc.: a pixel of which any part is object is object.
 SilhouetteView Reduced(const SilhouetteView& view, int reduction);
 
-// 4, 8, 16 ... and all views, each with silhouettes of whole, half and quarter size; all views with cells 2 and 4 times as wide.
-// The hull as given is the first row. Throws as BuildVisualHull does for that one; later ones that fail are rows that say why.
+// 4, 8, 16 ... and all views, each with silhouettes of whole, half and quarter size; all views with cells 2 and 4 times
+// as wide. The hull as given is the first row. Throws as BuildVisualHull does for that one; later ones that fail are
+// rows that say why.
 std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteView>& views, const HullOptions& options,
-                                                 ProgressSink& progress, const std::optional<Eigen::Vector3d>& near = {});
+                                                 ProgressSink& progress,
+                                                 const std::optional<Eigen::Vector3d>& near = {});
 
 }  // namespace lumi

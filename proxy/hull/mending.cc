@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMostConflicts = 400;  // of a view: of more, every n-th pixel is asked
 constexpr double kAsBad = 0.8;               // of the worst view's blame
 constexpr double kReserve = 0.8;             // of what may stay uncovered
-constexpr double kLeastRadius = 1.5;         // of a mend, in pixels: the four pixels around a point are then of the object
+constexpr double kLeastRadius = 1.5;  // of a mend, in pixels: the four pixels around a point are then of the object
 
 constexpr float kMendReachPx = 8;  // from the silhouette, beyond the point where a ray is blocked least
 constexpr double kClosePx = 3;     // gaps between mends: about twice as wide
@@ -30,13 +30,15 @@ struct Conflict {
 };
 
 std::size_t CountOf(const Image8& mask) {
-  return static_cast<std::size_t>(std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
+  return static_cast<std::size_t>(
+      std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
 }
 
 class Settling {
  public:
-  Settling(const std::vector<SilhouetteView>& views, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
-           std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement)
+  Settling(const std::vector<SilhouetteView>& views, const Eigen::Vector3d& origin, double unit,
+           const MendOptions& options, std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends,
+           Agreement& agreement)
       : views_(views),
         origin_(origin),
         unit_(unit),
@@ -56,7 +58,9 @@ class Settling {
       for (std::size_t p = every / 2; p < uncovered[n].size(); p += every) {
         const UncoveredPixel& pixel = uncovered[n][p];
         const auto ray = rays.Through(v, pixel.x, pixel.y, pixel.depth_px);
-        if (ray) conflicts_.push_back({v, *ray, {}, true, static_cast<double>(every) / pixels_[v], std::sqrt(static_cast<double>(every))});
+        if (ray)
+          conflicts_.push_back(
+              {v, *ray, {}, true, static_cast<double>(every) / pixels_[v], std::sqrt(static_cast<double>(every))});
       }
     }
     Refresh([](const Conflict&) { return true; });
@@ -73,7 +77,9 @@ class Settling {
     }
     if (top == views_.size()) return false;
     // Together with the worst those that are as bad.
-    const auto as_bad = [&](std::size_t v) { return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]); };
+    const auto as_bad = [&](std::size_t v) {
+      return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]);
+    };
     if (Refresh([&](const Conflict& c) {
           return c.view == top || std::any_of(c.found.blockers.begin(), c.found.blockers.end(),
                                               [&](std::int32_t k) { return as_bad(static_cast<std::size_t>(k)); });
@@ -96,7 +102,8 @@ class Settling {
 
  private:
   static bool Blocks(const Conflict& c, std::size_t view) {
-    return std::find(c.found.blockers.begin(), c.found.blockers.end(), static_cast<std::int32_t>(view)) != c.found.blockers.end();
+    return std::find(c.found.blockers.begin(), c.found.blockers.end(), static_cast<std::int32_t>(view)) !=
+           c.found.blockers.end();
   }
 
   // Asks those again that are stale and for which `which` holds; false: there are none.
@@ -119,8 +126,8 @@ class Settling {
     return !chosen.empty();
   }
 
-  // What each view lacks (own_) and keeps from others (blame_), in shares of silhouettes; of views that lack no more than is spared
-  // nothing counts.
+  // What each view lacks (own_) and keeps from others (blame_), in shares of silhouettes; of views that lack no more
+  // than is spared nothing counts.
   void Judge() {
     std::fill(own_.begin(), own_.end(), 0.0);
     std::fill(blame_.begin(), blame_.end(), 0.0);
@@ -130,7 +137,8 @@ class Settling {
       deepest[c.view] = std::max<double>(deepest[c.view], c.ray.depth_px);
     }
     const auto fails = [&](std::size_t v) {
-      return share[v] > kReserve * options_.agreement.max_uncovered || deepest[v] > options_.agreement.max_uncovered_depth_px;
+      return share[v] > kReserve * options_.agreement.max_uncovered ||
+             deepest[v] > options_.agreement.max_uncovered_depth_px;
     };
     std::erase_if(conflicts_, [&](const Conflict& c) { return !fails(c.view); });
     for (const Conflict& c : conflicts_) {
@@ -140,7 +148,8 @@ class Settling {
     }
   }
 
-  // Around the point where the ray is blocked least: as far as the same views alone block it, and little farther from the silhouette.
+  // Around the point where the ray is blocked least: as far as the same views alone block it, and little farther from
+  // the silhouette.
   void AddMends(const Conflict& c, std::size_t blocker, std::vector<Mend>& mends) const {
     const auto cap = static_cast<float>(options_.agreement.max_dilation_px);
     const Image8& mask = views_[blocker].mask;
@@ -158,13 +167,15 @@ class Settling {
         const auto at = Project(views_[blocker].P, Eigen::Vector3d(origin_ + unit_ * x));
         if (!at) break;
         // What lies beyond the image's side opens it there.
-        const Mend mend{std::clamp(at->x(), 0.5, mask.width - 0.5), std::clamp(at->y(), 0.5, mask.height - 0.5), radius, c.view};
+        const Mend mend{std::clamp(at->x(), 0.5, mask.width - 0.5), std::clamp(at->y(), 0.5, mask.height - 0.5), radius,
+                        c.view};
         if (mends.empty() || std::hypot(mends.back().u - mend.u, mends.back().v - mend.v) > 0.5) mends.push_back(mend);
       }
     }
   }
 
-  // Adds to the silhouettes of the blockers for which `which` holds; all of it or, where one would be mended too much, nothing.
+  // Adds to the silhouettes of the blockers for which `which` holds; all of it or, where one would be mended too much,
+  // nothing.
   template <class Which>
   bool MendFor(Which which) {
     if (!(options_.max_mended > 0)) return false;
@@ -183,13 +194,15 @@ class Settling {
       changed.push_back(v);
       masks.push_back(Mended(views_[v].mask, more[v]));
       const auto pixels = static_cast<double>(CountOf(masks.back()));
-      if (pixels > (1 + options_.max_mended) * pixels_[v] || pixels == static_cast<double>(masks.back().data.size())) return false;
+      if (pixels > (1 + options_.max_mended) * pixels_[v] || pixels == static_cast<double>(masks.back().data.size()))
+        return false;
     }
     if (changed.empty()) return false;
     changed_ = true;
     for (std::size_t n = 0; n < changed.size(); ++n) {
       mends_[changed[n]] = std::move(more[changed[n]]);
-      cones_[changed[n]] = SilhouetteCone({views_[changed[n]].name, views_[changed[n]].P, std::move(masks[n])}, origin_, unit_);
+      cones_[changed[n]] =
+          SilhouetteCone({views_[changed[n]].name, views_[changed[n]].P, std::move(masks[n])}, origin_, unit_);
     }
     for (Conflict& c : conflicts_) c.stale = true;  // also what others were blamed for may be settled now
     return true;
@@ -252,7 +265,8 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
   const int parts = cv::connectedComponentsWithStats(255 - object, labels, stats, centroids, 4, CV_32S);
   std::vector<int> filled(static_cast<std::size_t>(parts), 0);
   for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) filled[static_cast<std::size_t>(labels.at<int>(y, x))] += all.at<std::uint8_t>(y, x) != 0 ? 1 : 0;
+    for (int x = 0; x < mask.width; ++x)
+      filled[static_cast<std::size_t>(labels.at<int>(y, x))] += all.at<std::uint8_t>(y, x) != 0 ? 1 : 0;
   }
   std::vector<std::uint8_t> is_filled(filled.size(), 0);
   for (int p = 1; p < parts; ++p) {  // label 0: the object
@@ -265,15 +279,17 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
   Image8 out(mask.width, mask.height, 1);
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
-      const bool inside = all.at<std::uint8_t>(y, x) != 0 || is_filled[static_cast<std::size_t>(labels.at<int>(y, x))] != 0;
+      const bool inside =
+          all.at<std::uint8_t>(y, x) != 0 || is_filled[static_cast<std::size_t>(labels.at<int>(y, x))] != 0;
       out.At(x, y, 0) = inside ? 255 : 0;
     }
   }
   return out;
 }
 
-bool SettleConflicts(const std::vector<SilhouetteView>& views, const std::vector<std::vector<UncoveredPixel>>& uncovered,
-                     const RayCaster& rays, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
+bool SettleConflicts(const std::vector<SilhouetteView>& views,
+                     const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
+                     const Eigen::Vector3d& origin, double unit, const MendOptions& options,
                      std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
                      ProgressSink& progress) {
   Settling settling(views, origin, unit, options, cones, mends, agreement);

@@ -1,7 +1,7 @@
-// Silhouettes that lack a part: a shadow on the object, a highlight, a limb before a background of its colour. One such notch cuts
-// the part off for all views. Where views show something that few others carve away, the few are taken to lack it, and their
-// silhouettes are mended there: the hull grows by what somebody sees, and all views stay in use. Views that would have to be
-// mended too much, or that show what many others carve away, are left out.
+// Silhouettes that lack a part: a shadow on the object, a highlight, a limb before a background of its colour. One such
+// notch cuts the part off for all views. Where views show something that few others carve away, the few are taken to
+// lack it, and their silhouettes are mended there: the hull grows by what somebody sees, and all views stay in use.
+// Views that would have to be mended too much, or that show what many others carve away, are left out.
 #pragma once
 
 #include <cstddef>
@@ -30,11 +30,14 @@ struct Mend {
 // The silhouette with its mends and what lies between them; a hole that has to be mended in places is filled.
 Image8 Mended(const Image8& mask, const std::vector<Mend>& mends);
 
-// Looks at the pixels that a hull of the used views leaves uncovered (uncovered[n] of agreement.used[n]), mends silhouettes
-// (`mends`, a list for each view; the cones of those are made again) and leaves views out of `agreement`, until no pixel that the
-// options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done. True: something was changed.
-bool SettleConflicts(const std::vector<SilhouetteView>& views, const std::vector<std::vector<UncoveredPixel>>& uncovered,
-                     const RayCaster& rays, const Eigen::Vector3d& origin, double unit, const MendOptions& options,
+// Looks at the pixels that a hull of the used views leaves uncovered (uncovered[n] of agreement.used[n]), mends
+// silhouettes
+// (`mends`, a list for each view; the cones of those are made again) and leaves views out of `agreement`, until no
+// pixel that the options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done.
+// True: something was changed.
+bool SettleConflicts(const std::vector<SilhouetteView>& views,
+                     const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
+                     const Eigen::Vector3d& origin, double unit, const MendOptions& options,
                      std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
                      ProgressSink& progress);
 

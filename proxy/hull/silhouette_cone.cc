@@ -10,10 +10,11 @@
 namespace lumi {
 namespace {
 
-constexpr int kMargin = 48;  // pixels around the image in which distances are exact; beyond they are bounded by the triangle inequality
+constexpr int kMargin =
+    48;  // pixels around the image in which distances are exact; beyond they are bounded by the triangle inequality
 
-// A difference between neighbouring pixels is at most 1 along each axis, so the interpolated distance may rise by this much
-// a pixel.
+// A difference between neighbouring pixels is at most 1 along each axis, so the interpolated distance may rise by this
+// much a pixel.
 constexpr double kSteepest = 1.4142135623730951;
 
 }  // namespace
@@ -42,7 +43,8 @@ SilhouetteCone::SilhouetteCone(const SilhouetteView& view, const Eigen::Vector3d
   for (int y = -kMargin; y < height_ + kMargin; ++y) {
     std::uint8_t* row = inside.ptr<std::uint8_t>(y + kMargin);
     for (int x = -kMargin; x < width_ + kMargin; ++x) {
-      const bool beyond_open = (x < 0 && open_[0]) || (y < 0 && open_[1]) || (x >= width_ && open_[2]) || (y >= height_ && open_[3]);
+      const bool beyond_open =
+          (x < 0 && open_[0]) || (y < 0 && open_[1]) || (x >= width_ && open_[2]) || (y >= height_ && open_[3]);
       const bool within = x >= 0 && y >= 0 && x < width_ && y < height_;
       row[x + kMargin] = beyond_open || (within && object(x, y)) ? 255 : 0;
     }
@@ -63,7 +65,8 @@ SilhouetteCone::SilhouetteCone(const SilhouetteView& view, const Eigen::Vector3d
 
 float SilhouetteCone::AtPixel(double u, double v) const {
   const double x = u - 0.5 + kMargin, y = v - 0.5 + kMargin;
-  const double x_in = std::clamp(x, 0.0, static_cast<double>(stride_ - 1)), y_in = std::clamp(y, 0.0, static_cast<double>(rows_ - 1));
+  const double x_in = std::clamp(x, 0.0, static_cast<double>(stride_ - 1)),
+               y_in = std::clamp(y, 0.0, static_cast<double>(rows_ - 1));
   const int i = std::min(static_cast<int>(x_in), stride_ - 2), j = std::min(static_cast<int>(y_in), rows_ - 2);
   const auto a = static_cast<float>(x_in - i), b = static_cast<float>(y_in - j);
   const float* at = distance_.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(stride_) + i;
@@ -78,7 +81,8 @@ float SilhouetteCone::AtPixel(double u, double v) const {
 float SilhouetteCone::FrameDistance(const Eigen::Vector3d& x) const {
   const double w = p_[8] * x[0] + p_[9] * x[1] + p_[10] * x[2] + p_[11];
   if (!(w > kNearest)) return kBehind;
-  const double u = (p_[0] * x[0] + p_[1] * x[1] + p_[2] * x[2] + p_[3]) / w, v = (p_[4] * x[0] + p_[5] * x[1] + p_[6] * x[2] + p_[7]) / w;
+  const double u = (p_[0] * x[0] + p_[1] * x[1] + p_[2] * x[2] + p_[3]) / w,
+               v = (p_[4] * x[0] + p_[5] * x[1] + p_[6] * x[2] + p_[7]) / w;
   return static_cast<float>(std::clamp(std::max({-u, -v, u - width_, v - height_}), -1e5, 1e5));
 }
 
@@ -108,7 +112,8 @@ SilhouetteCone::Range SilhouetteCone::Bounds(const Eigen::Vector3d& centre, doub
   if (s.z() - radius <= kNearest) return {-std::numeric_limits<float>::infinity(), kBehind};
   // x' - x = (m - x m3) dX / w', the rows m of P's left block: exact, no linearisation.
   const double u = s.x() / s.z(), v = s.y() / s.z();
-  const Eigen::Vector3d a = P.block<1, 3>(0, 0) - u * P.block<1, 3>(2, 0), b = P.block<1, 3>(1, 0) - v * P.block<1, 3>(2, 0);
+  const Eigen::Vector3d a = P.block<1, 3>(0, 0) - u * P.block<1, 3>(2, 0),
+                        b = P.block<1, 3>(1, 0) - v * P.block<1, 3>(2, 0);
   const auto reach = static_cast<float>(std::min(kSteepest * SpectralNorm(a, b) * radius / (s.z() - radius), 1e6));
   const float d = AtPixel(u, v);
   return {d - reach, d + reach};

@@ -22,7 +22,8 @@ std::string Soundness::Describe() const {
   if (!manifold) return "not 2-manifold and oriented";
   std::string text = closed ? "closed, 2-manifold" : "open, 2-manifold";
   if (closed) text += outward ? ", front faces outwards" : ", inside out";
-  return text + (degenerate_faces == 0 ? ", no degenerate face" : ", " + std::to_string(degenerate_faces) + " degenerate faces");
+  return text + (degenerate_faces == 0 ? ", no degenerate face"
+                                       : ", " + std::to_string(degenerate_faces) + " degenerate faces");
 }
 
 Soundness CheckSoundness(const Mesh& mesh) {
@@ -30,7 +31,8 @@ Soundness CheckSoundness(const Mesh& mesh) {
   std::vector<SoundKernel::Point_3> points;
   for (const Eigen::Vector3d& v : mesh.vertices) points.emplace_back(v.x(), v.y(), v.z());
   std::vector<std::vector<std::size_t>> faces;
-  for (const auto& f : mesh.faces) faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
+  for (const auto& f : mesh.faces)
+    faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
   s.manifold = PMP::is_polygon_soup_a_polygon_mesh(faces);
   if (!s.manifold) return s;
   SoundMesh surface;

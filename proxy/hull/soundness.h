@@ -9,11 +9,11 @@
 namespace lumi {
 
 struct Soundness {
-  bool manifold = false;      // 2-manifold and consistently oriented
+  bool manifold = false;  // 2-manifold and consistently oriented
   bool closed = false;
-  bool outward = false;       // the front faces of each part look outwards
+  bool outward = false;  // the front faces of each part look outwards
   std::size_t degenerate_faces = 0;
-  std::size_t parts = 0;      // connected components
+  std::size_t parts = 0;  // connected components
   bool IsSolid() const { return manifold && closed && outward && degenerate_faces == 0; }
   std::string Describe() const;  // "closed, 2-manifold, front faces outwards, no degenerate face", or what is wrong
 };

@@ -21,15 +21,15 @@
 namespace lumi {
 namespace {
 
-constexpr double kStartHalf = 2.5;       // half of the box that hulls are looked for in, in distances of the farthest camera
-constexpr double kLeastDilation = 0.5;   // pixels: what a silhouette of whole pixels does not know of its border
-constexpr double kDilationStep = 0.25;   // pixels, where a measured hull falls short
-constexpr double kContourReserve = 1;    // pixels of dilation beyond the largest allowed, for what the grid takes
-constexpr double kMostUncovered = 0.5;   // of a silhouette, by all others: of another object
+constexpr double kStartHalf = 2.5;  // half of the box that hulls are looked for in, in distances of the farthest camera
+constexpr double kLeastDilation = 0.5;      // pixels: what a silhouette of whole pixels does not know of its border
+constexpr double kDilationStep = 0.25;      // pixels, where a measured hull falls short
+constexpr double kContourReserve = 1;       // pixels of dilation beyond the largest allowed, for what the grid takes
+constexpr double kMostUncovered = 0.5;      // of a silhouette, by all others: of another object
 constexpr double kRoughlyUncovered = 0.05;  // of a silhouette: a view that leaves or takes more is off altogether
-constexpr double kSettlingCellPx = 4;    // of the hulls that show where silhouettes disagree
+constexpr double kSettlingCellPx = 4;       // of the hulls that show where silhouettes disagree
 constexpr int kMostSettlings = 8;
-constexpr double kSpeck = 1e-3;          // of the largest part's volume
+constexpr double kSpeck = 1e-3;  // of the largest part's volume
 constexpr int kMostHalvings = 3;
 constexpr int kMostRepeats = 16;
 constexpr std::size_t kMostViews = 65535;
@@ -40,7 +40,8 @@ struct WorkFrame {
 };
 
 std::size_t CountObject(const Image8& mask) {
-  return static_cast<std::size_t>(std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
+  return static_cast<std::size_t>(
+      std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
 }
 
 Eigen::Vector2d CentroidOf(const Image8& mask) {
@@ -57,12 +58,14 @@ Eigen::Vector2d CentroidOf(const Image8& mask) {
 }
 
 // Where the rays through the silhouettes' centroids come closest, and the distance of the farthest camera from there.
-WorkFrame FindObject(const std::vector<SilhouetteView>& views, const std::vector<std::size_t>& usable, const std::optional<Eigen::Vector3d>& near) {
+WorkFrame FindObject(const std::vector<SilhouetteView>& views, const std::vector<std::size_t>& usable,
+                     const std::optional<Eigen::Vector3d>& near) {
   std::vector<Eigen::Vector3d> eyes;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const std::size_t v : usable) {
     const Eigen::Vector4d c = CentreOfProjection(views[v].P);
-    if (!c.allFinite() || !(std::abs(c.w()) > 0)) throw DataError("view " + views[v].name + " has no centre of projection", "hulls need cameras at finite places");
+    if (!c.allFinite() || !(std::abs(c.w()) > 0))
+      throw DataError("view " + views[v].name + " has no centre of projection", "hulls need cameras at finite places");
     eyes.push_back(c.head<3>() / c.w());
     mean += eyes.back() / static_cast<double>(usable.size());
   }
@@ -107,8 +110,8 @@ WorkFrame FindObject(const std::vector<SilhouetteView>& views, const std::vector
   return frame;
 }
 
-// The parts of more than `share` of the largest part's volume. 0: all but enclosed pockets, whose faces look inwards, to nowhere that
-// a camera is; only a sampled hull has any.
+// The parts of more than `share` of the largest part's volume. 0: all but enclosed pockets, whose faces look inwards,
+// to nowhere that a camera is; only a sampled hull has any.
 Mesh KeepParts(const Mesh& mesh, double share) {
   std::vector<std::int32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0);
@@ -128,7 +131,8 @@ Mesh KeepParts(const Mesh& mesh, double share) {
     const std::int32_t r = root(f[0]);
     const Eigen::Vector3d& o = mesh.vertices[static_cast<std::size_t>(r)];
     volume[static_cast<std::size_t>(r)] += (mesh.vertices[static_cast<std::size_t>(f[0])] - o)
-        .dot((mesh.vertices[static_cast<std::size_t>(f[1])] - o).cross(mesh.vertices[static_cast<std::size_t>(f[2])] - o));
+                                               .dot((mesh.vertices[static_cast<std::size_t>(f[1])] - o)
+                                                        .cross(mesh.vertices[static_cast<std::size_t>(f[2])] - o));
   }
   const double least = volume.empty() ? 0 : share * *std::max_element(volume.begin(), volume.end());
   std::vector<std::int32_t> number(mesh.vertices.size(), -1);
@@ -155,7 +159,8 @@ struct Contoured {
   bool bounded = true;
 };
 
-std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& cones, const Box& start, double dilation_px, const HullOptions& options) {
+std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& cones, const Box& start,
+                                     double dilation_px, const HullOptions& options) {
   const auto box = BoundHull(cones, start, dilation_px, 0);
   if (!box) return std::nullopt;
   Contoured result;
@@ -170,7 +175,8 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
   const Solid solid = [&](const Eigen::Vector3d& x, std::int32_t cube) {
     float most = -SilhouetteCone::kBehind;
     if (cube >= 0) {
-      for (const std::uint16_t c : surface->cones[static_cast<std::size_t>(cube)]) most = std::max(most, cones[c]->Distance(x));
+      for (const std::uint16_t c : surface->cones[static_cast<std::size_t>(cube)])
+        most = std::max(most, cones[c]->Distance(x));
     } else {
       for (const SilhouetteCone* c : cones) most = std::max(most, c->Distance(x));
     }
@@ -188,7 +194,8 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
     GridFrame grid;
     grid.cell = cell;
     grid.origin = box->low - Eigen::Vector3d::Constant(2 * cell);
-    for (int a = 0; a < 3; ++a) grid.cells[static_cast<std::size_t>(a)] = static_cast<int>(std::ceil(extent[a] / cell)) + 4;
+    for (int a = 0; a < 3; ++a)
+      grid.cells[static_cast<std::size_t>(a)] = static_cast<int>(std::ceil(extent[a] / cell)) + 4;
     surface = FindSurfaceCubes(cones, grid, dilation_px, options.max_cubes);
     if (!surface) {
       cell *= 1.26;
@@ -210,7 +217,8 @@ Mesh InWorld(Mesh mesh, const WorkFrame& frame) {
   return mesh;
 }
 
-// Where the object may be, before it is known who is wrong. A fifth of the views may be and still not hide it; with more wrong, more.
+// Where the object may be, before it is known who is wrong. A fifth of the views may be and still not hide it; with
+// more wrong, more.
 Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double dilation_px) {
   std::vector<const SilhouetteCone*> all;
   for (const SilhouetteCone& c : cones) all.push_back(&c);
@@ -218,7 +226,8 @@ Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double 
   for (int misses = n >= 3 ? std::max(1, n / 5) : 0; misses <= std::max(0, n - 2); misses = 2 * misses + 1) {
     if (const auto box = BoundHull(all, start, dilation_px, misses)) return *box;
   }
-  throw DataError("the silhouettes agree nowhere: no point of space lies in two of them", "check the cameras and that masks and photos belong together");
+  throw DataError("the silhouettes agree nowhere: no point of space lies in two of them",
+                  "check the cameras and that masks and photos belong together");
 }
 
 bool IsCovered(const SilhouetteFit& fit, const HullOptions& options) {
@@ -229,21 +238,24 @@ bool IsCovered(const SilhouetteFit& fit, const HullOptions& options) {
 
 std::string Validate(const HullOptions& o) {
   if (!(o.cell_px > 0) || !(o.cell_px <= 1000)) return "the grid's cell must be above 0 and at most 1000 pixels";
-  if (o.dilation_px && (!(*o.dilation_px >= 0) || !(*o.dilation_px <= 40))) return "the dilation must be between 0 and 40 pixels";
-  if (!(o.max_dilation_px >= 0) || !(o.max_dilation_px <= 40)) return "the largest dilation must be between 0 and 40 pixels";
+  if (o.dilation_px && (!(*o.dilation_px >= 0) || !(*o.dilation_px <= 40)))
+    return "the dilation must be between 0 and 40 pixels";
+  if (!(o.max_dilation_px >= 0) || !(o.max_dilation_px <= 40))
+    return "the largest dilation must be between 0 and 40 pixels";
   if (!(o.max_mended >= 0) || !(o.max_mended <= 1)) return "what may be mended of a silhouette must be between 0 and 1";
   if (!(o.min_cells >= 4) || !(o.min_cells <= 1e4)) return "the least number of cells must be between 4 and 10000";
   return {};
 }
 
-Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions& options, ProgressSink& progress, HullSummary* summary,
-                     const std::optional<Eigen::Vector3d>& near) {
+Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions& options, ProgressSink& progress,
+                     HullSummary* summary, const std::optional<Eigen::Vector3d>& near) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   HullSummary s;
   std::vector<std::size_t> usable;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Image8& mask = views[v].mask;
-    if (mask.empty() || mask.channels != 1) throw DataError("view " + views[v].name + " has no silhouette of one channel");
+    if (mask.empty() || mask.channels != 1)
+      throw DataError("view " + views[v].name + " has no silhouette of one channel");
     if (!views[v].P.allFinite()) throw DataError("the camera of view " + views[v].name + " is not finite");
     const std::size_t object = CountObject(mask);
     if (object == 0) {
@@ -254,10 +266,12 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
       usable.push_back(v);
     }
   }
-  if (usable.size() > kMostViews) throw DataError(fmt::format("{} silhouettes; a hull takes {} at most", usable.size(), kMostViews));
+  if (usable.size() > kMostViews)
+    throw DataError(fmt::format("{} silhouettes; a hull takes {} at most", usable.size(), kMostViews));
   if (usable.size() < 2) {
     throw DataError(fmt::format("{} of {} silhouettes can be used; a hull needs two", usable.size(), views.size()),
-                    s.left_out.empty() ? "add photos from other sides" : "look at " + s.left_out.front().name + ": " + s.left_out.front().reason);
+                    s.left_out.empty() ? "add photos from other sides"
+                                       : "look at " + s.left_out.front().name + ": " + s.left_out.front().reason);
   }
 
   auto start_time = std::chrono::steady_clock::now();
@@ -298,7 +312,8 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
     }
     agreement = FindAgreement(rays, cones, rough, progress);
     if (agreement.uncovered > kMostUncovered) {
-      throw DataError("the silhouettes agree nowhere: no two of them can be of one object", "check the cameras and that masks and photos belong together");
+      throw DataError("the silhouettes agree nowhere: no two of them can be of one object",
+                      "check the cameras and that masks and photos belong together");
     }
     if (options.keep_all_views) {
       agreement.used = all;
@@ -332,7 +347,9 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
       if (!contoured) break;
       std::vector<std::vector<UncoveredPixel>> uncovered;
       MeasureSilhouettes(InWorld(contoured->mesh, frame), shown(), &uncovered);
-      if (!SettleConflicts(chosen, uncovered, *caster, frame.origin, frame.unit, mend, cones, mends, agreement, progress)) break;
+      if (!SettleConflicts(chosen, uncovered, *caster, frame.origin, frame.unit, mend, cones, mends, agreement,
+                           progress))
+        break;
       s.settlings = round + 1;
     }
     needed = FindDilation(rays, cones, agreement.used, agree, progress);
@@ -355,10 +372,12 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
     start_time = std::chrono::steady_clock::now();
     auto contoured = ContourHull(active(), start, dilation, options);
     s.contour_s += SecondsSince(start_time);
-    const double reserve = options.dilation_px ? 0 : std::max(options.max_dilation_px, kLeastDilation) + kContourReserve - dilation;
+    const double reserve =
+        options.dilation_px ? 0 : std::max(options.max_dilation_px, kLeastDilation) + kContourReserve - dilation;
     if (!contoured) {
       if (reserve < kDilationStep || repeat >= kMostRepeats) {
-        throw DataError("the silhouettes agree nowhere: their hull is empty", "check the cameras and that masks and photos belong together");
+        throw DataError("the silhouettes agree nowhere: their hull is empty",
+                        "check the cameras and that masks and photos belong together");
       }
       dilation += kDilationStep;
       continue;
@@ -382,20 +401,26 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
     } else if (reserve >= kDilationStep) {
       dilation += kDilationStep;
     } else if (!options.keep_all_views && agreement.used.size() > 2) {
-      s.left_out.push_back({chosen[agreement.used[worst]].name, fmt::format("the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
-                                                                            100 * s.fits[worst].coverage, s.fits[worst].deepest_uncovered_px)});
+      s.left_out.push_back(
+          {chosen[agreement.used[worst]].name,
+           fmt::format(
+               "the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
+               100 * s.fits[worst].coverage, s.fits[worst].deepest_uncovered_px)});
       agreement.used.erase(agreement.used.begin() + static_cast<std::ptrdiff_t>(worst));
     } else {
       break;
     }
   }
   for (const Disagreement& d : agreement.left_out) {
-    s.left_out.push_back({chosen[d.view].name, fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, {:.1f} % of its own is covered by none",
-                                                           100 * d.blame, 100 * d.uncovered)});
+    s.left_out.push_back(
+        {chosen[d.view].name, fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, "
+                                          "{:.1f} % of its own is covered by none",
+                                          100 * d.blame, 100 * d.uncovered)});
   }
   for (const std::size_t v : agreement.used) {
     if (mends[v].empty()) continue;
-    const auto before = static_cast<double>(CountObject(chosen[v].mask)), after = static_cast<double>(CountObject(Mended(chosen[v].mask, mends[v])));
+    const auto before = static_cast<double>(CountObject(chosen[v].mask)),
+               after = static_cast<double>(CountObject(Mended(chosen[v].mask, mends[v])));
     if (after > before) s.mended.push_back({chosen[v].name, after / before - 1});
   }
   // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.

@@ -18,11 +18,12 @@
 namespace lumi {
 namespace {
 
-constexpr double kPointToPoint = 0.05;  // of the weight: holds what the surface lets slide, and the edges of open meshes
-constexpr double kMovedLittle = 1e-7;   // of the mesh's diagonal, and radians ...
+constexpr double kPointToPoint =
+    0.05;                              // of the weight: holds what the surface lets slide, and the edges of open meshes
+constexpr double kMovedLittle = 1e-7;  // of the mesh's diagonal, and radians ...
 constexpr double kMovedLessThanOff = 0.01;  // ... or of the rms: noise keeps some points changing sides
-constexpr double kExact = 1e-4;          // of the mesh's diagonal: points nearer are on it
-constexpr double kSlides = 1e-6;        // least over largest eigenvalue
+constexpr double kExact = 1e-4;             // of the mesh's diagonal: points nearer are on it
+constexpr double kSlides = 1e-6;            // least over largest eigenvalue
 
 struct Pair {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    // in world
@@ -91,7 +92,8 @@ class Aligner {
     if (!still)
       r.why_not = fmt::format("it still moved after {} iterations", r.iterations);
     else if (!(r.rms_of_diagonal <= options_.max_rms))
-      r.why_not = fmt::format("the best fit is off by {:.2g} % of the mesh's diagonal, {:.2g} % are allowed", 100 * r.rms_of_diagonal, 100 * options_.max_rms);
+      r.why_not = fmt::format("the best fit is off by {:.2g} % of the mesh's diagonal, {:.2g} % are allowed",
+                              100 * r.rms_of_diagonal, 100 * options_.max_rms);
     else if (!(r.weakest > kSlides))
       r.why_not = "the surface slides along itself: its shape does not say where it belongs";
     r.converged = r.why_not.empty();
@@ -104,7 +106,9 @@ class Aligner {
     double area = 0, spread = 0, points_spread = 0;
     const auto each = [&](auto&& use) {
       for (const auto& f : mesh.faces) {
-        const auto v = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.vertices[static_cast<std::size_t>(f[k])]; };
+        const auto v = [&](std::size_t k) -> const Eigen::Vector3d& {
+          return mesh.vertices[static_cast<std::size_t>(f[k])];
+        };
         use(Eigen::Vector3d((v(0) + v(1) + v(2)) / 3), (v(1) - v(0)).cross(v(2) - v(0)).norm());
       }
     };
@@ -179,7 +183,8 @@ class Aligner {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       sum += pairs[i].squared;
       if (i + 1 < fewest) continue;
-      const double share = static_cast<double>(i + 1) / n, score = (sum / static_cast<double>(i + 1) + none) / std::pow(share, 6);
+      const double share = static_cast<double>(i + 1) / n,
+                   score = (sum / static_cast<double>(i + 1) + none) / std::pow(share, 6);
       if (score < best) {
         best = score;
         fitted = i + 1;
@@ -197,8 +202,8 @@ class Aligner {
     r.rms_of_diagonal = r.rms / (r.scene_from_mesh.scale * body_.diagonal);
   }
 
-  // One Gauss-Newton step: turn, shift and logarithm of the scale about the fitted points' middle, lengths over the mesh's
-  // diagonal. Returns how far it went.
+  // One Gauss-Newton step: turn, shift and logarithm of the scale about the fitted points' middle, lengths over the
+  // mesh's diagonal. Returns how far it went.
   double Step(const std::vector<Pair>& pairs, std::size_t fitted, IcpResult& r) const {
     using Row = Eigen::Matrix<double, 7, 1>;
     using Square = Eigen::Matrix<double, 7, 7>;
@@ -207,7 +212,8 @@ class Aligner {
     for (std::size_t i = 0; i < fitted; ++i) centre += pairs[i].nearest / static_cast<double>(fitted);
     Square A = Square::Zero(), surface = Square::Zero();
     Row b = Row::Zero();
-    const auto add = [&](const Eigen::Vector3d& along, const Eigen::Vector3d& y, double residual, double weight, Square& to) {
+    const auto add = [&](const Eigen::Vector3d& along, const Eigen::Vector3d& y, double residual, double weight,
+                         Square& to) {
       Row row;
       row << y.cross(along), along, along.dot(y);
       to += weight * row * row.transpose();
@@ -240,7 +246,8 @@ class Aligner {
 
 }  // namespace
 
-IcpResult AlignByIcp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& points, const Similarity3& guess, const IcpOptions& options) {
+IcpResult AlignByIcp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& points, const Similarity3& guess,
+                     const IcpOptions& options) {
   IcpResult none;
   none.scene_from_mesh = guess;
   if (mesh.faces.empty() || points.size() < 20) {
@@ -248,15 +255,17 @@ IcpResult AlignByIcp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& point
     return none;
   }
   Aligner aligner(mesh, points, options);
-  // A fit of nearly all points is one. Else it may be that of a large plane, with the rest let go: other sizes are tried, and place and
-  // size from where mesh and points are.
+  // A fit of nearly all points is one. Else it may be that of a large plane, with the rest let go: other sizes are
+  // tried, and place and size from where mesh and points are.
   constexpr double kNearlyAll = 0.85;
   const auto score = [](const IcpResult& r) {
-    return r.converged ? (r.rms_of_diagonal * r.rms_of_diagonal + kExact * kExact) / std::pow(r.overlap, 6) : 1 + std::min(r.rms_of_diagonal, 1e6);
+    return r.converged ? (r.rms_of_diagonal * r.rms_of_diagonal + kExact * kExact) / std::pow(r.overlap, 6)
+                       : 1 + std::min(r.rms_of_diagonal, 1e6);
   };
   IcpResult best = aligner.From(guess);
   const Similarity3 centred = aligner.Centred(guess, mesh);
-  for (const Similarity3& start : {centred, Resized(guess, mesh, 0.8), Resized(centred, mesh, 0.8), Resized(guess, mesh, 1.25), Resized(centred, mesh, 1.25)}) {
+  for (const Similarity3& start : {centred, Resized(guess, mesh, 0.8), Resized(centred, mesh, 0.8),
+                                   Resized(guess, mesh, 1.25), Resized(centred, mesh, 1.25)}) {
     if (best.converged && best.overlap >= kNearlyAll) break;
     const IcpResult other = aligner.From(start);
     if (score(other) < score(best)) best = other;

@@ -33,7 +33,8 @@ void DropNotFinite(Mesh& mesh, MeshFlaws& flaws) {
 void MergeVertices(Mesh& mesh, MeshFlaws& flaws) {
   struct Hash {
     std::size_t operator()(const std::array<std::uint64_t, 3>& k) const {
-      return static_cast<std::size_t>((k[0] * 0x9e3779b97f4a7c15ULL ^ k[1]) * 0xbf58476d1ce4e5b9ULL ^ k[2] * 0x94d049bb133111ebULL);
+      return static_cast<std::size_t>((k[0] * 0x9e3779b97f4a7c15ULL ^ k[1]) * 0xbf58476d1ce4e5b9ULL ^
+                                      k[2] * 0x94d049bb133111ebULL);
     }
   };
   std::unordered_map<std::array<std::uint64_t, 3>, std::int32_t, Hash> first;
@@ -42,7 +43,9 @@ void MergeVertices(Mesh& mesh, MeshFlaws& flaws) {
     to[i] = static_cast<std::int32_t>(i);
     const Eigen::Vector3d v = mesh.vertices[i].array() + 0.0;  // -0 is 0
     if (!v.allFinite()) continue;
-    const auto [it, added] = first.try_emplace({std::bit_cast<std::uint64_t>(v.x()), std::bit_cast<std::uint64_t>(v.y()), std::bit_cast<std::uint64_t>(v.z())}, to[i]);
+    const auto [it, added] = first.try_emplace(
+        {std::bit_cast<std::uint64_t>(v.x()), std::bit_cast<std::uint64_t>(v.y()), std::bit_cast<std::uint64_t>(v.z())},
+        to[i]);
     to[i] = it->second;
     flaws.duplicate_vertices += !added;
   }
@@ -79,8 +82,8 @@ int MiddleCorner(const Mesh& mesh, const Face& f) {
   return 0;
 }
 
-// A face without area is a seam: its longest edge runs along two shorter ones. The face across the longest edge is split at the
-// corner in the middle, which closes the seam; where there is none, nothing is lost with it.
+// A face without area is a seam: its longest edge runs along two shorter ones. The face across the longest edge is
+// split at the corner in the middle, which closes the seam; where there is none, nothing is lost with it.
 void CollapseZeroArea(Mesh& mesh, MeshFlaws& flaws) {
   for (std::size_t round = 0; round < 64; ++round) {
     std::vector<std::pair<std::size_t, int>> flat;
@@ -89,12 +92,14 @@ void CollapseZeroArea(Mesh& mesh, MeshFlaws& flaws) {
     if (flat.empty()) return;
     std::unordered_map<std::uint64_t, std::vector<std::size_t>> faces_at;
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-      for (std::size_t k = 0; k < 3; ++k) faces_at[UndirectedEdge(mesh.faces[f][k], mesh.faces[f][(k + 1) % 3])].push_back(f);
+      for (std::size_t k = 0; k < 3; ++k)
+        faces_at[UndirectedEdge(mesh.faces[f][k], mesh.faces[f][(k + 1) % 3])].push_back(f);
     std::vector<bool> gone(mesh.faces.size(), false), touched(mesh.faces.size(), false);
     std::vector<Face> more;
     for (const auto& [f, middle] : flat) {
       if (touched[f]) continue;
-      const std::int32_t m = mesh.faces[f][At(middle)], a = mesh.faces[f][At((middle + 1) % 3)], b = mesh.faces[f][At((middle + 2) % 3)];
+      const std::int32_t m = mesh.faces[f][At(middle)], a = mesh.faces[f][At((middle + 1) % 3)],
+                         b = mesh.faces[f][At((middle + 2) % 3)];
       const auto& across = faces_at[UndirectedEdge(a, b)];
       std::size_t other = mesh.faces.size();
       if (across.size() == 2) other = across[0] == f ? across[1] : across[0];
@@ -128,7 +133,9 @@ struct OrientationVisitor : PMP::Default_orientation_visitor {
   std::vector<std::size_t>* source;  // of each vertex that was added
   void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) { edges->insert(std::minmax(a, b)); }
   void non_manifold_vertex(std::size_t v, std::size_t) { vertices->insert(v); }
-  void duplicated_vertex(std::size_t from, std::size_t) { source->push_back(from < source->size() ? (*source)[from] : from); }
+  void duplicated_vertex(std::size_t from, std::size_t) {
+    source->push_back(from < source->size() ? (*source)[from] : from);
+  }
 };
 
 // Cut apart where it is no manifold, and turned one way in each part.
@@ -154,7 +161,9 @@ void OrientSoup(Mesh& mesh, MeshFlaws& flaws) {
     mesh.vertices.push_back(mesh.vertices[source[v]]);
     if (colored) mesh.colors.push_back(mesh.colors[source[v]]);
   }
-  for (std::size_t f = 0; f < soup.size(); ++f) mesh.faces[f] = {static_cast<std::int32_t>(soup[f][0]), static_cast<std::int32_t>(soup[f][1]), static_cast<std::int32_t>(soup[f][2])};
+  for (std::size_t f = 0; f < soup.size(); ++f)
+    mesh.faces[f] = {static_cast<std::int32_t>(soup[f][0]), static_cast<std::int32_t>(soup[f][1]),
+                     static_cast<std::int32_t>(soup[f][2])};
 }
 
 // Numbers of parts whose faces are connected by edges.
@@ -192,12 +201,16 @@ void DropUnused(Mesh& mesh) {
   mesh = std::move(out);
 }
 
-std::uint64_t Directed(std::int32_t a, std::int32_t b) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b); }
+std::uint64_t Directed(std::int32_t a, std::int32_t b) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
+}
 
 }  // namespace
 
 bool MeshFlaws::none() const {
-  return not_finite_vertices + duplicate_vertices + duplicate_faces + zero_area_faces + non_manifold_edges + non_manifold_vertices + turned_faces + inside_out_parts == 0;
+  return not_finite_vertices + duplicate_vertices + duplicate_faces + zero_area_faces + non_manifold_edges +
+             non_manifold_vertices + turned_faces + inside_out_parts ==
+         0;
 }
 
 std::string MeshFlaws::Describe() const {
@@ -249,7 +262,8 @@ RepairedMesh RepairMesh(const Mesh& mesh) {
     turned[At(r.part[f])] += is_turned[f];
   }
   for (std::size_t f = 0; f < r.mesh.faces.size(); ++f)
-    if (const std::size_t p = At(r.part[f]); 2 * turned[p] > faces[p]) std::swap(r.mesh.faces[f][1], r.mesh.faces[f][2]);
+    if (const std::size_t p = At(r.part[f]); 2 * turned[p] > faces[p])
+      std::swap(r.mesh.faces[f][1], r.mesh.faces[f][2]);
   for (std::size_t p = 0; p < turned.size(); ++p) r.flaws.turned_faces += std::min(turned[p], faces[p] - turned[p]);
   DropUnused(r.mesh);
   return r;

@@ -59,19 +59,24 @@ Eigen::Vector3d PointOf(const std::filesystem::path& file, const Json& pair, con
 }  // namespace
 
 double MetresIn(const std::string& unit) {
-  static constexpr std::pair<const char*, double> kUnits[] = {{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"dm", 0.1}, {"m", 1}, {"km", 1e3}, {"in", 0.0254}, {"ft", 0.3048}};
+  static constexpr std::pair<const char*, double> kUnits[] = {
+      {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"dm", 0.1}, {"m", 1}, {"km", 1e3}, {"in", 0.0254}, {"ft", 0.3048}};
   for (const auto& [name, metres] : kUnits)
     if (unit == name) return metres;
   throw UsageError("\"" + unit + "\" is no --unit", "um, mm, cm, dm, m, km, in or ft; --scale takes any factor");
 }
 
 Eigen::Matrix3d AxesFromText(const std::string& text, const Eigen::Vector3d& scene_up) {
-  const auto wrong = [&] { return UsageError("\"" + text + "\" is no --axes", "y-up, z-up, -y-up ..., or the scene's x,y,z in the mesh's axes: x,-z,y"); };
+  const auto wrong = [&] {
+    return UsageError("\"" + text + "\" is no --axes",
+                      "y-up, z-up, -y-up ..., or the scene's x,y,z in the mesh's axes: x,-z,y");
+  };
   if (text.ends_with("-up")) {
     const auto up = AxisFromText(std::string_view(text).substr(0, text.size() - 3));
     if (!up) throw wrong();
     const Eigen::Vector3d to = scene_up.normalized();
-    // Straight opposite, every axis of the turn is as short: about x, as between OpenGL's frames and those of computer vision.
+    // Straight opposite, every axis of the turn is as short: about x, as between OpenGL's frames and those of computer
+    // vision.
     constexpr double kOpposite = -1 + 1e-12;
     if (up->dot(to) < kOpposite) {
       const Eigen::Vector3d axis = std::abs(up->x()) > 0.5 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
@@ -103,7 +108,8 @@ std::vector<PointPair> ReadPointPairs(const std::filesystem::path& file) {
     } catch (const Json::exception& e) {
       throw InputError(file, std::string("is no JSON: ") + e.what());
     }
-    if (!json.is_object() || !json.contains("pairs") || !json["pairs"].is_array()) throw InputError(file, "has no list \"pairs\"", R"({"pairs": [{"mesh": [x, y, z], "scene": [x, y, z]}, ...]})");
+    if (!json.is_object() || !json.contains("pairs") || !json["pairs"].is_array())
+      throw InputError(file, "has no list \"pairs\"", R"({"pairs": [{"mesh": [x, y, z], "scene": [x, y, z]}, ...]})");
     for (std::size_t i = 0; i < json["pairs"].size(); ++i)
       pairs.push_back({PointOf(file, json["pairs"][i], "mesh", i), PointOf(file, json["pairs"][i], "scene", i)});
     return pairs;
@@ -116,14 +122,18 @@ std::vector<PointPair> ReadPointPairs(const std::filesystem::path& file) {
     bool numeric = true;
     const std::vector<double> v = NumbersOf(line, numeric);
     if (v.empty() || line.front() == '#' || std::isalpha(static_cast<unsigned char>(line.front())) != 0) continue;
-    if (!numeric || v.size() != 6) throw InputError(file, fmt::format("line {}: six numbers are wanted, the mesh's x, y, z and the scene's", number));
+    if (!numeric || v.size() != 6)
+      throw InputError(file,
+                       fmt::format("line {}: six numbers are wanted, the mesh's x, y, z and the scene's", number));
     pairs.push_back({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
   }
   return pairs;
 }
 
 PairAlignment AlignPairs(const std::vector<PointPair>& pairs) {
-  if (pairs.size() < 3) throw DataError(fmt::format("{} pairs of points are given, a similarity needs three", pairs.size()), "add pairs that are not in one line");
+  if (pairs.size() < 3)
+    throw DataError(fmt::format("{} pairs of points are given, a similarity needs three", pairs.size()),
+                    "add pairs that are not in one line");
   std::vector<Eigen::Vector3d> mesh, scene;
   Eigen::AlignedBox3d box;
   for (const PointPair& p : pairs) {
@@ -134,7 +144,8 @@ PairAlignment AlignPairs(const std::vector<PointPair>& pairs) {
   PairAlignment a;
   a.scene_from_mesh = AlignPoints(mesh, scene);
   if (!(a.scene_from_mesh.scale > 0) || !std::isfinite(a.scene_from_mesh.scale))
-    throw DataError("the pairs' points lie in one line or in one place: the turn about it is open", "add a pair beside the line");
+    throw DataError("the pairs' points lie in one line or in one place: the turn about it is open",
+                    "add a pair beside the line");
   double sum = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     a.distance.push_back((a.scene_from_mesh * mesh[i] - scene[i]).norm());

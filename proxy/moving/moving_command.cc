@@ -31,12 +31,14 @@ MovingPhoto ReadMovingPhoto(const Scene& scene, const MomentView& moment, int lo
   photo.moment = moment.moment;
   photo.photo = Resize(ReadImage8(scene.ImagePath(view), 3), camera.width_px, camera.height_px);
   if (view.gain > 0 && view.gain != 1)
-    for (std::uint8_t& value : photo.photo.data) value = static_cast<std::uint8_t>(std::clamp(std::lround(value / view.gain), 0L, 255L));
+    for (std::uint8_t& value : photo.photo.data)
+      value = static_cast<std::uint8_t>(std::clamp(std::lround(value / view.gain), 0L, 255L));
   photo.moves = Image8(camera.width_px, camera.height_px, 1);
   const std::filesystem::path file = FindMask(scene.folder / "masks", view.name);
   if (file.empty()) return photo;
   const Image8 mask = Resize(ReadImage8(file, 3), camera.width_px, camera.height_px);
-  for (std::size_t p = 0; p < photo.moves.data.size(); ++p) photo.moves.data[p] = static_cast<std::uint8_t>(255 - mask.data[3 * p]);
+  for (std::size_t p = 0; p < photo.moves.data.size(); ++p)
+    photo.moves.data[p] = static_cast<std::uint8_t>(255 - mask.data[3 * p]);
   return photo;
 }
 
@@ -63,34 +65,39 @@ Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& re
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   const Scene opened = OpenForProxy(target.scene, progress);
   if (const std::string unfit = UnfitForMoving(opened); !unfit.empty())
-    throw DataError(unfit, "lumi-timeperiodic calibrate masks what moves and gives the photos their times", opened.folder);
+    throw DataError(unfit, "lumi-timeperiodic calibrate masks what moves and gives the photos their times",
+                    opened.folder);
   const std::vector<std::string> there = ListProxies(opened.folder);
   const bool made = std::find(there.begin(), there.end(), request.over) == there.end();
   if (made && request.over != MovingRequest().over) LoadProxy(opened, request.over);  // says which there are
-  std::map<std::string, std::string> inputs{
-      {"masks", Fingerprint(opened.folder / "masks")}, {"images", Fingerprint(opened.image_folder)}, {"times", TimesOf(opened)}};
+  std::map<std::string, std::string> inputs{{"masks", Fingerprint(opened.folder / "masks")},
+                                            {"images", Fingerprint(opened.image_folder)},
+                                            {"times", TimesOf(opened)}};
   if (!made) inputs["over"] = Fingerprint(ProxyPath(opened.folder, request.over));
   std::map<std::string, std::string> record{{"over", request.over},
                                             {"moments", std::to_string(options.moments)},
                                             {"grid", std::to_string(options.grid)},
                                             {"smoothness", fmt::format("{}", options.smoothness)}};
   std::optional<MovingFigures> figures;
-  return {MakeProxy(target, "moving", std::move(record), std::move(inputs), progress, [&](const Scene& scene) {
-    const Mesh still = made ? BuildDelaunayProxy(scene, {}, progress) : LoadProxy(scene, request.over);
-    const std::vector<MomentView> moments = PickMoments(scene, options);
-    std::vector<MovingPhoto> photos(moments.size());
-    {
-      Progress reading(progress, "reading photos", static_cast<long>(photos.size()));
-      ParallelFor(photos.size(), 4, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
-          reading.Step();
-        }
-      });
-    }
-    figures.emplace().over = request.over;
-    return BuildMovingProxy(photos, still, options, progress, &figures->surface);
-  }), figures};
+  return {MakeProxy(target, "moving", std::move(record), std::move(inputs), progress,
+                    [&](const Scene& scene) {
+                      const Mesh still =
+                          made ? BuildDelaunayProxy(scene, {}, progress) : LoadProxy(scene, request.over);
+                      const std::vector<MomentView> moments = PickMoments(scene, options);
+                      std::vector<MovingPhoto> photos(moments.size());
+                      {
+                        Progress reading(progress, "reading photos", static_cast<long>(photos.size()));
+                        ParallelFor(photos.size(), 4, [&](std::size_t begin, std::size_t end) {
+                          for (std::size_t i = begin; i < end; ++i) {
+                            photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
+                            reading.Step();
+                          }
+                        });
+                      }
+                      figures.emplace().over = request.over;
+                      return BuildMovingProxy(photos, still, options, progress, &figures->surface);
+                    }),
+          figures};
 }
 
 }  // namespace lumi

@@ -19,8 +19,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kWidest = 1.05;    // radians: cameras farther round what moves than this share no surface that faces them
-constexpr double kFacing = 0.9;     // of the cameras that must be nearer
+constexpr double kWidest =
+    1.05;                        // radians: cameras farther round what moves than this share no surface that faces them
+constexpr double kFacing = 0.9;  // of the cameras that must be nearer
 constexpr double kQuantile = 0.02;  // of masked rays beyond the region's ends on each side: strays
 constexpr double kMargin = 0.05;    // of the region, added on each side
 constexpr double kBeyond = 0.5;     // the last plane's inverse depth, of that of the farthest still surface
@@ -32,7 +33,8 @@ constexpr int kSweeps = 40;        // of belief propagation
 constexpr int kAggregate = 1;      // samples on each side that a sample's cost is averaged over
 constexpr std::size_t kRaysAView = 300, kViewsForRegion = 60;
 
-// Seen from the middle of the cameras. A sample is (u, v, 1) in this frame, its place at inverse depth w: (u, v, 1) / w.
+// Seen from the middle of the cameras. A sample is (u, v, 1) in this frame, its place at inverse depth w: (u, v, 1) /
+// w.
 struct Reference {
   Eigen::Matrix3d world_from_ref;
   Vector3d centre;
@@ -70,7 +72,8 @@ Reference MiddleOf(const std::vector<MovingPhoto>& photos) {
   }
   const double epsilon = 1e-6 * static_cast<double>(photos.size());
   if (forward.norm() < epsilon)
-    throw DataError("the cameras look every way: no one surface faces them all", "make a hull, or give a mesh (lumi-proxy import)");
+    throw DataError("the cameras look every way: no one surface faces them all",
+                    "make a hull, or give a mesh (lumi-proxy import)");
   forward.normalize();
   down -= forward * forward.dot(down);
   if (down.norm() < epsilon) down = forward.unitOrthogonal();
@@ -89,7 +92,8 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
   const std::size_t step = std::max<std::size_t>(1, photos.size() / kViewsForRegion);
   for (std::size_t i = 0; i < photos.size(); i += step) {
     const MovingPhoto& p = photos[i];
-    const int stride = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(p.moves.data.size()) / static_cast<double>(kRaysAView))));
+    const int stride = std::max(
+        1, static_cast<int>(std::sqrt(static_cast<double>(p.moves.data.size()) / static_cast<double>(kRaysAView))));
     for (int y = stride / 2; y < p.moves.height; y += stride)
       for (int x = stride / 2; x < p.moves.width; x += stride) {
         if (p.moves.At(x, y, 0) <= 127) continue;
@@ -104,7 +108,9 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
   if (masked == 0)
     throw DataError("nothing is masked: nothing moves",
                     "lumi-timeperiodic calibrate finds what moves; or give masks in SCENE/masks, black where it moves");
-  if (hits.empty()) throw DataError("what moves lies before no surface", "make a proxy of what stands still first (lumi-proxy delaunay)");
+  if (hits.empty())
+    throw DataError("what moves lies before no surface",
+                    "make a proxy of what stands still first (lumi-proxy delaunay)");
   Vector3d middle;
   for (int a = 0; a < 3; ++a) {
     std::vector<double> at;
@@ -126,7 +132,8 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
     u.push_back(r.x() / r.z());
     v.push_back(r.y() / r.z());
   }
-  Vector2d low(Quantile(u, kQuantile), Quantile(v, kQuantile)), high(Quantile(u, 1 - kQuantile), Quantile(v, 1 - kQuantile));
+  Vector2d low(Quantile(u, kQuantile), Quantile(v, kQuantile)),
+      high(Quantile(u, 1 - kQuantile), Quantile(v, 1 - kQuantile));
   const Vector2d margin = (high - low) * kMargin + Vector2d::Constant(0.02 * (high - low).maxCoeff() + 1e-6);
   low -= margin;
   high += margin;
@@ -151,7 +158,9 @@ Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region
   std::vector<double> known;
   for (const double w : still)
     if (w > 0) known.push_back(w);
-  if (known.empty()) throw DataError("what moves lies before no surface", "make a proxy of what stands still first (lumi-proxy delaunay)");
+  if (known.empty())
+    throw DataError("what moves lies before no surface",
+                    "make a proxy of what stands still first (lumi-proxy delaunay)");
   const double first = Quantile(known, 1 - kQuantile) / options.nearest, last = kBeyond * Quantile(known, kQuantile);
   // Parallax of the region's middle, between the cameras and the reference.
   const Vector2d middle = region.At(region.Count() / 2 + static_cast<std::size_t>(region.columns) / 2);
@@ -159,7 +168,8 @@ Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region
   for (const MovingPhoto& p : photos) {
     std::optional<Vector2d> ends[2];
     for (int e = 0; e < 2; ++e)
-      ends[e] = Project(p.render.P, region.ref.InWorld(Vector3d(middle.x(), middle.y(), 1) / (e == 0 ? 0.5 * (first + last) : last)));
+      ends[e] = Project(
+          p.render.P, region.ref.InWorld(Vector3d(middle.x(), middle.y(), 1) / (e == 0 ? 0.5 * (first + last) : last)));
     if (ends[0] && ends[1]) parallax.push_back(2 * (*ends[0] - *ends[1]).norm());
   }
   const double px = parallax.empty() ? 0 : Quantile(parallax, 0.9);
@@ -192,8 +202,8 @@ struct Sweep {
   std::vector<std::uint8_t> moves;  // [sample][depth]
 };
 
-Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, const Depths& depths, const MovingOptions& options,
-                  ProgressSink& sink) {
+Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, const Depths& depths,
+                  const MovingOptions& options, ProgressSink& sink) {
   Sweep sweep;
   sweep.depths = depths.count;
   const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths.count);
@@ -233,7 +243,8 @@ Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, 
           }
           for (std::size_t i = 0; i < colour.size(); i += 3)
             for (std::size_t j = 0; j < i; j += 3) {
-              const float r = colour[i] - colour[j], g = colour[i + 1] - colour[j + 1], b3 = colour[i + 2] - colour[j + 2];
+              const float r = colour[i] - colour[j], g = colour[i + 1] - colour[j + 1],
+                          b3 = colour[i + 2] - colour[j + 2];
               sum[l] += static_cast<double>(std::min(most, (r * r + g * g + b3 * b3) / 3));
               pairs[l] += 1;
             }
@@ -263,8 +274,10 @@ void Aggregate(const Region& region, Sweep& sweep) {
         float sum = 0, count = 0;
         for (int y = std::max(0, r - kAggregate); y <= std::min(region.rows - 1, r + kAggregate); ++y)
           for (int x = std::max(0, c - kAggregate); x <= std::min(region.columns - 1, c + kAggregate); ++x) {
-            const float v =
-                sweep.cost[(static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x)) * d + l];
+            const float v = sweep.cost[(static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) +
+                                        static_cast<std::size_t>(x)) *
+                                           d +
+                                       l];
             if (std::isnan(v)) continue;
             sum += v;
             count += 1;
@@ -279,7 +292,8 @@ void Aggregate(const Region& region, Sweep& sweep) {
   sweep.cost = std::move(out);
 }
 
-// m(k) = min over l of m(l) + slope |k - l|, and at most the least m + most: in place, then moved so that the least is 0.
+// m(k) = min over l of m(l) + slope |k - l|, and at most the least m + most: in place, then moved so that the least is
+// 0.
 void TruncatedLinear(float* m, std::size_t d, float slope, float most) {
   float least = *std::min_element(m, m + d);
   for (std::size_t l = 1; l < d; ++l) m[l] = std::min(m[l], m[l - 1] + slope);
@@ -287,14 +301,17 @@ void TruncatedLinear(float* m, std::size_t d, float slope, float most) {
   for (std::size_t l = 0; l < d; ++l) m[l] = std::min(m[l], least + most) - least;
 }
 
-// The depth of each sample, as a label between planes: min-sum belief propagation over the four neighbours, by a chessboard's colours.
-std::vector<double> Smooth(const Region& region, const std::vector<float>& data, int depths, const MovingOptions& options) {
-  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths), columns = static_cast<std::size_t>(region.columns),
-                    rows = static_cast<std::size_t>(region.rows);
+// The depth of each sample, as a label between planes: min-sum belief propagation over the four neighbours, by a
+// chessboard's colours.
+std::vector<double> Smooth(const Region& region, const std::vector<float>& data, int depths,
+                           const MovingOptions& options) {
+  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths),
+                    columns = static_cast<std::size_t>(region.columns), rows = static_cast<std::size_t>(region.rows);
   // message[k][s]: to s from its neighbour k (left, right, above, below).
   std::vector<float> message[4];
   for (auto& m : message) m.assign(n * d, 0);
-  const auto slope = static_cast<float>(options.smoothness), most = static_cast<float>(options.smoothness * options.smoothness_planes);
+  const auto slope = static_cast<float>(options.smoothness),
+             most = static_cast<float>(options.smoothness * options.smoothness_planes);
   const auto neighbour = [&](std::size_t s, int k) -> std::optional<std::size_t> {
     const std::size_t c = s % columns, r = s / columns;
     if (k == 0) return c > 0 ? std::optional(s - 1) : std::nullopt;
@@ -309,7 +326,8 @@ std::vector<double> Smooth(const Region& region, const std::vector<float>& data,
         for (std::size_t c = (r + static_cast<std::size_t>(sweep)) % 2; c < columns; c += 2) {
           const std::size_t s = r * columns + c;
           for (std::size_t l = 0; l < d; ++l)
-            belief[l] = data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] + message[3][s * d + l];
+            belief[l] = data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] +
+                        message[3][s * d + l];
           for (int k = 0; k < 4; ++k) {
             const auto to = neighbour(s, k);
             if (!to) continue;
@@ -323,8 +341,8 @@ std::vector<double> Smooth(const Region& region, const std::vector<float>& data,
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<double> belief(d);
     for (std::size_t l = 0; l < d; ++l)
-      belief[l] = static_cast<double>(data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] +
-                                      message[3][s * d + l]);
+      belief[l] = static_cast<double>(data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] +
+                                      message[2][s * d + l] + message[3][s * d + l]);
     const auto best = static_cast<std::size_t>(std::min_element(belief.begin(), belief.end()) - belief.begin());
     label[s] = static_cast<double>(best);
     if (best == 0 || best + 1 == d) continue;
@@ -348,7 +366,8 @@ void RemoveSpecks(const Region& region, std::vector<std::uint8_t>& surface) {
                 r = static_cast<int>(group[k] / static_cast<std::size_t>(region.columns));
       for (int y = std::max(0, r - 1); y <= std::min(region.rows - 1, r + 1); ++y)
         for (int x = std::max(0, c - 1); x <= std::min(region.columns - 1, c + 1); ++x) {
-          const std::size_t s = static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x);
+          const std::size_t s =
+              static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x);
           if (surface[s] && !seen[s]) seen[s] = 1, group.push_back(s);
         }
     }
@@ -357,9 +376,10 @@ void RemoveSpecks(const Region& region, std::vector<std::uint8_t>& surface) {
   }
 }
 
-// A face of the still mesh, cut as finely as the grid where it may stand before the surface; the parts that do are dropped.
-void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, const Region& region, const std::vector<double>& w,
-                          const std::vector<std::uint8_t>& behind, Mesh& out) {
+// A face of the still mesh, cut as finely as the grid where it may stand before the surface; the parts that do are
+// dropped.
+void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, const Region& region,
+                          const std::vector<double>& w, const std::vector<std::uint8_t>& behind, Mesh& out) {
   const auto keep = [&] {
     // Neighbours are cut more or less finely: a little overlap, so that no ray slips between them.
     const double grown = level > 0 ? 1 + kOverlap : 1;
@@ -376,7 +396,8 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   if (all([&](const Vector3d& x) { return x.x() < region.low.x() * x.z(); }) ||
       all([&](const Vector3d& x) { return x.x() > end.x() * x.z(); }) ||
       all([&](const Vector3d& x) { return x.y() < region.low.y() * x.z(); }) ||
-      all([&](const Vector3d& x) { return x.y() > end.y() * x.z(); }) || all([](const Vector3d& x) { return !(x.z() > 0); }))
+      all([&](const Vector3d& x) { return x.y() > end.y() * x.z(); }) ||
+      all([](const Vector3d& x) { return !(x.z() > 0); }))
     return keep();
   double size = std::numeric_limits<double>::infinity();  // in samples; infinite where it reaches behind the reference
   if (all([](const Vector3d& x) { return x.z() > 0; })) {
@@ -395,7 +416,8 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
     bool hides = false;
     for (int y = r0; y <= r1 && !hides; ++y)
       for (int c = c0; c <= c1 && !hides; ++c) {
-        const std::size_t s = static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
+        const std::size_t s =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
         hides = behind[s] != 0 && near > w[s];
       }
     if (!hides) return keep();
@@ -404,7 +426,8 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   // What is dropped then lies within a sample of one that is hidden, and there the surface is.
   constexpr int kFinest = 10;
   if (level < kFinest && size > 0.7) {
-    const std::array<Vector3d, 3> middle{0.5 * (corners[0] + corners[1]), 0.5 * (corners[1] + corners[2]), 0.5 * (corners[2] + corners[0])};
+    const std::array<Vector3d, 3> middle{0.5 * (corners[0] + corners[1]), 0.5 * (corners[1] + corners[2]),
+                                         0.5 * (corners[2] + corners[0])};
     for (const std::array<Vector3d, 3>& part : {std::array<Vector3d, 3>{corners[0], middle[0], middle[2]},
                                                 {middle[0], corners[1], middle[1]},
                                                 {middle[2], middle[1], corners[2]},
@@ -417,7 +440,8 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   const Vector2d at = (centre.head<2>() / centre.z() - region.low) / region.spacing;
   const int c = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
   if (c < 0 || y < 0 || c >= region.columns || y >= region.rows) return keep();
-  const std::size_t s = static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
+  const std::size_t s =
+      static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
   if (behind[s] == 0 || 1 / centre.z() < w[s]) keep();
 }
 
@@ -492,9 +516,10 @@ std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& opt
   return picked;
 }
 
-Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options, ProgressSink& progress,
-                      MovingSummary* summary) {
-  if (photos.size() < 2) throw DataError("no two photos show one moment from different places", "film more periods from elsewhere");
+Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options,
+                      ProgressSink& progress, MovingSummary* summary) {
+  if (photos.size() < 2)
+    throw DataError("no two photos show one moment from different places", "film more periods from elsewhere");
   const MeshQuery query(still);
   const Region region = FindRegion(photos, query, options);
   const std::size_t n = region.Count();
@@ -524,14 +549,15 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
       const double away = std::abs(static_cast<double>(l) - label);
       const double prior = options.still_prior * std::min(1.0, away / kPriorPlanes);
       if (moves[s])
-        data[s * d + l] =
-            sweep.cost[s * d + l] + static_cast<float>(prior + (mask[l] || away < 1 ? 0 : options.truncate * options.truncate));
+        data[s * d + l] = sweep.cost[s * d + l] +
+                          static_cast<float>(prior + (mask[l] || away < 1 ? 0 : options.truncate * options.truncate));
       else
         data[s * d + l] = static_cast<float>(options.truncate * options.truncate * std::min(1.0, away / kPriorPlanes));
     }
   }
   if (count == 0)
-    throw DataError("what is masked is so in too few of the photos that see it", "lumi-timeperiodic calibrate finds what moves");
+    throw DataError("what is masked is so in too few of the photos that see it",
+                    "lumi-timeperiodic calibrate finds what moves");
   const std::vector<double> label = Smooth(region, data, depths.count, options);
 
   std::vector<double> w(n);
@@ -539,7 +565,8 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
   std::vector<double> found;
   double gain = 0;
   for (std::size_t s = 0; s < n; ++s)
-    surface[s] = moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
+    surface[s] =
+        moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
   RemoveSpecks(region, surface);
   for (std::size_t s = 0; s < n; ++s) {
     w[s] = on_still[s];
@@ -548,7 +575,8 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
     behind[s] = at < on_still[s] ? 1 : 0;
     found.push_back(1 / at);
     const auto cost = [&](double l) {
-      return static_cast<double>(sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]);
+      return static_cast<double>(
+          sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]);
     };
     if (on_still[s] > 0) gain += cost(depths.LabelOf(on_still[s])) - cost(label[s]);
   }
@@ -577,7 +605,8 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
   };
   for (int r = 0; r + 1 < region.rows; ++r)
     for (int c = 0; c + 1 < region.columns; ++c) {
-      const std::size_t s = static_cast<std::size_t>(r) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c),
+      const std::size_t s = static_cast<std::size_t>(r) * static_cast<std::size_t>(region.columns) +
+                            static_cast<std::size_t>(c),
                         below = s + static_cast<std::size_t>(region.columns);
       if (!surface[s] && !surface[s + 1] && !surface[below] && !surface[below + 1]) continue;
       if (!(w[s] > 0) || !(w[s + 1] > 0) || !(w[below] > 0) || !(w[below + 1] > 0)) continue;

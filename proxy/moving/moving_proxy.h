@@ -1,9 +1,10 @@
-// A surface for what moves. Structure from motion leaves it out (it is masked), so a mesh through the points puts it on what stands
-// behind it, and photos of one moment from different places then show it twice. Here its depth is where they agree: planes are swept
-// (Collins 1996) over the masked region as one reference camera sees it, photos of one moment being compared with one another only,
-// the errors of all moments added up; belief propagation (Felzenszwalb & Huttenlocher 2006) makes the depths smooth. One surface serves
-// all moments, as one proxy serves the whole lumigraph: at each ray it stands where all moments together are shown with the least
-// error, which is the middle of the path of what passes there, or the background where that has more to say.
+// A surface for what moves. Structure from motion leaves it out (it is masked), so a mesh through the points puts it on
+// what stands behind it, and photos of one moment from different places then show it twice. Here its depth is where
+// they agree: planes are swept (Collins 1996) over the masked region as one reference camera sees it, photos of one
+// moment being compared with one another only, the errors of all moments added up; belief propagation (Felzenszwalb &
+// Huttenlocher 2006) makes the depths smooth. One surface serves all moments, as one proxy serves the whole lumigraph:
+// at each ray it stands where all moments together are shown with the least error, which is the middle of the path of
+// what passes there, or the background where that has more to say.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,8 +39,8 @@ struct MomentView {
   ViewId view;
   int moment = 0;
 };
-// Photos of one moment: a frame apart at most, round the period where the scene has one, in different places. By moment. Empty where no
-// two photos are of one moment, or none has a time.
+// Photos of one moment: a frame apart at most, round the period where the scene has one, in different places. By
+// moment. Empty where no two photos are of one moment, or none has a time.
 std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& options);
 
 struct MovingPhoto {
@@ -55,12 +56,14 @@ struct MovingSummary {
   std::size_t region = 0;                              // samples that something moves at
   std::size_t surface = 0;                             // of them, samples that left the still surface
   double nearest = 0, farthest = 0, median_depth = 0;  // of the surface, along the reference camera's axis; world units
-  double gain = 0;  // by how much less photos of one moment differ on the surface than on the still one, squared code values
+  double gain =
+      0;  // by how much less photos of one moment differ on the surface than on the still one, squared code values
 };
 
-// `still` with the surface before it, joined to it round its border; faces of `still` that would hide it are gone. Throws DataError:
-// nothing is masked; no two photos of one moment; cameras that stand round what moves; a depth that no photos agree on better.
-Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options, ProgressSink& progress,
-                      MovingSummary* summary = nullptr);
+// `still` with the surface before it, joined to it round its border; faces of `still` that would hide it are gone.
+// Throws DataError: nothing is masked; no two photos of one moment; cameras that stand round what moves; a depth that
+// no photos agree on better.
+Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still, const MovingOptions& options,
+                      ProgressSink& progress, MovingSummary* summary = nullptr);
 
 }  // namespace lumi

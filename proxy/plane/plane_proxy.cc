@@ -69,8 +69,9 @@ Mesh BuildPlaneProxy(const Scene& scene, const PlaneOptions& options, PlaneSumma
   } else {
     depth = kDepthPerSpacing * MedianCameraSpacing(views);
     if (!(depth > 0)) {
-      throw DataError("no point lies before the cameras and no two cameras are apart: nothing says how far the scene is",
-                      "reconstruct from more photos, or import a mesh (lumi-proxy import)");
+      throw DataError(
+          "no point lies before the cameras and no two cameras are apart: nothing says how far the scene is",
+          "reconstruct from more photos, or import a mesh (lumi-proxy import)");
     }
   }
 
@@ -89,7 +90,8 @@ Mesh BuildPlaneProxy(const Scene& scene, const PlaneOptions& options, PlaneSumma
     const Eigen::Vector3d from_eye = v.render.centre - eye;
     const double distance = depth - from_eye.dot(forward);
     const Eigen::Vector2d size = v.render.size_px.cast<double>();
-    for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(size.x(), 0), Eigen::Vector2d(0, size.y()), size}) {
+    for (const Eigen::Vector2d& corner :
+         {Eigen::Vector2d(0, 0), Eigen::Vector2d(size.x(), 0), Eigen::Vector2d(0, size.y()), size}) {
       const std::optional<Eigen::Vector3d> d = RayDirection(v.render.P, corner);
       if (!d) continue;
       const Eigen::Vector3d ray = d->normalized();
@@ -111,7 +113,8 @@ Mesh BuildPlaneProxy(const Scene& scene, const PlaneOptions& options, PlaneSumma
 
   Mesh mesh;
   const Eigen::Vector3d origin = eye + depth * forward;
-  for (const Eigen::Vector2d& xy : {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())}) {
+  for (const Eigen::Vector2d& xy :
+       {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())}) {
     mesh.vertices.push_back(origin + xy.x() * right + xy.y() * down);
   }
   // right x down = forward: this order is counter-clockwise for who looks along -forward; reversed, for the views.

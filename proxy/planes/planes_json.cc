@@ -20,10 +20,12 @@ std::vector<Eigen::Vector3d> CornersOf(const json& list, const std::string& wher
   if (!list.is_array()) throw std::invalid_argument(where + " is no list of points");
   std::vector<Eigen::Vector3d> points;
   for (const json& p : list) {
-    if (!p.is_array() || p.size() != 3) throw std::invalid_argument(fmt::format("{}, point {}: three coordinates are wanted", where, points.size()));
+    if (!p.is_array() || p.size() != 3)
+      throw std::invalid_argument(fmt::format("{}, point {}: three coordinates are wanted", where, points.size()));
     Eigen::Vector3d x;
     for (int k = 0; k < 3; ++k) {
-      if (!p[static_cast<std::size_t>(k)].is_number()) throw std::invalid_argument(fmt::format("{}, point {}: is no number", where, points.size()));
+      if (!p[static_cast<std::size_t>(k)].is_number())
+        throw std::invalid_argument(fmt::format("{}, point {}: is no number", where, points.size()));
       x[k] = p[static_cast<std::size_t>(k)].get<double>();
     }
     if (!x.allFinite()) throw std::invalid_argument(fmt::format("{}, point {}: is not finite", where, points.size()));
@@ -47,13 +49,15 @@ FittedPlane ThroughPoints(const std::vector<Eigen::Vector3d>& points, const std:
 }
 
 void AddQuad(const std::vector<Eigen::Vector3d>& c, const std::string& where, Mesh& quads) {
-  if (c.size() != 4) throw std::invalid_argument(fmt::format("{}: four corners are wanted, there are {}", where, c.size()));
+  if (c.size() != 4)
+    throw std::invalid_argument(fmt::format("{}: four corners are wanted, there are {}", where, c.size()));
   const Eigen::Vector3d normal = (c[2] - c[0]).cross(c[3] - c[1]);
   const double diagonal = std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
   for (std::size_t k = 0; k < 4; ++k)
     if (!((c[(k + 1) % 4] - c[k]).cross(c[(k + 2) % 4] - c[(k + 1) % 4]).dot(normal) > 0))
       throw std::invalid_argument(where + ": its corners do not go around a convex quad");
-  if (!(std::abs(normal.normalized().dot(c[1] - c[0])) <= kFlat * diagonal)) throw std::invalid_argument(where + ": its corners do not lie in one plane");
+  if (!(std::abs(normal.normalized().dot(c[1] - c[0])) <= kFlat * diagonal))
+    throw std::invalid_argument(where + ": its corners do not lie in one plane");
   const auto first = static_cast<std::int32_t>(quads.vertices.size());
   quads.vertices.insert(quads.vertices.end(), c.begin(), c.end());
   quads.faces.push_back({first, first + 1, first + 2});
@@ -64,7 +68,8 @@ void AddQuad(const std::vector<Eigen::Vector3d>& c, const std::string& where, Me
 
 GivenPlanes ReadPlanesJson(const std::filesystem::path& file) {
   const json root = json::parse(ReadText(file), nullptr, false);
-  if (root.is_discarded() || !root.is_object()) throw InputError(file, "is no JSON object with \"quads\" or \"planes\"");
+  if (root.is_discarded() || !root.is_object())
+    throw InputError(file, "is no JSON object with \"quads\" or \"planes\"");
   GivenPlanes given;
   try {
     const json quads = root.value("quads", json::array()), planes = root.value("planes", json::array());

@@ -18,8 +18,8 @@ struct GivenPlanes {
   Mesh quads;
 };
 
-// Throws InputError: the file, and in one line what is wrong with it (no JSON, a corner that is no number, a quad whose corners
-// do not lie in one plane or that is not convex, points in a line).
+// Throws InputError: the file, and in one line what is wrong with it (no JSON, a corner that is no number, a quad whose
+// corners do not lie in one plane or that is not convex, points in a line).
 GivenPlanes ReadPlanesJson(const std::filesystem::path& file);
 
 }  // namespace lumi

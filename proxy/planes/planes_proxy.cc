@@ -19,15 +19,16 @@ namespace lumi {
 namespace {
 
 constexpr std::size_t kLeastPlanePoints = 12;
-constexpr int kLocalDraws = 24;            // a sample's second and third point are the nearest of so many
-constexpr double kSideShare = 0.9;         // a plane with this share of its points on one side of another is cut there
-constexpr double kBoundaryShare = 0.97;    // a plane with this share of all points on its cameras' side bounds the scene
-constexpr double kMergedShare = 0.85;      // of the points of both that the merged plane must keep
-constexpr double kSeenThrough = 0.5;        // lines of sight that a plane blocks over those that end on it: beyond, there is no plane
+constexpr int kLocalDraws = 24;          // a sample's second and third point are the nearest of so many
+constexpr double kSideShare = 0.9;       // a plane with this share of its points on one side of another is cut there
+constexpr double kBoundaryShare = 0.97;  // a plane with this share of all points on its cameras' side bounds the scene
+constexpr double kMergedShare = 0.85;    // of the points of both that the merged plane must keep
+constexpr double kSeenThrough =
+    0.5;  // lines of sight that a plane blocks over those that end on it: beyond, there is no plane
 constexpr double kTukeyPerMedian = 4.685 * kSigmaPerMad;  // 95 % efficient where the scatter is normal
 constexpr double kExtentMargin = 0.05;
-constexpr double kEmptyShare = 0.02;       // of the views' rays: beyond, a backdrop is wanted
-constexpr double kBackdropQuantile = 0.98; // of the points' depths
+constexpr double kEmptyShare = 0.02;        // of the views' rays: beyond, a backdrop is wanted
+constexpr double kBackdropQuantile = 0.98;  // of the points' depths
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
@@ -100,10 +101,10 @@ void TakePoints(const Cloud3& cloud, const std::vector<std::int32_t>& among, Fit
   plane.rms = plane.points.empty() ? 0 : std::sqrt(sum / static_cast<double>(plane.points.size()));
 }
 
-// A plane stands out: in a cloud without one, the best holds half as many points as the layers of its thickness beside it, which
-// are twice as thick.
-bool FindPlane(const Cloud3& cloud, const std::vector<std::int32_t>& left, const PlanesOptions& options, std::size_t least, std::mt19937_64& random,
-               FittedPlane* found) {
+// A plane stands out: in a cloud without one, the best holds half as many points as the layers of its thickness beside
+// it, which are twice as thick.
+bool FindPlane(const Cloud3& cloud, const std::vector<std::int32_t>& left, const PlanesOptions& options,
+               std::size_t least, std::mt19937_64& random, FittedPlane* found) {
   if (left.size() < least) return false;
   const auto draw = [&] { return left[static_cast<std::size_t>(random() % left.size())]; };
   double best = 0;
@@ -113,7 +114,8 @@ bool FindPlane(const Cloud3& cloud, const std::vector<std::int32_t>& left, const
     std::array<std::int32_t, kLocalDraws> near;
     for (auto& k : near) k = draw();
     const auto distance2 = [&](std::int32_t k) { return (cloud.x[static_cast<std::size_t>(k)] - a).squaredNorm(); };
-    std::partial_sort(near.begin(), near.begin() + kLocalDraws / 4, near.end(), [&](auto i, auto j) { return distance2(i) < distance2(j); });
+    std::partial_sort(near.begin(), near.begin() + kLocalDraws / 4, near.end(),
+                      [&](auto i, auto j) { return distance2(i) < distance2(j); });
     const Eigen::Vector3d b = cloud.x[static_cast<std::size_t>(near[random() % (kLocalDraws / 4)])],
                           c = cloud.x[static_cast<std::size_t>(near[random() % (kLocalDraws / 4)])];
     FittedPlane plane;
@@ -124,7 +126,8 @@ bool FindPlane(const Cloud3& cloud, const std::vector<std::int32_t>& left, const
     plane.offset = plane.normal.dot(a);
     double score = 0;
     for (const std::int32_t k : left) {
-      const double u = SignedDistance(plane, cloud.x[static_cast<std::size_t>(k)]) / cloud.reach[static_cast<std::size_t>(k)];
+      const double u =
+          SignedDistance(plane, cloud.x[static_cast<std::size_t>(k)]) / cloud.reach[static_cast<std::size_t>(k)];
       if (std::abs(u) < 1) score += 1 - u * u;
     }
     if (score > best) best = score, *found = plane;
@@ -148,7 +151,8 @@ void MergeLikePlanes(const Cloud3& cloud, const PlanesOptions& options, std::vec
       FittedPlane both = planes[i];
       std::vector<std::int32_t> among = planes[i].points;
       among.insert(among.end(), planes[j].points.begin(), planes[j].points.end());
-      const bool like = std::abs(planes[i].normal.dot(planes[j].normal)) >= least_cosine && RefitPlane(cloud, among, both);
+      const bool like =
+          std::abs(planes[i].normal.dot(planes[j].normal)) >= least_cosine && RefitPlane(cloud, among, both);
       if (like) TakePoints(cloud, among, both);
       if (like && static_cast<double>(both.points.size()) >= kMergedShare * static_cast<double>(among.size())) {
         planes[i] = std::move(both);
@@ -193,8 +197,8 @@ Polygon Rectangle3(const FittedPlane& plane, const Eigen::Vector3d& u, const Eig
   e.low -= margin;
   e.high += margin;
   const Eigen::Vector3d origin = plane.offset * plane.normal;
-  return {origin + e.low.x() * u + e.low.y() * v, origin + e.high.x() * u + e.low.y() * v, origin + e.high.x() * u + e.high.y() * v,
-          origin + e.low.x() * u + e.high.y() * v};
+  return {origin + e.low.x() * u + e.low.y() * v, origin + e.high.x() * u + e.low.y() * v,
+          origin + e.high.x() * u + e.high.y() * v, origin + e.low.x() * u + e.high.y() * v};
 }
 
 struct Frusta {
@@ -245,9 +249,10 @@ bool InPolygon(const Polygon& polygon, const Eigen::Vector3d& normal, const Eige
   return polygon.size() >= 3;
 }
 
-// Is a plane amid the scene one that cameras look through? Lines of sight that it would block against those that end on it.
-bool SeenThrough(const Cloud3& cloud, const std::vector<ProxyPoint>& points, const std::vector<Eigen::Vector3d>& camera, const FittedPlane& plane,
-                 const Frusta& frusta) {
+// Is a plane amid the scene one that cameras look through? Lines of sight that it would block against those that end on
+// it.
+bool SeenThrough(const Cloud3& cloud, const std::vector<ProxyPoint>& points, const std::vector<Eigen::Vector3d>& camera,
+                 const FittedPlane& plane, const Frusta& frusta) {
   const Polygon polygon = PointsRectangle(cloud, plane, frusta);
   std::size_t through = 0, on = 0;
   for (const std::int32_t k : plane.points) on += points[static_cast<std::size_t>(k)].views.size();
@@ -293,7 +298,8 @@ Mesh CutAndJoin(const Cloud3& cloud, const std::vector<FittedPlane>& planes, con
     if (polygon.size() < 3) continue;
     const auto first = static_cast<std::int32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), polygon.begin(), polygon.end());
-    for (std::int32_t k = 1; k + 1 < static_cast<std::int32_t>(polygon.size()); ++k) mesh.faces.push_back({first, first + k, first + k + 1});
+    for (std::int32_t k = 1; k + 1 < static_cast<std::int32_t>(polygon.size()); ++k)
+      mesh.faces.push_back({first, first + k, first + k + 1});
   }
   return mesh;
 }
@@ -320,7 +326,8 @@ std::string Validate(const PlanesOptions& options) {
   return {};
 }
 
-Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const std::vector<FittedPlane>& given, PlanesSummary* summary) {
+Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const std::vector<FittedPlane>& given,
+                      PlanesSummary* summary) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   const std::vector<ProxyView> views = MakeProxyViews(scene);
   const std::vector<ProxyPoint> points = SelectPoints(scene, views, options.points).points;
@@ -335,7 +342,9 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
   for (const ProxyPoint& p : points)
     for (const std::int32_t v : p.views) depths.push_back(views[static_cast<std::size_t>(v)].DepthOf(p.x_in_world));
   const double depth = Quantile(depths, 0.5);
-  if (!(depth > 0)) throw DataError("no reliable point lies before the cameras: planes cannot be fitted or clipped", "lumi-proxy plane needs none");
+  if (!(depth > 0))
+    throw DataError("no reliable point lies before the cameras: planes cannot be fitted or clipped",
+                    "lumi-proxy plane needs none");
   Cloud3 cloud;
   for (const ProxyPoint& p : points) {
     cloud.x.push_back(p.x_in_world - eye);
@@ -345,7 +354,8 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
   frusta.far = options.far_factor * depth;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const RenderView& view = views[i].render;
-    frusta.right += scene.views[i].cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitX() / static_cast<double>(views.size());
+    frusta.right += scene.views[i].cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitX() /
+                    static_cast<double>(views.size());
     for (const double x : {0.0, 0.5, 1.0})
       for (const double y : {0.0, 0.5, 1.0}) {
         const auto ray = RayDirection(view.P, {x * view.size_px.x(), y * view.size_px.y()});
@@ -361,24 +371,30 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
   if (given.empty()) {
     std::mt19937_64 random(options.seed);
-    const auto least = std::max(kLeastPlanePoints, static_cast<std::size_t>(options.min_share * static_cast<double>(points.size())));
+    const auto least =
+        std::max(kLeastPlanePoints, static_cast<std::size_t>(options.min_share * static_cast<double>(points.size())));
     std::vector<std::int32_t> left = all;
     FittedPlane next;
-    while (static_cast<int>(planes.size()) < options.max_planes && FindPlane(cloud, left, options, least, random, &next)) {
+    while (static_cast<int>(planes.size()) < options.max_planes &&
+           FindPlane(cloud, left, options, least, random, &next)) {
       std::vector<std::int32_t> rest;
       std::set_difference(left.begin(), left.end(), next.points.begin(), next.points.end(), std::back_inserter(rest));
       left = std::move(rest);
       planes.push_back(next);
     }
     if (planes.empty())
-      throw DataError("no plane holds " + std::to_string(least) + " of the " + std::to_string(points.size()) + " reliable points",
-                      "lumi-proxy delaunay takes any shape");
+      throw DataError(
+          "no plane holds " + std::to_string(least) + " of the " + std::to_string(points.size()) + " reliable points",
+          "lumi-proxy delaunay takes any shape");
     MergeLikePlanes(cloud, options, planes);
     std::vector<Eigen::Vector3d> camera;
     for (const ProxyView& v : views) camera.push_back(v.render.centre - eye);
     for (FittedPlane& plane : planes) FaceTheCameras(frusta, plane);
-    std::erase_if(planes, [&](const FittedPlane& p) { return !BoundsTheScene(cloud, p) && SeenThrough(cloud, points, camera, p, frusta); });
-    if (planes.empty()) throw DataError("what planes there are the cameras look through", "lumi-proxy delaunay takes any shape");
+    std::erase_if(planes, [&](const FittedPlane& p) {
+      return !BoundsTheScene(cloud, p) && SeenThrough(cloud, points, camera, p, frusta);
+    });
+    if (planes.empty())
+      throw DataError("what planes there are the cameras look through", "lumi-proxy delaunay takes any shape");
   } else {
     for (FittedPlane& plane : planes) TakePoints(cloud, all, plane);
   }
@@ -409,7 +425,8 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
       backdrop_added = true;
     }
   }
-  if (mesh.faces.empty()) throw DataError("the planes do not lie before any view", "choose others, or lumi-proxy plane");
+  if (mesh.faces.empty())
+    throw DataError("the planes do not lie before any view", "choose others, or lumi-proxy plane");
   mesh = into_world(std::move(mesh));
   if (summary) {
     *summary = {};

@@ -1,8 +1,10 @@
-// A few planes as a proxy (thesis sec. 5.3.2: ground and backdrop): found in the sparse points by robust fitting, or given.
+// A few planes as a proxy (thesis sec. 5.3.2: ground and backdrop): found in the sparse points by robust fitting, or
+// given.
 //
-// Planes are found one after the other (random samples, local in space, scored by points within their own uncertainty), refitted,
-// merged where one explains both, and cut where they meet, so that a ground and a backdrop join at their crease. A plane that has
-// the whole scene on its cameras' side reaches as far as the views see; one amid the scene ends where its points end.
+// Planes are found one after the other (random samples, local in space, scored by points within their own uncertainty),
+// refitted, merged where one explains both, and cut where they meet, so that a ground and a backdrop join at their
+// crease. A plane that has the whole scene on its cameras' side reaches as far as the views see; one amid the scene
+// ends where its points end.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +24,8 @@ struct PlanesOptions {
   double min_share = 0.05;     // of the reliable points: fewer make no plane
   int trials = 600;            // random samples a plane
   double merge_angle_deg = 8;  // planes nearer than this in direction are tried as one
-  bool backdrop = true;        // a plane behind everything where the others leave more than 2 % of the views' rays empty
-  double far_factor = 20;      // of the median depth: how far a plane reaches where rays run along it
+  bool backdrop = true;    // a plane behind everything where the others leave more than 2 % of the views' rays empty
+  double far_factor = 20;  // of the median depth: how far a plane reaches where rays run along it
   std::uint64_t seed = 0;
 };
 std::string Validate(const PlanesOptions& options);  // empty, or what is wrong
@@ -42,8 +44,9 @@ struct PlanesSummary {
   double coverage = 0;  // of the views' rays
 };
 
-// `given`: planes to use instead of looking for some (their normals may point either way). Front faces look at the cameras.
-// Throws DataError where no plane is found.
-Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const std::vector<FittedPlane>& given = {}, PlanesSummary* summary = nullptr);
+// `given`: planes to use instead of looking for some (their normals may point either way). Front faces look at the
+// cameras. Throws DataError where no plane is found.
+Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const std::vector<FittedPlane>& given = {},
+                      PlanesSummary* summary = nullptr);
 
 }  // namespace lumi

@@ -21,7 +21,8 @@ constexpr std::size_t kMaxLength = 4096;
 class RuleParser {
  public:
   RuleParser(const std::string& text, std::vector<ColourRule::Step>& out) : text_(text), out_(out) {
-    if (text.size() > kMaxLength) throw UsageError("the colour rule is longer than " + std::to_string(kMaxLength) + " characters");
+    if (text.size() > kMaxLength)
+      throw UsageError("the colour rule is longer than " + std::to_string(kMaxLength) + " characters");
     Or();
     Skip();
     if (at_ < text_.size()) Fail("an operator or the end");
@@ -29,7 +30,8 @@ class RuleParser {
 
  private:
   [[noreturn]] void Fail(const std::string& wanted) const {
-    throw UsageError(fmt::format("the colour rule \"{}\" is not understood at character {}: {} is expected there", text_, at_ + 1, wanted),
+    throw UsageError(fmt::format("the colour rule \"{}\" is not understood at character {}: {} is expected there",
+                                 text_, at_ + 1, wanted),
                      "for example: \"(B - R) < 25 && R + G + B > 60\"");
   }
   void Skip() {
@@ -81,8 +83,12 @@ class RuleParser {
   }
   void Compare() {
     Sum();
-    static constexpr std::array<std::pair<const char*, Op>, 6> kOps = {{{"<=", Op::kLessEqual}, {">=", Op::kGreaterEqual}, {"==", Op::kEqual},
-                                                                        {"!=", Op::kNotEqual}, {"<", Op::kLess}, {">", Op::kGreater}}};
+    static constexpr std::array<std::pair<const char*, Op>, 6> kOps = {{{"<=", Op::kLessEqual},
+                                                                        {">=", Op::kGreaterEqual},
+                                                                        {"==", Op::kEqual},
+                                                                        {"!=", Op::kNotEqual},
+                                                                        {"<", Op::kLess},
+                                                                        {">", Op::kGreater}}};
     for (const auto& [token, op] : kOps) {
       if (!Take(token)) continue;
       Sum();
@@ -146,8 +152,15 @@ class RuleParser {
       Emit(Op::kAbs);
       return;
     }
-    static constexpr std::array<std::pair<const char*, Op>, 9> kNames = {{{"R", Op::kR}, {"G", Op::kG}, {"B", Op::kB}, {"H", Op::kH}, {"S", Op::kS},
-                                                                         {"V", Op::kV}, {"L", Op::kL}, {"X", Op::kX}, {"Y", Op::kY}}};
+    static constexpr std::array<std::pair<const char*, Op>, 9> kNames = {{{"R", Op::kR},
+                                                                          {"G", Op::kG},
+                                                                          {"B", Op::kB},
+                                                                          {"H", Op::kH},
+                                                                          {"S", Op::kS},
+                                                                          {"V", Op::kV},
+                                                                          {"L", Op::kL},
+                                                                          {"X", Op::kX},
+                                                                          {"Y", Op::kY}}};
     for (const auto& [name, op] : kNames) {
       const std::string small(1, static_cast<char>(std::tolower(static_cast<unsigned char>(name[0]))));
       if (Take(name) || Take(small.c_str())) return Emit(op);
@@ -172,9 +185,12 @@ class RuleParser {
 double HueDegrees(const double rgb[3], double most, double range) {
   if (!(range > 0)) return 0;
   double h;
-  if (most == rgb[0]) h = (rgb[1] - rgb[2]) / range;
-  else if (most == rgb[1]) h = 2 + (rgb[2] - rgb[0]) / range;
-  else h = 4 + (rgb[0] - rgb[1]) / range;
+  if (most == rgb[0])
+    h = (rgb[1] - rgb[2]) / range;
+  else if (most == rgb[1])
+    h = 2 + (rgb[2] - rgb[0]) / range;
+  else
+    h = 4 + (rgb[0] - rgb[1]) / range;
   return h < 0 ? 60 * (h + 6) : 60 * h;
 }
 
@@ -186,8 +202,10 @@ ColourRule::ColourRule(const std::string& text) {
   std::size_t depth = 0;
   for (const Step& s : steps_) {
     const bool value = s.op <= Op::kY, unary = s.op == Op::kNegate || s.op == Op::kNot || s.op == Op::kAbs;
-    if (value) ++depth;
-    else if (!unary) --depth;
+    if (value)
+      ++depth;
+    else if (!unary)
+      --depth;
     if (depth > kMaxStack) throw UsageError("the colour rule is nested too deeply");
   }
 }
@@ -240,7 +258,8 @@ Image8 SilhouetteFromRule(const Image8& photo, const ColourRule& rule) {
   ParallelFor(static_cast<std::size_t>(photo.height), 16, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < photo.width; ++x) {
-        const double rgb[3] = {static_cast<double>(photo.At(x, y, 0)), static_cast<double>(photo.At(x, y, 1)), static_cast<double>(photo.At(x, y, 2))};
+        const double rgb[3] = {static_cast<double>(photo.At(x, y, 0)), static_cast<double>(photo.At(x, y, 1)),
+                               static_cast<double>(photo.At(x, y, 2))};
         const double value = rule.Evaluate(rgb, x + 0.5, y + 0.5);
         out.At(x, y, 0) = value != 0 && !std::isnan(value) ? 255 : 0;
       }

@@ -1,8 +1,8 @@
 // A rule on colours that says which pixels are the object: "(B - R) < 25 && R + G + B > 60".
 //
 //   R G B      the photo's own code values, 0..255        H S V    hue 0..360 degrees, saturation and value 0..1
-//   L          0.299 R + 0.587 G + 0.114 B                X Y      the pixel's centre, in pixels from the upper left corner
-//   numbers, + - * / ( ), < <= > >= == !=, && || ! (also: and or not), min(a, b) max(a, b) abs(a)
+//   L          0.299 R + 0.587 G + 0.114 B                X Y      the pixel's centre, in pixels from the upper left
+//   corner numbers, + - * / ( ), < <= > >= == !=, && || ! (also: and or not), min(a, b) max(a, b) abs(a)
 //
 // Truth is 1 and 0; a pixel is the object where the rule is not 0. A division by zero makes a comparison false.
 #pragma once
@@ -20,8 +20,35 @@ class ColourRule {
   explicit ColourRule(const std::string& text);
   double Evaluate(const double rgb[3], double x_px, double y_px) const;
 
-  enum class Op { kNumber, kR, kG, kB, kH, kS, kV, kL, kX, kY, kAdd, kSubtract, kMultiply, kDivide, kNegate, kLess, kLessEqual, kGreater,
-                  kGreaterEqual, kEqual, kNotEqual, kAnd, kOr, kNot, kMin, kMax, kAbs };
+  enum class Op {
+    kNumber,
+    kR,
+    kG,
+    kB,
+    kH,
+    kS,
+    kV,
+    kL,
+    kX,
+    kY,
+    kAdd,
+    kSubtract,
+    kMultiply,
+    kDivide,
+    kNegate,
+    kLess,
+    kLessEqual,
+    kGreater,
+    kGreaterEqual,
+    kEqual,
+    kNotEqual,
+    kAnd,
+    kOr,
+    kNot,
+    kMin,
+    kMax,
+    kAbs
+  };
   struct Step {
     Op op;
     double number = 0;

@@ -16,7 +16,9 @@ constexpr std::uint8_t kObject = 255;
 constexpr int kOpaque = 128;
 constexpr float kTinyRadiusPx = 2;
 
-cv::Mat AsMat(const Image8& image) { return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data.data())}; }
+cv::Mat AsMat(const Image8& image) {
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data.data())};
+}
 
 Image8 FromMat(const cv::Mat& mat) {
   Image8 image(mat.cols, mat.rows, 1);
@@ -71,7 +73,8 @@ int RemoveSmallParts(cv::Mat& object, int least, int connectivity, bool keep_at_
   std::vector<bool> remove(static_cast<std::size_t>(count), false);
   for (int n = 1; n < count; ++n) {
     const int x = stats.at<int>(n, cv::CC_STAT_LEFT), y = stats.at<int>(n, cv::CC_STAT_TOP);
-    const bool at_border = x == 0 || y == 0 || x + stats.at<int>(n, cv::CC_STAT_WIDTH) == object.cols || y + stats.at<int>(n, cv::CC_STAT_HEIGHT) == object.rows;
+    const bool at_border = x == 0 || y == 0 || x + stats.at<int>(n, cv::CC_STAT_WIDTH) == object.cols ||
+                           y + stats.at<int>(n, cv::CC_STAT_HEIGHT) == object.rows;
     remove[static_cast<std::size_t>(n)] = stats.at<int>(n, cv::CC_STAT_AREA) < least && !(keep_at_border && at_border);
   }
   for (int y = 0; y < object.rows; ++y) {
@@ -109,7 +112,8 @@ bool HasAlpha(const Image8& rgba) {
 }
 
 Image8 SilhouetteFromBackground(const Image8& photo, const Image8& background, double threshold) {
-  if (photo.width != background.width || photo.height != background.height || photo.channels < 3 || background.channels < 3) {
+  if (photo.width != background.width || photo.height != background.height || photo.channels < 3 ||
+      background.channels < 3) {
     throw std::invalid_argument("a background of another size");
   }
   return EachPixel(photo, [&](int x, int y) {
@@ -154,7 +158,8 @@ std::array<double, 3> BorderColour(const Image8& photo) {
 std::string Validate(const CleanOptions& o) {
   if (!(o.close_px >= 0) || !(o.close_px <= 100)) return "the gap to close must be between 0 and 100 pixels";
   if (!(o.grow_px >= -100) || !(o.grow_px <= 100)) return "the growth must be between -100 and 100 pixels";
-  if (!(o.min_radius_px >= 0) || !(o.min_radius_px <= 100)) return "the least radius of a part must be between 0 and 100 pixels";
+  if (!(o.min_radius_px >= 0) || !(o.min_radius_px <= 100))
+    return "the least radius of a part must be between 0 and 100 pixels";
   if (o.min_part_px < 0 || o.min_hole_px < 0) return "sizes of parts and holes are not negative";
   return {};
 }
@@ -182,7 +187,8 @@ Image8 Clean(const Image8& silhouette, const CleanOptions& options) {
 
 SilhouetteInfo Describe(const Image8& silhouette) {
   SilhouetteInfo info;
-  info.pixels = static_cast<std::size_t>(std::count_if(silhouette.data.begin(), silhouette.data.end(), [](std::uint8_t m) { return m >= 128; }));
+  info.pixels = static_cast<std::size_t>(
+      std::count_if(silhouette.data.begin(), silhouette.data.end(), [](std::uint8_t m) { return m >= 128; }));
   if (info.pixels == 0) {
     info.kind = SilhouetteKind::kEmpty;
     return info;
@@ -192,8 +198,10 @@ SilhouetteInfo Describe(const Image8& silhouette) {
   cv::Mat background;
   cv::copyMakeBorder(255 - object, background, 1, 1, 1, 1, cv::BORDER_CONSTANT, 255);
   info.holes = cv::connectedComponents(background, labels, 4, CV_32S) - 2;
-  for (int x = 0; x < silhouette.width; ++x) info.touches_border |= object.at<std::uint8_t>(0, x) != 0 || object.at<std::uint8_t>(object.rows - 1, x) != 0;
-  for (int y = 0; y < silhouette.height; ++y) info.touches_border |= object.at<std::uint8_t>(y, 0) != 0 || object.at<std::uint8_t>(y, object.cols - 1) != 0;
+  for (int x = 0; x < silhouette.width; ++x)
+    info.touches_border |= object.at<std::uint8_t>(0, x) != 0 || object.at<std::uint8_t>(object.rows - 1, x) != 0;
+  for (int y = 0; y < silhouette.height; ++y)
+    info.touches_border |= object.at<std::uint8_t>(y, 0) != 0 || object.at<std::uint8_t>(y, object.cols - 1) != 0;
   if (info.pixels == silhouette.data.size()) {
     info.kind = SilhouetteKind::kFull;
     return info;

@@ -1,5 +1,5 @@
-// Silhouettes: which pixels of a photo show the object (255) and which do not (0). From what the user has: masks, alpha, a known
-// background, a rule on colours (colour_rule.h), a box around the object (grab_cut.h).
+// Silhouettes: which pixels of a photo show the object (255) and which do not (0). From what the user has: masks,
+// alpha, a known background, a rule on colours (colour_rule.h), a box around the object (grab_cut.h).
 #pragma once
 
 #include <array>
@@ -16,20 +16,20 @@ Image8 SilhouetteFromMask(const Image8& mask);
 Image8 SilhouetteFromAlpha(const Image8& rgba);
 // Does any pixel of it let something through?
 bool HasAlpha(const Image8& rgba);
-// Object where a pixel's colour is farther than `threshold` (Euclidean, 0..441) from the background's: a photo of the same size, or
-// one colour. The border's own median colour stands for an unknown background of one colour.
+// Object where a pixel's colour is farther than `threshold` (Euclidean, 0..441) from the background's: a photo of the
+// same size, or one colour. The border's own median colour stands for an unknown background of one colour.
 Image8 SilhouetteFromBackground(const Image8& photo, const Image8& background, double threshold);
 Image8 SilhouetteFromBackground(const Image8& photo, const std::array<double, 3>& rgb, double threshold);
 std::array<double, 3> BorderColour(const Image8& photo);
 
 // Removes what is no shape: after a rule has judged each pixel by itself.
 struct CleanOptions {
-  double close_px = 0;   // gaps up to about twice this wide are bridged, 0..100: dilated by it, then eroded
-  double grow_px = 0;    // widened by this, or narrowed where negative, -100..100
-  int min_part_px = 0;   // parts with fewer pixels are removed
-  double min_radius_px = 0;  // parts that hold no circle of this radius are removed (specks, seams along the image's sides), 0..100;
-                             // of nothing but such the one that holds the largest stays
-  int min_hole_px = 0;   // holes with fewer pixels are filled
+  double close_px = 0;       // gaps up to about twice this wide are bridged, 0..100: dilated by it, then eroded
+  double grow_px = 0;        // widened by this, or narrowed where negative, -100..100
+  int min_part_px = 0;       // parts with fewer pixels are removed
+  double min_radius_px = 0;  // parts that hold no circle of this radius are removed (specks, seams along the image's
+                             // sides), 0..100; of nothing but such the one that holds the largest stays
+  int min_hole_px = 0;  // holes with fewer pixels are filled
 };
 std::string Validate(const CleanOptions& options);  // empty, or what is wrong
 Image8 Clean(const Image8& silhouette, const CleanOptions& options);
@@ -43,8 +43,8 @@ enum class SilhouetteKind {
 struct SilhouetteInfo {
   SilhouetteKind kind = SilhouetteKind::kNormal;
   std::size_t pixels = 0;
-  int parts = 0;              // connected over corners too
-  int holes = 0;              // connected over sides
+  int parts = 0;  // connected over corners too
+  int holes = 0;  // connected over sides
   bool touches_border = false;
 };
 SilhouetteInfo Describe(const Image8& silhouette);

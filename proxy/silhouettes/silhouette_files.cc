@@ -18,14 +18,15 @@ namespace {
 
 void RequireSize(const Image8& image, const Eigen::Vector2i& size_px, const fs::path& file, const char* what) {
   if (image.width == size_px.x() && image.height == size_px.y()) return;
-  throw InputError(file, fmt::format("is {}x{} pixels, the photo {}x{}", image.width, image.height, size_px.x(), size_px.y()),
+  throw InputError(file,
+                   fmt::format("is {}x{} pixels, the photo {}x{}", image.width, image.height, size_px.x(), size_px.y()),
                    fmt::format("{} has to have its photo's size", what));
 }
 
 }  // namespace
 
-std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& folder, const CleanOptions& clean, std::vector<std::string>* without,
-                                            ProgressSink& progress) {
+std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& folder, const CleanOptions& clean,
+                                            std::vector<std::string>* without, ProgressSink& progress) {
   if (const std::string wrong = Validate(clean); !wrong.empty()) throw UsageError(wrong);
   std::vector<SilhouetteView> views;
   std::vector<fs::path> files;
@@ -40,7 +41,8 @@ std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& 
     views.back().mask = Image8(SizePx(scene, view).x(), SizePx(scene, view).y(), 1);
   }
   if (views.empty()) {
-    throw DataError("there are no silhouettes in " + folder.string(), "make them: lumi-proxy silhouettes SCENE --rule ..., or give --silhouettes DIR");
+    throw DataError("there are no silhouettes in " + folder.string(),
+                    "make them: lumi-proxy silhouettes SCENE --rule ..., or give --silhouettes DIR");
   }
   Progress steps(progress, "reading silhouettes", static_cast<long>(views.size()));
   ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -56,14 +58,17 @@ std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& 
 }
 
 std::string Validate(const SilhouetteSource& s) {
-  const int given = (s.rule.empty() ? 0 : 1) + (s.background.empty() ? 0 : 1) + (s.colour ? 1 : 0) + (s.border_colour ? 1 : 0) + (s.alpha ? 1 : 0) +
-                    (s.masks.empty() ? 0 : 1) + (s.box_px ? 1 : 0);
-  if (given != 1) return "silhouettes come from one of --rule, --background, --background-colour, --background-border, --alpha, --masks, --box";
+  const int given = (s.rule.empty() ? 0 : 1) + (s.background.empty() ? 0 : 1) + (s.colour ? 1 : 0) +
+                    (s.border_colour ? 1 : 0) + (s.alpha ? 1 : 0) + (s.masks.empty() ? 0 : 1) + (s.box_px ? 1 : 0);
+  if (given != 1)
+    return "silhouettes come from one of --rule, --background, --background-colour, --background-border, --alpha, "
+           "--masks, --box";
   if (!(s.threshold >= 0) || !(s.threshold <= 442)) return "the threshold must be between 0 and 442";
   return {};
 }
 
-std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const SilhouetteSource& source, const CleanOptions& clean, const fs::path& folder,
+std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const SilhouetteSource& source,
+                                             const CleanOptions& clean, const fs::path& folder,
                                              ProgressSink& progress) {
   for (const std::string& wrong : {Validate(source), Validate(clean)}) {
     if (!wrong.empty()) throw UsageError(wrong);
@@ -86,13 +91,17 @@ std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const Silhouett
     const Image8 photo = ReadImage8(path, source.alpha ? 4 : 3);
     RequireSize(photo, size_px, path, "the camera");
     if (source.alpha) {
-      if (!HasAlpha(photo)) throw DataError(path.string() + " has no transparent pixel", "--rule or --box finds silhouettes in opaque photos");
+      if (!HasAlpha(photo))
+        throw DataError(path.string() + " has no transparent pixel",
+                        "--rule or --box finds silhouettes in opaque photos");
       return SilhouetteFromAlpha(photo);
     }
     if (rule) return SilhouetteFromRule(photo, *rule);
     if (source.box_px) return SilhouetteFromBox(photo, *source.box_px);
     if (source.border_colour) return SilhouetteFromBackground(photo, BorderColour(photo), source.threshold);
-    if (source.colour) return SilhouetteFromBackground(photo, std::array<double, 3>{source.colour->x(), source.colour->y(), source.colour->z()}, source.threshold);
+    if (source.colour)
+      return SilhouetteFromBackground(
+          photo, std::array<double, 3>{source.colour->x(), source.colour->y(), source.colour->z()}, source.threshold);
     const fs::path file = one_background ? source.background : source.background / view.name;
     const Image8 other = one_background ? Image8() : ReadImage8(file, 3);
     const Image8& behind = one_background ? background : other;
@@ -111,10 +120,13 @@ std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const Silhouett
     }
   };
   // GrabCut draws from one sequence of random numbers.
-  if (source.box_px) work(0, scene.views.size());
-  else ParallelFor(scene.views.size(), 1, work);
+  if (source.box_px)
+    work(0, scene.views.size());
+  else
+    ParallelFor(scene.views.size(), 1, work);
   bool any = false;
-  for (const FoundSilhouette& f : found) any = any || (f.info.kind != SilhouetteKind::kEmpty && f.info.kind != SilhouetteKind::kFull);
+  for (const FoundSilhouette& f : found)
+    any = any || (f.info.kind != SilhouetteKind::kEmpty && f.info.kind != SilhouetteKind::kFull);
   if (!any) throw DataError("every silhouette is empty or fills its photo", "look at the rule or the background");
   for (std::size_t v = 0; v < pictures.size(); ++v) WriteImage(folder / (found[v].name + ".png"), pictures[v]);
   return found;

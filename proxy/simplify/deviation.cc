@@ -14,7 +14,9 @@ namespace {
 // Evenly over the area: every so many square units a point, at low-discrepancy places of the face that it falls on.
 std::vector<Eigen::Vector3d> PointsOn(const Mesh& mesh, std::size_t samples) {
   std::vector<double> area(mesh.faces.size() + 1, 0);
-  const auto corner = [&](std::size_t f, std::size_t k) -> const Eigen::Vector3d& { return mesh.vertices[static_cast<std::size_t>(mesh.faces[f][k])]; };
+  const auto corner = [&](std::size_t f, std::size_t k) -> const Eigen::Vector3d& {
+    return mesh.vertices[static_cast<std::size_t>(mesh.faces[f][k])];
+  };
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     area[f + 1] = area[f] + (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0)).norm();
   std::vector<Eigen::Vector3d> points;
@@ -23,7 +25,8 @@ std::vector<Eigen::Vector3d> PointsOn(const Mesh& mesh, std::size_t samples) {
     const double at = (static_cast<double>(i) + 0.5) / static_cast<double>(samples) * area.back();
     while (f + 1 < mesh.faces.size() && area[f + 1] < at) ++f;
     // The R2 sequence.
-    double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1), v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1);
+    double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1),
+           v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1);
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;

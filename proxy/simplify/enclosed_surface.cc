@@ -11,15 +11,18 @@ using Eigen::Vector3d;
 
 constexpr double kCellsPerFace = 1.0;  // of the grid, for faces as many as there are
 
-// Is x within the tetrahedron a b c d, of whatever orientation? Its border counts: what lies on the outer surface is passed by any move
-// inwards.
+// Is x within the tetrahedron a b c d, of whatever orientation? Its border counts: what lies on the outer surface is
+// passed by any move inwards.
 bool IsWithin(const Vector3d& x, const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
-  const auto side = [](const Vector3d& u, const Vector3d& v, const Vector3d& w, const Vector3d& y) { return (v - u).cross(w - u).dot(y - u); };
+  const auto side = [](const Vector3d& u, const Vector3d& v, const Vector3d& w, const Vector3d& y) {
+    return (v - u).cross(w - u).dot(y - u);
+  };
   const double whole = side(a, b, c, d);
   if (whole == 0) return false;
   const double sign = whole > 0 ? 1 : -1;
   const double least = -1e-9 * std::abs(whole);
-  return sign * side(a, b, c, x) >= least && sign * side(a, d, b, x) >= least && sign * side(b, d, c, x) >= least && sign * side(a, c, d, x) >= least;
+  return sign * side(a, b, c, x) >= least && sign * side(a, d, b, x) >= least && sign * side(b, d, c, x) >= least &&
+         sign * side(a, c, d, x) >= least;
 }
 
 }  // namespace
@@ -38,7 +41,8 @@ EnclosedSurface::EnclosedSurface(std::vector<Vector3d> vertices, std::vector<std
   }
   // A surface fills about as many cells of a grid as there are in two of its sides.
   cell_ = std::max(1e-9, (high - low_).maxCoeff() / std::sqrt(kCellsPerFace * static_cast<double>(faces_.size()) / 4));
-  for (int a = 0; a < 3; ++a) cells_[static_cast<std::size_t>(a)] = static_cast<std::size_t>((high[a] - low_[a]) / cell_) + 1;
+  for (int a = 0; a < 3; ++a)
+    cells_[static_cast<std::size_t>(a)] = static_cast<std::size_t>((high[a] - low_[a]) / cell_) + 1;
   first_.assign(cells_[0] * cells_[1] * cells_[2] + 1, 0);
   for (const bool count : {true, false}) {
     for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -47,13 +51,16 @@ EnclosedSurface::EnclosedSurface(std::vector<Vector3d> vertices, std::vector<std
         from = from.cwiseMin(vertices_[static_cast<std::size_t>(v)]);
         to = to.cwiseMax(vertices_[static_cast<std::size_t>(v)]);
       }
-      for (int a = 0; a < 3; ++a) first_cell_[f][static_cast<std::size_t>(a)] = static_cast<std::uint16_t>(CellOf(from[a], a));
+      for (int a = 0; a < 3; ++a)
+        first_cell_[f][static_cast<std::size_t>(a)] = static_cast<std::uint16_t>(CellOf(from[a], a));
       for (std::size_t z = CellOf(from.z(), 2); z <= CellOf(to.z(), 2); ++z)
         for (std::size_t y = CellOf(from.y(), 1); y <= CellOf(to.y(), 1); ++y)
           for (std::size_t x = CellOf(from.x(), 0); x <= CellOf(to.x(), 0); ++x) {
             std::uint32_t& at = first_[(z * cells_[1] + y) * cells_[0] + x];
-            if (count) ++at;
-            else face_of_cell_[--at] = static_cast<std::uint32_t>(f);
+            if (count)
+              ++at;
+            else
+              face_of_cell_[--at] = static_cast<std::uint32_t>(f);
           }
     }
     if (!count) break;
@@ -64,7 +71,8 @@ EnclosedSurface::EnclosedSurface(std::vector<Vector3d> vertices, std::vector<std
 
 std::size_t EnclosedSurface::CellOf(double x, int axis) const {
   const double cell = std::floor((x - low_[axis]) / cell_);
-  return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(cells_[static_cast<std::size_t>(axis)] - 1)));
+  return static_cast<std::size_t>(
+      std::clamp(cell, 0.0, static_cast<double>(cells_[static_cast<std::size_t>(axis)] - 1)));
 }
 
 std::vector<Vector3d> EnclosedSurface::PointsWithin(std::size_t count, double depth) const {
@@ -103,7 +111,8 @@ void EnclosedSurface::FindObstacles(const Vector3d& from, const Vector3d& to, co
         for (std::uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
           const std::uint32_t f = face_of_cell_[i];
           // Each face once: in the first cell that both boxes share.
-          if (x != std::max<std::size_t>(from_cell[0], first_cell_[f][0]) || y != std::max<std::size_t>(from_cell[1], first_cell_[f][1]) ||
+          if (x != std::max<std::size_t>(from_cell[0], first_cell_[f][0]) ||
+              y != std::max<std::size_t>(from_cell[1], first_cell_[f][1]) ||
               z != std::max<std::size_t>(from_cell[2], first_cell_[f][2]))
             continue;
           std::array<Vector3d, 3> t;
@@ -114,22 +123,28 @@ void EnclosedSurface::FindObstacles(const Vector3d& from, const Vector3d& to, co
           }
           if (std::max({height[0], height[1], height[2]}) <= kTolerance) continue;
           bool passed = false;
-          for (std::size_t k = 0; k < 3 && !passed; ++k) passed = height[k] > kTolerance && IsWithin(t[k], before, to, p, q);
+          for (std::size_t k = 0; k < 3 && !passed; ++k)
+            passed = height[k] > kTolerance && IsWithin(t[k], before, to, p, q);
           if (!passed && std::min({height[0], height[1], height[2]}) < 0) {
             // Where it crosses the new face's plane: a segment, of which a part may be in the face.
             std::array<Vector3d, 2> ends = {Vector3d::Zero(), Vector3d::Zero()};
             std::size_t found = 0;
             for (std::size_t k = 0; k < 3 && found < 2; ++k) {
               const std::size_t l = (k + 1) % 3;
-              if ((height[k] < 0) != (height[l] < 0)) ends[found++] = t[k] + height[k] / (height[k] - height[l]) * (t[l] - t[k]);
+              if ((height[k] < 0) != (height[l] < 0))
+                ends[found++] = t[k] + height[k] / (height[k] - height[l]) * (t[l] - t[k]);
             }
             double begin = 0, end = 1;
             for (std::size_t k = 0; k < 3 && found == 2; ++k) {
               // A face that touches the other surface along its own border does not cut through it.
-              const double a = inwards[k].dot(ends[0] - corners[k]) - kTolerance, b = inwards[k].dot(ends[1] - corners[k]) - kTolerance;
-              if (a < 0 && b < 0) end = -1;
-              else if (a < 0) begin = std::max(begin, a / (a - b));
-              else if (b < 0) end = std::min(end, a / (a - b));
+              const double a = inwards[k].dot(ends[0] - corners[k]) - kTolerance,
+                           b = inwards[k].dot(ends[1] - corners[k]) - kTolerance;
+              if (a < 0 && b < 0)
+                end = -1;
+              else if (a < 0)
+                begin = std::max(begin, a / (a - b));
+              else if (b < 0)
+                end = std::min(end, a / (a - b));
             }
             passed = found == 2 && begin <= end;
           }

@@ -11,7 +11,8 @@
 namespace lumi {
 namespace {
 
-// Sines of angles below this are parallel: the point where such planes meet would have lost the digits of the tolerance.
+// Sines of angles below this are parallel: the point where such planes meet would have lost the digits of the
+// tolerance.
 constexpr double kParallel = 1e-7;
 
 struct HalfPlane {
@@ -20,7 +21,8 @@ struct HalfPlane {
 };
 
 // The allowed point of the line base + s * along nearest to s = 0.
-std::optional<double> OnLine(const Eigen::Vector2d& base, const Eigen::Vector2d& along, std::span<const HalfPlane> constraints) {
+std::optional<double> OnLine(const Eigen::Vector2d& base, const Eigen::Vector2d& along,
+                             std::span<const HalfPlane> constraints) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const HalfPlane& h : constraints) {
     const double slope = h.normal.dot(along), missing = h.offset - h.normal.dot(base);
@@ -85,7 +87,8 @@ std::optional<Eigen::Vector3d> NearestAllowed(const Eigen::Vector3d& goal, std::
       const Eigen::Vector2d across(other.normal.dot(u), other.normal.dot(v));
       const double length = across.norm(), missing = other.offset - other.normal.dot(origin);
       if (length < kParallel) {
-        // Of two planes that face each other one is beyond the other's reach; of two that look the same way the farther counts.
+        // Of two planes that face each other one is beyond the other's reach; of two that look the same way the farther
+        // counts.
         if (missing > kHalfSpaceTolerance) return std::nullopt;
         continue;
       }
@@ -95,7 +98,8 @@ std::optional<Eigen::Vector3d> NearestAllowed(const Eigen::Vector3d& goal, std::
     if (!y) return std::nullopt;
     best = origin + y->x() * u + y->y() * v;
   }
-  // Planes that are parallel to seven digits were taken for parallel: far from where they were compared they may not be.
+  // Planes that are parallel to seven digits were taken for parallel: far from where they were compared they may not
+  // be.
   for (std::size_t i = 0; i < count; ++i)
     if (order[i].normal.dot(best) < order[i].offset - 4 * kHalfSpaceTolerance) return std::nullopt;
   return best;

@@ -23,7 +23,9 @@ struct Side {
   std::int32_t low, high;
   std::int32_t face;
   bool ascending;
-  bool operator<(const Side& o) const { return low != o.low ? low < o.low : high != o.high ? high < o.high : face < o.face; }
+  bool operator<(const Side& o) const {
+    return low != o.low ? low < o.low : high != o.high ? high < o.high : face < o.face;
+  }
   bool Meets(const Side& o) const { return low == o.low && high == o.high; }
 };
 
@@ -101,8 +103,8 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
   std::vector<Triangle> faces = WithoutRepeats(mesh.faces);
   SideCount count = CountSides(faces);
   if (count.borders > 0) {
-    // Vertices at one place: of triangles that were written one by one, or of parts that only touch. Merged where that closes gaps
-    // and leaves a manifold.
+    // Vertices at one place: of triangles that were written one by one, or of parts that only touch. Merged where that
+    // closes gaps and leaves a manifold.
     std::vector<std::int32_t> order(mesh.vertices.size()), first(mesh.vertices.size());
     std::iota(order.begin(), order.end(), 0);
     const auto less = [&](std::int32_t i, std::int32_t j) {
@@ -120,7 +122,8 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
       for (std::int32_t& v : f) v = first[At(v)];
     merged = WithoutRepeats(merged);
     const SideCount after = CountSides(merged);
-    if (r.merged_vertices > 0 && after.borders < count.borders && after.crowded + after.turned <= count.crowded + count.turned) {
+    if (r.merged_vertices > 0 && after.borders < count.borders &&
+        after.crowded + after.turned <= count.crowded + count.turned) {
       faces = std::move(merged);
       count = after;
     } else {
@@ -130,8 +133,11 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
   r.dropped_faces = mesh.faces.size() - faces.size();
   if (faces.empty()) throw DataError("the mesh has no face of three different corners");
   if (!count.IsManifold())
-    throw DataError(fmt::format("the mesh is no surface: {} edges have more than two faces, {} have faces that disagree about the front", count.crowded, count.turned),
-                    "lumi-proxy import mends what can be mended");
+    throw DataError(
+        fmt::format(
+            "the mesh is no surface: {} edges have more than two faces, {} have faces that disagree about the front",
+            count.crowded, count.turned),
+        "lumi-proxy import mends what can be mended");
 
   // Corners of faces that share a side at a vertex are one fan; each fan gets a vertex of its own.
   Sets fans(3 * faces.size());
@@ -199,7 +205,8 @@ MeshParts CountParts(const Mesh& mesh) {
     const auto handles = static_cast<std::size_t>(std::max(0L, (2 - euler) / 2));
     counted.handles += handles;
     // Heawood: so few vertices that every two of them share an edge.
-    const auto least_vertices = static_cast<std::size_t>(std::ceil((7 + std::sqrt(1 + 48.0 * static_cast<double>(handles))) / 2 - 1e-9));
+    const auto least_vertices =
+        static_cast<std::size_t>(std::ceil((7 + std::sqrt(1 + 48.0 * static_cast<double>(handles))) / 2 - 1e-9));
     counted.least_faces += 2 * (least_vertices + 2 * handles - 2);
   }
   return counted;

@@ -30,18 +30,19 @@ using Eigen::Vector3d;
 using VertexIndex = std::int32_t;
 using FaceIndex = std::int32_t;
 
-// Goals along the direction of least volume, in lengths of the edge's surroundings. The first is the linear program as it is; where its
-// place turns a face over, one nearer to the edge often does not, at the price of some volume.
+// Goals along the direction of least volume, in lengths of the edge's surroundings. The first is the linear program as
+// it is; where its place turns a face over, one nearer to the edge often does not, at the price of some volume.
 constexpr std::array<double, 3> kReaches = {1000, 4, 0};
-// Above, places are sought anew when an edge's turn comes; below, as soon as something near it changes, which costs six times as
-// much and finds the cheapest edge always.
+// Above, places are sought anew when an edge's turn comes; below, as soon as something near it changes, which costs six
+// times as much and finds the cheapest edge always.
 constexpr std::size_t kEagerFaces = 30000;
 constexpr std::size_t kMostNeighbours = 48;
-// Flat patches add no volume: there the shorter edge goes first. As a volume, it stands back behind slopes of a thousandth.
+// Flat patches add no volume: there the shorter edge goes first. As a volume, it stands back behind slopes of a
+// thousandth.
 constexpr double kLengthWeight = 1e-3;
 
-// Vertices are drawn inwards against the hull that had this many faces (or against the input): it is nearly as tight as the input, and a
-// tenth as large to ask.
+// Vertices are drawn inwards against the hull that had this many faces (or against the input): it is nearly as tight as
+// the input, and a tenth as large to ask.
 constexpr std::size_t kReferenceFaces = 30000;
 // ... whenever a tenth of the faces has gone since.
 constexpr double kTightenEvery = 0.9;
@@ -50,7 +51,8 @@ constexpr int kTightenSweeps = 2;
 constexpr double kInwardReach = 1;
 constexpr double kKeptHeight = 0.3;
 constexpr int kInwardRounds = 6;
-// Below this many faces what counts is that surface alone, not the planes of the faces that go (see PlaceAroundEnclosed).
+// Below this many faces what counts is that surface alone, not the planes of the faces that go (see
+// PlaceAroundEnclosed).
 constexpr std::size_t kAroundEnclosedFaces = 6000;
 // Places above an edge's middle where its ends may become one, in lengths of the edges around.
 constexpr std::array<double, 5> kStartHeights = {0, 0.1, 0.25, 0.5, 1};
@@ -58,7 +60,7 @@ constexpr double kFarthestStart = 3;
 constexpr std::size_t kCheckedPoints = 500, kCheckedFaces = 3000;
 constexpr double kFarthestCheck = 4;  // of the radius of what is enclosed: a tetrahedron around a ball has corners at 3
 constexpr double kCheckDepth = 1e-5;  // of the body's size
-constexpr double kFarthest = 12;  // a mesh within four sizes of the origin is not moved there
+constexpr double kFarthest = 12;      // a mesh within four sizes of the origin is not moved there
 // Less than this share of an edge's length is not worth a move.
 constexpr double kLeastGain = 1e-3;
 
@@ -122,7 +124,8 @@ class HullCollapser {
       for (std::size_t f = 0; f < faces_.size(); ++f) {
         if (!alive_[f] || area2_[f] > 0) continue;
         std::array<std::size_t, 3> sides = {0, 1, 2};
-        std::sort(sides.begin(), sides.end(), [&](std::size_t i, std::size_t j) { return SideLength(f, i) < SideLength(f, j); });
+        std::sort(sides.begin(), sides.end(),
+                  [&](std::size_t i, std::size_t j) { return SideLength(f, i) < SideLength(f, j); });
         for (const std::size_t side : sides) {
           const VertexIndex a = faces_[f][side], b = faces_[f][(side + 1) % 3];
           const auto place = Place(a, b);
@@ -157,8 +160,8 @@ class HullCollapser {
   }
   bool keeps_enclosed() const { return enclosed_.has_value(); }
 
-  // Each collapse keeps outside the surface just before, which has grown by all those earlier: much of that room is not needed.
-  // Vertices go where the volume is least while what was there before all of it stays inside.
+  // Each collapse keeps outside the surface just before, which has grown by all those earlier: much of that room is not
+  // needed. Vertices go where the volume is least while what was there before all of it stays inside.
   void Tighten(int sweeps) {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       CheckInterrupted();
@@ -170,8 +173,8 @@ class HullCollapser {
     Rebuild();
   }
 
-  // Whether what was to stay enclosed still is: points of it, a little within, around which the surface must wind. What holds vertices
-  // back goes by tolerances; this does not, and costs little.
+  // Whether what was to stay enclosed still is: points of it, a little within, around which the surface must wind. What
+  // holds vertices back goes by tolerances; this does not, and costs little.
   bool StillEncloses() const {
     if (!enclosed_) return true;
     // A surface folded over itself winds backwards around what lies in the fold: less volume, or vertices far off.
@@ -192,7 +195,8 @@ class HullCollapser {
         for (std::size_t f = 0; f < faces_.size(); ++f) {
           if (!alive_[f]) continue;
           // The solid angle of a face (Van Oosterom and Strackee 1983).
-          const Vector3d a = At(faces_[f][0]) - points[i], b = At(faces_[f][1]) - points[i], c = At(faces_[f][2]) - points[i];
+          const Vector3d a = At(faces_[f][0]) - points[i], b = At(faces_[f][1]) - points[i],
+                         c = At(faces_[f][2]) - points[i];
           const double la = a.norm(), lb = b.norm(), lc = c.norm();
           angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
         }
@@ -229,7 +233,9 @@ class HullCollapser {
 
   static std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
   const Vector3d& At(VertexIndex v) const { return x_[Index(v)]; }
-  double SideLength(std::size_t f, std::size_t side) const { return (At(faces_[f][side]) - At(faces_[f][(side + 1) % 3])).squaredNorm(); }
+  double SideLength(std::size_t f, std::size_t side) const {
+    return (At(faces_[f][side]) - At(faces_[f][(side + 1) % 3])).squaredNorm();
+  }
   bool Has(FaceIndex f, VertexIndex v) const {
     const auto& t = faces_[Index(f)];
     return t[0] == v || t[1] == v || t[2] == v;
@@ -252,8 +258,8 @@ class HullCollapser {
     }
   }
 
-  // Would the surface still be a manifold of the same genus? The two ends must have the edge's two wings in common and nothing
-  // else, and no vertex may be left with fewer than three faces.
+  // Would the surface still be a manifold of the same genus? The two ends must have the edge's two wings in common and
+  // nothing else, and no vertex may be left with fewer than three faces.
   bool Linked(VertexIndex a, VertexIndex b) const {
     int common = 0;
     bool thin = false;
@@ -324,7 +330,8 @@ class HullCollapser {
         const TriangleShape after = ShapeOf(corners[0], corners[1], corners[2]);
         worst_after = std::min(worst_after, after.quality);
         if (area2_[Index(f)] > 0 && after.quality < kDegenerateQuality) return false;
-        if (area2_[Index(f)] > 0 && after.area_vector.dot(normal_[Index(f)]) < kLeastTurnCosine * after.area2) return false;
+        if (area2_[Index(f)] > 0 && after.area_vector.dot(normal_[Index(f)]) < kLeastTurnCosine * after.area2)
+          return false;
       }
     }
     return worst_after >= std::min(kLeastQuality, worst_before);
@@ -335,11 +342,11 @@ class HullCollapser {
     Vector3d p, q, apex, normal;
   };
 
-  // From `start`, which encloses what is to stay enclosed: where the fan holds less, as far as its shape and the enclosed surface allow.
-  // Cutting planes: a place is tried, and what it would leave outside is held inside from then on. nullopt: nowhere, or only for a
-  // gain below `least_gain`, as a share of a move of `size`.
-  std::optional<Vector3d> DrawnInwards(const Vector3d& start, const std::vector<FanSide>& fan, double size, double worst_before,
-                                       double reach, double least_gain) const {
+  // From `start`, which encloses what is to stay enclosed: where the fan holds less, as far as its shape and the
+  // enclosed surface allow. Cutting planes: a place is tried, and what it would leave outside is held inside from then
+  // on. nullopt: nowhere, or only for a gain below `least_gain`, as a share of a move of `size`.
+  std::optional<Vector3d> DrawnInwards(const Vector3d& start, const std::vector<FanSide>& fan, double size,
+                                       double worst_before, double reach, double least_gain) const {
     Vector3d uphill = Vector3d::Zero();
     for (const FanSide& s : fan) uphill += (s.p - start).cross(s.q - start);
     const double steep = uphill.norm();
@@ -363,7 +370,8 @@ class HullCollapser {
       for (const FanSide& s : fan) {
         const TriangleShape after = ShapeOf(x, s.p, s.q);
         worst_after = std::min(worst_after, after.quality);
-        const bool turned = s.normal != Vector3d::Zero() && after.area_vector.dot(s.normal) < kLeastTurnCosine * after.area2;
+        const bool turned =
+            s.normal != Vector3d::Zero() && after.area_vector.dot(s.normal) < kLeastTurnCosine * after.area2;
         shaped = shaped && after.quality >= kDegenerateQuality && !turned;
       }
       shaped = shaped && worst_after >= std::min(kLeastQuality, worst_before);
@@ -422,9 +430,9 @@ class HullCollapser {
     }
   }
 
-  // As Place, but held by the enclosed surface alone and not by the planes of the faces that go: around saddles no point is outside of
-  // all of those, and elsewhere they keep room that nothing needs. The ends first become one somewhere where nothing is left
-  // outside, then that point is drawn inwards.
+  // As Place, but held by the enclosed surface alone and not by the planes of the faces that go: around saddles no
+  // point is outside of all of those, and elsewhere they keep room that nothing needs. The ends first become one
+  // somewhere where nothing is left outside, then that point is drawn inwards.
   std::optional<Placement> PlaceAroundEnclosed(VertexIndex a, VertexIndex b) const {
     if (!Linked(a, b)) return std::nullopt;
     std::vector<FanSide> fan;
@@ -451,7 +459,9 @@ class HullCollapser {
     const double steep = uphill.norm();
     if (!(size > 0) || !(steep > 1e-9 * size2)) return std::nullopt;
     const double length = (At(a) - At(b)).norm();
-    const auto cost = [&](const Vector3d& x) { return (uphill.dot(x - middle) - six_offset) / 6 + kLengthWeight * length * length * length; };
+    const auto cost = [&](const Vector3d& x) {
+      return (uphill.dot(x - middle) - six_offset) / 6 + kLengthWeight * length * length * length;
+    };
 
     std::vector<Vector3d> obstacles;
     const auto reaches = [&](const Vector3d& x) {
@@ -468,7 +478,8 @@ class HullCollapser {
       return true;
     };
     std::optional<Vector3d> start;
-    if (const auto outside = NearestAllowed(Vector3d::Zero(), {planes.data(), count}); outside && outside->norm() < kFarthestStart)
+    if (const auto outside = NearestAllowed(Vector3d::Zero(), {planes.data(), count});
+        outside && outside->norm() < kFarthestStart)
       start = middle + size * *outside;
     for (const double height : kStartHeights) {
       if (start) break;
@@ -493,7 +504,8 @@ class HullCollapser {
   std::optional<Placement> BestPlace(VertexIndex a, VertexIndex b) const {
     const auto outside = Place(a, b);
     // Where that adds nothing there is nothing to gain.
-    if (!around_enclosed_ || (outside && outside->cost <= kLengthWeight * 1.001 * std::pow((At(a) - At(b)).norm(), 3))) return outside;
+    if (!around_enclosed_ || (outside && outside->cost <= kLengthWeight * 1.001 * std::pow((At(a) - At(b)).norm(), 3)))
+      return outside;
     const auto around = PlaceAroundEnclosed(a, b);
     return around && (!outside || around->cost < outside->cost) ? around : outside;
   }
@@ -590,14 +602,14 @@ class HullCollapser {
   std::vector<Vector3d> normal_;                // of length 1; 0 for a face without area
   std::vector<double> area2_;                   // twice the area; 0 for a face without
   std::vector<bool> alive_;
-  std::vector<std::uint32_t> changed_;          // when a face around the vertex changed last, in collapses
+  std::vector<std::uint32_t> changed_;  // when a face around the vertex changed last, in collapses
   std::priority_queue<Candidate> queue_;
   std::size_t face_count_ = 0, programs_ = 0, changed_since_rebuild_ = 0;
   std::size_t rebuild_at_ = std::numeric_limits<std::size_t>::max();
   std::uint32_t time_ = 0;
   bool eager_ = false, around_enclosed_ = false;
   std::optional<EnclosedSurface> enclosed_;
-  Vector3d middle_ = Vector3d::Zero();  // of what is enclosed
+  Vector3d middle_ = Vector3d::Zero();    // of what is enclosed
   double enclosed_six_ = 0, radius_ = 0;  // six times its volume; the distance of its farthest vertex from there
   double evaluate_s_ = 0;
 };
@@ -607,8 +619,8 @@ class HullCollapser {
 namespace {
 
 // nullopt: something was left outside, as a check says that does not depend on how places are found.
-std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, bool tighten, ProgressSink& progress,
-                                                   ProgressiveHullSummary& s) {
+std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces,
+                                                   bool tighten, ProgressSink& progress, ProgressiveHullSummary& s) {
   const Stopwatch watch;
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -618,7 +630,8 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
   std::vector<KeptHull> hulls(faces.size());
   s.collapses = collapser.RemoveDegenerateFaces() / 2;
   const std::size_t least = faces.empty() ? 0 : faces[order.back()];
-  Progress steps(progress, "keeping the hull", static_cast<long>(collapser.face_count() > least ? (collapser.face_count() - least) / 2 : 0));
+  Progress steps(progress, "keeping the hull",
+                 static_cast<long>(collapser.face_count() > least ? (collapser.face_count() - least) / 2 : 0));
   bool stuck = false;
   double tighten_at = kTightenEvery * kReferenceFaces;
   for (const std::size_t i : order) {
@@ -651,11 +664,13 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
 std::vector<KeptHull> KeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress,
                                ProgressiveHullSummary* summary) {
   const Stopwatch watch;
-  if (!IsClosed(mesh)) throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
+  if (!IsClosed(mesh))
+    throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
   ProgressiveHullSummary s;
   s.volume_before = EnclosedVolume(mesh);
   if (!(s.volume_before > 0))
-    throw DataError("the mesh is inside out or encloses nothing: there is no hull to keep", "simplify it without --keep-hull, or turn its faces over");
+    throw DataError("the mesh is inside out or encloses nothing: there is no hull to keep",
+                    "simplify it without --keep-hull, or turn its faces over");
   auto hulls = TryToKeepHull(mesh, faces, true, progress, s);
   if (!hulls) {
     // By the planes of the faces alone, which cannot fail, and is not as tight.

@@ -31,7 +31,8 @@ Vector3d ToEigen(const OpenMesh::Vec3d& x) { return {x[0], x[1], x[2]}; }
 constexpr double kBorderWeight = 10;
 // Where all is flat the shorter edge goes first; slopes of a thousandth count more.
 constexpr double kLengthWeight = 1e-6;
-// Keeps a vertex where its planes do not say where it belongs, along a crease or amid a flat patch. Of the quadric's trace.
+// Keeps a vertex where its planes do not say where it belongs, along a crease or amid a flat patch. Of the quadric's
+// trace.
 constexpr double kStay = 1e-3;
 
 // Sum of squared distances from planes, weighted: x' A x + 2 b' x + c.
@@ -81,14 +82,18 @@ class QuadricModule : public OpenMesh::Decimater::ModBaseT<DecimationMesh> {
       const TriangleShape shape = ShapeOf(ToEigen(mesh().point(a)), ToEigen(mesh().point(b)), ToEigen(mesh().point(c)));
       if (shape.quality < kDegenerateQuality) continue;
       const Vector3d normal = shape.area_vector / shape.area2;
-      for (const auto v : {a, b, c}) mesh().property(quadrics_, v).AddPlane(normal, ToEigen(mesh().point(a)), shape.area2 / 6);
+      for (const auto v : {a, b, c})
+        mesh().property(quadrics_, v).AddPlane(normal, ToEigen(mesh().point(a)), shape.area2 / 6);
       for (const auto h : mesh().fh_range(f)) {
         if (!mesh().is_boundary(mesh().opposite_halfedge_handle(h))) continue;
         const auto from = mesh().from_vertex_handle(h), to = mesh().to_vertex_handle(h);
         const Vector3d along = ToEigen(mesh().point(to)) - ToEigen(mesh().point(from));
         const double length = along.norm();
         if (!(length > 0)) continue;
-        for (const auto v : {from, to}) mesh().property(quadrics_, v).AddPlane(along.cross(normal) / length, ToEigen(mesh().point(from)), kBorderWeight * length * length);
+        for (const auto v : {from, to})
+          mesh()
+              .property(quadrics_, v)
+              .AddPlane(along.cross(normal) / length, ToEigen(mesh().point(from)), kBorderWeight * length * length);
       }
     }
   }
@@ -164,7 +169,8 @@ void Refit(Mesh& mesh, const std::vector<Quadric>& quadrics) {
         const TriangleShape after = ShapeOf(corners[0], corners[1], corners[2]);
         worst_before = std::min(worst_before, before.quality);
         worst_after = std::min(worst_after, after.quality);
-        sound = after.quality >= kDegenerateQuality && before.area_vector.dot(after.area_vector) >= kLeastTurnCosine * before.area2 * after.area2;
+        sound = after.quality >= kDegenerateQuality &&
+                before.area_vector.dot(after.area_vector) >= kLeastTurnCosine * before.area2 * after.area2;
       }
       if (!sound || worst_after < std::min(kLeastQuality, worst_before)) continue;
       mesh.vertices[v] = moved;
@@ -181,14 +187,18 @@ void RemoveDegenerateFaces(DecimationMesh& mesh, SoundDecimater& decimater, Quad
       if (mesh.status(f).deleted()) continue;
       auto fv = mesh.cfv_iter(f);
       const auto a = *fv++, b = *fv++, c = *fv;
-      if (ShapeOf(ToEigen(mesh.point(a)), ToEigen(mesh.point(b)), ToEigen(mesh.point(c))).quality >= kDegenerateQuality) continue;
+      if (ShapeOf(ToEigen(mesh.point(a)), ToEigen(mesh.point(b)), ToEigen(mesh.point(c))).quality >= kDegenerateQuality)
+        continue;
       DecimationMesh::HalfedgeHandle best;
       double shortest = 0;
       for (const auto h : mesh.fh_range(f)) {
-        for (const DecimationMesh::HalfedgeHandle side : {DecimationMesh::HalfedgeHandle(h), DecimationMesh::HalfedgeHandle(mesh.opposite_halfedge_handle(h))}) {
+        for (const DecimationMesh::HalfedgeHandle side :
+             {DecimationMesh::HalfedgeHandle(h), DecimationMesh::HalfedgeHandle(mesh.opposite_halfedge_handle(h))}) {
           OpenMesh::Decimater::CollapseInfoT<DecimationMesh> info(mesh, side);
           const double length = (info.p0 - info.p1).norm();
-          if ((best.is_valid() && length >= shortest) || !decimater.is_collapse_legal(info) || module.collapse_priority(info) < 0) continue;
+          if ((best.is_valid() && length >= shortest) || !decimater.is_collapse_legal(info) ||
+              module.collapse_priority(info) < 0)
+            continue;
           best = side;
           shortest = length;
         }
@@ -215,7 +225,8 @@ std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::si
     mesh.add_vertex({x.x(), x.y(), x.z()});
   }
   for (const auto& f : input.faces)
-    if (!mesh.add_face(OpenMesh::VertexHandle(f[0]), OpenMesh::VertexHandle(f[1]), OpenMesh::VertexHandle(f[2])).is_valid())
+    if (!mesh.add_face(OpenMesh::VertexHandle(f[0]), OpenMesh::VertexHandle(f[1]), OpenMesh::VertexHandle(f[2]))
+             .is_valid())
       throw std::invalid_argument("Decimate: the mesh is no oriented 2-manifold");
 
   SoundDecimater decimater(mesh);

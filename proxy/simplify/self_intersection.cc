@@ -16,7 +16,8 @@ bool IntersectsItself(const Mesh& mesh) {
   std::vector<Point> points;
   for (const Eigen::Vector3d& v : mesh.vertices) points.emplace_back(v.x(), v.y(), v.z());
   std::vector<std::array<std::size_t, 3>> faces;
-  for (const auto& f : mesh.faces) faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
+  for (const auto& f : mesh.faces)
+    faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
   CGAL::Surface_mesh<Point> surface;
   PMP::polygon_soup_to_polygon_mesh(points, faces, surface);
   return PMP::does_self_intersect(surface);

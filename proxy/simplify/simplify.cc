@@ -23,7 +23,8 @@ constexpr std::size_t kWrapFaces = 20000;
 // More faces than this are kept from the mesh itself, unless its handles would leave too few of them to its shape.
 constexpr std::size_t kFinestWrapped = 4000;
 constexpr std::size_t kFacesPerLeast = 4;
-// A wrap of gaps down to size / d has about 2 d^2 faces. Coarser than a 60th it costs more volume than simplifying does.
+// A wrap of gaps down to size / d has about 2 d^2 faces. Coarser than a 60th it costs more volume than simplifying
+// does.
 constexpr double kCoarsestGap = 60;
 constexpr double kWrapFacesPerFace = 4;
 constexpr double kQuadricGap = 100;
@@ -43,7 +44,8 @@ double WrapFor(const MeshParts& parts, std::size_t input_faces, std::size_t want
 
 std::string Name(SimplifyMethod method) { return method == SimplifyMethod::kQuadric ? "quadric" : "keep-hull"; }
 
-std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::size_t>& faces, SimplifyMethod method, ProgressSink& progress) {
+std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::size_t>& faces, SimplifyMethod method,
+                                     ProgressSink& progress) {
   for (const std::size_t n : faces)
     if (n < 1) throw UsageError("--faces must be at least 1");
   const auto start = std::chrono::steady_clock::now();
@@ -54,8 +56,10 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
     throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
   const auto require = [&](const MeshParts& p, std::size_t wanted) {
     if (wanted >= p.least_faces) return;
-    if (closed && wanted < 4) throw UsageError(fmt::format("{} faces enclose nothing", wanted), "a closed mesh needs four at least");
-    throw DataError(fmt::format("{} faces are too few: {} parts with {} holes through them need {} at least", wanted, p.parts, p.handles, p.least_faces),
+    if (closed && wanted < 4)
+      throw UsageError(fmt::format("{} faces enclose nothing", wanted), "a closed mesh needs four at least");
+    throw DataError(fmt::format("{} faces are too few: {} parts with {} holes through them need {} at least", wanted,
+                                p.parts, p.handles, p.least_faces),
                     fmt::format("--faces {} or more", p.least_faces));
   };
 
@@ -71,7 +75,8 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
     // Handles that would take most of the faces are closed by a wrap here too.
     std::array<std::vector<std::size_t>, 2> groups;
     for (std::size_t i = 0; i < faces.size(); ++i)
-      groups[closed && mesh.faces.size() >= kWrapFaces && faces[i] < kFacesPerLeast * parts.least_faces ? 1 : 0].push_back(i);
+      groups[closed && mesh.faces.size() >= kWrapFaces && faces[i] < kFacesPerLeast * parts.least_faces ? 1 : 0]
+          .push_back(i);
     for (const bool wrapped : {false, true}) {
       const std::vector<std::size_t>& members = groups[wrapped ? 1 : 0];
       if (members.empty()) continue;

@@ -27,7 +27,8 @@ Mesh TightWrap(const Mesh& mesh, double alpha, double offset) {
   }
   std::vector<std::array<std::size_t, 3>> faces;
   faces.reserve(mesh.faces.size());
-  for (const auto& f : mesh.faces) faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
+  for (const auto& f : mesh.faces)
+    faces.push_back({static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
   WrapMesh wrap;
   CGAL::alpha_wrap_3(points, faces, alpha / frame.world_length(), offset / frame.world_length(), wrap);
   Mesh out;

@@ -20,7 +20,8 @@ CullResult Cull(const ImagePoints& points, ProjectiveModel& model, const CullOpt
   const std::vector<double> errors = InlierErrorsPx(points, model);
   if (errors.empty()) return result;
   // Cameras and points follow the noise: the fewer sights a number has, the smaller the errors that are left of it.
-  const double numbers = 3.0 * model.SolvedCount() + 11.0 * model.PlacedCount() - 15.0, measured = 2.0 * static_cast<double>(errors.size());
+  const double numbers = 3.0 * model.SolvedCount() + 11.0 * model.PlacedCount() - 15.0,
+               measured = 2.0 * static_cast<double>(errors.size());
   const double left = std::max(1 - numbers / measured, kLeastRedundancy);
   result.sigma_px = Median(errors) / kMedianOfRayleigh / std::sqrt(left);
   result.limit_px = std::clamp(options.sigmas * result.sigma_px, options.least_px, options.most_px);

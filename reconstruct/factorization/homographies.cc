@@ -23,11 +23,11 @@ namespace {
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr int kFewestShared = 8;       // tracks of two frames that a homography is taken from ...
-constexpr double kFewestAgree = 0.25;  // ... and the share of them that has to agree
+constexpr int kFewestShared = 8;           // tracks of two frames that a homography is taken from ...
+constexpr double kFewestAgree = 0.25;      // ... and the share of them that has to agree
 constexpr std::size_t kFewestOfKeys = 24;  // tracks that two keys in a row share
 constexpr double kBehindPx2 = 1e6;         // what a sight behind its camera counts for: one 1000 px off
-constexpr double kOutlierPx = 4;       // after the adjustment; what moves, or stands out of the plane
+constexpr double kOutlierPx = 4;           // after the adjustment; what moves, or stands out of the plane
 
 struct FrameSight {
   int track = -1, observation = -1;
@@ -37,7 +37,8 @@ struct FrameSight {
 struct Units {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double px = 1;
-  explicit Units(const Eigen::Vector2i& size) : centre_px(0.5 * size.cast<double>()), px(0.5 * std::max(1, size.maxCoeff())) {}
+  explicit Units(const Eigen::Vector2i& size)
+      : centre_px(0.5 * size.cast<double>()), px(0.5 * std::max(1, size.maxCoeff())) {}
   Eigen::Vector2d Of(const Eigen::Vector2d& x_px) const { return (x_px - centre_px) / px; }
   Eigen::Matrix3d PxFromUnits() const {
     Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
@@ -59,7 +60,8 @@ std::vector<std::vector<FrameSight>> SightsOfFrames(const Tracks& tracks, const 
 }
 
 // b ~ H a, positive in front (w > 0 where it agrees). px: pixels a unit.
-std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const std::vector<FrameSight>& b, double px, const HomographyOptions& options) {
+std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const std::vector<FrameSight>& b, double px,
+                                       const HomographyOptions& options) {
   std::vector<cv::Point2d> x, y;
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
     if (a[i].track == b[j].track) {
@@ -73,13 +75,16 @@ std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const s
   if (x.size() < kFewestShared) return std::nullopt;
   cv::Mat agree;
   const cv::Mat found = cv::findHomography(x, y, cv::RANSAC, options.inlier_px / px, agree, 2000, 0.999);
-  if (found.empty() || cv::countNonZero(agree) < std::max(kFewestShared, static_cast<int>(kFewestAgree * static_cast<double>(x.size())))) return std::nullopt;
+  if (found.empty() ||
+      cv::countNonZero(agree) < std::max(kFewestShared, static_cast<int>(kFewestAgree * static_cast<double>(x.size()))))
+    return std::nullopt;
   Eigen::Matrix3d H;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) H(r, c) = found.at<double>(r, c);
   int front = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
-    if (agree.at<std::uint8_t>(static_cast<int>(i)) != 0) front += H.row(2).dot(Eigen::Vector3d(x[i].x, x[i].y, 1)) > 0 ? 1 : -1;
+    if (agree.at<std::uint8_t>(static_cast<int>(i)) != 0)
+      front += H.row(2).dot(Eigen::Vector3d(x[i].x, x[i].y, 1)) > 0 ? 1 : -1;
   const double det = H.determinant();
   if (!(std::abs(det) > 1e-9) || (det < 0) != (front < 0)) return std::nullopt;  // mirrored
   return H / std::cbrt(det);
@@ -88,8 +93,11 @@ std::optional<Eigen::Matrix3d> Between(const std::vector<FrameSight>& a, const s
 // Of a frame's sights those of the longest tracks: they tie the most frames together.
 std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tracks, int most) {
   if (most <= 0 || sights.size() <= static_cast<std::size_t>(most)) return sights;
-  const auto length = [&](const FrameSight& s) { return tracks.tracks[static_cast<std::size_t>(s.track)].observations.size(); };
-  std::stable_sort(sights.begin(), sights.end(), [&](const FrameSight& a, const FrameSight& b) { return length(a) > length(b); });
+  const auto length = [&](const FrameSight& s) {
+    return tracks.tracks[static_cast<std::size_t>(s.track)].observations.size();
+  };
+  std::stable_sort(sights.begin(), sights.end(),
+                   [&](const FrameSight& a, const FrameSight& b) { return length(a) > length(b); });
   sights.resize(static_cast<std::size_t>(most));
   return sights;
 }
@@ -129,7 +137,9 @@ void AdjustKeys(TurnedFrames& turned, const std::vector<std::size_t>& keys, std:
   std::vector<char> used(d.size(), 0);
   for (const std::size_t f : keys) {
     std::vector<FrameSight> shared = frames[f];
-    std::erase_if(shared, [&](const FrameSight& sight) { return seen[static_cast<std::size_t>(sight.track)] < 2 || !solved[static_cast<std::size_t>(sight.track)]; });
+    std::erase_if(shared, [&](const FrameSight& sight) {
+      return seen[static_cast<std::size_t>(sight.track)] < 2 || !solved[static_cast<std::size_t>(sight.track)];
+    });
     for (const FrameSight& sight : Longest(shared, tracks, options.sights_per_frame)) {
       const auto t = static_cast<std::size_t>(sight.track);
       if (!used[t]) {
@@ -213,8 +223,8 @@ std::optional<TurnedImage> Turned(const RowMajor3d& G, const Eigen::Vector3d& d,
   return TurnedImage{q.head<2>() / q.z(), px / q.z()};
 }
 
-// Each frame against the points as they are, each point against the frames as they are: both in parallel, both exact minima of their
-// own, so that in the end every frame and point is as all its sights want it and not only the keys'.
+// Each frame against the points as they are, each point against the frames as they are: both in parallel, both exact
+// minima of their own, so that in the end every frame and point is as all its sights want it and not only the keys'.
 void AdjustFrames(TurnedFrames& turned, const std::vector<char>& which) {
   auto& [tracks, options, units, frames, G, d, solved] = turned;
   ParallelFor(frames.size(), 4, [&](std::size_t begin, std::size_t end) {
@@ -227,7 +237,8 @@ void AdjustFrames(TurnedFrames& turned, const std::vector<char>& which) {
       Eigen::Matrix<double, 9, 1> u = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(G[f].data());
       FitDirection<9>(
           sights.size(),
-          [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 9>* J) {
+          [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r,
+              Eigen::Matrix<double, 2, 9>* J) {
             const Eigen::Vector3d& direction = d[static_cast<std::size_t>(sights[k].track)];
             const auto image = Turned(Eigen::Map<const RowMajor3d>(at.data()), direction, units[f].px);
             if (!image) return false;
@@ -269,14 +280,17 @@ void AdjustPoints(const std::vector<std::vector<std::pair<std::size_t, Eigen::Ve
   });
 }
 
-// Frames as far apart as most tracks are long, so that few of them tie the video together; the middle one, the first and the last.
+// Frames as far apart as most tracks are long, so that few of them tie the video together; the middle one, the first
+// and the last.
 std::vector<std::size_t> ChooseKeys(const std::vector<std::vector<FrameSight>>& frames) {
   const std::size_t n = frames.size(), middle = n / 2;
   const auto shared = [&](std::size_t a, std::size_t b) {
     std::size_t both = 0;
     for (std::size_t i = 0, j = 0; i < frames[a].size() && j < frames[b].size();)
-      if (frames[a][i].track == frames[b][j].track) ++both, ++i, ++j;
-      else ++(frames[a][i].track < frames[b][j].track ? i : j);
+      if (frames[a][i].track == frames[b][j].track)
+        ++both, ++i, ++j;
+      else
+        ++(frames[a][i].track < frames[b][j].track ? i : j);
     return both;
   };
   for (const std::size_t apart : {12U, 8U, 5U, 3U, 2U, 1U}) {
@@ -286,7 +300,8 @@ std::vector<std::size_t> ChooseKeys(const std::vector<std::vector<FrameSight>>& 
     if (keys.back() != n - 1) keys.push_back(n - 1);
     bool enough = true;
     for (std::size_t k = 0; k + 1 < keys.size(); ++k) {
-      const std::size_t both = shared(keys[k], keys[k + 1]), fewer = std::min(frames[keys[k]].size(), frames[keys[k + 1]].size());
+      const std::size_t both = shared(keys[k], keys[k + 1]),
+                        fewer = std::min(frames[keys[k]].size(), frames[keys[k + 1]].size());
       enough = enough && (both >= kFewestOfKeys && 5 * both >= 2 * fewer);
     }
     if (enough || apart == 1) return keys;
@@ -340,7 +355,8 @@ void AdjustInTurns(TurnedFrames& turned) {
   for (std::size_t f = 0, k = 0; f < n; ++f) {
     while (k + 1 < keys.size() && keys[k + 1] <= f) ++k;
     const std::size_t key = k + 1 < keys.size() && keys[k + 1] - f < f - keys[k] ? keys[k + 1] : keys[k];
-    if (f == key) between[f] = 0;
+    if (f == key)
+      between[f] = 0;
     else
       turned.G[f] = chained[f] * chained[key].inverse() * turned.G[key];
     turned.G[f].normalize();
@@ -393,7 +409,8 @@ void TakeResult(const TurnedFrames& turned, FactorizationResult& result) {
     result.sights += static_cast<long>(p.observations.size());
     result.points.push_back(std::move(p));
   }
-  result.rms_px = result.projective_rms_px = result.sights > 0 ? std::sqrt(sum / static_cast<double>(result.sights)) : 0;
+  result.rms_px = result.projective_rms_px =
+      result.sights > 0 ? std::sqrt(sum / static_cast<double>(result.sights)) : 0;
 }
 
 }  // namespace
@@ -436,7 +453,9 @@ int AddDirectionsWhereBlank(FactorizationResult& result, Tracks& tracks) {
   const auto n = static_cast<int>(tracks.frames.size());
   std::vector<std::size_t> seen(tracks.frames.size(), 0);
   for (const FactorizationPoint& p : result.points)
-    for (const int o : p.observations) ++seen[static_cast<std::size_t>(tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)].frame)];
+    for (const int o : p.observations)
+      ++seen[static_cast<std::size_t>(
+          tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)].frame)];
   int added = 0;
   for (int first = 0; first < n;) {
     if (seen[static_cast<std::size_t>(first)] >= kFewest) {
@@ -445,11 +464,13 @@ int AddDirectionsWhereBlank(FactorizationResult& result, Tracks& tracks) {
     }
     int last = first;  // blank frames in a row, tens at a time
     while (last + 1 < n && last + 1 < first + kEvery && seen[static_cast<std::size_t>(last + 1)] < kFewest) ++last;
-    const int from = (first + last) / 2, low = first == last ? std::max(0, first - 1) : first, high = first == last ? std::min(n - 1, first + 1) : last;
+    const int from = (first + last) / 2, low = first == last ? std::max(0, first - 1) : first,
+              high = first == last ? std::min(n - 1, first + 1) : last;
     const Tracks::Frame& frame = tracks.frames[static_cast<std::size_t>(from)];
     const Eigen::Matrix3d inverse = result.P[static_cast<std::size_t>(from)].leftCols<3>().inverse();
     for (int i = 0; i < kColumns * kRows; ++i) {
-      const Eigen::Vector2d x((i % kColumns + 0.5) / kColumns * frame.size_px.x(), (i / kColumns + 0.5) / kRows * frame.size_px.y());
+      const Eigen::Vector2d x((i % kColumns + 0.5) / kColumns * frame.size_px.x(),
+                              (i / kColumns + 0.5) / kRows * frame.size_px.y());
       Eigen::Vector3d d = inverse * x.homogeneous();
       d.normalize();
       Track track;
@@ -457,7 +478,8 @@ int AddDirectionsWhereBlank(FactorizationResult& result, Tracks& tracks) {
       for (int f = low; f <= high; ++f) {
         const Eigen::Vector3d q = result.P[static_cast<std::size_t>(f)].leftCols<3>() * d;
         const Eigen::Vector2i& size = tracks.frames[static_cast<std::size_t>(f)].size_px;
-        if (q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= size.x() * q.z() && q.y() <= size.y() * q.z()) track.observations.push_back({f, q.hnormalized()});
+        if (q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= size.x() * q.z() && q.y() <= size.y() * q.z())
+          track.observations.push_back({f, q.hnormalized()});
       }
       if (track.observations.size() < 2) continue;
       FactorizationPoint point;
@@ -490,7 +512,8 @@ int PlaceByHomography(FactorizationResult& result, const Tracks& tracks, const H
   };
   for (std::size_t f = 0; f + 1 < frames.size(); ++f) pass(f, f + 1);
   for (std::size_t f = frames.size(); f-- > 1;) pass(f, f - 1);
-  std::erase_if(result.missing, [&](const MissingFrame& m) { return result.placed[static_cast<std::size_t>(m.frame)] != 0; });
+  std::erase_if(result.missing,
+                [&](const MissingFrame& m) { return result.placed[static_cast<std::size_t>(m.frame)] != 0; });
   return placed;
 }
 

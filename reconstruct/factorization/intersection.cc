@@ -70,7 +70,8 @@ Eigen::Vector4d RefinePoint(const std::vector<Ray>& views, const std::vector<cha
 
 }  // namespace
 
-bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size_t track, const IntersectionOptions& options) {
+bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size_t track,
+                    const IntersectionOptions& options) {
   std::vector<Ray> views;
   const auto& sights = points.tracks[track];
   for (std::size_t k = 0; k < sights.size(); ++k) {

@@ -1,5 +1,5 @@
-// A point from its images with the cameras held, in any projective frame: linear, then Gauss-Newton on the unit sphere of
-// its homogeneous coordinates, so that a point at infinity is a point like any other.
+// A point from its images with the cameras held, in any projective frame: linear, then Gauss-Newton on the unit sphere
+// of its homogeneous coordinates, so that a point at infinity is a point like any other.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@ struct IntersectionOptions {
 // Solves one track from its sights in placed frames and marks which of them agree (sights in frames not placed count as
 // agreeing). Sets model.X, model.solved and model.inlier of the track; false, and not solved, where fewer than
 // min_inliers agree.
-bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size_t track, const IntersectionOptions& options);
+bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size_t track,
+                    const IntersectionOptions& options);
 
 }  // namespace lumi

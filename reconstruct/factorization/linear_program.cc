@@ -95,11 +95,11 @@ bool SolveIncrementally(const BoxedProgram& program, std::vector<double>& x) {
 
 }  // namespace
 
-std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
-    double bound,
-                                                  std::uint64_t seed) {
+std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                                  const Eigen::VectorXd& c, double bound, std::uint64_t seed) {
   const auto d = static_cast<std::size_t>(c.size());
-  if (d < 1 || d > 8 || A.cols() != c.size() || A.rows() != b.size()) throw std::invalid_argument("SolveLinearProgram: shapes");
+  if (d < 1 || d > 8 || A.cols() != c.size() || A.rows() != b.size())
+    throw std::invalid_argument("SolveLinearProgram: shapes");
   std::vector<std::size_t> order(static_cast<std::size_t>(b.size()));
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937_64 random(seed);

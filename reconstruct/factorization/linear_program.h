@@ -10,10 +10,10 @@
 
 namespace lumi {
 
-// The x that maximises c . x with A x <= b and |x_k| <= bound. Shapes: A (n, d), b (n), c (d), 1 <= d <= 8; rows of A of
-// about unit size. nullopt: no x satisfies all (beyond 1e-10). The order in which constraints are met is drawn with
+// The x that maximises c . x with A x <= b and |x_k| <= bound. Shapes: A (n, d), b (n), c (d), 1 <= d <= 8; rows of A
+// of about unit size. nullopt: no x satisfies all (beyond 1e-10). The order in which constraints are met is drawn with
 // `seed`; the optimum's value does not depend on it.
-std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
-                                                  double bound, std::uint64_t seed = 0);
+std::optional<Eigen::VectorXd> SolveLinearProgram(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                                  const Eigen::VectorXd& c, double bound, std::uint64_t seed = 0);
 
 }  // namespace lumi

@@ -23,8 +23,8 @@ constexpr double kMostLoss =
     28;  // of a sight, of its scale's square: one at infinity counts as one a million scales off
 
 struct SharedSight {
-  Vector4d X;              // the part's point
-  const Matrix34d* P;      // the whole's camera
+  Vector4d X;          // the part's point
+  const Matrix34d* P;  // the whole's camera
   Eigen::Vector2d x;
   double unit;
 };
@@ -153,7 +153,8 @@ MergeSummary Merge(const ImagePoints& points, ProjectiveModel& whole, const Fram
     fresh[f] = 1;
   }
   std::vector<int> local(points.FrameCount(), -1);
-  for (std::size_t i = 0; i < window.frames.size(); ++i) local[static_cast<std::size_t>(window.frames[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < window.frames.size(); ++i)
+    local[static_cast<std::size_t>(window.frames[i])] = static_cast<int>(i);
   for (std::size_t i = 0; i < window.tracks.size(); ++i) {
     if (!part.solved[i]) continue;
     const auto t = static_cast<std::size_t>(window.tracks[i]);

@@ -7,7 +7,8 @@
 
 namespace lumi {
 
-MergedWindows MergeWindows(const ImagePoints& points, std::vector<SolvedWindow> solved, const FactorizationOptions& options, ProgressSink& sink) {
+MergedWindows MergeWindows(const ImagePoints& points, std::vector<SolvedWindow> solved,
+                           const FactorizationOptions& options, ProgressSink& sink) {
   MergedWindows result;
   result.model = ProjectiveModel(points);
   ProjectiveModel& whole = result.model;
@@ -36,8 +37,8 @@ MergedWindows MergeWindows(const ImagePoints& points, std::vector<SolvedWindow> 
       whole.solved[t] = 1;
       std::size_t in_window = 0;
       for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
-        if (std::binary_search(w.window.frames.begin(), w.window.frames.end(),
-            points.tracks[t][k].frame)) whole.inlier[t][k] = w.seed.model.inlier[i][in_window++];
+        if (std::binary_search(w.window.frames.begin(), w.window.frames.end(), points.tracks[t][k].frame))
+          whole.inlier[t][k] = w.seed.model.inlier[i][in_window++];
     }
     done[first] = 1;
     solved[first].diagnostics.outcome = "merged";

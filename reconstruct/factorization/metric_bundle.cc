@@ -123,8 +123,8 @@ constexpr std::size_t kDenseMetricCameras = 60;
 
 }  // namespace
 
-BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& used, MetricModel& model, FreeIntrinsics free,
-                           const BundleOptions& options) {
+BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& used, MetricModel& model,
+                           FreeIntrinsics free, const BundleOptions& options) {
   const Stopwatch watch;
   BundleSummary result;
   const auto rms = [&] {
@@ -181,8 +181,8 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
         problem.AddParameterBlock(point->data(), 4, &sphere);
         ordering->AddElementToGroup(point->data(), 0);
       }
-      problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(), pose[f].data(),
-          point->data(), k.data());
+      problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(),
+                               pose[f].data(), point->data(), k.data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;
@@ -204,7 +204,7 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
   for (std::size_t f = 0; f < pose.size(); ++f) {
     if (!used.placed[f]) continue;
     model.cam_from_world[f] = {Eigen::Quaterniond(pose[f][3], pose[f][0], pose[f][1], pose[f][2]).normalized(),
-        Eigen::Vector3d(pose[f][4], pose[f][5], pose[f][6])};
+                               Eigen::Vector3d(pose[f][4], pose[f][5], pose[f][6])};
   }
   for (std::size_t t = 0; t < X.size(); ++t)
     if (used.solved[t]) model.X[t] = X[t].normalized();

@@ -19,8 +19,8 @@ ImagePoints Normalise(const Tracks& tracks, const std::optional<Camera>& camera)
   std::vector<int> count(n, 0);
   for (std::size_t t = 0; t < tracks.tracks.size(); ++t) {
     for (const TrackObservation& o : tracks.tracks[t].observations) {
-      if (o.frame < 0 || static_cast<std::size_t>(o.frame) >= n) throw DataError("a track names frame " + std::to_string(o.frame) +
-          ", which is not there");
+      if (o.frame < 0 || static_cast<std::size_t>(o.frame) >= n)
+        throw DataError("a track names frame " + std::to_string(o.frame) + ", which is not there");
       Eigen::Vector2d x = o.x_px;
       if (!x.allFinite()) continue;
       if (!points.tracks[t].empty() && points.tracks[t].back().frame >= o.frame) continue;
@@ -37,7 +37,9 @@ ImagePoints Normalise(const Tracks& tracks, const std::optional<Camera>& camera)
   }
   std::vector<double> sum(n, 0);
   for (const auto& track : points.tracks)
-    for (const Sight& s : track) sum[static_cast<std::size_t>(s.frame)] += (s.x - points.centre_px[static_cast<std::size_t>(s.frame)]).squaredNorm();
+    for (const Sight& s : track)
+      sum[static_cast<std::size_t>(s.frame)] +=
+          (s.x - points.centre_px[static_cast<std::size_t>(s.frame)]).squaredNorm();
   for (std::size_t f = 0; f < n; ++f)
     if (sum[f] > 0) points.px_per_unit[f] = std::sqrt(sum[f] / (2 * count[f]));
   for (auto& track : points.tracks)

@@ -10,9 +10,9 @@
 
 namespace lumi {
 
-// `camera` (one for all frames): its distortion is taken out first; sights without an inverse there are left out. Sights
-// that are not finite, and a track's second sight in a frame, are left out. A frame without two different points gets
-// px_per_unit = 1.
+// `camera` (one for all frames): its distortion is taken out first; sights without an inverse there are left out.
+// Sights that are not finite, and a track's second sight in a frame, are left out. A frame without two different points
+// gets px_per_unit = 1.
 ImagePoints Normalise(const Tracks& tracks, const std::optional<Camera>& camera);
 
 // normalised from pixels, as a 3x3 matrix: frame f's T.

@@ -23,7 +23,8 @@ constexpr std::size_t kDenseCameras = 30;
 
 }  // namespace
 
-TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track, const BundleOptions& options) {
+TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track,
+                     const BundleOptions& options) {
   TrackPieces pieces;
   if (options.max_span <= 0 || (track < options.whole.size() && options.whole[track])) return pieces;
   int last = -1;
@@ -40,7 +41,7 @@ TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std
 }
 
 BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& options,
-    const std::vector<char>& held) {
+                               const std::vector<char>& held) {
   const Stopwatch watch;
   BundleSummary result;
   result.start_rms_px = result.rms_px = RmsPx(points, model);
@@ -85,7 +86,8 @@ BundleSummary AdjustProjective(const ImagePoints& points, ProjectiveModel& model
         problem.AddParameterBlock(point->data(), 4, &point_sphere);
         ordering->AddElementToGroup(point->data(), 0);
       }
-      problem.AddResidualBlock(new ReprojectionCost<4>(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(), point->data());
+      problem.AddResidualBlock(new ReprojectionCost<4>(sight.x, points.px_per_unit[f]), loss.get(), P[f].data(),
+                               point->data());
     }
   }
   if (problem.NumResidualBlocks() == 0) return result;

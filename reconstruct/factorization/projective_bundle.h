@@ -1,5 +1,5 @@
-// Robust projective bundle adjustment (Triggs et al. 2000): twelve numbers a camera and four a point, each on a sphere, so
-// that their free scales are gone. The projective frame stays free; damping holds it.
+// Robust projective bundle adjustment (Triggs et al. 2000): twelve numbers a camera and four a point, each on a sphere,
+// so that their free scales are gone. The projective frame stays free; damping holds it.
 #pragma once
 
 #include <vector>
@@ -11,28 +11,31 @@ namespace lumi {
 struct BundleOptions {
   enum class Loss { kNone, kHuber, kCauchy };
   Loss loss = Loss::kCauchy;
-  double scale_px = 1.0;            // of the loss
+  double scale_px = 1.0;  // of the loss
   int max_iterations = 30;
-  double tolerance = 1e-6;          // stops where the cost falls by less than this part in a step
-  // Frames: a track that lasts longer counts as several points, one after the other, so that a camera has to do with its
-  // neighbours only and a step costs as many times more as there are frames. What lasts long then no longer holds the ends of
-  // a long video together: for the way there, not for the end. 0: no limit.
+  double tolerance = 1e-6;  // stops where the cost falls by less than this part in a step
+  // Frames: a track that lasts longer counts as several points, one after the other, so that a camera has to do with
+  // its neighbours only and a step costs as many times more as there are frames. What lasts long then no longer holds
+  // the ends of a long video together: for the way there, not for the end. 0: no limit.
   int max_span = 0;
-  std::vector<char> whole;          // one a track: those that are not cut all the same; empty: none
+  std::vector<char> whole;  // one a track: those that are not cut all the same; empty: none
 };
 
 // How a track is cut.
 struct TrackPieces {
   int first = 0, frames = 1, count = 1;
-  int Of(int frame) const { return count == 1 ? 0 : static_cast<int>(static_cast<long>(frame - first) * count / frames); }
+  int Of(int frame) const {
+    return count == 1 ? 0 : static_cast<int>(static_cast<long>(frame - first) * count / frames);
+  }
 };
-TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track, const BundleOptions& options);
+TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track,
+                     const BundleOptions& options);
 
 struct BundleSummary {
-  bool usable = false;              // false: nothing was changed
+  bool usable = false;  // false: nothing was changed
   bool converged = false;
   int iterations = 0;
-  double start_rms_px = 0, rms_px = 0;   // over the inliers
+  double start_rms_px = 0, rms_px = 0;  // over the inliers
   double seconds = 0;
 };
 

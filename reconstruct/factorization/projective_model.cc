@@ -28,7 +28,8 @@ int ProjectiveModel::SolvedCount() const {
   return n;
 }
 
-double ReprojectionErrorPx(const ImagePoints& points, const ProjectiveModel& model, const Sight& sight, std::size_t track) {
+double ReprojectionErrorPx(const ImagePoints& points, const ProjectiveModel& model, const Sight& sight,
+                           std::size_t track) {
   const auto f = static_cast<std::size_t>(sight.frame);
   const Eigen::Vector3d x = model.P[f] * model.X[track];
   const double error = (x.head<2>() / x.z() - sight.x).norm() * points.px_per_unit[f];

@@ -16,20 +16,20 @@ struct Sight {
 };
 
 struct ImagePoints {
-  std::vector<Eigen::Vector2d> centre_px;   // one a frame
-  std::vector<double> px_per_unit;          // one a frame, > 0
-  std::vector<std::vector<Sight>> tracks;   // frames ascending
+  std::vector<Eigen::Vector2d> centre_px;  // one a frame
+  std::vector<double> px_per_unit;         // one a frame, > 0
+  std::vector<std::vector<Sight>> tracks;  // frames ascending
 
   std::size_t FrameCount() const { return px_per_unit.size(); }
 };
 
 // x_normalised ~ P X. Scales of P and X are free, signs too until SolveQuasiAffine has fixed them.
 struct ProjectiveModel {
-  std::vector<Matrix34d> P;                 // one a frame, norm 1 where placed
+  std::vector<Matrix34d> P;  // one a frame, norm 1 where placed
   std::vector<char> placed;
-  std::vector<Eigen::Vector4d> X;           // one a track, norm 1 where solved
+  std::vector<Eigen::Vector4d> X;  // one a track, norm 1 where solved
   std::vector<char> solved;
-  std::vector<std::vector<char>> inlier;    // as ImagePoints::tracks
+  std::vector<std::vector<char>> inlier;  // as ImagePoints::tracks
 
   ProjectiveModel() = default;
   explicit ProjectiveModel(const ImagePoints& points);
@@ -38,9 +38,11 @@ struct ProjectiveModel {
 };
 
 // Pixels between a sight and its prediction; infinity where the point lies on the camera's principal plane.
-double ReprojectionErrorPx(const ImagePoints& points, const ProjectiveModel& model, const Sight& sight, std::size_t track);
+double ReprojectionErrorPx(const ImagePoints& points, const ProjectiveModel& model, const Sight& sight,
+                           std::size_t track);
 
-// Of the inlier sights of placed frames and solved tracks: their errors, in the order of tracks, and their root mean square.
+// Of the inlier sights of placed frames and solved tracks: their errors, in the order of tracks, and their root mean
+// square.
 std::vector<double> InlierErrorsPx(const ImagePoints& points, const ProjectiveModel& model);
 double RmsPx(const ImagePoints& points, const ProjectiveModel& model);
 

@@ -144,7 +144,8 @@ Matrix4d ToInfinity(const ProjectiveModel& model, const Vector4d& plane, double 
   const Eigen::Vector3d sigma = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues()[2]).cwiseSqrt();
   // Symmetric, so that it has a positive determinant and does not turn the frame.
   Matrix4d whiten = Matrix4d::Identity();
-  whiten.topLeftCorner<3, 3>() = eigen.eigenvectors() * sigma.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  whiten.topLeftCorner<3, 3>() =
+      eigen.eigenvectors() * sigma.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
   whiten.topRightCorner<3, 1>() = -whiten.topLeftCorner<3, 3>() * mean;
   return whiten * H;
 }

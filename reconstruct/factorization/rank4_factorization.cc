@@ -32,9 +32,7 @@ void Balance(MatrixXd& W) {
   }
 }
 
-MatrixXd LeadingSubspace(const MatrixXd& W) {
-  return EigenOfSymmetric(W * W.transpose()).vectors.rightCols<4>();
-}
+MatrixXd LeadingSubspace(const MatrixXd& W) { return EigenOfSymmetric(W * W.transpose()).vectors.rightCols<4>(); }
 
 // The point nearest to the seen rows of a column, by reprojection in the subspace U: x_f x (U_f X) = 0.
 Vector4d PointFrom(const MeasurementMatrix& m, const MatrixXd& U, Eigen::Index p) {
@@ -140,14 +138,15 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
         continue;
       }
       Eigen::Matrix4Xd C(4, frames);
-      for (Eigen::Index f = 0; f < frames; ++f) C.col(f) = U.middleRows<3>(3 * f).transpose() * Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p),
-          1).normalized();
+      for (Eigen::Index f = 0; f < frames; ++f)
+        C.col(f) = U.middleRows<3>(3 * f).transpose() * Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p), 1).normalized();
       const Eigen::VectorXd depth = C.transpose() * EigenOfSymmetric(C * C.transpose()).vectors.col(3);
       // The eigenvector's sign is free: the one that goes on from the last depths.
       double agree = 0;
       for (Eigen::Index f = 0; f < frames; ++f) agree += depth[f] * W(3 * f + 2, p);
       for (Eigen::Index f = 0; f < frames; ++f)
-        W.col(p).segment<3>(3 * f) = Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p), 1).normalized() * (agree < 0 ? -depth[f] : depth[f]);
+        W.col(p).segment<3>(3 * f) =
+            Vector3d(m.x(2 * f, p), m.x(2 * f + 1, p), 1).normalized() * (agree < 0 ? -depth[f] : depth[f]);
     }
   }
 
@@ -163,12 +162,13 @@ Factorisation Factorise(const MeasurementMatrix& m, const MatrixXd& start, const
     measured.conservativeResize(Eigen::NoChange, n);
   }
   const Eigen::VectorXd singular = SingularValues(measured);
-  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(8, singular.size()); ++i) result.singular_values.push_back(singular[i]);
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(8, singular.size()); ++i)
+    result.singular_values.push_back(singular[i]);
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const double largest = result.singular_values.front();
   const auto ratio = [&](std::size_t i) {
-    if (i >= result.singular_values.size() ||
-        !(result.singular_values[i] > 10 * kEpsilon * largest)) return std::numeric_limits<double>::infinity();
+    if (i >= result.singular_values.size() || !(result.singular_values[i] > 10 * kEpsilon * largest))
+      return std::numeric_limits<double>::infinity();
     return result.singular_values[i - 1] / result.singular_values[i];
   };
   result.gap = ratio(4);

@@ -99,10 +99,11 @@ void NameMissing(const ImagePoints& points, ProjectiveModel& model, Factorizatio
 std::string Validate(const FactorizationOptions& options) {
   if (std::string wrong = Validate(options.windows); !wrong.empty()) return wrong;
   if (!(options.inlier_px > 0) || !(options.epipolar_px > 0)) return "inlier limits must be above 0 pixels";
-  if (!(options.cull.sigmas > 0) || !(options.cull.least_px > 0) ||
-      !(options.cull.most_px >= options.cull.least_px)) return "cull limits must be above 0 and in order";
+  if (!(options.cull.sigmas > 0) || !(options.cull.least_px > 0) || !(options.cull.most_px >= options.cull.least_px))
+    return "cull limits must be above 0 and in order";
   if (options.cull.min_sights < 2) return "a track needs at least 2 sights";
-  if (options.factorise_iterations < 0 || options.adjust_sights < 0) return "iterations and sights must not be negative";
+  if (options.factorise_iterations < 0 || options.adjust_sights < 0)
+    return "iterations and sights must not be negative";
   if (!(options.max_plane_sigma > 0)) return "the plane's uncertainty limit must be above 0";
   return {};
 }
@@ -116,8 +117,8 @@ std::string_view Name(UpgradeKind kind) {
   return "";
 }
 
-FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optional<Camera>& camera, const FactorizationOptions& options,
-                                          ProgressSink& sink) {
+FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optional<Camera>& camera,
+                                          const FactorizationOptions& options, ProgressSink& sink) {
   const Stopwatch watch;
   Stopwatch stage;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
@@ -155,17 +156,19 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
     if (options.adjust) AdjustLast(points, model, solved.keys, options, result);
     result.seconds.projective += stage.Lap();
     if (!camera && DeviationFromConstantOrientation(points, model) < kConstantOrientation)
-      result.upgrade_reason = "constant orientation: the camera never turns, which leaves unknown intrinsics undetermined";
+      result.upgrade_reason =
+          "constant orientation: the camera never turns, which leaves unknown intrinsics undetermined";
     const QuasiAffine quasi = SolveQuasiAffine(points, model);
     result.quasi_affine_margin = quasi.margin;
     if (quasi.solved) {
       result.upgrade = UpgradeKind::kQuasiAffine;
     } else {
-      result.upgrade_reason += "; and no plane has all points and cameras on one side (" + std::to_string(quasi.sign_conflicts) + " of " +
-                               std::to_string(quasi.sights) + " sights behind their camera)";
+      result.upgrade_reason += "; and no plane has all points and cameras on one side (" +
+                               std::to_string(quasi.sign_conflicts) + " of " + std::to_string(quasi.sights) +
+                               " sights behind their camera)";
     }
-    if (!(camera && options.projective_only)) result.warnings.push_back(std::string(Name(result.upgrade)) + " instead of metric: " +
-        result.upgrade_reason);
+    if (!(camera && options.projective_only))
+      result.warnings.push_back(std::string(Name(result.upgrade)) + " instead of metric: " + result.upgrade_reason);
     TakeCameras(points, model, result);
     TakePoints(points, model, tracks, result);
     result.rms_px = RmsPx(points, model);
@@ -173,11 +176,11 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
   }
   if (!result.missing.empty())
     result.warnings.push_back(std::to_string(result.missing.size()) + " of " + std::to_string(points.FrameCount()) +
-        " frames have no camera");
+                              " frames have no camera");
   for (const WindowDiagnostics& w : result.windows)
     if (w.outcome == "not connected")
       result.warnings.push_back("frames " + std::to_string(w.first_frame) + " to " + std::to_string(w.last_frame) +
-          " share too little with the rest");
+                                " share too little with the rest");
   result.seconds.total = watch.Seconds();
   return result;
 }

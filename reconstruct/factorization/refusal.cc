@@ -11,7 +11,7 @@
 namespace lumi {
 namespace {
 
-constexpr double kStillPx = 0.75;          // at the photo's corners
+constexpr double kStillPx = 0.75;  // at the photo's corners
 // Share of the movement that a rotation may leave unexplained; movements of a few pixels are mostly noise.
 constexpr double kUnexplained = 0.15;
 constexpr double kNoiseMovementPx = 10;
@@ -32,7 +32,7 @@ FactorizationRefused::FactorizationRefused(FactorizationRefusal why, const std::
     : DataError(std::string(Name(why)) + ": " + detail, hint), refusal(why) {}
 
 FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies,
-    const std::optional<Camera>& camera) {
+                              const std::optional<Camera>& camera) {
   if (homographies.empty()) return FactorizationRefusal::kTooFewTracks;
   std::vector<double> movement_px;
   std::vector<Eigen::Matrix3d> H_px;
@@ -57,8 +57,9 @@ FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairH
   }
   if (Median(movement_px) < kStillPx) return FactorizationRefusal::kNoMotion;
 
-  // K R K^-1 under the camera, or under any focal length that a lens may have. What is left over is measured in pixels and
-  // against the movement: a camera that slides along a plane looks the more like one that turns the longer its lens.
+  // K R K^-1 under the camera, or under any focal length that a lens may have. What is left over is measured in pixels
+  // and against the movement: a camera that slides along a plane looks the more like one that turns the longer its
+  // lens.
   const auto unexplained = [&](const Eigen::Matrix3d& K) {
     std::vector<double> left;
     for (std::size_t i = 0; i < H_px.size(); ++i) {
@@ -66,7 +67,8 @@ FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairH
       const double scale = std::cbrt(R.determinant());
       if (!(std::abs(scale) > 0)) continue;
       R /= scale;
-      left.push_back((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() / 2 * K(0, 0) / (movement_px[i] + kNoiseMovementPx));
+      left.push_back((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() / 2 * K(0, 0) /
+                     (movement_px[i] + kNoiseMovementPx));
     }
     return left.empty() ? std::numeric_limits<double>::infinity() : Median(left);
   };
@@ -84,19 +86,23 @@ FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairH
   return least < kUnexplained ? FactorizationRefusal::kPureRotation : FactorizationRefusal::kPlanarScene;
 }
 
-void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera) {
+void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies,
+            const std::optional<Camera>& camera) {
   const FactorizationRefusal why = Classify(points, homographies, camera);
   switch (why) {
     case FactorizationRefusal::kTooFewTracks:
       throw FactorizationRefused(why, "no two frames share 16 tracks that agree on one motion",
-          "photos with more texture, or closer together");
+                                 "photos with more texture, or closer together");
     case FactorizationRefusal::kNoMotion:
-      throw FactorizationRefused(why, "the camera does not move", "move the camera sideways by some percent of the scene's distance");
+      throw FactorizationRefused(why, "the camera does not move",
+                                 "move the camera sideways by some percent of the scene's distance");
     case FactorizationRefusal::kPureRotation:
-      throw FactorizationRefused(why, "the camera turns but does not move, so there is no depth", "move the camera, do not only turn it");
+      throw FactorizationRefused(why, "the camera turns but does not move, so there is no depth",
+                                 "move the camera, do not only turn it");
     case FactorizationRefusal::kPlanarScene:
-      throw FactorizationRefused(why, "everything that is seen lies in one plane, which leaves the cameras undetermined",
-          "photos with things at different depths");
+      throw FactorizationRefused(why,
+                                 "everything that is seen lies in one plane, which leaves the cameras undetermined",
+                                 "photos with things at different depths");
   }
   throw FactorizationRefused(why, "", "");
 }

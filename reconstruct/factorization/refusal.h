@@ -12,9 +12,10 @@ namespace lumi {
 // Frame numbers of the homographies are those of `points`. A rotation is a homography that is orthogonal in rays;
 // without the camera, under some focal length that all pairs agree on, the principal point in the middle of the points.
 FactorizationRefusal Classify(const ImagePoints& points, const std::vector<PairHomography>& homographies,
-    const std::optional<Camera>& camera);
+                              const std::optional<Camera>& camera);
 
 // Throws FactorizationRefused, by what Classify says.
-[[noreturn]] void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies, const std::optional<Camera>& camera);
+[[noreturn]] void Refuse(const ImagePoints& points, const std::vector<PairHomography>& homographies,
+                         const std::optional<Camera>& camera);
 
 }  // namespace lumi

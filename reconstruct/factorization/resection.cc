@@ -18,7 +18,9 @@ using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
 constexpr int kFewestFitted = 8;  // points that a camera is fitted to: two more than fix it
 
-Matrix34d CameraFromRows(const Vector12d& p) { return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(p.data()); }
+Matrix34d CameraFromRows(const Vector12d& p) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(p.data());
+}
 
 double CameraErrorPx2(const Matrix34d& P, const Eigen::Vector4d& X, const Eigen::Vector2d& x, double unit) {
   const Eigen::Vector3d q = P * X;
@@ -39,8 +41,8 @@ Matrix34d SixPoint(const std::vector<Eigen::Vector4d>& X, const std::vector<Eige
   return CameraFromRows(PerpendicularColumns(At));
 }
 
-Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, const std::vector<char>& use,
-    const Matrix34d& about) {
+Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x,
+                       const std::vector<char>& use, const Matrix34d& about) {
   Matrix12d gram = Matrix12d::Zero();
   for (std::size_t i = 0; i < X.size(); ++i) {
     if (!use[i]) continue;
@@ -48,8 +50,8 @@ Matrix34d LinearCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<
     const double w = about.row(2).dot(X[i]);
     const Eigen::Vector4d Xw = X[i] / w;
     Eigen::Matrix<double, 2, 12> r;
-    r << Xw.transpose(), Eigen::RowVector4d::Zero(), -x[i].x() * Xw.transpose(), Eigen::RowVector4d::Zero(), Xw.transpose(),
-        -x[i].y() * Xw.transpose();
+    r << Xw.transpose(), Eigen::RowVector4d::Zero(), -x[i].x() * Xw.transpose(), Eigen::RowVector4d::Zero(),
+        Xw.transpose(), -x[i].y() * Xw.transpose();
     gram.noalias() += r.transpose() * r;
   }
   return CameraFromRows(LeastDirection(gram / gram.trace()));
@@ -83,8 +85,8 @@ LeastSquaresSummary RefineCamera(const std::vector<Eigen::Vector4d>& X, const st
   return summary;
 }
 
-std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, double px_per_unit,
-                                const ResectionOptions& options) {
+std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x,
+                                double px_per_unit, const ResectionOptions& options) {
   const std::size_t n = X.size();
   if (n < static_cast<std::size_t>(std::max(6, options.min_inliers))) return std::nullopt;
   const double limit2 = options.inlier_px * options.inlier_px;

@@ -1,5 +1,6 @@
-// A camera from points that are already known: six-point RANSAC, then all that agree, by the direct linear transformation
-// and Gauss-Newton on the reprojection error (Hartley & Zisserman, sec. 7.1). Projective: P has 11 degrees of freedom.
+// A camera from points that are already known: six-point RANSAC, then all that agree, by the direct linear
+// transformation and Gauss-Newton on the reprojection error (Hartley & Zisserman, sec. 7.1). Projective: P has 11
+// degrees of freedom.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,16 +21,16 @@ struct ResectionOptions {
 };
 
 struct Resection {
-  Matrix34d P = Matrix34d::Zero();   // norm 1
+  Matrix34d P = Matrix34d::Zero();  // norm 1
   std::vector<char> inlier;
   int inlier_count = 0;
-  double rms_px = 0;                 // of the inliers
-  LeastSquaresSummary refined;       // of the last refinement
+  double rms_px = 0;            // of the inliers
+  LeastSquaresSummary refined;  // of the last refinement
 };
 
 // X: homogeneous, norm 1; x: normalised image points. nullopt where fewer than min_inliers agree with any camera.
-std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x, double px_per_unit,
-                                const ResectionOptions& options);
+std::optional<Resection> Resect(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x,
+                                double px_per_unit, const ResectionOptions& options);
 
 // P to the least reprojection error of the points in `use`; Cauchy weights of this scale (0: least squares).
 LeastSquaresSummary RefineCamera(const std::vector<Eigen::Vector4d>& X, const std::vector<Eigen::Vector2d>& x,

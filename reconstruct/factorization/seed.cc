@@ -20,7 +20,8 @@ struct SharedPoints {
 };
 
 const Sight* SightIn(const std::vector<Sight>& track, int frame) {
-  const auto it = std::lower_bound(track.begin(), track.end(), frame, [](const Sight& s, int f) { return s.frame < f; });
+  const auto it =
+      std::lower_bound(track.begin(), track.end(), frame, [](const Sight& s, int f) { return s.frame < f; });
   return it != track.end() && it->frame == frame ? &*it : nullptr;
 }
 
@@ -61,7 +62,8 @@ std::vector<PairGuess> PromisingPairs(const ImagePoints& points, int most) {
     for (std::size_t j = i + 1; j < chosen.size(); ++j) {
       u.clear();
       v.clear();
-      const Eigen::Vector2d *a = &at[static_cast<std::size_t>(chosen[i]) * tracks], *b = &at[static_cast<std::size_t>(chosen[j]) * tracks];
+      const Eigen::Vector2d *a = &at[static_cast<std::size_t>(chosen[i]) * tracks],
+                            *b = &at[static_cast<std::size_t>(chosen[j]) * tracks];
       for (std::size_t t = 0; t < tracks; ++t) {
         const Eigen::Vector2d d = b[t] - a[t];
         if (std::isnan(d.x())) continue;
@@ -73,15 +75,18 @@ std::vector<PairGuess> PromisingPairs(const ImagePoints& points, int most) {
       for (double& x : u) x = std::abs(x - mu);
       for (double& x : v) x = std::abs(x - mv);
       const double spread_px = (Median(u) + Median(v)) * points.px_per_unit[static_cast<std::size_t>(chosen[j])];
-      guesses.push_back({chosen[i], chosen[j], std::min<double>(static_cast<double>(u.size()), 150) * std::min(spread_px, 60.0)});
+      guesses.push_back(
+          {chosen[i], chosen[j], std::min<double>(static_cast<double>(u.size()), 150) * std::min(spread_px, 60.0)});
     }
-  std::stable_sort(guesses.begin(), guesses.end(), [](const PairGuess& a, const PairGuess& b) { return a.score > b.score; });
+  std::stable_sort(guesses.begin(), guesses.end(),
+                   [](const PairGuess& a, const PairGuess& b) { return a.score > b.score; });
   if (static_cast<int>(guesses.size()) > most) {
     // Half from the top, the rest spread over the list: the best-looking pairs resemble each other.
     std::vector<PairGuess> picked(guesses.begin(), guesses.begin() + most / 2);
     const std::size_t rest = guesses.size() - picked.size();
-    for (int k = 0; k < most - most / 2; ++k) picked.push_back(guesses[static_cast<std::size_t>(most / 2) +
-        rest * static_cast<std::size_t>(k) / static_cast<std::size_t>(most)]);
+    for (int k = 0; k < most - most / 2; ++k)
+      picked.push_back(guesses[static_cast<std::size_t>(most / 2) +
+                               rest * static_cast<std::size_t>(k) / static_cast<std::size_t>(most)]);
     guesses = std::move(picked);
   }
   return guesses;
@@ -125,7 +130,8 @@ int Grow(const ImagePoints& points, ProjectiveModel& model, const SeedOptions& o
     ResectionOptions resection;
     resection.inlier_px = options.inlier_px;
     resection.seed = options.seed + f;
-    resection.min_inliers = std::max(kMinResectionPoints, static_cast<int>(kMinResectionShare * static_cast<double>(X.size())));
+    resection.min_inliers =
+        std::max(kMinResectionPoints, static_cast<int>(kMinResectionShare * static_cast<double>(X.size())));
     const auto camera = Resect(X, x, points.px_per_unit[f], resection);
     if (!camera) continue;
     model.P[f] = camera->P;
@@ -133,9 +139,11 @@ int Grow(const ImagePoints& points, ProjectiveModel& model, const SeedOptions& o
     ++placed_now;
     for (std::size_t i = 0; i < track.size(); ++i) {
       auto& flags = model.inlier[track[i]];
-      flags[static_cast<std::size_t>(SightIn(points.tracks[track[i]], pick) - points.tracks[track[i]].data())] = camera->inlier[i];
+      flags[static_cast<std::size_t>(SightIn(points.tracks[track[i]], pick) - points.tracks[track[i]].data())] =
+          camera->inlier[i];
     }
-    // Tracks gain from every camera that sees them; the solved ones are asked again each time the cameras' number has doubled.
+    // Tracks gain from every camera that sees them; the solved ones are asked again each time the cameras' number has
+    // doubled.
     if (model.PlacedCount() >= next_pass) {
       next_pass = 2 * model.PlacedCount();
       IntersectAll(points, model, intersection);
@@ -158,7 +166,8 @@ Seed SeedWindow(const ImagePoints& points, const SeedOptions& options) {
     SharedPoints shared = Shared(points, guess.a, guess.b);
     TwoViewOptions two_view_options;
     two_view_options.inlier_px = options.epipolar_px;
-    two_view_options.seed = options.seed + static_cast<std::uint64_t>(guess.a) * 1009 + static_cast<std::uint64_t>(guess.b);
+    two_view_options.seed =
+        options.seed + static_cast<std::uint64_t>(guess.a) * 1009 + static_cast<std::uint64_t>(guess.b);
     TwoView two = EstimateTwoView(shared.a, shared.b, points.px_per_unit[static_cast<std::size_t>(guess.a)],
                                   points.px_per_unit[static_cast<std::size_t>(guess.b)], two_view_options);
     if (two.kind == TwoViewKind::kHomography) result.homographies.push_back({guess.a, guess.b, two.H});

@@ -13,14 +13,15 @@
 namespace lumi {
 namespace {
 
-// Windows in which things move apart by less than this are made longer; beyond so many frames by leaving frames out, which the
-// others' points place later: a window's cost grows with the square of its frames, and neighbours say the same.
+// Windows in which things move apart by less than this are made longer; beyond so many frames by leaving frames out,
+// which the others' points place later: a window's cost grows with the square of its frames, and neighbours say the
+// same.
 constexpr double kLeastParallaxPx = 6.0;
 constexpr int kMostInWindow = 60;
 
 // The cameras and points of a window by factorisation, from the seed's.
 void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const FactorizationOptions& options,
-    WindowDiagnostics& diagnostics) {
+                    WindowDiagnostics& diagnostics) {
   std::vector<int> local(points.FrameCount(), -1);
   std::vector<std::size_t> frames, tracks;
   for (std::size_t f = 0; f < points.FrameCount(); ++f)
@@ -53,7 +54,8 @@ void FactoriseModel(const ImagePoints& points, ProjectiveModel& model, const Fac
   diagnostics.rank3_gap = result.rank3_gap;
   if (!result.usable) return;
   ProjectiveModel next = model;
-  for (Eigen::Index i = 0; i < rows; ++i) next.P[frames[static_cast<std::size_t>(i)]] = result.P.middleRows<3>(3 * i).normalized();
+  for (Eigen::Index i = 0; i < rows; ++i)
+    next.P[frames[static_cast<std::size_t>(i)]] = result.P.middleRows<3>(3 * i).normalized();
   for (Eigen::Index j = 0; j < columns; ++j) next.X[tracks[static_cast<std::size_t>(j)]] = result.X.col(j).normalized();
   const double before = RmsPx(points, model), after = RmsPx(points, next);
   if (std::isfinite(after) && !(after > before)) model = std::move(next);
@@ -92,7 +94,8 @@ SolvedWindow SolveWindow(const ImagePoints& all, FrameWindow window, const Facto
     AdjustAll(points, model, Adjustment(options, culled.sigma_px, 8), options.adjust_sights, cull);
     // Tracks given up at first are asked once more by better cameras.
     for (std::size_t t = 0; t < points.tracks.size(); ++t)
-      if (!model.solved[t]) IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
+      if (!model.solved[t])
+        IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
     culled = Cull(points, model, cull);
   }
   BalanceFrame(model);
@@ -105,13 +108,14 @@ SolvedWindow SolveWindow(const ImagePoints& all, FrameWindow window, const Facto
 
 }  // namespace
 
-SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera>& camera, const FactorizationOptions& options, ProgressSink& sink) {
+SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera>& camera,
+                           const FactorizationOptions& options, ProgressSink& sink) {
   SolvedWindows result;
   std::vector<SolvedWindow>& solved = result.solved;
   std::vector<PairHomography>& homographies = result.homographies;
   WindowOptions window_options = options.windows;
   const auto frame_count = static_cast<int>(points.FrameCount());
-  int lasting = window_options.length;   // frames from a window's first to its last
+  int lasting = window_options.length;  // frames from a window's first to its last
   while (true) {
     std::vector<FrameWindow> windows = SplitIntoWindows(points, window_options);
     solved.assign(windows.size(), {});

@@ -1,4 +1,5 @@
-// Windows of a video or of photos, each by itself: seed, factorisation, adjustment. They are made longer until they have parallax.
+// Windows of a video or of photos, each by itself: seed, factorisation, adjustment. They are made longer until they
+// have parallax.
 #pragma once
 
 #include <vector>
@@ -10,17 +11,19 @@ namespace lumi {
 
 struct SolvedWindow {
   FrameWindow window;
-  Seed seed;               // seed.model: the window's, after everything
+  Seed seed;  // seed.model: the window's, after everything
   WindowDiagnostics diagnostics;
 };
 
 struct SolvedWindows {
-  std::vector<SolvedWindow> solved;              // at least one of them kPlaced
-  std::vector<PairHomography> homographies;      // of the pairs without parallax; frames of `points`
-  std::vector<char> keys;                        // one a frame: those of windows that left frames out; empty: none is left out
+  std::vector<SolvedWindow> solved;          // at least one of them kPlaced
+  std::vector<PairHomography> homographies;  // of the pairs without parallax; frames of `points`
+  std::vector<char> keys;  // one a frame: those of windows that left frames out; empty: none is left out
 };
 
-// Side by side; the same whatever the number of threads. Throws FactorizationRefused where no window has structure, Interrupted.
-SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera>& camera, const FactorizationOptions& options, ProgressSink& sink);
+// Side by side; the same whatever the number of threads. Throws FactorizationRefused where no window has structure,
+// Interrupted.
+SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera>& camera,
+                           const FactorizationOptions& options, ProgressSink& sink);
 
 }  // namespace lumi

@@ -49,16 +49,20 @@ ProjectiveModel Steering(const ImagePoints& points, const ProjectiveModel& model
   return steering;
 }
 
-void Follow(const ImagePoints& points, const ProjectiveModel& steering, ProjectiveModel& model, const CullOptions& cull) {
+void Follow(const ImagePoints& points, const ProjectiveModel& steering, ProjectiveModel& model,
+            const CullOptions& cull) {
   ParallelFor(points.tracks.size(), 32, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t)
-      if (model.solved[t] && !steering.solved[t]) IntersectTrack(points, model, t, {std::max(3.0, cull.least_px), cull.min_sights, 0});
+      if (model.solved[t] && !steering.solved[t])
+        IntersectTrack(points, model, t, {std::max(3.0, cull.least_px), cull.min_sights, 0});
   });
 }
 
-void FollowWhereCut(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, const CullOptions& cull) {
+void FollowWhereCut(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle,
+                    const CullOptions& cull) {
   ProjectiveModel uncut = model;
-  for (std::size_t t = 0; t < model.X.size(); ++t) uncut.solved[t] = model.solved[t] && CutTrack(points, model, t, bundle).count == 1;
+  for (std::size_t t = 0; t < model.X.size(); ++t)
+    uncut.solved[t] = model.solved[t] && CutTrack(points, model, t, bundle).count == 1;
   Follow(points, uncut, model, cull);
 }
 
@@ -66,8 +70,8 @@ int MaxSpan(const ProjectiveModel& model, const FactorizationOptions& options) {
   return options.windows.ordered && model.PlacedCount() > kManyFrames ? kMostSpan : 0;
 }
 
-void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights, const CullOptions& cull,
-               const std::vector<char>& held) {
+void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOptions& bundle, int sights,
+               const CullOptions& cull, const std::vector<char>& held) {
   ProjectiveModel steering = Steering(points, model, sights);
   if (!AdjustProjective(points, steering, bundle, held).usable) return;
   model.P = steering.P;
@@ -80,7 +84,8 @@ void AdjustAll(const ImagePoints& points, ProjectiveModel& model, const BundleOp
   Follow(points, steering, model, cull);
 }
 
-void AdjustByKeys(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys, BundleOptions bundle, const CullOptions& cull) {
+void AdjustByKeys(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys,
+                  BundleOptions bundle, const CullOptions& cull) {
   ProjectiveModel alone = model;
   for (std::size_t f = 0; f < keys.size(); ++f) alone.placed[f] = alone.placed[f] && keys[f];
   Cull(points, alone, cull);

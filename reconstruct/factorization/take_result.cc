@@ -2,7 +2,8 @@
 
 namespace lumi {
 
-void TakePoints(const ImagePoints& points, const ProjectiveModel& model, const Tracks& tracks, FactorizationResult& result) {
+void TakePoints(const ImagePoints& points, const ProjectiveModel& model, const Tracks& tracks,
+                FactorizationResult& result) {
   result.points.clear();
   result.sights = 0;
   for (std::size_t t = 0; t < points.tracks.size(); ++t) {

@@ -26,18 +26,18 @@ const WindowOptions kShortWindows{.length = 6, .overlap = 4, .min_shared = 0};
 
 // A metric start, and what adjusting its steering tracks makes of it.
 struct MetricAttempt {
-  ProjectiveModel model;       // every track, as the start has it
+  ProjectiveModel model;  // every track, as the start has it
   ProjectiveModel steering;
   MetricModel metric;
   double plane_sigma = 0;
-  double projective_rms = 0, rms = 0;   // of the same sights
+  double projective_rms = 0, rms = 0;  // of the same sights
 
   double Limit() const { return kMetricRmsFactor * projective_rms + kMetricRmsFloorPx; }
 };
 
 // None where a point of the start is no number.
-std::optional<MetricAttempt> Attempt(const ImagePoints& points, const ProjectiveModel& projective, MetricModel start, double plane_sigma,
-                                     double sigma_px, const FactorizationOptions& options) {
+std::optional<MetricAttempt> Attempt(const ImagePoints& points, const ProjectiveModel& projective, MetricModel start,
+                                     double plane_sigma, double sigma_px, const FactorizationOptions& options) {
   MetricAttempt a;
   a.model = projective;
   a.metric = std::move(start);

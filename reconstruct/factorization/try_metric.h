@@ -1,5 +1,5 @@
-// The projective model in a Euclidean frame, by known intrinsics: by one plane at infinity, else by the windows' own; adjusted, and judged
-// against the projective one.
+// The projective model in a Euclidean frame, by known intrinsics: by one plane at infinity, else by the windows' own;
+// adjusted, and judged against the projective one.
 #pragma once
 
 #include <vector>

@@ -25,8 +25,8 @@ constexpr int kMinAgreeing = 12;
 constexpr int kFewestFitted = 8;          // points that a homography is fitted to: twice those that fix it
 constexpr int kMostParallaxTrials = 300;  // pairs of points off the plane
 // Distances to a homography below this are a tracker's own error, however small the noise of the rest; or below so many
-// standard deviations of the distance to epipolar lines (it has one dimension and is shared by both frames, this one has
-// two and is not).
+// standard deviations of the distance to epipolar lines (it has one dimension and is shared by both frames, this one
+// has two and is not).
 constexpr double kPlaneFloorPx = 0.5;
 constexpr double kPlaneSigmas = 6;
 // How many points chance puts onto an epipolar line and off the plane: less than these.
@@ -46,7 +46,8 @@ double SampsonPx2(const PairPoints& p, std::size_t i, const Matrix3d& F) {
   const Vector3d la = F * a.homogeneous();
   const double lbx = F(0, 0) * b.x() + F(1, 0) * b.y() + F(2, 0), lby = F(0, 1) * b.x() + F(1, 1) * b.y() + F(2, 1);
   const double r = b.x() * la.x() + b.y() * la.y() + la.z();
-  const double g = (la.x() * la.x() + la.y() * la.y()) / (p.unit_b * p.unit_b) + (lbx * lbx + lby * lby) / (p.unit_a * p.unit_a);
+  const double g =
+      (la.x() * la.x() + la.y() * la.y()) / (p.unit_b * p.unit_b) + (lbx * lbx + lby * lby) / (p.unit_a * p.unit_a);
   return g > 0 ? r * r / g : std::numeric_limits<double>::infinity();
 }
 
@@ -62,7 +63,9 @@ Eigen::Matrix<double, 1, 9> EpipolarRow(const Vector2d& a, const Vector2d& b) {
   return r;
 }
 
-Matrix3d MatrixFromRows(const Eigen::Matrix<double, 9, 1>& f) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data()); }
+Matrix3d MatrixFromRows(const Eigen::Matrix<double, 9, 1>& f) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data());
+}
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3.
 int RealRoots(double c0, double c1, double c2, double c3, double* roots) {
@@ -97,7 +100,8 @@ int SevenPoint(const PairPoints& p, const std::array<std::size_t, 7>& s, Matrix3
   }
   const Eigen::Matrix<double, 9, 2> null = PerpendicularColumns(At);
   const Matrix3d F0 = MatrixFromRows(null.col(0)), F1 = MatrixFromRows(null.col(1));
-  const double at0 = F0.determinant(), at1 = (F0 + F1).determinant(), at_minus1 = (F0 - F1).determinant(), c3 = F1.determinant();
+  const double at0 = F0.determinant(), at1 = (F0 + F1).determinant(), at_minus1 = (F0 - F1).determinant(),
+               c3 = F1.determinant();
   const double c2 = (at1 + at_minus1) / 2 - at0, c1 = (at1 - at_minus1) / 2 - c3;
   double roots[3];
   const int n = RealRoots(at0, c1, c2, c3, roots);
@@ -137,7 +141,8 @@ Matrix3d RefineFundamental(const PairPoints& p, Matrix3d F, double limit2) {
     for (std::size_t i = 0; i < p.size(); ++i) {
       if (SampsonPx2(p, i, F) >= limit2) continue;
       const Vector3d la = F * p.a[i].homogeneous(), lb = F.transpose() * p.b[i].homogeneous();
-      const double w = 1 / (la.head<2>().squaredNorm() / (p.unit_b * p.unit_b) + lb.head<2>().squaredNorm() / (p.unit_a * p.unit_a));
+      const double w =
+          1 / (la.head<2>().squaredNorm() / (p.unit_b * p.unit_b) + lb.head<2>().squaredNorm() / (p.unit_a * p.unit_a));
       const auto r = EpipolarRow(p.a[i], p.b[i]);
       gram.noalias() += w * r.transpose() * r;
     }
@@ -152,8 +157,8 @@ Matrix3d RefineFundamental(const PairPoints& p, Matrix3d F, double limit2) {
 
 }  // namespace
 
-TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b, double px_per_unit_a, double px_per_unit_b,
-                        const TwoViewOptions& options) {
+TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b, double px_per_unit_a,
+                        double px_per_unit_b, const TwoViewOptions& options) {
   TwoView result;
   const PairPoints p{a, b, px_per_unit_a, px_per_unit_b};
   const std::size_t n = p.size();
@@ -212,9 +217,11 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   result.noise_px = kSigmaPerMad * Quantile(to_line, 0.5);
   result.parallax_px = Quantile(to_plane, 0.8);
   const double plane_px = std::max(kPlaneFloorPx, kPlaneSigmas * result.noise_px);
-  result.off_plane_count = static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
+  result.off_plane_count =
+      static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
   if (std::max(result.inlier_count, count_h) < kMinAgreeing) return result;
-  const bool parallax = result.off_plane_count >= kMinOffPlane && result.off_plane_count >= kMinOffPlaneShare * result.inlier_count;
+  const bool parallax =
+      result.off_plane_count >= kMinOffPlane && result.off_plane_count >= kMinOffPlaneShare * result.inlier_count;
   result.kind = parallax ? TwoViewKind::kGeneral : TwoViewKind::kHomography;
   if (!parallax) {
     result.inlier_count = 0;

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 struct Canonical {
-  Matrix4d G;                                // P^ G = [A | a]; the reference is [I | 0]
+  Matrix4d G;  // P^ G = [A | a]; the reference is [I | 0]
   std::vector<Matrix3d> A;
   std::vector<Vector3d> a;
   std::vector<std::size_t> frame;
@@ -89,7 +89,8 @@ Eigen::MatrixXd PlaneDerivative(const Canonical& c, const Vector3d& p, Eigen::Ve
     const auto k = static_cast<std::size_t>(i);
     for (int d = 0; d < 3; ++d) {
       const Vector3d step = h * Vector3d::Unit(d);
-      J.block<6, 1>(6 * i, d) = (PlaneDeviation(c.A[k], c.a[k], p + step) - PlaneDeviation(c.A[k], c.a[k], p - step)) / (2 * h);
+      J.block<6, 1>(6 * i, d) =
+          (PlaneDeviation(c.A[k], c.a[k], p + step) - PlaneDeviation(c.A[k], c.a[k], p - step)) / (2 * h);
     }
     if (residual) residual->segment<6>(6 * i) = PlaneDeviation(c.A[k], c.a[k], p);
   }
@@ -115,8 +116,8 @@ double RefinePlane(const Canonical& c, Vector3d& p) {
       .cost;
 }
 
-// The dual absolute quadric of [I | 0]'s frame is [I q; q^T rho], q = -p; each camera's image of it is a multiple of the
-// identity: five linear equations in q and rho.
+// The dual absolute quadric of [I | 0]'s frame is [I q; q^T rho], q = -p; each camera's image of it is a multiple of
+// the identity: five linear equations in q and rho.
 Vector3d FromQuadric(const Canonical& c) {
   Vector4d x = Vector4d::Zero();
   for (int round = 0; round < 3; ++round) {
@@ -167,7 +168,8 @@ void FromEssential(const Matrix3d& A, const Vector3d& a, std::vector<Vector3d>& 
 
 }  // namespace
 
-Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& model, const std::vector<Matrix3d>& K_normalised) {
+Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& model,
+                           const std::vector<Matrix3d>& K_normalised) {
   Upgrade result;
   std::vector<Matrix34d> P = model.P;
   for (std::size_t f = 0; f < P.size(); ++f)
@@ -181,7 +183,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   std::vector<Vector3d> starts{FromQuadric(c), Vector3d::Zero()};
   std::vector<std::size_t> by_baseline(c.a.size());
   for (std::size_t i = 0; i < by_baseline.size(); ++i) by_baseline[i] = i;
-  std::sort(by_baseline.begin(), by_baseline.end(), [&](std::size_t i, std::size_t j) { return c.a[i].norm() > c.a[j].norm(); });
+  std::sort(by_baseline.begin(), by_baseline.end(),
+            [&](std::size_t i, std::size_t j) { return c.a[i].norm() > c.a[j].norm(); });
   for (std::size_t k = 0; k < 6; ++k) {
     const std::size_t i = by_baseline[k * (by_baseline.size() - 1) / 6];
     if (c.a[i].norm() > 1e-6) FromEssential(c.A[i], c.a[i], starts);
@@ -195,7 +198,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   for (Vector3d& p : starts) {
     const double cost = RefinePlane(c, p);
     if (!std::isfinite(cost)) continue;
-    const bool known = std::any_of(found.begin(), found.end(), [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
+    const bool known = std::any_of(found.begin(), found.end(),
+                                   [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
     if (!known) found.push_back({p, cost});
   }
   if (found.empty()) return result;
@@ -235,7 +239,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
     }
     // The fourth coordinate's sign is free: baselines reverse, and with them front and back.
     const bool reverse = behind > front;
-    const double share = front + behind > 0 ? static_cast<double>(std::max(front, behind)) / static_cast<double>(front + behind) : 0.0;
+    const double share =
+        front + behind > 0 ? static_cast<double>(std::max(front, behind)) / static_cast<double>(front + behind) : 0.0;
     if (result.found && share <= result.front_share) continue;
     result.found = true;
     result.front_share = share;

@@ -14,14 +14,14 @@
 namespace lumi {
 namespace {
 
-constexpr int kLeastPieceSights = 3;      // of a track within a window
-constexpr std::size_t kLeastShared = 8;   // points from which the scale between neighbours is read
+constexpr int kLeastPieceSights = 3;     // of a track within a window
+constexpr std::size_t kLeastShared = 8;  // points from which the scale between neighbours is read
 
 // A window on its own, in a metric frame of its own.
 struct MetricPiece {
   bool usable = false;
-  FrameWindow window;            // placed frames only
-  MetricModel metric;            // numbers are positions in `window`
+  FrameWindow window;  // placed frames only
+  MetricModel metric;  // numbers are positions in `window`
   std::vector<char> solved;
   double plane_sigma = 0;
 };
@@ -87,11 +87,12 @@ MetricPiece UpgradePiece(const ImagePoints& all, const ProjectiveModel& projecti
   return piece;
 }
 
-// The piece in the whole's frame, from the cameras both have and the points these see; none where they share too little.
-std::optional<Similarity3> WholeFromPiece(const ImagePoints& points, const WindowUpgrade& whole, const std::vector<char>& joined,
-                                          const MetricPiece& piece) {
+// The piece in the whole's frame, from the cameras both have and the points these see; none where they share too
+// little.
+std::optional<Similarity3> WholeFromPiece(const ImagePoints& points, const WindowUpgrade& whole,
+                                          const std::vector<char>& joined, const MetricPiece& piece) {
   Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
-  std::vector<std::size_t> shared;    // positions in the piece
+  std::vector<std::size_t> shared;  // positions in the piece
   for (std::size_t i = 0; i < piece.window.frames.size(); ++i) {
     const auto f = static_cast<std::size_t>(piece.window.frames[i]);
     if (!joined[f]) continue;
@@ -108,7 +109,8 @@ std::optional<Similarity3> WholeFromPiece(const ImagePoints& points, const Windo
       const int f = piece.window.frames[i];
       const auto& sights = points.tracks[t];
       if (std::none_of(sights.begin(), sights.end(), [&](const Sight& s) { return s.frame == f; })) continue;
-      const Rigid3 &in_whole = whole.cam_from_world[static_cast<std::size_t>(f)], &in_piece = piece.metric.cam_from_world[i];
+      const Rigid3 &in_whole = whole.cam_from_world[static_cast<std::size_t>(f)],
+                   &in_piece = piece.metric.cam_from_world[i];
       const Eigen::Vector4d &X = whole.X[t], &Y = piece.metric.X[k];
       const double far = (in_whole.rotation * X.head<3>() + in_whole.translation * X.w()).norm() * std::abs(Y.w());
       const double near = (in_piece.rotation * Y.head<3>() + in_piece.translation * Y.w()).norm() * std::abs(X.w());
@@ -123,13 +125,15 @@ std::optional<Similarity3> WholeFromPiece(const ImagePoints& points, const Windo
   s.rotation = Eigen::Quaterniond(NearestRotation(turns)).normalized();
   for (const std::size_t i : shared) {
     const auto f = static_cast<std::size_t>(piece.window.frames[i]);
-    s.translation += whole.cam_from_world[f].OriginInSource() - s.scale * (s.rotation * piece.metric.cam_from_world[i].OriginInSource());
+    s.translation += whole.cam_from_world[f].OriginInSource() -
+                     s.scale * (s.rotation * piece.metric.cam_from_world[i].OriginInSource());
   }
   s.translation /= static_cast<double>(shared.size());
   return s;
 }
 
-void Join(const MetricPiece& piece, const Similarity3& whole_from_piece, WindowUpgrade& whole, std::vector<char>& joined) {
+void Join(const MetricPiece& piece, const Similarity3& whole_from_piece, WindowUpgrade& whole,
+          std::vector<char>& joined) {
   for (std::size_t i = 0; i < piece.window.frames.size(); ++i) {
     const auto f = static_cast<std::size_t>(piece.window.frames[i]);
     if (joined[f]) continue;
@@ -158,7 +162,8 @@ WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel&
   whole.solved.assign(points.tracks.size(), 0);
   std::vector<MetricPiece> pieces(windows.size());
   ParallelFor(windows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) pieces[i] = UpgradePiece(points, projective, windows[i].frames, intrinsics_px, options);
+    for (std::size_t i = begin; i < end; ++i)
+      pieces[i] = UpgradePiece(points, projective, windows[i].frames, intrinsics_px, options);
   });
   std::vector<char> joined(points.FrameCount(), 0), done(pieces.size(), 0);
   std::vector<double> sigmas;

@@ -29,7 +29,9 @@ std::vector<std::vector<int>> SubSequences(const Eigen::MatrixXi& shared, const 
   int begin = 0;
   while (true) {
     int length = std::min(o.length, n - begin);
-    while (length > std::min(std::max(o.length / 2, 3), n - begin) && shared(frame(begin), frame(begin + length - 1)) < o.min_shared) --length;
+    while (length > std::min(std::max(o.length / 2, 3), n - begin) &&
+           shared(frame(begin), frame(begin + length - 1)) < o.min_shared)
+      --length;
     // A rest too short for a window of its own belongs to this one.
     if (n - begin - length < 2) length = n - begin;
     parts.emplace_back(kept.begin() + begin, kept.begin() + begin + length);
@@ -67,8 +69,9 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
       int pick = -1;
       for (int g = 0; g < n; ++g) {
         if (std::find(group.begin(), group.end(), g) != group.end() || (only_covered && !is_covered(g))) continue;
-        if (link[static_cast<std::size_t>(g)] > 0 && (pick < 0 ||
-            link[static_cast<std::size_t>(g)] > link[static_cast<std::size_t>(pick)])) pick = g;
+        if (link[static_cast<std::size_t>(g)] > 0 &&
+            (pick < 0 || link[static_cast<std::size_t>(g)] > link[static_cast<std::size_t>(pick)]))
+          pick = g;
       }
       if (pick < 0) return false;
       group.push_back(pick);
@@ -91,8 +94,8 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
 std::string Validate(const WindowOptions& options) {
   if (options.stride < 1) return "window stride must be at least 1";
   if (options.length < 2) return "window length must be at least 2";
-  if (options.overlap < 1 ||
-      options.overlap >= options.length) return "window overlap must be at least 1 and less than the window's length";
+  if (options.overlap < 1 || options.overlap >= options.length)
+    return "window overlap must be at least 1 and less than the window's length";
   return {};
 }
 
@@ -112,8 +115,8 @@ std::vector<FrameWindow> SplitIntoWindows(const ImagePoints& points, const Windo
   std::vector<FrameWindow> windows;
   if (points.FrameCount() < 2) return windows;
   const Eigen::MatrixXi shared = SharedTracks(points);
-  for (auto& frames : options.ordered ? SubSequences(shared, options) : Groups(shared, options)) windows.push_back(MakeWindow(points,
-      std::move(frames)));
+  for (auto& frames : options.ordered ? SubSequences(shared, options) : Groups(shared, options))
+    windows.push_back(MakeWindow(points, std::move(frames)));
   return windows;
 }
 
@@ -129,7 +132,8 @@ ImagePoints Extract(const ImagePoints& points, const FrameWindow& window) {
   for (const int t : window.tracks) {
     std::vector<Sight> sights;
     for (const Sight& s : points.tracks[static_cast<std::size_t>(t)])
-      if (local[static_cast<std::size_t>(s.frame)] >= 0) sights.push_back({local[static_cast<std::size_t>(s.frame)], s.x});
+      if (local[static_cast<std::size_t>(s.frame)] >= 0)
+        sights.push_back({local[static_cast<std::size_t>(s.frame)], s.x});
     part.tracks.push_back(std::move(sights));
   }
   return part;

@@ -1,5 +1,5 @@
-// Overlapping sub-sequences (thesis sec. 6.4.1): factorisation wants most tracks seen in most frames, which holds over a
-// part of a video only. Neighbouring windows share frames and tracks, by which they are merged again.
+// Overlapping sub-sequences (thesis sec. 6.4.1): factorisation wants most tracks seen in most frames, which holds over
+// a part of a video only. Neighbouring windows share frames and tracks, by which they are merged again.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 namespace lumi {
 
 struct WindowOptions {
-  int length = 20;          // frames in a window, >= 2
-  int overlap = 10;         // frames shared by neighbours, 1 ... length - 1
-  int min_shared = 50;      // a window is shortened, to half its length at most, while fewer tracks last from its
-                            // first to its last frame; the overlap is then half of it at most
-  int stride = 1;           // of a video every so manieth frame, and the last, are in windows at all; >= 1
-  bool ordered = true;      // frames are a video's; false: groups of photos that share tracks
+  int length = 20;      // frames in a window, >= 2
+  int overlap = 10;     // frames shared by neighbours, 1 ... length - 1
+  int min_shared = 50;  // a window is shortened, to half its length at most, while fewer tracks last from its
+                        // first to its last frame; the overlap is then half of it at most
+  int stride = 1;       // of a video every so manieth frame, and the last, are in windows at all; >= 1
+  bool ordered = true;  // frames are a video's; false: groups of photos that share tracks
 };
 // What is wrong with the options, or empty.
 std::string Validate(const WindowOptions& options);

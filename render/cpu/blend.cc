@@ -58,8 +58,8 @@ template <typename Radiance>
 void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const Radiance& radiance) {
   const auto k = static_cast<std::size_t>(plan.k);
   const RelativeSources& r = setup.sources;
-  // Where the field of view does not take a photo's weight to 0 at its border (off, or a finite penalty in the optimum), no colour
-  // from outside the photo is used all the same.
+  // Where the field of view does not take a photo's weight to 0 at its border (off, or a finite penalty in the
+  // optimum), no colour from outside the photo is used all the same.
   const bool fading = setup.settings.field_of_view;
   const bool additive = setup.settings.similarity == Similarity::kFull && setup.settings.combine == Combine::kAdditive;
   const bool ends = !fading || additive;
@@ -91,9 +91,9 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
         const float weight = plan.weight[s * k + i];
         contained += weight;
         color += weight * radiance(j, u, v, [&] {
-          const float of_photo = normal.x() * px + normal.y() * py + normal.z() * pz;
-          return Footprint(r.focal_px[j] / setup.focal_px, FacingRatio(of_photo, facing), depth / w);
-        });
+                   const float of_photo = normal.x() * px + normal.y() * py + normal.z() * pz;
+                   return Footprint(r.focal_px[j] / setup.focal_px, FacingRatio(of_photo, facing), depth / w);
+                 });
       }
       if (fading && additive) {  // the others make up for it
         if (!(contained > kLeastContained)) {
@@ -114,8 +114,8 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
 
 }  // namespace
 
-void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
-                ImageF& image) {
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos,
+                const std::vector<float>& gains, ImageF& image) {
   const RelativeSources& r = setup.sources;
   Blend(plan, setup, image, [&](std::size_t j, float u, float v, const auto& footprint) {
     const float level = setup.settings.prefilter ? LevelOf(footprint()) : 0.0F;
@@ -124,7 +124,8 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
   });
 }
 
-void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors, ImageF& image) {
+void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors,
+                    ImageF& image) {
   Blend(plan, setup, image, [&](std::size_t j, float, float, const auto&) { return colors[j].array(); });
 }
 

@@ -13,12 +13,14 @@ namespace lumi {
 // the same place on every level. Clamped to the photo's own pixels; trilinear between two levels for level > 0.
 Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level);
 
-// Writes the plan's window into `image` (RGBA, [0,1], premultiplied, the whole view's size). `gains`: a factor on each photo's
-// colours; empty: 1. With field of view off a photo that ends contributes nothing: colour and alpha are missing there.
-void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos, const std::vector<float>& gains,
-                ImageF& image);
+// Writes the plan's window into `image` (RGBA, [0,1], premultiplied, the whole view's size). `gains`: a factor on each
+// photo's colours; empty: 1. With field of view off a photo that ends contributes nothing: colour and alpha are missing
+// there.
+void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos,
+                const std::vector<float>& gains, ImageF& image);
 
 // The same with a constant colour for each source (false colour); colors[j] is RGB in [0,1].
-void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors, ImageF& image);
+void BlendConstants(const FramePlan& plan, const ViewSetup& setup, const std::vector<Eigen::Vector3f>& colors,
+                    ImageF& image);
 
 }  // namespace lumi

@@ -23,7 +23,7 @@ struct Workspace {
   std::vector<CandidateRay> rays;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
-  std::vector<float> nearest;  // inverse depths of a cell's pixels
+  std::vector<float> nearest;          // inverse depths of a cell's pixels
   std::vector<std::int32_t> triangle;  // and whose they are
   std::vector<Eigen::Vector3f> direction, normal;
   std::vector<float> t;
@@ -37,8 +37,8 @@ struct PixelRect {
 
 class CandidateBlender {
  public:
-  CandidateBlender(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
-                   const BlendSources& sources, ImageF& image)
+  CandidateBlender(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer,
+                   const VisibilityMaps* visibility, const BlendSources& sources, ImageF& image)
       : plan_(plan),
         setup_(setup),
         tracer_(tracer),
@@ -93,19 +93,23 @@ class CandidateBlender {
   // Pixels whose centres lie in the cell.
   PixelRect Pixels(int cell) const {
     const int column = cell % plan_.cell_columns, row = cell / plan_.cell_columns;
-    const auto first = [](double edge, int size) { return std::clamp(static_cast<int>(std::ceil(edge - 0.5)), 0, size); };
+    const auto first = [](double edge, int size) {
+      return std::clamp(static_cast<int>(std::ceil(edge - 0.5)), 0, size);
+    };
     return {first(column * plan_.cell_width_px, image_.width), first(row * plan_.cell_height_px, image_.height),
-            first((column + 1) * plan_.cell_width_px, image_.width), first((row + 1) * plan_.cell_height_px, image_.height)};
+            first((column + 1) * plan_.cell_width_px, image_.width),
+            first((row + 1) * plan_.cell_height_px, image_.height)};
   }
 
   TriangleRows Rows(const SparseTriangle& t) const {
     const auto& x = plan_.geometry.x_px;
-    return TriangleRows(
-        {x[static_cast<std::size_t>(t.vertex[0])], x[static_cast<std::size_t>(t.vertex[1])], x[static_cast<std::size_t>(t.vertex[2])]});
+    return TriangleRows({x[static_cast<std::size_t>(t.vertex[0])], x[static_cast<std::size_t>(t.vertex[1])],
+                         x[static_cast<std::size_t>(t.vertex[2])]});
   }
 
   // The plane of a triangle; its area, 0 where it has none.
-  double Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear, LinearD& inverse_depth) const {
+  double Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear,
+               LinearD& inverse_depth) const {
     Eigen::RowVector3d at;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto v = static_cast<std::size_t>(t.vertex[i]);
@@ -124,8 +128,8 @@ class CandidateBlender {
     const auto from = static_cast<std::size_t>(plan_.geometry.first_of_cell[c]),
                to = static_cast<std::size_t>(plan_.geometry.first_of_cell[c + 1]);
     const auto& triangles = plan_.geometry.triangles;
-    if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(from), triangles.begin() + static_cast<std::ptrdiff_t>(to),
-                    [](const auto& t) { return !t.alone; }))
+    if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(from),
+                    triangles.begin() + static_cast<std::ptrdiff_t>(to), [](const auto& t) { return !t.alone; }))
       TestDepths(from, to, rect, work);
     std::vector<bool> drawn(to - from, false);
     for (std::size_t first = from; first < to; ++first) {
@@ -146,7 +150,8 @@ class CandidateBlender {
         drawn[first - from] = true;
         continue;
       }
-      Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.Layer(photo, best, corners, best_linear, rect.x0, rect.y0); });
+      Prepare(cell, rect, work,
+              [&](std::size_t photo) { return shader_.Layer(photo, best, corners, best_linear, rect.x0, rect.y0); });
       for (std::size_t i = 0; i < work.rays.size(); ++i) work.rays[i].inner = Inner(work.layers[i], rect);
       LayerBatch& b = work.batch;
       b.n = 0;
@@ -167,7 +172,9 @@ class CandidateBlender {
           x0 = std::max(x0, rect.x0);
           x1 = std::min(x1, rect.x1);
           const std::int32_t* owner =
-              triangles[t].alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width() - rect.x0;
+              triangles[t].alone
+                  ? nullptr
+                  : work.triangle.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width() - rect.x0;
           for (int x = x0; x < x1; ++x) {
             if (owner && owner[x] != static_cast<std::int32_t>(t)) continue;
             const auto dx = static_cast<float>(x - rect.x0), dy = static_cast<float>(y - rect.y0);
@@ -183,8 +190,8 @@ class CandidateBlender {
     }
   }
 
-  // Whether a photo contains a cell's pixels, feather excluded. Its inner region is convex, and the map to it a homography
-  // wherever w > 0: the cell's corners speak for the cell.
+  // Whether a photo contains a cell's pixels, feather excluded. Its inner region is convex, and the map to it a
+  // homography wherever w > 0: the cell's corners speak for the cell.
   bool Inner(const PhotoLayer& layer, const PixelRect& rect) const {
     const RelativeSources& r = setup_.sources;
     const std::size_t j = layer.photo;
@@ -192,9 +199,12 @@ class CandidateBlender {
     const float margin = r.feather_px[j] + kRoundingPx;
     for (const int x : {0, rect.x1 - 1 - rect.x0})
       for (const int y : {0, rect.y1 - 1 - rect.y0}) {
-        const auto at = [&](const Linear& f) { return f.c + f.x * static_cast<float>(x) + f.y * static_cast<float>(y); };
+        const auto at = [&](const Linear& f) {
+          return f.c + f.x * static_cast<float>(x) + f.y * static_cast<float>(y);
+        };
         const float u = at(layer.map.u), v = at(layer.map.v), w = at(layer.map.w);
-        if (!(w > 0 && u >= margin * w && v >= margin * w && r.width_px[j] * w - u >= margin * w && r.height_px[j] * w - v >= margin * w))
+        if (!(w > 0 && u >= margin * w && v >= margin * w && r.width_px[j] * w - u >= margin * w &&
+              r.height_px[j] * w - v >= margin * w))
           return false;
       }
     return true;
@@ -247,7 +257,8 @@ class CandidateBlender {
           const Eigen::Vector3f offset = work.t[k] * work.direction[k];
           work.points.push_back({offset, work.normal[k], work.normal[k].dot(offset), axis_.dot(offset)});
         }
-    Prepare(cell, rect, work, [&](std::size_t photo) { return shader_.LayerAtDepths(photo, work.points, rect.x0, rect.y0); });
+    Prepare(cell, rect, work,
+            [&](std::size_t photo) { return shader_.LayerAtDepths(photo, work.points, rect.x0, rect.y0); });
     LayerBatch& b = work.batch;
     b.n = 0;
     b.depths = true;
@@ -292,12 +303,14 @@ class CandidateBlender {
     LayerBatch& b = work.batch;
     if (b.n == 0) return;
     if (planes_)
-      for (float* slope : {work.slopes.dx, work.slopes.dy, work.slopes.facing}) std::fill(slope + b.n, slope + b.padded(), slope[b.n - 1]);
+      for (float* slope : {work.slopes.dx, work.slopes.dy, work.slopes.facing})
+        std::fill(slope + b.n, slope + b.padded(), slope[b.n - 1]);
     b.Pad();
     CandidateRule rule = rule_;
     rule.slopes = &work.slopes;
     // The batch's reference is its cell's first pixel, whose centre b.x = b.y = 0 stands for.
-    const int x = b.pixel[0] % image_.width - static_cast<int>(b.x[0]), y = b.pixel[0] / image_.width - static_cast<int>(b.y[0]);
+    const int x = b.pixel[0] % image_.width - static_cast<int>(b.x[0]),
+              y = b.pixel[0] / image_.width - static_cast<int>(b.y[0]);
     rule.ray_x = About(setup_.ray_from_pixel.row(0), x, y);
     rule.ray_y = About(setup_.ray_from_pixel.row(1), x, y);
     rule.ray_z = About(setup_.ray_from_pixel.row(2), x, y);
@@ -322,11 +335,12 @@ class CandidateBlender {
 }  // namespace
 
 bool CanBlendCandidates(const RadianceSettings& s) {
-  return s.Sparse() && s.k > 0 && s.similarity == Similarity::kIdentity && s.correlation == Correlation::kInverse && s.alpha > 0;
+  return s.Sparse() && s.k > 0 && s.similarity == Similarity::kIdentity && s.correlation == Correlation::kInverse &&
+         s.alpha > 0;
 }
 
-void BlendCandidates(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
-                     const BlendSources& sources, ImageF& image) {
+void BlendCandidates(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer,
+                     const VisibilityMaps* visibility, const BlendSources& sources, ImageF& image) {
   const CandidateBlender blender(plan, setup, tracer, visibility, sources, image);
   ParallelFor(static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows), 1,
               [&](std::size_t begin, std::size_t end) {

@@ -16,12 +16,13 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLanes = 16;
-// The window's edge at a (k+1)-way tie, where all weights would vanish: the float before 1, so that exactly the tied share.
+// The window's edge at a (k+1)-way tie, where all weights would vanish: the float before 1, so that exactly the tied
+// share.
 constexpr float kTied = 1 - std::numeric_limits<float>::epsilon() / 2;
 
 struct RayBatch {
   alignas(64) float x[kBatch], y[kBatch], z[kBatch];  // rays times 1, and
-  alignas(64) float squared[kBatch];  // their squared length
+  alignas(64) float squared[kBatch];                  // their squared length
   alignas(64) float h1[kBatch], edge[kBatch], sum[kBatch], f[kBatch];
 };
 
@@ -31,7 +32,8 @@ LUMI_KERNEL void Rays(const LayerBatch& b, const CandidateRule& rule, RayBatch& 
   const float* __restrict bx = b.x;
   const float* __restrict by = b.y;
   for (int i = 0; i < n; ++i) {
-    const float x = rx.c + rx.x * bx[i] + rx.y * by[i], y = ry.c + ry.x * bx[i] + ry.y * by[i], z = rz.c + rz.x * bx[i] + rz.y * by[i];
+    const float x = rx.c + rx.x * bx[i] + rx.y * by[i], y = ry.c + ry.x * bx[i] + ry.y * by[i],
+                z = rz.c + rz.x * bx[i] + rz.y * by[i];
     rays.x[i] = x;
     rays.y[i] = y;
     rays.z[i] = z;
@@ -54,7 +56,8 @@ struct PixelSight {
   LUMI_INLINE float theta() const {
     const float x = rays.x[i], y = rays.y[i], z = rays.z[i], s = b.inverse_depth[i];
     const float cx = c.dy * z - c.dz * y, cy = c.dz * x - c.dx * z, cz = c.dx * y - c.dy * x;
-    return AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s, rays.squared[i] - (c.dx * x + c.dy * y + c.dz * z) * s);
+    return AtanPositive(std::sqrt(cx * cx + cy * cy + cz * cz) * s,
+                        rays.squared[i] - (c.dx * x + c.dy * y + c.dz * z) * s);
   }
   LUMI_INLINE float At(const Linear& f) const { return f.c + f.x * b.x[i] + f.y * b.y[i] + f.d * b.inverse_depth[i]; }
   LUMI_INLINE float w_by_depth() const { return At(c.map.w); }  // depth in the photo over that in the view
@@ -75,8 +78,9 @@ struct PixelSight {
     } else {
       const float w = w_by_depth(), x = u(), y = v();
       const Linear &mu = c.map.u, &mv = c.map.v, &mw = c.map.w;
-      const float sigma = PlaneStretch(mu.x - x * mw.x, mu.y - x * mw.y, mv.x - y * mw.x, mv.y - y * mw.y, mu.d - x * mw.d, mv.d - y * mw.d,
-                                       slopes->dx[i], slopes->dy[i], slopes->facing[i], w);
+      const float sigma =
+          PlaneStretch(mu.x - x * mw.x, mu.y - x * mw.y, mv.x - y * mw.x, mv.y - y * mw.y, mu.d - x * mw.d,
+                       mv.d - y * mw.d, slopes->dx[i], slopes->dy[i], slopes->facing[i], w);
       return w > 0 ? sigma : 1e12F;
     }
   }
@@ -84,17 +88,20 @@ struct PixelSight {
 
 // What a term adds to h.
 template <typename M, Resolution kStretch>
-LUMI_KERNEL void AddTerm(const LayerBatch& b, const RayBatch& rays, const CandidateRay& given, const PlaneSlopes* slopes,
-                         const typename M::Shape& given_shape, const PhotoField* field, float scale, float* __restrict terms) {
+LUMI_KERNEL void AddTerm(const LayerBatch& b, const RayBatch& rays, const CandidateRay& given,
+                         const PlaneSlopes* slopes, const typename M::Shape& given_shape, const PhotoField* field,
+                         float scale, float* __restrict terms) {
   const CandidateRay c = given;
   const typename M::Shape shape = given_shape;
   const int n = b.padded();
   for (int i = 0; i < n; ++i)
-    terms[i] = WithTerm(terms[i], scale, static_cast<float>(M::kOwn), M::Value(PixelSight<kStretch>{b, rays, c, slopes, i, field}, shape));
+    terms[i] = WithTerm(terms[i], scale, static_cast<float>(M::kOwn),
+                        M::Value(PixelSight<kStretch>{b, rays, c, slopes, i, field}, shape));
 }
 
 // All that differ from pixel to pixel; false where there are none.
-bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, const CandidateRule& rule, float* terms) {
+bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, const CandidateRule& rule,
+              float* terms) {
   const RadianceSettings& s = *rule.settings;
   bool any = false;
   ForEachTerm([&]<typename M> {
@@ -104,22 +111,23 @@ bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, 
       any = true;
       const auto scale = static_cast<float>(M::Factor(s) * 2 * s.r_max_rad);
       const PhotoField* field = &(*rule.fields)[MeasureList::IndexOf<M>()];
-      (s.resolution == Resolution::kJacobian ? AddTerm<M, Resolution::kJacobian> : AddTerm<M, Resolution::kDistance>)(
-          b, rays, c, rule.slopes, M::ShapeOf(s), field, scale, terms);
+      (s.resolution == Resolution::kJacobian
+           ? AddTerm<M, Resolution::kJacobian>
+           : AddTerm<M, Resolution::kDistance>)(b, rays, c, rule.slopes, M::ShapeOf(s), field, scale, terms);
     }
   });
   return any;
 }
 
-// Field of view: a photo that contains all pixels, feather excluded (f = 1, and where it sees them need not be known); one that
-// fades; or f = 1 everywhere, and whether it contains the pixel is told by f_out.
+// Field of view: a photo that contains all pixels, feather excluded (f = 1, and where it sees them need not be known);
+// one that fades; or f = 1 everywhere, and whether it contains the pixel is told by f_out.
 enum class Field { kInner, kSoft, kHard };
 
 // h without visibility, f, and (not for Field::kInner) visibility's arguments. `terms`: read where kTerms says so.
 template <Field kField, bool kTerms>
-LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const CandidateRule& rule, RayBatch& rays, const float* __restrict terms,
-                         float* __restrict h_out, float* __restrict f_out, float* __restrict u_out, float* __restrict v_out,
-                         float* __restrict w_out) {
+LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const CandidateRule& rule, RayBatch& rays,
+                         const float* __restrict terms, float* __restrict h_out, float* __restrict f_out,
+                         float* __restrict u_out, float* __restrict v_out, float* __restrict w_out) {
   const CandidateRay c = given;
   const float alpha = rule.alpha, gamma = rule.gamma, feather = 1 / c.feather_px;
   const int n = b.padded();
@@ -148,8 +156,9 @@ LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const C
 }
 
 // VisibilityMaps::Visibility, into h.
-LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& rule, const float* __restrict f, const float* __restrict u,
-                            const float* __restrict v, const float* __restrict depth, float* __restrict h) {
+LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& rule, const float* __restrict f,
+                            const float* __restrict u, const float* __restrict v, const float* __restrict depth,
+                            float* __restrict h) {
   const float* __restrict map = c.depth_map;
   const int width = rule.map_width, right = width - 1, low = rule.map_height - 1;
   const float su = static_cast<float>(width) / c.width_px, sv = static_cast<float>(rule.map_height) / c.height_px;
@@ -163,8 +172,10 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
     const int x1 = std::min(x0 + 1, right), y1 = std::min(y0 + 1, low);
     const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
-    const float top = (1 - ax) * SeenPast(depth[i], map[y0 * width + x0]) + ax * SeenPast(depth[i], map[y0 * width + x1]);
-    const float bottom = (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
+    const float top =
+        (1 - ax) * SeenPast(depth[i], map[y0 * width + x0]) + ax * SeenPast(depth[i], map[y0 * width + x1]);
+    const float bottom =
+        (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
     const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
     const float value = soft ? f[i] : 1.0F;
     const float blocked = WithGate(h[i], value > 0 ? value : 1.0F, seen, gamma);
@@ -192,8 +203,8 @@ inline void Order(Lanes& a, Lanes& b) {
 
 // The smallest and the (k+1)st of each pixel; a k known to the compiler keeps them in registers.
 template <int kFixed>
-[[gnu::always_inline]] inline void SmallestAndLast(int n, int candidates, int k_given, const float* __restrict h, float* __restrict h1_out,
-                                                   float* __restrict edge_out) {
+[[gnu::always_inline]] inline void SmallestAndLast(int n, int candidates, int k_given, const float* __restrict h,
+                                                   float* __restrict h1_out, float* __restrict edge_out) {
   const int k = kFixed > 0 ? kFixed : k_given;
   alignas(64) float infinite[kLanes], first[kLanes], last[kLanes];
   for (float& f : infinite) f = kInfinity;
@@ -230,7 +241,8 @@ LUMI_KERNEL void Window5(int n, int candidates, int k, const float* h, float* h1
 }
 
 // h to h_1/h_j - h_1/h_{k+1}; their sum.
-LUMI_KERNEL void Weights(int n, float* __restrict h, const float* __restrict h1, const float* __restrict edge, float* __restrict sum) {
+LUMI_KERNEL void Weights(int n, float* __restrict h, const float* __restrict h1, const float* __restrict edge,
+                         float* __restrict sum) {
   for (int i = 0; i < n; ++i) {
     const float ratio = h[i] == h1[i] ? 1.0F : h1[i] / std::max(h[i], 1e-37F);
     const float w = h[i] < kInfinity ? std::max(0.0F, ratio - edge[i]) : 0.0F;
@@ -245,7 +257,8 @@ LUMI_KERNEL void Scale(int n, const float* __restrict by, float* __restrict w) {
 
 }  // namespace
 
-void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule, std::vector<float>& weights) {
+void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule,
+                     std::vector<float>& weights) {
   const int n = b.padded(), count = static_cast<int>(candidates.size());
   // One row more each for what a photo contains, where field of view is off; for visibility's arguments, and for terms.
   const std::size_t rows = candidates.size();
@@ -265,7 +278,10 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
     measure(b, ray, rule, rays, terms, h, f, u, v, w);
     if (ray.depth_map && rule.gamma > 0) Visibility(n, ray, rule, f, u, v, w, h);
   }
-  (rule.k == 3 ? Window3 : rule.k == 4 ? Window4 : rule.k == 5 ? Window5 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);
+  (rule.k == 3   ? Window3
+   : rule.k == 4 ? Window4
+   : rule.k == 5 ? Window5
+                 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);
   std::fill_n(rays.sum, n, 0.0F);
   for (std::size_t c = 0; c < rows; ++c) Weights(n, weights.data() + c * kBatch, rays.h1, rays.edge, rays.sum);
   for (int i = 0; i < n; ++i) {

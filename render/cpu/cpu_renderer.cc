@@ -22,14 +22,19 @@ namespace lumi {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double Milliseconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double, std::milli>(to - from).count(); }
+double Milliseconds(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
 
 class CpuRenderer final : public WorldRenderer {
  public:
-  CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) : photos_(photos) { Enter(std::move(world)); }
+  CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) : photos_(photos) {
+    Enter(std::move(world));
+  }
 
   ImageF Render(const RenderRequest& request) override {
-    const ViewSetup setup = MakeViewSetup(world_->sources, request.view, request.settings, request.use.empty() ? world_->use : request.use);
+    const ViewSetup setup =
+        MakeViewSetup(world_->sources, request.view, request.settings, request.use.empty() ? world_->use : request.use);
     const VisibilityMaps* visibility = request.settings.visibility && occlusion_ ? &Visibility() : nullptr;
     const int width = request.view.size_px.x(), height = request.view.size_px.y();
     ImageF image(width, height, 4);
@@ -47,7 +52,8 @@ class CpuRenderer final : public WorldRenderer {
   }
 
   void Enter(std::shared_ptr<const PictureWorld> world) override {
-    if (world_ && world->sources.views.size() != world_->sources.views.size()) throw std::invalid_argument("Enter: as many cameras as before are wanted");
+    if (world_ && world->sources.views.size() != world_->sources.views.size())
+      throw std::invalid_argument("Enter: as many cameras as before are wanted");
     world_ = std::move(world);
     proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
     occlusion_ = world_->occlusion && CanOcclude(world_->proxy);
@@ -65,15 +71,19 @@ class CpuRenderer final : public WorldRenderer {
   RenderStatistics Statistics() const override { return statistics_; }
 
  private:
-  void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+  void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
+                        ImageF& image) {
     const Clock::time_point start = Clock::now();
-    statistics_.optimum = RenderPixels(world_->sources, setup, *proxy_, visibility, {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr},
-                                       InterruptRequested, image);
+    statistics_.optimum =
+        RenderPixels(world_->sources, setup, *proxy_, visibility,
+                     {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr}, InterruptRequested, image);
     statistics_.blend_ms = Milliseconds(start, Clock::now());
   }
 
-  // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh all.
-  void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+  // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh
+  // all.
+  void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
+                   ImageF& image) {
     if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
     const std::vector<float> gains = RelativeGains(world_->sources, setup);
     const Clock::time_point start = Clock::now();
@@ -86,7 +96,8 @@ class CpuRenderer final : public WorldRenderer {
                   WeighScratch scratch;
                   for (std::size_t cell = begin; cell < end; ++cell) {
                     if (InterruptRequested()) return;
-                    PlanCellPixels(setup, *proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan, scratch);
+                    PlanCellPixels(setup, *proxy_, visibility, candidates_, static_cast<int>(cell), cell_setup, plan,
+                                   scratch);
                     if (request.show == Show::kFalseColor)
                       BlendConstants(plan, setup, colors_, image);
                     else
@@ -100,7 +111,8 @@ class CpuRenderer final : public WorldRenderer {
       DrawGrid(request.settings.grid_columns, request.settings.grid_rows, candidates_.geometry.epipoles_px, image);
   }
 
-  void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility, ImageF& image) {
+  void RenderSparse(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
+                    ImageF& image) {
     if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
     std::optional<PhotoLevels> levels;
     BlendSources sources;
@@ -154,7 +166,8 @@ class CpuRenderer final : public WorldRenderer {
 
 }  // namespace
 
-std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world,
+                                               const std::vector<Photo>& photos) {
   return std::make_unique<CpuRenderer>(std::move(world), photos);
 }
 

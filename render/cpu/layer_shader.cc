@@ -32,7 +32,8 @@ bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x, Eigen::Matrix3d&
   return out.allFinite();
 }
 
-LayerShader::LayerShader(const ViewSetup& setup, const BlendSources& sources) : setup_(setup), sources_(sources), maps_(setup) {
+LayerShader::LayerShader(const ViewSetup& setup, const BlendSources& sources)
+    : setup_(setup), sources_(sources), maps_(setup) {
   float largest = 1;
   for (const float g : sources.gains) largest = std::max(largest, g);
   weight_one_ = kWeightOne / largest;
@@ -43,7 +44,8 @@ LayerShader::LayerShader(const ViewSetup& setup, const BlendSources& sources) : 
   }
 }
 
-PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth, const std::array<Eigen::Vector2d, 3>& corners_px,
+PhotoLayer LayerShader::Layer(std::size_t photo, const LinearD& inverse_depth,
+                              const std::array<Eigen::Vector2d, 3>& corners_px,
                               const Eigen::Matrix3d& linear_from_corners, int x, int y) const {
   PhotoLayer layer;
   layer.photo = photo;
@@ -77,7 +79,8 @@ PhotoLayer LayerShader::LayerAtDepths(std::size_t photo, std::span<const Surface
   layer.map = maps_.AtDepths(photo, x, y);
   if (!sources_.photos || !setup_.settings.prefilter || points.empty()) return layer;
   const RelativeSources& r = setup_.sources;
-  const Eigen::Vector3f centre(r.dx[photo], r.dy[photo], r.dz[photo]), axis(r.m[6][photo], r.m[7][photo], r.m[8][photo]);
+  const Eigen::Vector3f centre(r.dx[photo], r.dy[photo], r.dz[photo]),
+      axis(r.m[6][photo], r.m[7][photo], r.m[8][photo]);
   const int last = sources_.photos->count(photo) - 1;
   // The mean of the points' logarithms is the logarithm of their footprints' geometric mean.
   const float focal_ratio = r.focal_px[photo] / setup_.focal_px;
@@ -108,7 +111,8 @@ void LayerShader::Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer
   alignas(64) float share[kBatch];
   for (int l = layer.first_level; l <= layer.last_level; ++l) {
     const LevelView& level = sources_.photos->level(layer.photo, l);
-    const PhotoMap map = Scaled(layer.map, static_cast<float>(level.width) / width, static_cast<float>(level.height) / height);
+    const PhotoMap map =
+        Scaled(layer.map, static_cast<float>(level.width) / width, static_cast<float>(level.height) / height);
     const float* w = weight;
     if (layer.first_level < layer.last_level) {
       std::copy_n(weight, b.padded(), share);
@@ -133,8 +137,8 @@ void LayerShader::Store(LayerBatch& b, bool normalised, float* rgba) const {
   StoreColors(b, rgba);
 }
 
-void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch,
-                        float* rgba) const {
+void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one,
+                        std::vector<float>& scratch, float* rgba) const {
   b.Pad();
   b.Clear(!sources_.photos);
   const int n = b.padded();

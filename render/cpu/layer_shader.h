@@ -14,10 +14,10 @@ namespace lumi {
 // A photo over the pixels of one plane. All functions about the same reference pixel.
 struct PhotoLayer {
   std::size_t photo = 0;
-  PhotoMap map;  // in the photo's pixels
-  Linear weight;  // read by Shade with interpolated weights
+  PhotoMap map;       // in the photo's pixels
+  Linear weight;      // read by Shade with interpolated weights
   bool ends = false;  // its weight is gated
-  Linear level;  // of its pyramid
+  Linear level;       // of its pyramid
   int first_level = 0, last_level = 0;
 };
 
@@ -36,11 +36,14 @@ class LayerShader {
                    const Eigen::Matrix3d& linear_from_corners, int x, int y) const;
 
   // Interpolated weights. `sums_to_one`: no layer is gated, the weights sum to 1 and the negative ones to -1 or more.
-  void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch, float* rgba) const;
+  void Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bool sums_to_one, std::vector<float>& scratch,
+             float* rgba) const;
   // A layer for a batch of pixels with depths of their own: at the mean of the levels that some of them call for.
   PhotoLayer LayerAtDepths(std::size_t photo, std::span<const SurfacePoint> points, int x, int y) const;
-  // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0 (field of view on) or to alpha.
-  void ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights, float* rgba) const;
+  // Given weights: `weights` holds kBatch floats a layer, which sum to 1 wherever b.alpha > 0 (field of view on) or to
+  // alpha.
+  void ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& layers, const std::vector<float>& weights,
+                     float* rgba) const;
 
  private:
   void Add(LayerBatch& b, int begin, int end, const PhotoLayer& layer, const float* weight) const;
@@ -55,8 +58,8 @@ class LayerShader {
   float lowest_weight_ = 0;        // of interpolated ones
 };
 
-// Coefficients of the function that is linear in the image and takes given values at three corners: value = (a, b, c) M.
-// False for corners on a line.
+// Coefficients of the function that is linear in the image and takes given values at three corners: value = (a, b, c)
+// M. False for corners on a line.
 bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& out);
 
 }  // namespace lumi

@@ -26,7 +26,8 @@ PhotoLevels::PhotoLevels(const std::vector<Photo>& photos) {
         Image8& wide = widened_.emplace_back(std::max(2, image.width), std::max(2, image.height), 3);
         for (int y = 0; y < wide.height; ++y)
           for (int x = 0; x < wide.width; ++x)
-            for (int c = 0; c < 3; ++c) wide.At(x, y, c) = image.At(std::min(x, image.width - 1), std::min(y, image.height - 1), c);
+            for (int c = 0; c < 3; ++c)
+              wide.At(x, y, c) = image.At(std::min(x, image.width - 1), std::min(y, image.height - 1), c);
         levels_.push_back({wide.data.data(), wide.width, wide.height});
         e.count = 1;
         break;
@@ -64,8 +65,8 @@ LUMI_KERNEL void EvaluateWeights(const LayerBatch& b, const Linear& f, float low
   for (int i = 0; i < n; ++i) out[i] = std::max(lowest, c + fx * x[i] + fy * y[i]);
 }
 
-LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px,
-                              float* __restrict out) {
+LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px,
+                              float feather_px, float* __restrict out) {
   const float* __restrict x = b.x;
   const float* __restrict y = b.y;
   const Linear mu = map.u, mv = map.v, mw = map.w;
@@ -110,7 +111,8 @@ template <bool kDepths>
   const auto right = static_cast<float>(level.width - 1), low = static_cast<float>(level.height - 1);
   const std::int32_t last_x = level.width - 2, last_y = level.height - 2, stride = 3 * level.width;
   for (int i = begin; i < end; ++i) {
-    float w = mw.c + mw.x * x[i] + mw.y * y[i], us = mu.c + mu.x * x[i] + mu.y * y[i], vs = mv.c + mv.x * x[i] + mv.y * y[i];
+    float w = mw.c + mw.x * x[i] + mw.y * y[i], us = mu.c + mu.x * x[i] + mu.y * y[i],
+          vs = mv.c + mv.x * x[i] + mv.y * y[i];
     if constexpr (kDepths) {
       w += mw.d * inverse_depth[i];
       us += mu.d * inverse_depth[i];
@@ -120,9 +122,11 @@ template <bool kDepths>
     // Clamped to the centres of the border pixels: no colour from outside a photo.
     const float u = std::min(std::max(0.0F, us * iw - 0.5F), right);
     const float v = std::min(std::max(0.0F, vs * iw - 0.5F), low);
-    const std::int32_t x0 = std::min(static_cast<std::int32_t>(u), last_x), y0 = std::min(static_cast<std::int32_t>(v), last_y);
+    const std::int32_t x0 = std::min(static_cast<std::int32_t>(u), last_x),
+                       y0 = std::min(static_cast<std::int32_t>(v), last_y);
     const float ax = u - static_cast<float>(x0), ay = v - static_cast<float>(y0);
-    const auto all = static_cast<std::int32_t>(std::min(std::max(weight[i] * weight_one, -kWeightOne), kWeightOne) + 0.5F);
+    const auto all =
+        static_cast<std::int32_t>(std::min(std::max(weight[i] * weight_one, -kWeightOne), kWeightOne) + 0.5F);
     const auto below = static_cast<std::int32_t>(static_cast<float>(all) * ay + 0.5F);
     const std::int32_t above = all - below;
     const auto above_right = static_cast<std::int32_t>(static_cast<float>(above) * ax + 0.5F);
@@ -134,26 +138,27 @@ template <bool kDepths>
   }
 }
 
-LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
-                          float weight_one) {
+LUMI_KERNEL void MapPlane(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level,
+                          const float* weight, float weight_one) {
   Map<false>(b, begin, end, map, level, weight, weight_one);
 }
-LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
-                           float weight_one) {
+LUMI_KERNEL void MapDepths(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level,
+                           const float* weight, float weight_one) {
   Map<true>(b, begin, end, map, level, weight, weight_one);
 }
 
 }  // namespace
 
-void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one) {
+void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                float weight_one) {
   const int padded = std::min(b.padded(), (end + 15) / 16 * 16);
   (b.depths ? MapDepths : MapPlane)(b, begin, padded, map, level, weight, weight_one);
 }
 
 namespace {
 
-// Two texels of a row are read with 8 bytes: those from the upper one, and those that end with the lower one's sixth, so that
-// nothing outside the picture is touched.
+// Two texels of a row are read with 8 bytes: those from the upper one, and those that end with the lower one's sixth,
+// so that nothing outside the picture is touched.
 void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
   const std::ptrdiff_t stride = 3 * static_cast<std::ptrdiff_t>(level.width);
   for (int i = begin; i < end; ++i) {
@@ -167,7 +172,8 @@ void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
 
 #ifdef LUMI_X86_FETCH
 // noipa: GCC 12 takes a function of another target than its caller's for one without effects, and drops the call.
-__attribute__((target("arch=x86-64-v3"), noipa)) void FetchV3(LayerBatch& b, int begin, int end, const LevelView& level) {
+__attribute__((target("arch=x86-64-v3"), noipa)) void FetchV3(LayerBatch& b, int begin, int end,
+                                                              const LevelView& level) {
   // r r' g g' b b' as 16-bit numbers, to be multiplied by a pair of weights and added in pairs.
   const __m128i pick_top = _mm_setr_epi8(0, -1, 3, -1, 1, -1, 4, -1, 2, -1, 5, -1, -1, -1, -1, -1);
   const __m128i pick_bottom = _mm_setr_epi8(2, -1, 5, -1, 3, -1, 6, -1, 4, -1, 7, -1, -1, -1, -1, -1);
@@ -199,7 +205,8 @@ void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level) {
   FetchPortable(b, begin, end, level);
 }
 
-LUMI_KERNEL void AddConstant(LayerBatch& b, int begin, int end, const float* __restrict weight, const float* __restrict rgb) {
+LUMI_KERNEL void AddConstant(LayerBatch& b, int begin, int end, const float* __restrict weight,
+                             const float* __restrict rgb) {
   float* __restrict out = b.rgb;
   for (int i = begin; i < end; ++i)
     for (int c = 0; c < 3; ++c) out[4 * i + c] += weight[i] * rgb[c];
@@ -210,7 +217,8 @@ LUMI_KERNEL void ScaleBySum(LayerBatch& b) {
   const float* __restrict alpha = b.alpha;
   const std::int32_t* __restrict sum = b.sum;
   const int n = b.padded();
-  for (int i = 0; i < n; ++i) scale[i] = sum[i] > 0 ? alpha[i] / (255.0F * static_cast<float>(std::max(sum[i], 1))) : 0.0F;
+  for (int i = 0; i < n; ++i)
+    scale[i] = sum[i] > 0 ? alpha[i] / (255.0F * static_cast<float>(std::max(sum[i], 1))) : 0.0F;
 }
 
 LUMI_KERNEL void StoreColors(const LayerBatch& b, float* __restrict rgba) {

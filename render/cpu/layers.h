@@ -1,7 +1,7 @@
-// The inner loops of the CPU's blending: a batch of pixels of one plane, a photo at a time. On a plane a photo's pixel is a
-// homography of the view's: u w, v w, w and interpolated weights are linear in the view's pixels, and one division a layer and
-// pixel remains. Colours are summed in integers: a bilinear sample and its weight are four 16-bit weights, whose own sum is
-// what the colour is divided by, so that a constant world stays constant.
+// The inner loops of the CPU's blending: a batch of pixels of one plane, a photo at a time. On a plane a photo's pixel
+// is a homography of the view's: u w, v w, w and interpolated weights are linear in the view's pixels, and one division
+// a layer and pixel remains. Colours are summed in integers: a bilinear sample and its weight are four 16-bit weights,
+// whose own sum is what the colour is divided by, so that a constant world stays constant.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,9 @@ class PhotoLevels {
   explicit PhotoLevels(const std::vector<Photo>& photos);
   int shift(std::size_t photo) const { return entries_[photo].shift; }  // level 0 is the photo halved this often
   int count(std::size_t photo) const { return entries_[photo].count; }
-  const LevelView& level(std::size_t photo, int level) const { return levels_[static_cast<std::size_t>(entries_[photo].first + level)]; }
+  const LevelView& level(std::size_t photo, int level) const {
+    return levels_[static_cast<std::size_t>(entries_[photo].first + level)];
+  }
 
  private:
   struct Entry {
@@ -52,36 +54,38 @@ class PhotoLevels {
 // A batch: arrays of kBatch, used up to `n`; kernels read and write up to the next multiple of 16.
 struct LayerBatch {
   int n = 0;
-  bool depths = false;                    // maps read inverse_depth; else the batch lies in one plane
-  alignas(64) float x[kBatch];            // pixels, relative to a reference of the caller's
+  bool depths = false;          // maps read inverse_depth; else the batch lies in one plane
+  alignas(64) float x[kBatch];  // pixels, relative to a reference of the caller's
   alignas(64) float y[kBatch];
-  alignas(64) std::int32_t pixel[kBatch]; // where the result goes
-  alignas(64) float inverse_depth[kBatch]; // read where `depths` says so
+  alignas(64) std::int32_t pixel[kBatch];   // where the result goes
+  alignas(64) float inverse_depth[kBatch];  // read where `depths` says so
   alignas(64) float weight[kBatch];
   alignas(64) float alpha[kBatch];
   alignas(64) float scale[kBatch];
   alignas(64) std::int32_t offset[kBatch];
-  alignas(64) std::int32_t top[kBatch];   // two 16-bit weights each
+  alignas(64) std::int32_t top[kBatch];  // two 16-bit weights each
   alignas(64) std::int32_t bottom[kBatch];
   alignas(64) std::int32_t sum[kBatch];
   alignas(64) std::int32_t color[4 * kBatch];
-  alignas(64) float rgb[4 * kBatch];      // of constant colours
+  alignas(64) float rgb[4 * kBatch];  // of constant colours
 
   int padded() const { return (n + 15) / 16 * 16; }
-  void Pad();     // repeats the last pixel
-  void Clear(bool constants);   // rgb, or sum and color
+  void Pad();                  // repeats the last pixel
+  void Clear(bool constants);  // rgb, or sum and color
 };
 
 // out = max(lowest, f)
 void EvaluateWeights(const LayerBatch& b, const Linear& f, float lowest, float* out);
-// Feathered gate: min(1, f / kAlphaFullAt) at each pixel, f the raised cosine over feather_px at the photo's border; for
-// feather_px = 0 whether the photo contains the point. 0 behind the camera.
-void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px, float* out);
+// Feathered gate: min(1, f / kAlphaFullAt) at each pixel, f the raised cosine over feather_px at the photo's border;
+// for feather_px = 0 whether the photo contains the point. 0 behind the camera.
+void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float width_px, float height_px, float feather_px,
+                  float* out);
 // out *= max(0, 1 - |clamp(f, 0, last) - level|): this level's share of a trilinear sample.
 void ScaleByLevel(const LayerBatch& b, const Linear& f, float last, float level, float* out);
-// Where each pixel of [begin, end), multiples of 16 or the batch's end, falls in a level (`map` in the level's own pixels) and
-// with which integer weights, negative ones, too (weight * weight_one within +-kWeightOne); adds to b.sum.
-void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight, float weight_one);
+// Where each pixel of [begin, end), multiples of 16 or the batch's end, falls in a level (`map` in the level's own
+// pixels) and with which integer weights, negative ones, too (weight * weight_one within +-kWeightOne); adds to b.sum.
+void MapToLevel(LayerBatch& b, int begin, int end, const PhotoMap& map, const LevelView& level, const float* weight,
+                float weight_one);
 // Adds what MapToLevel found to b.color.
 void FetchLayer(LayerBatch& b, int begin, int end, const LevelView& level);
 // b.rgb += weight * rgb

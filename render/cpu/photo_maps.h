@@ -16,7 +16,8 @@ using LinearD = Eigen::RowVector3d;  // times (x_px, y_px, 1)
 
 // f about the centre of pixel (x, y).
 inline Linear About(const LinearD& f, int x, int y) {
-  return {static_cast<float>(f[0] * (x + 0.5) + f[1] * (y + 0.5) + f[2]), static_cast<float>(f[0]), static_cast<float>(f[1])};
+  return {static_cast<float>(f[0] * (x + 0.5) + f[1] * (y + 0.5) + f[2]), static_cast<float>(f[0]),
+          static_cast<float>(f[1])};
 }
 
 // (u w, v w, w) / depth = A (x, y, 1) - e / depth, where 1 / depth is linear on a plane.
@@ -63,14 +64,17 @@ class PhotoMaps {
   struct Map {
     Eigen::Matrix3d A;
     Eigen::Vector3d e;
-    Eigen::Vector3d centre;  // the photo's, in the view's pixels, homogeneous: n.D / n.p is the plane's inverse depth there
+    Eigen::Vector3d
+        centre;  // the photo's, in the view's pixels, homogeneous: n.D / n.p is the plane's inverse depth there
   };
   std::vector<Map> maps_;
 };
 
 // The same map in pixels of a level.
 inline PhotoMap Scaled(const PhotoMap& map, float su, float sv) {
-  return {{map.u.c * su, map.u.x * su, map.u.y * su, map.u.d * su}, {map.v.c * sv, map.v.x * sv, map.v.y * sv, map.v.d * sv}, map.w};
+  return {{map.u.c * su, map.u.x * su, map.u.y * su, map.u.d * su},
+          {map.v.c * sv, map.v.x * sv, map.v.y * sv, map.v.d * sv},
+          map.w};
 }
 
 }  // namespace lumi

@@ -24,8 +24,9 @@ std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup)
   return gains;
 }
 
-OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
-                           const PixelSources& blended, const std::function<bool()>& stop, ImageF& image) {
+OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
+                           const VisibilityMaps* visibility, const PixelSources& blended,
+                           const std::function<bool()>& stop, ImageF& image) {
   const std::vector<float> gains = RelativeGains(sources, setup);
   const int width = image.width, height = image.height;
   const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;
@@ -36,7 +37,8 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
     WeighScratch scratch;
     OptimumCounts counts;
     for (std::size_t tile = begin; tile < end && !stop(); ++tile) {
-      const int x = static_cast<int>(tile) % columns * kPixelTileWidth, y = static_cast<int>(tile) / columns * kPixelTileHeight;
+      const int x = static_cast<int>(tile) % columns * kPixelTileWidth,
+                y = static_cast<int>(tile) / columns * kPixelTileHeight;
       const PixelWindow window{x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)};
       PlanPixels(setup, proxy, visibility, window, plan, scratch);
       counts += plan.optimum;

@@ -1,4 +1,5 @@
-// The picture of a weight at every pixel, tile by tile and in parallel: CpuRenderer's, and that of whoever has to be able to stop.
+// The picture of a weight at every pixel, tile by tile and in parallel: CpuRenderer's, and that of whoever has to be
+// able to stop.
 #pragma once
 
 #include <functional>
@@ -24,9 +25,10 @@ struct PixelSources {
 // Photos' exposures divided out, the view's own applied: a factor a view; empty where exposure is off or all are alike.
 std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup);
 
-// Fills `image` (RGBA, the view's size). stop() is asked before every tile, from several threads; where it says true, tiles are
-// left as they were. `visibility`: nullptr where it is off.
-OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
-                           const PixelSources& blended, const std::function<bool()>& stop, ImageF& image);
+// Fills `image` (RGBA, the view's size). stop() is asked before every tile, from several threads; where it says true,
+// tiles are left as they were. `visibility`: nullptr where it is off.
+OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
+                           const VisibilityMaps* visibility, const PixelSources& blended,
+                           const std::function<bool()>& stop, ImageF& image);
 
 }  // namespace lumi

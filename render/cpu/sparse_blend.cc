@@ -17,7 +17,8 @@ namespace {
 constexpr int kBandRows = 32;
 
 TriangleRows Rows(const SparsePlan& plan, const SparseTriangle& t) {
-  return TriangleRows({plan.x_px[static_cast<std::size_t>(t.vertex[0])], plan.x_px[static_cast<std::size_t>(t.vertex[1])],
+  return TriangleRows({plan.x_px[static_cast<std::size_t>(t.vertex[0])],
+                       plan.x_px[static_cast<std::size_t>(t.vertex[1])],
                        plan.x_px[static_cast<std::size_t>(t.vertex[2])]});
 }
 
@@ -26,7 +27,7 @@ struct Workspace {
   LayerBatch batch;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
-  std::vector<float> nearest;  // inverse depths of a band
+  std::vector<float> nearest;          // inverse depths of a band
   std::vector<std::int32_t> triangle;  // and whose they are
 };
 
@@ -73,7 +74,8 @@ class Blender {
 
  private:
   // False for a triangle without area.
-  bool Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear, LinearD& inverse_depth) const {
+  bool Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear,
+             LinearD& inverse_depth) const {
     Eigen::RowVector3d at;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto v = static_cast<std::size_t>(t.vertex[i]);
@@ -131,7 +133,8 @@ class Blender {
         y = row;
         if (!PrepareLayers(t, x, y, work.layers)) return;
       }
-      const std::int32_t* owner = t.alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(row - begin) * image_.width;
+      const std::int32_t* owner =
+          t.alone ? nullptr : work.triangle.data() + static_cast<std::ptrdiff_t>(row - begin) * image_.width;
       for (int from = x0; from < x1;) {
         const int m = std::min(x1 - from, kBatch - b.n);
         if (owner) {

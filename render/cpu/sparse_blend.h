@@ -13,8 +13,8 @@ namespace lumi {
 // What is blended: photos, or (photos == nullptr) a constant colour for each.
 struct BlendSources {
   const PhotoLevels* photos = nullptr;
-  const std::vector<Eigen::Vector3f>* colors = nullptr;   // RGB [0,1]
-  std::vector<float> gains;                               // a factor on each photo's colours; empty: 1
+  const std::vector<Eigen::Vector3f>* colors = nullptr;  // RGB [0,1]
+  std::vector<float> gains;                              // a factor on each photo's colours; empty: 1
 };
 
 // Into `image`: RGBA, [0,1], premultiplied, the view's size, zero before. Parallel inside.

@@ -20,7 +20,8 @@ void Over(ImageF& image, int x, int y, const Eigen::Vector3f& color, float opaci
 }
 
 // Cut to the view, then a step a pixel along the longer side, each shared by the two pixels it runs between.
-void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector3f& color, float opacity) {
+void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector3f& color,
+          float opacity) {
   const Eigen::Vector2d p = a.cast<double>(), d = b.cast<double>() - p;
   const Eigen::Vector2d size(image.width, image.height);
   double from = 0, to = 1;
@@ -39,11 +40,13 @@ void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, con
   const int steps = std::max(1, static_cast<int>(std::ceil(length)));
   for (int i = 0; i <= steps; ++i) {
     // The view's own border lies on the last pixel's far side: drawn inside.
-    const Eigen::Vector2d x =
-        (p + (from + (to - from) * i / steps) * d - Eigen::Vector2d(0.5, 0.5)).cwiseMax(0.0).cwiseMin((size.array() - 1).matrix());
+    const Eigen::Vector2d x = (p + (from + (to - from) * i / steps) * d - Eigen::Vector2d(0.5, 0.5))
+                                  .cwiseMax(0.0)
+                                  .cwiseMin((size.array() - 1).matrix());
     const int m = static_cast<int>(std::lround(x[major])), n = static_cast<int>(std::floor(x[1 - major]));
     const auto part = static_cast<float>(x[1 - major] - n);
-    for (int s = 0; s < 2; ++s) Over(image, major == 0 ? m : n + s, major == 0 ? n + s : m, color, opacity * (s == 0 ? 1 - part : part));
+    for (int s = 0; s < 2; ++s)
+      Over(image, major == 0 ? m : n + s, major == 0 ? n + s : m, color, opacity * (s == 0 ? 1 - part : part));
   }
 }
 

@@ -43,7 +43,8 @@ struct HeldFor<MeasureListOf<M...>> : Held<M>... {
 using Evidence = HeldFor<MeasureList>;
 
 // Pixels a step along the plane's tangents at p, relative to a camera at the origin of M.
-Eigen::Matrix2d PixelsAStep(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& e1, const Eigen::Vector3d& e2) {
+Eigen::Matrix2d PixelsAStep(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& e1,
+                            const Eigen::Vector3d& e2) {
   const Eigen::Vector3d q = M * p;
   Eigen::Matrix2d J;
   for (int row = 0; row < 2; ++row) {
@@ -64,23 +65,27 @@ std::vector<int> NearestInAngle(const ViewSetup& setup, const std::vector<float>
   std::vector<int> order;
   for (int j = 0; j < setup.sources.count; ++j)
     if (setup.sources.enabled[static_cast<std::size_t>(j)] > 0) order.push_back(j);
-  const std::size_t k = std::min(order.size(), static_cast<std::size_t>(setup.settings.k == 0 ? kMaxBlend : setup.settings.k + 1));
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(k), order.end(),
-                    [&](int a, int b) { return theta[static_cast<std::size_t>(a)] < theta[static_cast<std::size_t>(b)]; });
+  const std::size_t k =
+      std::min(order.size(), static_cast<std::size_t>(setup.settings.k == 0 ? kMaxBlend : setup.settings.k + 1));
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(k), order.end(), [&](int a, int b) {
+    return theta[static_cast<std::size_t>(a)] < theta[static_cast<std::size_t>(b)];
+  });
   order.resize(k);
   return order;
 }
 
-// How a photo's pixels lie on the proxy's plane at p; n its normal there, e1 and e2 tangents, view_step the view's pixels a step along these.
-void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen::Vector3d& p, const Eigen::Vector3d& n, const Eigen::Vector3d& e1,
-                   const Eigen::Vector3d& e2, NearPhoto& out) {
+// How a photo's pixels lie on the proxy's plane at p; n its normal there, e1 and e2 tangents, view_step the view's
+// pixels a step along these.
+void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen::Vector3d& p, const Eigen::Vector3d& n,
+                   const Eigen::Vector3d& e1, const Eigen::Vector3d& e2, NearPhoto& out) {
   const Eigen::Matrix3d desired = setup.desired.P.leftCols<3>(), M = DepthScaled(photo);
   const Eigen::Vector3d q = p - (photo.centre - setup.desired.centre);
   const double depth = M.row(2).dot(q);
   out.ahead = depth > 0;
   if (!out.ahead) return;
   const double focal = std::sqrt(std::abs(M.determinant()));
-  out.pyramid_level = PyramidLevel(Footprint(focal / static_cast<double>(setup.focal_px), FacingRatio(n.dot(q), n.dot(p)), desired.row(2).dot(p) / depth));
+  out.pyramid_level = PyramidLevel(Footprint(focal / static_cast<double>(setup.focal_px),
+                                             FacingRatio(n.dot(q), n.dot(p)), desired.row(2).dot(p) / depth));
   const Eigen::Matrix2d step = PixelsAStep(M, q, e1, e2);
   out.measured = std::abs(step.determinant()) >= 1e-12 * step.squaredNorm();
   if (!out.measured) return;
@@ -89,8 +94,8 @@ void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen:
   out.octaves_distance = std::log2(DistanceStretch(q.norm(), p.norm(), focal, static_cast<double>(setup.focal_px)));
 }
 
-void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityMaps& maps, const Eigen::Vector3f& d, float t,
-               const Eigen::Vector3f& normal, WeighScratch& scratch, Evidence& evidence) {
+void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityMaps& maps, const Eigen::Vector3f& d,
+               float t, const Eigen::Vector3f& normal, WeighScratch& scratch, Evidence& evidence) {
   Measures& m = scratch.measures;
   EvaluateMeasures(setup.sources, setup.settings, d, t, normal, m);
   EvaluateVisibility(setup.sources, &maps, d, t, m);
@@ -107,8 +112,8 @@ void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityM
   ForEachEffect([&]<typename M> { static_cast<Held<M>&>(evidence).evidence.Look(photos); });
 }
 
-void LookAtView(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderView& desired, const std::vector<bool>& use,
-                RadianceSettings settings, Evidence& e) {
+void LookAtView(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps,
+                const RenderView& desired, const std::vector<bool>& use, RadianceSettings settings, Evidence& e) {
   settings.field_of_view = true;
   ForEachTerm([&]<typename M> { M::Switch(settings, false); });
   WeighScratch scratch;
@@ -117,8 +122,10 @@ void LookAtView(const Sources& sources, const ProxyTracer& tracer, const Visibil
   std::vector<float> t(kColumns * kRows);
   for (int y = 0; y < kRows; ++y)
     for (int x = 0; x < kColumns; ++x)
-      directions.push_back(
-          (setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kColumns * desired.size_px.x(), (y + 0.5) / kRows * desired.size_px.y(), 1)).normalized().cast<float>());
+      directions.push_back((setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kColumns * desired.size_px.x(),
+                                                                   (y + 0.5) / kRows * desired.size_px.y(), 1))
+                               .normalized()
+                               .cast<float>());
   tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
   for (std::size_t s = 0; s < t.size(); ++s)
     if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(sources, setup, maps, directions[s], t[s], normals[s], scratch, e);
@@ -160,7 +167,8 @@ void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std
   for (std::string name; std::getline(list, name, ',');) {
     const auto& names = EffectNames();
     if (std::find(names.begin(), names.end(), name) == names.end())
-      throw UsageError(fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
+      throw UsageError(
+          fmt::format("--effects takes auto, none, or a list of {}; not {}", fmt::join(names, ", "), name));
     wanted.insert(name);
   }
   for (const std::string& name : EffectNames()) {
@@ -170,8 +178,8 @@ void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std
   }
 }
 
-static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const RadianceSettings& settings, const std::set<std::string>& decided,
-                           double gain_spread) {
+static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const RadianceSettings& settings,
+                           const std::set<std::string>& decided, double gain_spread) {
   EffectChoice choice;
   choice.settings = settings;
   ViewFacts facts;
@@ -201,8 +209,9 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
   return choice;
 }
 
-EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
-                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
+EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
+                           const std::vector<bool>& use, const RadianceSettings& settings,
+                           const std::set<std::string>& decided, double gain_spread) {
   Evidence e(settings);
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
@@ -211,7 +220,8 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
   return Choose(scene, e, settings, decided, gain_spread);
 }
 
-EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired, const std::function<PictureWorld(const RenderView&)>& world,
+EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
+                           const std::function<PictureWorld(const RenderView&)>& world,
                            const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
   Evidence e(settings);
   ForSomeViews(desired, [&](const RenderView& view) {
@@ -230,7 +240,8 @@ void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::ve
   const double scale = std::min(1.0, static_cast<double>(kProbeWidth) / desired.size_px.x());
   request.view.size_px = (desired.size_px.cast<double>() * scale).array().round().max(1).cast<int>();
   request.view.P.topRows<2>() *= scale;
-  const double pixels = static_cast<double>(desired.size_px.cast<double>().prod()) / request.view.size_px.cast<double>().prod();
+  const double pixels =
+      static_cast<double>(desired.size_px.cast<double>().prod()) / request.view.size_px.cast<double>().prod();
   const auto time = [&](const RadianceSettings& settings) {
     request.settings = settings;
     renderer.Render(request);

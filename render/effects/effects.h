@@ -1,5 +1,5 @@
-// Which measures a scene calls for: each is switched on by evidence in the data, seen at rays of the views that are to be
-// rendered, or by the user, whose word overrides. What is off is compiled out.
+// Which measures a scene calls for: each is switched on by evidence in the data, seen at rays of the views that are to
+// be rendered, or by the user, whose word overrides. What is off is compiled out.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,17 @@
 namespace lumi {
 
 struct Effect {
-  std::string name;       // a measure's kName
+  std::string name;  // a measure's kName
   bool on = false;
   bool from_photos = false;  // the photos' pixels tell, not the rays of the views to come
-  std::string evidence;   // a line for people
-  std::string decided_by; // what decided instead of the evidence, for people; empty: nothing did
-  double cost_ms = 0;     // a frame, against the same settings without it; 0 where it is off
+  std::string evidence;      // a line for people
+  std::string decided_by;    // what decided instead of the evidence, for people; empty: nothing did
+  double cost_ms = 0;        // a frame, against the same settings without it; 0 where it is off
 };
 
-inline std::string Reason(const Effect& e) { return e.decided_by.empty() ? e.evidence : e.decided_by + "; " + e.evidence; }
+inline std::string Reason(const Effect& e) {
+  return e.decided_by.empty() ? e.evidence : e.decided_by + "; " + e.evidence;
+}
 
 struct EffectChoice {
   RadianceSettings settings;
@@ -33,17 +35,20 @@ const std::vector<std::string>& EffectNames();
 // Throws std::invalid_argument for a name that is not among them.
 void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 
-// --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise. What is
-// listed is decided from here on. Throws UsageError.
+// --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise.
+// What is listed is decided from here on. Throws UsageError.
 void ApplyEffectList(const std::string& list, RadianceSettings& settings, std::set<std::string>& decided);
 
-// `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the user
-// spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the photos' exposures
-// (exposure.h), 1 where they agree.
-EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired, const std::vector<bool>& use,
-                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
-// The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from a photo.
-EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired, const std::function<PictureWorld(const RenderView&)>& world,
+// `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the
+// user spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the
+// photos' exposures (exposure.h), 1 where they agree.
+EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
+                           const std::vector<bool>& use, const RadianceSettings& settings,
+                           const std::set<std::string>& decided, double gain_spread);
+// The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from
+// a photo.
+EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
+                           const std::function<PictureWorld(const RenderView&)>& world,
                            const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
 
 // Fills cost_ms: renders `desired` small, with and without each effect that is on.

@@ -4,14 +4,16 @@
 
 namespace lumi {
 
-PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* photos, const std::function<bool(std::string_view)>& wanted,
-                                  ProgressSink& sink) {
+PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* photos,
+                                  const std::function<bool(std::string_view)>& wanted, ProgressSink& sink) {
   PhotoEstimates out;
-  if (wanted(measure::Exposure::kName)) out.exposures = photos ? EstimateExposures(scene, *photos) : EstimateExposures(scene, sink);
+  if (wanted(measure::Exposure::kName))
+    out.exposures = photos ? EstimateExposures(scene, *photos) : EstimateExposures(scene, sink);
   MeasureList::ForEach([&]<typename M> {
     if constexpr (Estimated<M>)
       if (wanted(M::kName))
-        if (auto grids = M::Estimate(scene, photos, sink); !grids.empty()) out.grids[std::string(M::kName)] = std::move(grids);
+        if (auto grids = M::Estimate(scene, photos, sink); !grids.empty())
+          out.grids[std::string(M::kName)] = std::move(grids);
   });
   return out;
 }

@@ -1,5 +1,5 @@
-// What is read off all of a scene's photos before pictures are made: their exposures, and the grids of the measures that have an
-// estimator (radiance/measures/record.h).
+// What is read off all of a scene's photos before pictures are made: their exposures, and the grids of the measures
+// that have an estimator (radiance/measures/record.h).
 #pragma once
 
 #include <functional>
@@ -16,14 +16,16 @@ namespace lumi {
 
 struct PhotoEstimates {
   std::optional<Exposures> exposures;
-  std::map<std::string, std::vector<PhotoGrid>> grids;  // by the measure's name, one a view; none where photos do not differ
+  std::map<std::string, std::vector<PhotoGrid>>
+      grids;  // by the measure's name, one a view; none where photos do not differ
 
   double GainSpread() const { return exposures && exposures->Differ() ? exposures->spread : 1; }
 };
 
-// Of the effects that are `wanted`, by name. `photos`: as ReadPhotos has them; nullptr: each is read here, once for each effect.
-PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* photos, const std::function<bool(std::string_view)>& wanted,
-                                  ProgressSink& sink);
+// Of the effects that are `wanted`, by name. `photos`: as ReadPhotos has them; nullptr: each is read here, once for
+// each effect.
+PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* photos,
+                                  const std::function<bool(std::string_view)>& wanted, ProgressSink& sink);
 // To the scene's views.
 void Apply(const PhotoEstimates& estimates, Scene& scene);
 

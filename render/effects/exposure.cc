@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
 constexpr int kPointsAView = 400;
-constexpr double kHuber = 0.1;                    // log units: highlights and occlusions lie beyond
+constexpr double kHuber = 0.1;  // log units: highlights and occlusions lie beyond
 
 // Of each sight of each point, [0, 255]; not a number where its photo is not there.
 using TrackColors = std::vector<std::vector<Eigen::Vector3f>>;
@@ -31,7 +31,8 @@ std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> SightsOfViews(
 template <typename PhotoOf>
 TrackColors SampleTracks(const Scene& scene, const PhotoOf& photo_of) {
   TrackColors colors(scene.points.size());
-  for (std::size_t p = 0; p < colors.size(); ++p) colors[p].assign(scene.points[p].track.size(), Eigen::Vector3f::Constant(NAN));
+  for (std::size_t p = 0; p < colors.size(); ++p)
+    colors[p].assign(scene.points[p].track.size(), Eigen::Vector3f::Constant(NAN));
   const auto sights = SightsOfViews(scene);
   ParallelFor(sights.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
@@ -41,7 +42,8 @@ TrackColors SampleTracks(const Scene& scene, const PhotoOf& photo_of) {
         for (const auto& [p, k] : sights[v]) {
           const Eigen::Vector2d& x = scene.points[p].track[k].x_px;
           // A level up: one pixel's noise and a corner's own blur count less.
-          colors[p][k] = SamplePhoto(photo, static_cast<float>(x.x() / size.x()), static_cast<float>(x.y() / size.y()), 1.5F);
+          colors[p][k] =
+              SamplePhoto(photo, static_cast<float>(x.x() / size.x()), static_cast<float>(x.y() / size.y()), 1.5F);
         }
       });
     }
@@ -56,13 +58,18 @@ Exposures Estimate(const Scene& scene, const TrackColors& colors) {
   // Long tracks first: they tie most photos together.
   std::vector<std::size_t> order(scene.points.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scene.points[a].track.size() > scene.points[b].track.size(); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return scene.points[a].track.size() > scene.points[b].track.size();
+  });
   std::vector<int> taken(n, 0);
   std::vector<PhotoSample> samples;
   for (const std::size_t p : order) {
     const auto& track = scene.points[p].track;
     if (track.size() < 2) break;
-    if (std::none_of(track.begin(), track.end(), [&](const Observation& o) { return taken[static_cast<std::size_t>(o.view.value)] < kPointsAView; })) continue;
+    if (std::none_of(track.begin(), track.end(), [&](const Observation& o) {
+          return taken[static_cast<std::size_t>(o.view.value)] < kPointsAView;
+        }))
+      continue;
     const std::size_t first = samples.size();
     for (std::size_t k = 0; k < track.size(); ++k) {
       const auto v = static_cast<std::size_t>(track[k].view.value);

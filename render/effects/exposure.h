@@ -1,6 +1,6 @@
-// The photos' exposures relative to one another, from the colours that photos of one scene point have: log c = a_point +
-// log gain_photo, by robust least squares. A factor on code values: near enough to a camera's own curve for drifts of less
-// than a stop.
+// The photos' exposures relative to one another, from the colours that photos of one scene point have: log c = a_point
+// + log gain_photo, by robust least squares. A factor on code values: near enough to a camera's own curve for drifts of
+// less than a stop.
 #pragma once
 
 #include <vector>
@@ -12,9 +12,9 @@
 namespace lumi {
 
 struct Exposures {
-  std::vector<double> gain;    // one a view, geometric mean 1; 1 where nothing is known
-  double spread = 1;           // largest over smallest of the views that are known well
-  double noise = 1;            // what that ratio would be by chance alone (99 %)
+  std::vector<double> gain;  // one a view, geometric mean 1; 1 where nothing is known
+  double spread = 1;         // largest over smallest of the views that are known well
+  double noise = 1;          // what that ratio would be by chance alone (99 %)
   bool Differ() const { return spread > 1.04 && spread > noise; }  // 4 %: ten code values in full white
 };
 

@@ -10,9 +10,9 @@ namespace {
 // In steps: sigma of the smoothing that goes with the fine and with the coarse derivative, and of the window over which
 // energies are averaged.
 constexpr double kFineSigma = 0.8, kCoarseSigma = 2.4, kWindowSigma = 4;
-constexpr double kPixelVariance = 1.0 / 12;  // of a pixel's own square
+constexpr double kPixelVariance = 1.0 / 12;        // of a pixel's own square
 constexpr double kTooDark = 16, kTooBright = 240;  // code values: noise below, clipping above
-constexpr double kLeastNoise = 0.3;          // code values: rounding, averaged over three channels
+constexpr double kLeastNoise = 0.3;                // code values: rounding, averaged over three channels
 
 float Grey(const std::uint8_t* p) { return static_cast<float>(p[0] + p[1] + p[2]) / 3.0F; }
 

@@ -246,7 +246,8 @@ void main() {
 }  // namespace
 
 std::string BlendFragmentShader(const BlendVariant& variant) {
-  return shader::Defines(variant) + shader::kCameras + shader::Measures(variant) + shader::Photos(variant) + kHead + (variant.k == 0 ? kAll : kNearest);
+  return shader::Defines(variant) + shader::kCameras + shader::Measures(variant) + shader::Photos(variant) + kHead +
+         (variant.k == 0 ? kAll : kNearest);
 }
 
 }  // namespace lumi

@@ -22,19 +22,19 @@ enum class CameraLists {
 };
 
 struct BlendVariant {
-  int k = 4;                     // 0: all
+  int k = 4;  // 0: all
   bool false_color = false;
-  int groups = 1;                // photo textures
-  bool whole_layers = false;     // every photo fills its texture: the sampler clamps to its edge
-  bool cameras_in_uniforms = true;   // else in a buffer texture
-  int camera_capacity = 1;       // of the uniform block
+  int groups = 1;                   // photo textures
+  bool whole_layers = false;        // every photo fills its texture: the sampler clamps to its edge
+  bool cameras_in_uniforms = true;  // else in a buffer texture
+  int camera_capacity = 1;          // of the uniform block
   CameraLists lists = CameraLists::kTiles;
   Correlation correlation = Correlation::kInverse;
   bool field_of_view = true;
   bool visibility = false;
-  MeasureSet terms;              // of h that depend on the ray
+  MeasureSet terms;                       // of h that depend on the ray
   Resolution stretch = Resolution::kOff;  // how the terms that read it have it
-  bool photo_terms = false;      // h has terms that do not
+  bool photo_terms = false;               // h has terms that do not
   bool exposure = false;
   bool prefilter = true;
   auto operator<=>(const BlendVariant&) const = default;
@@ -45,11 +45,11 @@ std::string BlendFragmentShader(const BlendVariant& variant);
 // Rows of four floats that a camera takes.
 int CameraRows(const BlendVariant& variant);
 
-// A compute shader, an invocation a tile: lists the cameras that see anything of the proxy in a tile, those first that can
-// be nearest in angle. A pixel goes through its tile's list until what follows is farther than its k + 1st: it looks at
-// every camera that could matter, so that the picture is the same with lists and without.
+// A compute shader, an invocation a tile: lists the cameras that see anything of the proxy in a tile, those first that
+// can be nearest in angle. A pixel goes through its tile's list until what follows is farther than its k + 1st: it
+// looks at every camera that could matter, so that the picture is the same with lists and without.
 std::string CullComputeShader(const BlendVariant& variant);
-constexpr int kTilePx = 16;            // a tile's side
+constexpr int kTilePx = 16;  // a tile's side
 constexpr int kTilesPerGroup = 32;
 
 // Steps of the table of the falling leaves' correlation.

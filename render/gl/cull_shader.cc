@@ -98,6 +98,8 @@ void main() {
 
 }  // namespace
 
-std::string CullComputeShader(const BlendVariant& variant) { return shader::Defines(variant) + shader::kCameras + kCull; }
+std::string CullComputeShader(const BlendVariant& variant) {
+  return shader::Defines(variant) + shader::kCameras + kCull;
+}
 
 }  // namespace lumi

@@ -30,7 +30,8 @@ void main() {{
   {}
 }}
 )",
-                     faces ? "layout(location = 1) out uint face;" : "", kNearDepth, faces ? "face = uint(gl_PrimitiveID) + 1u;" : "");
+                     faces ? "layout(location = 1) out uint face;" : "", kNearDepth,
+                     faces ? "face = uint(gl_PrimitiveID) + 1u;" : "");
 }
 
 const std::string& FullScreenVertexShader() {

@@ -50,8 +50,9 @@ struct EglContext::Impl {
       }
       config = EGL_NO_CONFIG_KHR;
     }
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 3,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const EGLint attributes[] = {
+        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     const EGLContext made = eglCreateContext(candidate, config, EGL_NO_CONTEXT, attributes);
     if (made == EGL_NO_CONTEXT) {
       why = "no OpenGL 4.3 core context could be made";

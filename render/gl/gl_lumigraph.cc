@@ -169,7 +169,8 @@ void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces
     clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
     const Eigen::Matrix3f clip = (clip_from_pixel * setup.desired.P.leftCols<3>()).cast<float>();
     const Eigen::Vector3f centre = setup.desired.centre.cast<float>();
-    if (faces && !face_program_) face_program_ = GlProgram("depth and face", DepthVertexShader(), DepthFragmentShader(true));
+    if (faces && !face_program_)
+      face_program_ = GlProgram("depth and face", DepthVertexShader(), DepthFragmentShader(true));
     const GlProgram& program = faces ? face_program_ : depth_program_;
     program.Use();
     glUniform3fv(program.Uniform("centre"), 1, centre.data());
@@ -190,7 +191,8 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   glUniform1f(program.Uniform("gamma"), static_cast<float>(s.gamma));
   glUniform1f(program.Uniform("focal_px"), setup.focal_px);
   if (variant.correlation == Correlation::kFallingLeaves) {
-    glUniform2f(program.Uniform("leaf_place"), static_cast<float>(leaf_place_.x()), static_cast<float>(leaf_place_.y()));
+    glUniform2f(program.Uniform("leaf_place"), static_cast<float>(leaf_place_.x()),
+                static_cast<float>(leaf_place_.y()));
     glUniform1f(program.Uniform("r_max"), static_cast<float>(s.r_max_rad));
   }
   if (variant.visibility) glUniform2i(program.Uniform("visibility_size"), visibility_->width(), visibility_->height());
@@ -202,9 +204,11 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   ForEachTerm([&]<typename M> {
     if constexpr (PixelTerm<M>) {
       if (!variant.terms.Has<M>()) return;
-      glUniform1f(program.Uniform(shader::ScaleOf(M::kName).c_str()), static_cast<float>(M::Factor(s) * 2 * s.r_max_rad));
+      glUniform1f(program.Uniform(shader::ScaleOf(M::kName).c_str()),
+                  static_cast<float>(M::Factor(s) * 2 * s.r_max_rad));
       glUniform4fv(program.Uniform(shader::ShapeOf(M::kName).c_str()), 1, M::ShapeOf(s).Packed().data());
-      glUniform3iv(program.Uniform(shader::FieldOf(M::kName).c_str()), 1, field_places_[MeasureList::IndexOf<M>()].data());
+      glUniform3iv(program.Uniform(shader::FieldOf(M::kName).c_str()), 1,
+                   field_places_[MeasureList::IndexOf<M>()].data());
     }
   });
 }
@@ -213,7 +217,8 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const ViewSetup setup = Start(request);
   const RadianceSettings& s = request.settings;
   const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
-  const bool cells = s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
+  const bool cells =
+      s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
   RequireDrawnByGl(s);
   if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
@@ -248,7 +253,8 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   program_ = &programs;
   const Eigen::Vector2i tiles = (size_px_.array() + (kTilePx - 1)) / kTilePx;
   const int tile_count = tiles.prod();
-  const std::size_t tile_words = packed_views_.size() + 1, all_words = tile_words * static_cast<std::size_t>(tile_count);
+  const std::size_t tile_words = packed_views_.size() + 1,
+                    all_words = tile_words * static_cast<std::size_t>(tile_count);
   // Without the field of view a photo counts where it does not see, too.
   const bool culling = culling_ && request.settings.field_of_view && all_words <= max_list_words_;
   if (const std::size_t words = culling ? all_words : 1; words > list_words_) ReserveLists(words);
@@ -268,34 +274,39 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   CheckGl("drawing the proxy");
 }
 
-void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target) {
+void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan,
+                             GlTarget& target) {
   BlendVariant variant = VariantFor(request);
   variant.lists = CameraLists::kCells;
   DrawDepth(setup, target, variant.Faces());
   UploadCameras(setup, variant);
   const Programs& programs = ProgramsFor(variant);
   std::vector<int> packed(sources_.views.size(), -1);
-  for (std::size_t i = 0; i < packed_views_.size(); ++i) packed[static_cast<std::size_t>(packed_views_[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < packed_views_.size(); ++i)
+    packed[static_cast<std::size_t>(packed_views_[i])] = static_cast<int>(i);
   const std::size_t cells = static_cast<std::size_t>(plan.cell_columns) * static_cast<std::size_t>(plan.cell_rows);
   std::vector<std::uint32_t> words(cells + 1);
   words.reserve(words.size() + plan.camera.size());
   for (std::size_t cell = 0; cell < cells; ++cell) {
     for (std::int32_t i = plan.first[cell]; i < plan.first[cell + 1]; ++i)
-      if (const int p = packed[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(i)])]; p >= 0) words.push_back(static_cast<std::uint32_t>(p));
+      if (const int p = packed[static_cast<std::size_t>(plan.camera[static_cast<std::size_t>(i)])]; p >= 0)
+        words.push_back(static_cast<std::uint32_t>(p));
     words[cell + 1] = static_cast<std::uint32_t>(words.size() - cells - 1);
   }
   ReserveLists(words.size());
   glBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint32_t)), words.data());
   SetUniforms(setup, programs.blend, variant);
   glUniform2i(programs.blend.Uniform("cell_count"), plan.cell_columns, plan.cell_rows);
-  glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px), static_cast<float>(1 / plan.cell_height_px));
+  glUniform2f(programs.blend.Uniform("cells_per_px"), static_cast<float>(1 / plan.cell_width_px),
+              static_cast<float>(1 / plan.cell_height_px));
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   program_ = &programs;
   CheckGl("uploading the candidates");
 }
 
-void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target) {
+void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan,
+                                 GlTarget& target) {
   SparseVariant variant;
   const BlendVariant all = VariantFor(request);
   // What the plan has decided already makes no difference here.
@@ -311,7 +322,8 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
   variant.blend.whole_layers = all.whole_layers;
   UploadCameras(setup, variant.blend);
   triangles_.Upload(plan, setup, packed_views_, photos_, variant);
-  for (const SparseDrawing::Batch& batch : triangles_.batches()) SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
+  for (const SparseDrawing::Batch& batch : triangles_.batches())
+    SetUniforms(setup, SparseProgramFor(batch.variant), batch.variant.blend);
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   statistics_.triangles = static_cast<long>(plan.triangles.size());
@@ -357,8 +369,8 @@ void GlLumigraph::BindInputs(const GlTarget& target) const {
 
 namespace {
 
-// Depth is tested as near / depth, 0 far away. Where the driver's clip space can be told to be [0, 1], small values keep
-// their digits.
+// Depth is tested as near / depth, 0 far away. Where the driver's clip space can be told to be [0, 1], small values
+// keep their digits.
 class ReversedDepth {
  public:
   ReversedDepth() : exact_(epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_ARB_clip_control")) {
@@ -373,7 +385,9 @@ class ReversedDepth {
   }
   ReversedDepth(const ReversedDepth&) = delete;
   ReversedDepth& operator=(const ReversedDepth&) = delete;
-  void Tell(const GlProgram& program) const { glUniform2f(program.Uniform("z_from_depth"), exact_ ? 1.0F : 2.0F, exact_ ? 0.0F : -1.0F); }
+  void Tell(const GlProgram& program) const {
+    glUniform2f(program.Uniform("z_from_depth"), exact_ ? 1.0F : 2.0F, exact_ ? 0.0F : -1.0F);
+  }
 
  private:
   bool exact_;

@@ -1,7 +1,7 @@
-// A lumigraph on the graphics processor. Either the proxy is rasterised to depth, and every pixel evaluates the weights of
-// render/radiance/weights.h over all cameras (or its cell's, CandidatePlan) and blends their photographs; or the triangles
-// of a SparsePlan are drawn with interpolated weights. Works in whatever OpenGL 4.3 core context is
-// current (EGL offscreen, the viewer's window); every call, destructor included, on that context's thread.
+// A lumigraph on the graphics processor. Either the proxy is rasterised to depth, and every pixel evaluates the weights
+// of render/radiance/weights.h over all cameras (or its cell's, CandidatePlan) and blends their photographs; or the
+// triangles of a SparsePlan are drawn with interpolated weights. Works in whatever OpenGL 4.3 core context is current
+// (EGL offscreen, the viewer's window); every call, destructor included, on that context's thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,12 +31,14 @@ class GlLumigraph {
   // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Throws MachineError without OpenGL 4.3.
   GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
-  void SetProxy(const Mesh& proxy);                  // replaces the one before; throws std::invalid_argument (Validate)
-  // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made elsewhere as
-  // they take their time. Both are shared, not copied.
-  void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer = nullptr);
-  void SetCameras(const Sources& cameras);           // as many, where poses, exposures or grids changed; a proxy in their world must follow
-  void Upload(ViewId view, const Photo& photo);      // may replace one, no larger than was planned
+  void SetProxy(const Mesh& proxy);  // replaces the one before; throws std::invalid_argument (Validate)
+  // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made
+  // elsewhere as they take their time. Both are shared, not copied.
+  void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps,
+                std::shared_ptr<const ProxyTracer> tracer = nullptr);
+  void SetCameras(
+      const Sources& cameras);  // as many, where poses, exposures or grids changed; a proxy in their world must follow
+  void Upload(ViewId view, const Photo& photo);  // may replace one, no larger than was planned
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
   int photo_count() const { return loaded_; }
@@ -46,9 +48,9 @@ class GlLumigraph {
   // One colour a view for Show::kFalseColor; SourceColor() unless set.
   void SetSourceColors(const std::vector<Eigen::Vector3f>& colors);
 
-  // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose photo
-  // is not uploaded are left out (colour). Throws std::invalid_argument for a singular view or settings out of range,
-  // UsageError for what the shaders do not do: the optimum at every pixel.
+  // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose
+  // photo is not uploaded are left out (colour). Throws std::invalid_argument for a singular view or settings out of
+  // range, UsageError for what the shaders do not do: the optimum at every pixel.
   void Begin(const RenderRequest& request, GlTarget& target);
   // The same with a plan made elsewhere, for the same view, settings and photos.
   void Begin(const RenderRequest& request, const SparsePlan& plan, GlTarget& target);
@@ -103,23 +105,24 @@ class GlLumigraph {
   int index_count_ = 0;
 
   Mesh proxy_;
-  std::optional<SparseProxy> sparse_proxy_;           // made when first wanted
-  std::shared_ptr<const ProxyTracer> tracer_;         // the same
+  std::optional<SparseProxy> sparse_proxy_;    // made when first wanted
+  std::shared_ptr<const ProxyTracer> tracer_;  // the same
   SparsePlan sparse_plan_;
   CandidatePlan candidate_plan_;
 
   GlProgram depth_program_, face_program_, line_program_;
   std::map<BlendVariant, Programs> programs_;
   std::map<SparseVariant, GlProgram> sparse_programs_;
-  int uniform_capacity_ = 0;                          // rows of cameras that a uniform block holds
-  std::shared_ptr<const VisibilityMaps> visibility_ = std::make_shared<const VisibilityMaps>();  // empty: the proxy hides nothing
-  GlBuffer visibility_buffer_;                        // VisibilityMaps, one map after another
+  int uniform_capacity_ = 0;  // rows of cameras that a uniform block holds
+  std::shared_ptr<const VisibilityMaps> visibility_ =
+      std::make_shared<const VisibilityMaps>();  // empty: the proxy hides nothing
+  GlBuffer visibility_buffer_;                   // VisibilityMaps, one map after another
   GlTexture visibility_texture_;
-  GlBuffer field_buffer_;                             // PhotoFields, one after another, and where each measure's lies
+  GlBuffer field_buffer_;  // PhotoFields, one after another, and where each measure's lies
   GlTexture field_texture_;
   std::array<Eigen::Vector3i, MeasureList::kCount> field_places_;
   GlBuffer camera_block_, camera_buffer_, place_buffer_, color_buffer_, list_buffer_;
-  GlBuffer leaf_buffer_;                              // of the radii, r_min and r_max
+  GlBuffer leaf_buffer_;  // of the radii, r_min and r_max
   std::pair<double, double> leaf_radii_;
   Eigen::Vector2d leaf_place_ = Eigen::Vector2d::Zero();
   std::size_t list_words_ = 0, max_list_words_ = 0;
@@ -128,15 +131,15 @@ class GlLumigraph {
 
   // The picture begun last.
   RenderStatistics statistics_;
-  std::vector<int> packed_views_;                     // of the cameras on the GPU
-  const Programs* program_ = nullptr;                 // nullptr: triangles_ are drawn
+  std::vector<int> packed_views_;      // of the cameras on the GPU
+  const Programs* program_ = nullptr;  // nullptr: triangles_ are drawn
   SparseDrawing triangles_;
   PlanLines lines_;
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();
 };
 
-// Four floats a row, as the shaders read them; `views`: which, in order of their distance to the desired camera (near ones
-// first make the search for the nearest rays short).
+// Four floats a row, as the shaders read them; `views`: which, in order of their distance to the desired camera (near
+// ones first make the search for the nearest rays short).
 void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views);
 
 }  // namespace lumi

@@ -34,7 +34,9 @@ class GlRenderer final : public WorldRenderer {
     const Context current(context_);
     std::vector<Eigen::Vector2i> sizes;
     for (std::size_t i = 0; i < photos.size(); ++i)
-      sizes.push_back(photos[i].levels.empty() ? world->sources.views[i].size_px : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
+      sizes.push_back(photos[i].levels.empty()
+                          ? world->sources.views[i].size_px
+                          : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
     // Into members only when complete: what goes on failure goes while the context is current.
     auto lumigraph = std::make_unique<GlLumigraph>(world->sources, sizes);
     Show(std::move(world), *lumigraph);
@@ -59,7 +61,8 @@ class GlRenderer final : public WorldRenderer {
     lumigraph_->Blend(*target_, 0, size.y());
     glFinish();
     statistics_ = lumigraph_->statistics();
-    statistics_.blend_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() - statistics_.plan_ms;
+    statistics_.blend_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
+                           statistics_.plan_ms;
     return lumigraph_->ReadColor(*target_, size);
   }
 
@@ -82,7 +85,8 @@ class GlRenderer final : public WorldRenderer {
     for (const std::int32_t view : world->photos) colors.push_back(SourceColor(view));
     lumigraph.SetSourceColors(colors);
     for (std::size_t i = 0; i < photos_.size(); ++i)
-      if ((!world_ || world_->photos[i] != world->photos[i]) && !photos_[i].levels.empty()) lumigraph.Upload({static_cast<std::int32_t>(i)}, photos_[i]);
+      if ((!world_ || world_->photos[i] != world->photos[i]) && !photos_[i].levels.empty())
+        lumigraph.Upload({static_cast<std::int32_t>(i)}, photos_[i]);
     world_ = std::move(world);
   }
 
@@ -99,14 +103,17 @@ class GlRenderer final : public WorldRenderer {
 
 void RequireDrawnByGl(const RadianceSettings& s) {
   if (s.similarity == Similarity::kFull && !s.Sparse())
-    throw UsageError("OpenGL draws the optimum from sparse samples only", "add --grid 25x25 --sampling interpolated, or use lumi-render --backend cpu");
+    throw UsageError("OpenGL draws the optimum from sparse samples only",
+                     "add --grid 25x25 --sampling interpolated, or use lumi-render --backend cpu");
 }
 
-std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world,
+                                              const std::vector<Photo>& photos) {
   return std::make_unique<GlRenderer>(std::move(world), photos, true);
 }
 
-std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) {
+std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world,
+                                                  const std::vector<Photo>& photos) {
   return std::make_unique<GlRenderer>(std::move(world), photos, false);
 }
 

@@ -16,7 +16,7 @@ class GlTarget {
   const Eigen::Vector2i& capacity_px() const { return capacity_px_; }
   unsigned depth_framebuffer() const { return depth_framebuffer_.id(); }
   unsigned color_framebuffer() const { return color_framebuffer_.id(); }
-  unsigned both_framebuffer() const { return both_framebuffer_.id(); }    // colour, and depth as a second colour
+  unsigned both_framebuffer() const { return both_framebuffer_.id(); }  // colour, and depth as a second colour
   unsigned depth_texture() const { return depth_.id(); }
   unsigned color_texture() const { return color_.id(); }
   unsigned face_texture() const { return face_.id(); }

@@ -39,7 +39,8 @@ void GlLumigraph::SetProxy(const Mesh& proxy) {
 }
 
 void GlLumigraph::SetCameras(const Sources& cameras) {
-  if (cameras.views.size() != sources_.views.size()) throw std::invalid_argument("SetCameras: as many cameras as photos are wanted");
+  if (cameras.views.size() != sources_.views.size())
+    throw std::invalid_argument("SetCameras: as many cameras as photos are wanted");
   sources_ = cameras;
   UploadFields();
 }
@@ -55,7 +56,8 @@ void GlLumigraph::UploadFields() {
   if (!cells.empty()) FillTextureBuffer(field_buffer_, field_texture_, GL_R32F, cells);
 }
 
-void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps, std::shared_ptr<const ProxyTracer> tracer) {
+void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps,
+                           std::shared_ptr<const ProxyTracer> tracer) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
   proxy_ = proxy;
   sparse_proxy_.reset();
@@ -69,7 +71,9 @@ void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMa
   std::vector<float> normals;
   normals.reserve(4 * proxy.faces.size() + 4);
   for (const auto& f : proxy.faces) {
-    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return proxy.vertices[static_cast<std::size_t>(f[i])]; };
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& {
+      return proxy.vertices[static_cast<std::size_t>(f[i])];
+    };
     const Eigen::Vector3d in_world = (at(1) - at(0)).cross(at(2) - at(0));
     const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
     normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
@@ -77,7 +81,8 @@ void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMa
   normals.resize(std::max<std::size_t>(normals.size(), 4));
   normals_ = GlBuffer::Make();
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(), GL_STATIC_DRAW);
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(),
+               GL_STATIC_DRAW);
   mesh_array_ = GlVertexArray::Make();
   vertices_ = GlBuffer::Make();
   indices_ = GlBuffer::Make();
@@ -104,8 +109,8 @@ void GlLumigraph::UploadVisibility(std::shared_ptr<const VisibilityMaps> maps) {
   GLint limit = 65536;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   if (texels.size() > static_cast<std::size_t>(limit))
-    throw MachineError("this driver's texture buffers hold " + std::to_string(limit) + " values; what the photos see of the proxy takes " +
-                           std::to_string(texels.size()),
+    throw MachineError("this driver's texture buffers hold " + std::to_string(limit) +
+                           " values; what the photos see of the proxy takes " + std::to_string(texels.size()),
                        "use --backend cpu");
   FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
   visibility_ = std::move(maps);
@@ -119,7 +124,8 @@ void GlLumigraph::Upload(ViewId view, const Photo& photo) {
 }
 
 void GlLumigraph::SetSourceColors(const std::vector<Eigen::Vector3f>& colors) {
-  if (colors.size() != sources_.views.size()) throw std::invalid_argument("SetSourceColors: one colour a view is wanted");
+  if (colors.size() != sources_.views.size())
+    throw std::invalid_argument("SetSourceColors: one colour a view is wanted");
   colors_ = colors;
   std::vector<float> rgba;
   for (const auto& c : colors_) rgba.insert(rgba.end(), {c.x(), c.y(), c.z(), 1.0F});
@@ -137,7 +143,8 @@ void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& 
   };
   // Without the angle ties are common, and go to the first.
   if (setup.settings.alpha > 0)
-    std::stable_sort(views.begin(), views.end(), [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
+    std::stable_sort(views.begin(), views.end(),
+                     [&](int a, int b) { return squared_distance(a) < squared_distance(b); });
   const std::vector<float> terms = PhotoTerms(s, setup.settings);
   rows.clear();
   for (const int j : views) {
@@ -182,11 +189,13 @@ void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
   const double from = std::log2(1e-6 * std::max(s.r_min_rad, 1e-6 * s.r_max_rad)), to = std::log2(2 * s.r_max_rad);
   leaf_place_ = {kLeafSteps / (to - from), -from * kLeafSteps / (to - from)};
   std::vector<float> table;
-  for (int i = 0; i <= kLeafSteps; ++i) table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
+  for (int i = 0; i <= kLeafSteps; ++i)
+    table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
   table.back() = 0;
   if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(), GL_STATIC_DRAW);
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(),
+               GL_STATIC_DRAW);
 }
 
 void GlLumigraph::ReserveLists(std::size_t words) {

@@ -21,10 +21,12 @@ std::string Defines(const BlendVariant& variant) {
   std::string text = "#version 430 core\n";
   text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
                       kAlphaFullAt);
-  text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup, kBuckets);
-  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define LOG2_BLOCKED {:.9f}\n", kVisibleUpTo,
-                      kBlockedFrom, kLog2Blocked);
-  text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant), kLeafSteps, kLeafTrace);
+  text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup,
+                      kBuckets);
+  text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define LOG2_BLOCKED {:.9f}\n",
+                      kVisibleUpTo, kBlockedFrom, kLog2Blocked);
+  text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant),
+                      kLeafSteps, kLeafTrace);
   const auto define = [&](bool on, const char* name) {
     if (on) text += fmt::format("#define {}\n", name);
   };
@@ -285,9 +287,11 @@ std::string Measures(const BlendVariant& variant) {
       text += fmt::format("uniform float {};\nuniform vec4 {};\n", ScaleOf(M::kName), ShapeOf(M::kName)) + M::kGlsl;
       if constexpr (Estimated<M>) {
         text += fmt::format("uniform ivec3 {};\n", FieldOf(M::kName));
-        terms += fmt::format("  at.field = FieldAt(int(texelFetch(places, j).w), {}, at.x_px / at.size_px);\n", FieldOf(M::kName));
+        terms += fmt::format("  at.field = FieldAt(int(texelFetch(places, j).w), {}, at.x_px / at.size_px);\n",
+                             FieldOf(M::kName));
       }
-      terms += fmt::format("  g = WithTerm(g, {}, {:.9e}, {}(at, {}));\n", ScaleOf(M::kName), M::kOwn, M::kGlslValue, ShapeOf(M::kName));
+      terms += fmt::format("  g = WithTerm(g, {}, {:.9e}, {}(at, {}));\n", ScaleOf(M::kName), M::kOwn, M::kGlslValue,
+                           ShapeOf(M::kName));
     }
   });
   text += "float Dissimilarity(int j, vec4 D, float theta, Seen s) {\n";
@@ -296,7 +300,8 @@ std::string Measures(const BlendVariant& variant) {
   if (variant.photo_terms) text += "  g += CAMERA(j, 4).x;\n";
   if (!terms.empty()) {
     const char* stretch = variant.stretch == Resolution::kOff ? "1.0" : "Stretch(j, D, s)";
-    text += fmt::format("  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, {}, 1.0);\n", stretch) + terms;
+    text += fmt::format("  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, {}, 1.0);\n", stretch) +
+            terms;
   }
   return text + "  return Dissimilarity(g, s.f);\n}\n" + kVisibility;
 }

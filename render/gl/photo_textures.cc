@@ -80,7 +80,8 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px) : pla
       throw MachineError("a photo of " + std::to_string(sizes_px[i].x()) + "x" + std::to_string(sizes_px[i].y()) +
                              " is larger than this driver's textures (" + std::to_string(max_size) + ")",
                          "halve the photos, or use --backend cpu");
-    const auto same = std::find_if(classes.begin(), classes.end(), [&](const SizeClass& c) { return c.size_px == sizes_px[i]; });
+    const auto same =
+        std::find_if(classes.begin(), classes.end(), [&](const SizeClass& c) { return c.size_px == sizes_px[i]; });
     if (same != classes.end())
       same->photos.push_back(i);
     else

@@ -16,11 +16,11 @@ constexpr int kMaxPhotoGroups = 32, kMaxPhotoLayers = 2048;
 
 // Where a photo lies.
 struct PhotoPlace {
-  int group = 0;          // of PhotoTextures
+  int group = 0;  // of PhotoTextures
   int layer = 0;
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // of level 0 in memory
-  int top_level = 0;      // its pyramid's last
-  int shift = 0;          // Photo::level0_shift
+  int top_level = 0;                                  // its pyramid's last
+  int shift = 0;                                      // Photo::level0_shift
   bool loaded = false;
 };
 

@@ -34,10 +34,11 @@ Eigen::Vector2f ClipFromPixel(const Eigen::Vector2f& x_px, const Eigen::Vector2i
 
 }  // namespace
 
-void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos,
-                           const SparseVariant& base) {
+void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views,
+                           const PhotoTextures& photos, const SparseVariant& base) {
   if (views.size() > kMaxRecordCameras)
-    throw MachineError(std::to_string(views.size()) + " photos are more than sparse samples can tell apart here", "use --grid pixel, or --backend cpu");
+    throw MachineError(std::to_string(views.size()) + " photos are more than sparse samples can tell apart here",
+                       "use --grid pixel, or --backend cpu");
   const RelativeSources& s = setup.sources;
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
   struct Source {
@@ -90,11 +91,13 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
       // -1.5 log2 of the third coordinate is the level (sparse_shader.cc): footprint * sqrt(facing) at depths alike.
       const float facing = FacingRatio(normal.dot(x[0] - p.centre), view_facing);
       const float scale = 1 / std::cbrt(p.footprint * p.footprint * facing);
-      for (std::size_t v = 0; v < 3; ++v) q[v] << scale * p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
+      for (std::size_t v = 0; v < 3; ++v)
+        q[v] << scale * p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
     }
     first[i + 1] = static_cast<std::uint32_t>(places_.size());
     // A shader of many long look-ups takes the driver long to compile: those loop.
-    const int layers = base.blend.whole_layers || base.blend.false_color ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
+    const int layers =
+        base.blend.whole_layers || base.blend.false_color ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
     const std::size_t kind = 2 * static_cast<std::size_t>(layers) + (triangle.inside ? 0U : 1U);
     kind_of[i] = static_cast<std::uint8_t>(kind);
     ++count[kind];
@@ -125,8 +128,8 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   GLint limit = 65536;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   if (3 * places_.size() > static_cast<std::size_t>(limit))
-    throw MachineError("this driver's texture buffers hold " + std::to_string(limit / 3) + " photos of triangles; the plan has " +
-                           std::to_string(places_.size()),
+    throw MachineError("this driver's texture buffers hold " + std::to_string(limit / 3) +
+                           " photos of triangles; the plan has " + std::to_string(places_.size()),
                        "use a smaller --grid or --k, or --backend cpu");
   if (!vertex_array_) {
     vertex_array_ = GlVertexArray::Make();
@@ -154,7 +157,8 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   }
 }
 
-void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector4f& rgba) {
+void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b,
+                    const Eigen::Vector4f& rgba) {
   for (const Eigen::Vector2f* end : {&a, &b}) {
     const Eigen::Vector2f clip = ClipFromPixel(*end, size_px);
     lines_.push_back({clip.x(), clip.y(), rgba.x(), rgba.y(), rgba.z(), rgba.w()});
@@ -163,7 +167,8 @@ void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, co
 
 void PlanLines::AddCrosses(const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector2f>& at) {
   for (const Eigen::Vector2f& x : at)
-    for (const Eigen::Vector2f& d : {Eigen::Vector2f(kCrossPx, kCrossPx), Eigen::Vector2f(kCrossPx, -kCrossPx)}) Add(size_px, x - d, x + d, kEpipoleColor);
+    for (const Eigen::Vector2f& d : {Eigen::Vector2f(kCrossPx, kCrossPx), Eigen::Vector2f(kCrossPx, -kCrossPx)})
+      Add(size_px, x - d, x + d, kEpipoleColor);
 }
 
 void PlanLines::Set(const SparsePlan& plan, const Eigen::Vector2i& size_px) {
@@ -172,7 +177,8 @@ void PlanLines::Set(const SparsePlan& plan, const Eigen::Vector2i& size_px) {
   std::set<std::array<float, 4>> drawn;
   for (const SparseTriangle& triangle : plan.triangles)
     for (std::size_t v = 0; v < 3; ++v) {
-      Eigen::Vector2f a = plan.x_px[static_cast<std::size_t>(triangle.vertex[v])], b = plan.x_px[static_cast<std::size_t>(triangle.vertex[(v + 1) % 3])];
+      Eigen::Vector2f a = plan.x_px[static_cast<std::size_t>(triangle.vertex[v])],
+                      b = plan.x_px[static_cast<std::size_t>(triangle.vertex[(v + 1) % 3])];
       if (std::pair(b.x(), b.y()) < std::pair(a.x(), a.y())) std::swap(a, b);
       if (drawn.insert({a.x(), a.y(), b.x(), b.y()}).second) Add(size_px, a, b, kEdgeColor);
     }

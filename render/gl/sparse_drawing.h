@@ -1,5 +1,5 @@
-// A SparsePlan in graphics memory: its triangles' corners, and each photo of each triangle projected at the corners. Needs
-// a current context.
+// A SparsePlan in graphics memory: its triangles' corners, and each photo of each triangle projected at the corners.
+// Needs a current context.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,17 +13,17 @@
 #include "render/gl/sparse_shader.h"
 #include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/candidate_plan.h"
 #include "render/radiance/sparse_plan.h"
 
 namespace lumi {
 
 class SparseDrawing {
  public:
-  // Replaces what was there. `views`: the cameras as they were packed (PackCameras); photos that are not among them have no
-  // weight. `base`: the variant without what single triangles need. Throws MachineError where the driver's buffers are too
-  // small.
-  void Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos, const SparseVariant& base);
+  // Replaces what was there. `views`: the cameras as they were packed (PackCameras); photos that are not among them
+  // have no weight. `base`: the variant without what single triangles need. Throws MachineError where the driver's
+  // buffers are too small.
+  void Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos,
+              const SparseVariant& base);
 
   // Triangles that one program draws.
   struct Batch {
@@ -55,7 +55,8 @@ class SparseDrawing {
   GlTexture projection_texture_, place_texture_;
 };
 
-// Lines over a picture (Show::kTessellation): a plan's triangles, or a plan's cells; and crosses at the epipole samples.
+// Lines over a picture (Show::kTessellation): a plan's triangles, or a plan's cells; and crosses at the epipole
+// samples.
 class PlanLines {
  public:
   void Clear() { lines_.clear(); }
@@ -69,7 +70,8 @@ class PlanLines {
   struct End {
     float x, y, r, g, b, a;
   };
-  void Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector4f& rgba);
+  void Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b,
+           const Eigen::Vector4f& rgba);
   void AddCrosses(const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector2f>& at);
   void Upload();
   std::vector<End> lines_;

@@ -125,7 +125,8 @@ void main() {
   int i = gl_VertexID % 3;
   gl_Position = vec4(position.xy, position.z * z_from_depth.x + z_from_depth.y, 1.0);
   corner = vec3(inverse_depth, i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0);
-)" + body + "}\n";
+)" + body +
+         "}\n";
 }
 
 std::string SparseFragmentShader(const SparseVariant& variant) {

@@ -26,15 +26,22 @@ double TimeTerm(const View& wanted, const View& v, const RadianceSettings& setti
   if (!settings.time || !v.time_s || !wanted.time_s) return 0;
   double dt = *v.time_s - *wanted.time_s;
   if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
-  const TimeShape shape = {.inverse_half_window = static_cast<float>(2 / settings.time_window_s), .core = static_cast<float>(settings.time_core), .least = static_cast<float>(settings.time_least)};
-  return settings.epsilon * 2 * settings.r_max_rad * static_cast<double>(TimeDissimilarity(static_cast<float>(dt), shape));
+  const TimeShape shape = {.inverse_half_window = static_cast<float>(2 / settings.time_window_s),
+                           .core = static_cast<float>(settings.time_core),
+                           .least = static_cast<float>(settings.time_least)};
+  return settings.epsilon * 2 * settings.r_max_rad *
+         static_cast<double>(TimeDissimilarity(static_cast<float>(dt), shape));
 }
 
-// Where there are no distances: those of the world of the view's own vanishing points, in which what it sees is at depth 1.
-ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings) {
+// Where there are no distances: those of the world of the view's own vanishing points, in which what it sees is at
+// depth 1.
+ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use,
+                                const RadianceSettings& settings) {
   ViewId best;  // in the order of names, where nothing else is known
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(use.size()); ++i)
-    if (use[static_cast<std::size_t>(i)] && (best.value < 0 || std::abs(i - view.value) < std::abs(best.value - view.value))) best = {i};
+    if (use[static_cast<std::size_t>(i)] &&
+        (best.value < 0 || std::abs(i - view.value) < std::abs(best.value - view.value)))
+      best = {i};
   const auto plane = PlaneAtInfinity(scene);
   if (!plane) return best;
   const View& wanted = scene.views[static_cast<std::size_t>(view.value)];
@@ -43,14 +50,17 @@ ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vect
     for (const Observation& o : p.track)
       if (o.view == view) kappas.push_back(plane->dot(p.X_in_world) / wanted.P.row(2).dot(p.X_in_world));
   const double kappa = Median(kappas);
-  const auto frame = VanishingPointFrame::Make(wanted.P, kappa < 0 ? Plane(-*plane) : *plane, NominalCalibration(wanted.size_px, NominalFocalPx(wanted.size_px)), std::abs(kappa));
+  const auto frame =
+      VanishingPointFrame::Make(wanted.P, kappa < 0 ? Plane(-*plane) : *plane,
+                                NominalCalibration(wanted.size_px, NominalFocalPx(wanted.size_px)), std::abs(kappa));
   if (!frame) return best;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     if (!use[i]) continue;
     const auto moved = frame->MoveCamera(scene.views[i].P);
     if (!moved) continue;
-    const double distance = std::atan2(moved->centre.norm(), 1.0) + AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1)) +
+    const double distance = std::atan2(moved->centre.norm(), 1.0) +
+                            AngleBetween(Eigen::Vector3d(moved->P.row(2).head<3>()), Eigen::Vector3d(0, 0, 1)) +
                             TimeTerm(wanted, scene.views[i], settings);
     if (distance < least) {
       best = {static_cast<std::int32_t>(i)};
@@ -87,7 +97,8 @@ RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2
   RenderView v;
   if (scene.frame == Frame::kMetric) {
     const Camera& camera = scene.CameraOf(view);
-    v = MakeRenderView(size_px == SizePx(scene, view) ? camera : camera.Scaled(size_px.x(), size_px.y()), view.cam_from_world);
+    v = MakeRenderView(size_px == SizePx(scene, view) ? camera : camera.Scaled(size_px.x(), size_px.y()),
+                       view.cam_from_world);
   } else {
     v.P = view.P;
     v.P.row(0) *= static_cast<double>(size_px.x()) / view.size_px.x();
@@ -101,7 +112,8 @@ RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2
 
 RenderView HeldOutView(const Scene& scene, const View& view, int width_px) {
   Eigen::Vector2i size = SizePx(scene, view);
-  if (width_px > 0 && width_px < size.x()) size = {width_px, std::max(1, static_cast<int>(std::lround(static_cast<double>(size.y()) * width_px / size.x())))};
+  if (width_px > 0 && width_px < size.x())
+    size = {width_px, std::max(1, static_cast<int>(std::lround(static_cast<double>(size.y()) * width_px / size.x())))};
   return PhotosView(scene, view, size);
 }
 
@@ -109,7 +121,8 @@ namespace {
 
 // The object's pixels at the size of the render; empty: the scene has no silhouette of this photo.
 Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px) {
-  const std::filesystem::path file = scene.folder.empty() ? std::filesystem::path() : FindMask(scene.folder / "silhouettes", view.name);
+  const std::filesystem::path file =
+      scene.folder.empty() ? std::filesystem::path() : FindMask(scene.folder / "silhouettes", view.name);
   if (file.empty()) return {};
   const Image8 rgb = Resize(ReadImage8(file, 3), size_px.x(), size_px.y());
   Image8 mask(rgb.width, rgb.height, 1);
@@ -117,7 +130,7 @@ Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px)
   return mask;
 }
 
-std::optional<double> Mean(const std::vector<HoldoutView>& views, std::optional<double> HoldoutView::* value) {
+std::optional<double> Mean(const std::vector<HoldoutView>& views, std::optional<double> HoldoutView::*value) {
   double sum = 0;
   int n = 0;
   for (const HoldoutView& v : views)
@@ -148,11 +161,13 @@ std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold) {
     exclude(Fold::kReport, strict);
     if (2 * std::count(strict.begin(), strict.end(), true) >= static_cast<std::ptrdiff_t>(use.size())) use = strict;
   }
-  if (std::count(use.begin(), use.end(), true) == 0) throw DataError("every photo is held out", "raise --holdout", scene.folder);
+  if (std::count(use.begin(), use.end(), true) == 0)
+    throw DataError("every photo is held out", "raise --holdout", scene.folder);
   return use;
 }
 
-HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& sink) {
+HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
+                               ProgressSink& sink) {
   const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
   if (held_out.empty() || scene.views.size() < 2)
     throw DataError("too few photos to hold any out: " + std::to_string(scene.views.size()),
@@ -166,7 +181,8 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
     const View& view = scene.views[static_cast<std::size_t>(id.value)];
     RenderRequest request;
     request.view = HeldOutView(scene, view, options.width_px);
-    const Image8 photo = Resize(ReadImage8(scene.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
+    const Image8 photo =
+        Resize(ReadImage8(scene.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
     request.settings = options.own_times ? AtTimeOf(options.settings, request.view) : options.settings;
     request.use = use;
     const auto start = std::chrono::steady_clock::now();

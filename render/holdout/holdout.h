@@ -1,6 +1,6 @@
-// How good the lumigraph is where it can be checked: photos 0, N, 2N ... rendered from the others and compared with what
-// was photographed, over all pixels, a hole counting as black; beside it the nearest photo alone, reprojected through the
-// same proxy.
+// How good the lumigraph is where it can be checked: photos 0, N, 2N ... rendered from the others and compared with
+// what was photographed, over all pixels, a hole counting as black; beside it the nearest photo alone, reprojected
+// through the same proxy.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,12 @@
 namespace lumi {
 
 struct HoldoutOptions {
-  int n = 8;                               // every n-th photo is held out
+  int n = 8;  // every n-th photo is held out
   Fold fold = Fold::kReport;
-  int width_px = 0;                        // 0: the photo's own size
+  int width_px = 0;  // 0: the photo's own size
   RadianceSettings settings;
-  bool own_times = true;                   // each view is rendered at its photo's time, where it has one; else at settings.time_s
-  std::filesystem::path folder;            // renders and differences go here; empty: none are written
+  bool own_times = true;         // each view is rendered at its photo's time, where it has one; else at settings.time_s
+  std::filesystem::path folder;  // renders and differences go here; empty: none are written
 };
 
 struct HoldoutView {
@@ -29,22 +29,22 @@ struct HoldoutView {
   double nearest_psnr_db = 0, nearest_ssim = 0, nearest_coverage = 0;
   // Over the object's pixels, where the scene has the photo's silhouette: what lies around it no hull can show.
   std::optional<double> psnr_object_db, nearest_psnr_object_db;
-  double ms = 0;                           // to render the view
+  double ms = 0;  // to render the view
 };
 
 struct HoldoutSummary {
   double psnr_mean_db = 0, ssim_mean = 0, coverage_mean = 0;
   double nearest_psnr_mean_db = 0, nearest_ssim_mean = 0, nearest_coverage_mean = 0;
   std::optional<double> psnr_object_mean_db, nearest_psnr_object_mean_db;  // over the views that have it
-  double ms_per_frame = 0;                 // median
-  long samples = 0;                        // rays at which weights were computed, and what the optimum says of them: sums over the
-  OptimumCounts optimum;                   // held-out views, without the baseline
+  double ms_per_frame = 0;                                                 // median
+  long samples = 0;       // rays at which weights were computed, and what the optimum says of them: sums over the
+  OptimumCounts optimum;  // held-out views, without the baseline
   std::vector<HoldoutView> views;
 };
 
-// The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point depth
-// plus the angle between the optical axes (without a metric in the world of the view's own vanishing points), plus, where the settings count
-// time, what its own time is off, as rays are weighed.
+// The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point
+// depth plus the angle between the optical axes (without a metric in the world of the view's own vanishing points),
+// plus, where the settings count time, what its own time is off, as rays are weighed.
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings);
 
 // The photo's own view at this size, with its time and exposure.
@@ -59,10 +59,12 @@ struct DesiredViews {
 };
 // A fold's views at most this wide, from all other photos; from all where nothing is left.
 DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px);
-// The photos that a fold is rendered from: none of its own; for the choosing fold nor any of the reporting one (what is chosen must not have
-// seen the photos that are reported on), unless that leaves less than half of all. Throws DataError where nothing is left.
+// The photos that a fold is rendered from: none of its own; for the choosing fold nor any of the reporting one (what is
+// chosen must not have seen the photos that are reported on), unless that leaves less than half of all. Throws
+// DataError where nothing is left.
 std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold);
 
-HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options, ProgressSink& progress);
+HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
+                               ProgressSink& progress);
 
 }  // namespace lumi

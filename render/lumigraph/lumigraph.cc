@@ -71,7 +71,9 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
 
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
-  const auto wanted = [&](std::string_view effect) { return !decided_.contains(std::string(effect)) || IsOn(settings_, effect); };
+  const auto wanted = [&](std::string_view effect) {
+    return !decided_.contains(std::string(effect)) || IsOn(settings_, effect);
+  };
   SetEstimates(EstimateFromPhotos(scene_, one_mesh() ? &photos_ : nullptr, wanted, sink));
 }
 
@@ -100,7 +102,9 @@ EffectChoice Lumigraph::MeasuresCalledFor(const std::vector<RenderView>& desired
   return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, gain_spread_);
 }
 
-EffectChoice Lumigraph::MeasuresCalledForByPhotos() const { return ChooseEffects(scene_, {}, {}, settings_, {}, gain_spread_); }
+EffectChoice Lumigraph::MeasuresCalledForByPhotos() const {
+  return ChooseEffects(scene_, {}, {}, settings_, {}, gain_spread_);
+}
 
 RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const {
   return own_times_ ? AtTimeOf(settings, view) : settings;

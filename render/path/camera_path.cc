@@ -40,7 +40,8 @@ std::vector<std::size_t> ShortWalk(const std::vector<Eigen::Vector3d>& c) {
   while (order.size() < n) {
     std::size_t best = n;
     for (std::size_t i = 0; i < n; ++i)
-      if (!used[i] && (best == n || (c[i] - c[order.back()]).squaredNorm() < (c[best] - c[order.back()]).squaredNorm())) best = i;
+      if (!used[i] && (best == n || (c[i] - c[order.back()]).squaredNorm() < (c[best] - c[order.back()]).squaredNorm()))
+        best = i;
     used[best] = true;
     order.push_back(best);
   }
@@ -52,7 +53,8 @@ std::vector<std::size_t> ShortWalk(const std::vector<Eigen::Vector3d>& c) {
       for (std::size_t j = i + 2; j < n; ++j) {
         const double tail_old = j + 1 < n ? length(j, j + 1) : 0, tail_new = j + 1 < n ? length(i + 1, j + 1) : 0;
         if (length(i, j) + tail_new < length(i, i + 1) + tail_old - 1e-12) {
-          std::reverse(order.begin() + static_cast<std::ptrdiff_t>(i) + 1, order.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+          std::reverse(order.begin() + static_cast<std::ptrdiff_t>(i) + 1,
+                       order.begin() + static_cast<std::ptrdiff_t>(j) + 1);
           shorter = true;
         }
       }
@@ -71,7 +73,8 @@ Eigen::Quaterniond WeightedMean(const std::vector<std::pair<double, Eigen::Quate
 // Cubic Hermite over uneven times with Catmull-Rom tangents, written as weights of the four keys around t.
 std::array<double, 4> KeyWeights(const std::vector<PathKey>& keys, std::size_t i, double t) {
   const double t1 = keys[i].time_s, t2 = keys[i + 1].time_s, d = t2 - t1, s = (t - t1) / d;
-  const double h00 = (1 + 2 * s) * (1 - s) * (1 - s), h10 = s * (1 - s) * (1 - s), h01 = s * s * (3 - 2 * s), h11 = s * s * (s - 1);
+  const double h00 = (1 + 2 * s) * (1 - s) * (1 - s), h10 = s * (1 - s) * (1 - s), h01 = s * s * (3 - 2 * s),
+               h11 = s * s * (s - 1);
   std::array<double, 4> w{0, h00, h01, 0};
   // Tangent at key i: (x2 - x0) / (t2 - t0); one-sided at the ends.
   if (i > 0) {
@@ -157,7 +160,9 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
   return path;
 }
 
-double Duration(const CameraPath& path) { return path.keys.empty() ? 0 : path.keys.back().time_s - path.keys.front().time_s; }
+double Duration(const CameraPath& path) {
+  return path.keys.empty() ? 0 : path.keys.back().time_s - path.keys.front().time_s;
+}
 
 int FrameCount(const CameraPath& path) {
   if (path.keys.empty()) return 0;
@@ -194,7 +199,8 @@ PathKey PoseOnPath(const CameraPath& path, double time_s) {
 
 RenderView MakeRenderView(const PathKey& key, int width_px, int height_px) {
   const double focal = 0.5 * height_px / std::tan(0.5 * key.vertical_fov_rad);
-  RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, key.principal_point.x() * width_px, key.principal_point.y() * height_px),
+  RenderView v = MakeRenderView(Camera::Pinhole(width_px, height_px, focal, focal, key.principal_point.x() * width_px,
+                                                key.principal_point.y() * height_px),
                                 key.cam_from_world);
   v.time_s = key.time_s;
   return v;
@@ -213,8 +219,8 @@ std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int hei
 static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& file) {
   CameraPath path;
   if (j.at("version").get<int>() > kVersion)
-    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) + "; this program reads up to " +
-                               std::to_string(kVersion));
+    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) +
+                               "; this program reads up to " + std::to_string(kVersion));
   path.fps = j.value("fps", 30.0);
   path.width_px = j.value("width", 0);
   path.height_px = j.value("height", 0);
@@ -250,17 +256,21 @@ CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) 
     else if (j.value("format", "") == kFormat)
       path = OwnPath(j, file);
     else
-      throw InputError(file, "not a camera path: neither \"format\": \"lumigraph-path\" nor nerfstudio's \"camera_path\"");
+      throw InputError(file,
+                       "not a camera path: neither \"format\": \"lumigraph-path\" nor nerfstudio's \"camera_path\"");
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, std::string("not a camera path: ") + e.what());
   }
   if (path.keys.empty()) throw InputError(file, "the path has no keys");
   for (std::size_t i = 0; i < path.keys.size(); ++i) {
     const PathKey& key = path.keys[i];
-    if (!key.cam_from_world.translation.allFinite() || !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < kMaxFov_rad) ||
-        !(key.principal_point.array().abs() <= kMostOffCentre).all() || !std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
-      throw InputError(file,
-                       "key " + std::to_string(i) + ": times must ascend, fields of view lie in (0, 177] degrees, principal points within 10 pictures, all numbers be finite");
+    if (!key.cam_from_world.translation.allFinite() ||
+        !(key.vertical_fov_rad > 0 && key.vertical_fov_rad < kMaxFov_rad) ||
+        !(key.principal_point.array().abs() <= kMostOffCentre).all() || !std::isfinite(key.time_s) ||
+        (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
+      throw InputError(file, "key " + std::to_string(i) +
+                                 ": times must ascend, fields of view lie in (0, 177] degrees, principal points within "
+                                 "10 pictures, all numbers be finite");
   }
   if (!(path.fps > 0 && path.fps <= 1000)) throw InputError(file, "fps must lie in (0, 1000]");
   if (path.width_px < 0 || path.height_px < 0 || path.width_px > 32768 || path.height_px > 32768)
@@ -284,7 +294,8 @@ void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path) 
                          {"position", {c.x(), c.y(), c.z()}},
                          {"cam_from_world_xyzw", {q.x(), q.y(), q.z(), q.w()}},
                          {"vertical_fov_deg", key.vertical_fov_rad * kDegPerRad}});
-    if (key.principal_point != Eigen::Vector2d(0.5, 0.5)) j["keys"].back()["principal_point"] = {key.principal_point.x(), key.principal_point.y()};
+    if (key.principal_point != Eigen::Vector2d(0.5, 0.5))
+      j["keys"].back()["principal_point"] = {key.principal_point.x(), key.principal_point.y()};
   }
   WriteTextAtomically(file, j.dump(2) + "\n");
 }

@@ -1,5 +1,5 @@
-// A path of virtual cameras: JSON of our own or nerfstudio's (docs/viewer.md; it knows no principal point), or through the photos' own
-// cameras.
+// A path of virtual cameras: JSON of our own or nerfstudio's (docs/viewer.md; it knows no principal point), or through
+// the photos' own cameras.
 #pragma once
 
 #include <filesystem>
@@ -12,21 +12,23 @@ namespace lumi {
 struct PathKey {
   Rigid3 cam_from_world;
   double vertical_fov_rad = 0;
-  double time_s = 0;           // on the path's own clock
-  // Of the picture's width and height. A camera whose axis does not pass through the picture's middle is not turned to make it so.
+  double time_s = 0;  // on the path's own clock
+  // Of the picture's width and height. A camera whose axis does not pass through the picture's middle is not turned to
+  // make it so.
   Eigen::Vector2d principal_point{0.5, 0.5};
 };
 
 struct CameraPath {
-  std::vector<PathKey> keys;   // time ascending
+  std::vector<PathKey> keys;  // time ascending
   double fps = 30;
-  int width_px = 0, height_px = 0;   // 0: decided by the caller
-  int frames = 0;                    // evenly from the first key to the last; 0: as many as the duration has
+  int width_px = 0, height_px = 0;  // 0: decided by the caller
+  int frames = 0;                   // evenly from the first key to the last; 0: as many as the duration has
 };
 
 constexpr double kMaxPathSeconds = 24 * 3600;
 
-// What a file's keys are to be, where it holds the frames and the keyframes that they were made from (nerfstudio's does).
+// What a file's keys are to be, where it holds the frames and the keyframes that they were made from (nerfstudio's
+// does).
 enum class PathDetail { kFrames, kKeyframes };
 
 // Recognises the format by its content. Throws InputError: the file, and what is wrong with it in one line.
@@ -44,8 +46,8 @@ int FrameCount(const CameraPath& path);
 PathKey PoseOnPath(const CameraPath& path, double time_s);
 RenderView MakeRenderView(const PathKey& key, int width_px, int height_px);
 
-// The frames: centres by Catmull-Rom (centripetal: no loops at uneven keys), rotations by spherical interpolation of the
-// same blend, field of view and principal point likewise.
+// The frames: centres by Catmull-Rom (centripetal: no loops at uneven keys), rotations by spherical interpolation of
+// the same blend, field of view and principal point likewise.
 std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int height_px);
 
 }  // namespace lumi

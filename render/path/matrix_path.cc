@@ -35,8 +35,9 @@ std::optional<MatrixPath> MatrixPathFor(const Scene& scene, const std::filesyste
   if (!file.empty() && IsMatrixPath(file)) return ReadMatrixPath(file);
   if (scene.frame == Frame::kMetric) return std::nullopt;
   if (file.empty()) return MatrixPathOfPhotos(scene, fps);
-  throw DataError(fmt::format("{} is a path of poses, which a {} scene does not have", file.generic_string(), Name(scene.frame)),
-                  "a path of projection matrices comes from lumi-stabilize", scene.folder);
+  throw DataError(
+      fmt::format("{} is a path of poses, which a {} scene does not have", file.generic_string(), Name(scene.frame)),
+      "a path of projection matrices comes from lumi-stabilize", scene.folder);
 }
 
 std::vector<RenderView> MatrixViews(const Scene& scene, const MatrixPath& path, int width_px, int height_px) {
@@ -55,13 +56,15 @@ std::vector<RenderView> MatrixViews(const Scene& scene, const MatrixPath& path, 
     if (!key.view.empty()) {
       const auto found = called.find(key.view);
       if (found == called.end())
-        throw DataError(fmt::format("key {} of the path is of the photo {}, which the scene has not", i, key.view), "take the scene that the path was made for", scene.folder);
+        throw DataError(fmt::format("key {} of the path is of the photo {}, which the scene has not", i, key.view),
+                        "take the scene that the path was made for", scene.folder);
       v.time_s = found->second->time_s;
       v.gain = found->second->gain;
     }
     if (scene.frame == Frame::kMetric) {
       const Eigen::Vector4d c = CentreOfProjection(v.P);
-      if (!(std::abs(c.w()) > 1e-12)) throw DataError(fmt::format("the centre of projection of key {} lies at infinity", i), "", scene.folder);
+      if (!(std::abs(c.w()) > 1e-12))
+        throw DataError(fmt::format("the centre of projection of key {} lies at infinity", i), "", scene.folder);
       v.centre = c.head<3>() / c.w();
     }
     views.push_back(v);

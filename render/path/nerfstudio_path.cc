@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
-constexpr double kRigid = 1e-3;              // a matrix written with four digits still is a rotation
+constexpr double kRigid = 1e-3;               // a matrix written with four digits still is a rotation
 constexpr double kDefaultTransition_s = 0.5;  // nerfstudio's, where a file names none
 
 // y and z turn over between its cameras and ours (x right, y down, z forward).
@@ -30,7 +30,8 @@ Rigid3 CamFromWorld(const Json& matrix, const std::filesystem::path& file, const
     else
       m.push_back(row.get<double>());
   }
-  if (m.size() != 16 && m.size() != 12) throw InputError(file, fmt::format("{}: a camera_to_world of {} numbers, not 16", where, m.size()));
+  if (m.size() != 16 && m.size() != 12)
+    throw InputError(file, fmt::format("{}: a camera_to_world of {} numbers, not 16", where, m.size()));
   Eigen::Matrix3d R;
   Eigen::Vector3d c;
   for (int row = 0; row < 3; ++row) {
@@ -38,8 +39,8 @@ Rigid3 CamFromWorld(const Json& matrix, const std::filesystem::path& file, const
     c[row] = m[static_cast<std::size_t>(4 * row + 3)];
   }
   const bool affine = m.size() == 12 || (m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1);
-  if (!affine || !R.allFinite() || !c.allFinite() || !((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRigid) ||
-      R.determinant() < 0)
+  if (!affine || !R.allFinite() || !c.allFinite() ||
+      !((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRigid) || R.determinant() < 0)
     throw InputError(file, fmt::format("{}: camera_to_world is no rotation and position, row by row", where));
   Rigid3 cam;
   cam.rotation = Eigen::Quaterniond(Eigen::Matrix3d((R * kFlip.asDiagonal()).transpose())).normalized();
@@ -96,7 +97,8 @@ CameraPath ParseNerfstudioPath(const Json& j, const std::filesystem::path& file,
   if (detail == PathDetail::kKeyframes && HasTimedKeyframes(j)) {
     const double usual = Or(j, "default_transition_sec", kDefaultTransition_s);
     const auto transition = [&](const Json& k) {
-      return k.value("override_transition_enabled", Json(false)) == true ? Or(k, "override_transition_sec", usual) : usual;
+      return k.value("override_transition_enabled", Json(false)) == true ? Or(k, "override_transition_sec", usual)
+                                                                         : usual;
     };
     double time = 0;
     for (const Json& k : j["keyframes"]) {
@@ -121,7 +123,8 @@ CameraPath ParseNerfstudioPath(const Json& j, const std::filesystem::path& file,
 }
 
 void WriteNerfstudioPath(const std::filesystem::path& file, const CameraPath& path, int width_px, int height_px) {
-  const int width = path.width_px > 0 ? path.width_px : width_px, height = path.height_px > 0 ? path.height_px : height_px;
+  const int width = path.width_px > 0 ? path.width_px : width_px,
+            height = path.height_px > 0 ? path.height_px : height_px;
   const double aspect = static_cast<double>(width) / height;
   nlohmann::ordered_json j;
   j["camera_type"] = "perspective";
@@ -137,16 +140,19 @@ void WriteNerfstudioPath(const std::filesystem::path& file, const CameraPath& pa
   j["keyframes"] = Json::array();
   for (std::size_t i = 0; i < path.keys.size(); ++i) {
     const PathKey& key = path.keys[i];
-    nlohmann::ordered_json k{{"matrix", Matrix(key.cam_from_world)}, {"fov", key.vertical_fov_rad * kDegreesPerRadian}, {"aspect", aspect}};
+    nlohmann::ordered_json k{
+        {"matrix", Matrix(key.cam_from_world)}, {"fov", key.vertical_fov_rad * kDegreesPerRadian}, {"aspect", aspect}};
     k["override_transition_enabled"] = i > 0;
     k["override_transition_sec"] = i > 0 ? Json(key.time_s - path.keys[i - 1].time_s) : Json(nullptr);
     j["keyframes"].push_back(k);
   }
   j["camera_path"] = Json::array();
   for (int f = 0; f < count; ++f) {
-    const PathKey pose = PoseOnPath(path, path.keys.front().time_s + (count > 1 ? Duration(path) * f / (count - 1) : 0));
-    j["camera_path"].push_back(nlohmann::ordered_json{
-        {"camera_to_world", Matrix(pose.cam_from_world)}, {"fov", pose.vertical_fov_rad * kDegreesPerRadian}, {"aspect", aspect}});
+    const PathKey pose =
+        PoseOnPath(path, path.keys.front().time_s + (count > 1 ? Duration(path) * f / (count - 1) : 0));
+    j["camera_path"].push_back(nlohmann::ordered_json{{"camera_to_world", Matrix(pose.cam_from_world)},
+                                                      {"fov", pose.vertical_fov_rad * kDegreesPerRadian},
+                                                      {"aspect", aspect}});
   }
   WriteTextAtomically(file, j.dump(1) + "\n");
 }

@@ -1,7 +1,7 @@
-// nerfstudio's camera path JSON, as its viewer writes and ns-render reads it: "camera_path" holds every frame, "keyframes"
-// what they were made from. Its cameras have x right, y up and z back, camera_to_world is row-major, fov the vertical angle in
-// degrees. The world is the scene's own: nerfstudio trains in a frame that it has turned, moved and scaled (its
-// dataparser_transforms.json), and a path of such a frame has to be brought back first.
+// nerfstudio's camera path JSON, as its viewer writes and ns-render reads it: "camera_path" holds every frame,
+// "keyframes" what they were made from. Its cameras have x right, y up and z back, camera_to_world is row-major, fov
+// the vertical angle in degrees. The world is the scene's own: nerfstudio trains in a frame that it has turned, moved
+// and scaled (its dataparser_transforms.json), and a path of such a frame has to be brought back first.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +13,8 @@ namespace lumi {
 
 bool IsNerfstudioPath(const nlohmann::json& j);
 
-// kFrames: a key a frame, and as many frames; kKeyframes: its keyframes, interpolated our way, where they carry their times.
-// Throws InputError (the file and the entry) and nlohmann's exceptions.
+// kFrames: a key a frame, and as many frames; kKeyframes: its keyframes, interpolated our way, where they carry their
+// times. Throws InputError (the file and the entry) and nlohmann's exceptions.
 CameraPath ParseNerfstudioPath(const nlohmann::json& j, const std::filesystem::path& file, PathDetail detail);
 
 // width_px, height_px: the frames' size where the path has none. Atomically.

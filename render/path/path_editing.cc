@@ -20,8 +20,8 @@ void Separate(CameraPath& path, std::size_t first) {
 
 std::size_t InsertKey(CameraPath& path, PathKey key) {
   path.frames = 0;
-  const auto after =
-      std::upper_bound(path.keys.begin(), path.keys.end(), key.time_s, [](double t, const PathKey& k) { return t < k.time_s; });
+  const auto after = std::upper_bound(path.keys.begin(), path.keys.end(), key.time_s,
+                                      [](double t, const PathKey& k) { return t < k.time_s; });
   const auto index = static_cast<std::size_t>(after - path.keys.begin());
   path.keys.insert(after, key);
   Separate(path, index);

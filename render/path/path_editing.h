@@ -1,5 +1,5 @@
-// Keyframes of a camera path as an editor changes them. Times ascend strictly whatever is asked for, kLeastGap_s apart; the
-// first key's time is the path's beginning, wherever on the clock.
+// Keyframes of a camera path as an editor changes them. Times ascend strictly whatever is asked for, kLeastGap_s apart;
+// the first key's time is the path's beginning, wherever on the clock.
 #pragma once
 
 #include <cstddef>

@@ -9,8 +9,9 @@ namespace lumi {
 
 Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   Photo photo;
-  std::vector<Image8> levels = BuildPyramid(ReadImage8(scene.ImagePath(scene.views[static_cast<std::size_t>(view.value)]), 3),
-                                            options.pyramids || options.max_side_px > 0 ? 0 : 1);
+  std::vector<Image8> levels =
+      BuildPyramid(ReadImage8(scene.ImagePath(scene.views[static_cast<std::size_t>(view.value)]), 3),
+                   options.pyramids || options.max_side_px > 0 ? 0 : 1);
   std::size_t first = 0;
   while (options.max_side_px > 0 && first + 1 < levels.size() &&
          std::max(levels[first].width, levels[first].height) > options.max_side_px)

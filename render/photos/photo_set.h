@@ -11,7 +11,7 @@
 namespace lumi {
 
 struct PhotoOptions {
-  int max_side_px = 0;         // larger photos are halved until they fit; 0: as they are
+  int max_side_px = 0;  // larger photos are halved until they fit; 0: as they are
   bool pyramids = true;
 };
 

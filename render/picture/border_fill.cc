@@ -8,8 +8,8 @@
 namespace lumi {
 namespace {
 
-// Means of 2 x 2 premultiplied pixels. Their alpha, times 4, is how many pixels' worth of colour there is: where one of them is opaque
-// the coarse pixel is, too, so that a hole closes by a factor of 2 a level.
+// Means of 2 x 2 premultiplied pixels. Their alpha, times 4, is how many pixels' worth of colour there is: where one of
+// them is opaque the coarse pixel is, too, so that a hole closes by a factor of 2 a level.
 ImageF Pulled(const ImageF& fine) {
   ImageF coarse((fine.width + 1) / 2, (fine.height + 1) / 2, 4);
   ParallelFor(static_cast<std::size_t>(coarse.height), 16, [&](std::size_t begin, std::size_t end) {
@@ -36,13 +36,16 @@ void Push(const ImageF& coarse, ImageF& fine) {
       for (int x = 0; x < fine.width; ++x) {
         const float missing = 1 - fine.At(x, y, 3);
         if (!(missing > 0)) continue;
-        const float u = std::clamp(0.5F * (static_cast<float>(x) + 0.5F) - 0.5F, 0.0F, static_cast<float>(coarse.width - 1));
-        const float v = std::clamp(0.5F * (static_cast<float>(y) + 0.5F) - 0.5F, 0.0F, static_cast<float>(coarse.height - 1));
+        const float u =
+            std::clamp(0.5F * (static_cast<float>(x) + 0.5F) - 0.5F, 0.0F, static_cast<float>(coarse.width - 1));
+        const float v =
+            std::clamp(0.5F * (static_cast<float>(y) + 0.5F) - 0.5F, 0.0F, static_cast<float>(coarse.height - 1));
         const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
         const int x1 = std::min(x0 + 1, coarse.width - 1), y1 = std::min(y0 + 1, coarse.height - 1);
         const float a = u - static_cast<float>(x0), b = v - static_cast<float>(y0);
         for (int c = 0; c < 4; ++c)
-          fine.At(x, y, c) += missing * ((1 - b) * ((1 - a) * coarse.At(x0, y0, c) + a * coarse.At(x1, y0, c)) + b * ((1 - a) * coarse.At(x0, y1, c) + a * coarse.At(x1, y1, c)));
+          fine.At(x, y, c) += missing * ((1 - b) * ((1 - a) * coarse.At(x0, y0, c) + a * coarse.At(x1, y0, c)) +
+                                         b * ((1 - a) * coarse.At(x0, y1, c) + a * coarse.At(x1, y1, c)));
       }
   });
 }

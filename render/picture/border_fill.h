@@ -1,13 +1,14 @@
-// What to show where no photo sees: smooth colours from around the hole (pull and push: Gortler et al. 1996, sec. 3.4.1; a pyramid of
-// weighted means, read at the finest level that knows anything). Not a guess at what is there, and it does not flicker.
+// What to show where no photo sees: smooth colours from around the hole (pull and push: Gortler et al. 1996,
+// sec. 3.4.1; a pyramid of weighted means, read at the finest level that knows anything). Not a guess at what is there,
+// and it does not flicker.
 #pragma once
 
 #include "scene/model/image.h"
 
 namespace lumi {
 
-// RGBA, premultiplied; alpha is 1 everywhere afterwards, and what was opaque stays as it was. Nothing happens to a picture without
-// any colour.
+// RGBA, premultiplied; alpha is 1 everywhere afterwards, and what was opaque stays as it was. Nothing happens to a
+// picture without any colour.
 void FillSmoothly(ImageF& image);
 
 }  // namespace lumi

@@ -50,7 +50,8 @@ class Planner {
     plan_.samples = static_cast<int>(rays.size());
     CellSamples between;
     for (std::size_t c = 0; c < lists_.size(); ++c)
-      for (auto t = static_cast<std::size_t>(g.first_of_cell[c]); t < static_cast<std::size_t>(g.first_of_cell[c + 1]); ++t) {
+      for (auto t = static_cast<std::size_t>(g.first_of_cell[c]); t < static_cast<std::size_t>(g.first_of_cell[c + 1]);
+           ++t) {
         const auto& v = g.triangles[t].vertex;
         bool hole = false;
         for (const std::int32_t i : v) {
@@ -84,18 +85,22 @@ class Planner {
         for (int x = 0; x < columns; ++x)
           direction[y * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
               (setup_.ray_from_pixel * Eigen::Vector3d(inside(SamplePx(x, columns, size.x()), size.x()),
-                                                       inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()), 1))
+                                                       inside(SamplePx(static_cast<int>(y), rows, size.y()), size.y()),
+                                                       1))
                   .normalized()
                   .cast<float>();
-      const std::size_t from = begin * static_cast<std::size_t>(columns), n = (end - begin) * static_cast<std::size_t>(columns);
-      tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n), std::span(t).subspan(from, n),
+      const std::size_t from = begin * static_cast<std::size_t>(columns),
+                        n = (end - begin) * static_cast<std::size_t>(columns);
+      tracer.Trace(setup_.desired.centre.cast<float>(), std::span(direction).subspan(from, n),
+                   std::span(t).subspan(from, n),
                    normal.empty() ? std::span<Eigen::Vector3f>() : std::span(normal).subspan(from, n));
     });
     // Which rays become samples; those on a border serve both cells.
     std::vector<bool> sampled(t.size(), false);
     const auto cells = [&](auto&& body) {
       for (int r = 0; r < plan_.cell_rows; ++r)
-        for (int c = 0; c < plan_.cell_columns; ++c) body(static_cast<std::size_t>(r * plan_.cell_columns + c), r * kProbes, c * kProbes);
+        for (int c = 0; c < plan_.cell_columns; ++c)
+          body(static_cast<std::size_t>(r * plan_.cell_columns + c), r * kProbes, c * kProbes);
     };
     const auto at = [&](int y, int x) {
       return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
@@ -139,7 +144,9 @@ class Planner {
       if (!hole) return;
       for (int y = y0; y <= y0 + kProbes; ++y)
         for (int x = x0; x <= x0 + kProbes; ++x)
-          if (sample[at(y, x)] < 0) between.Add(static_cast<std::int32_t>(c), direction[at(y, x)] * t[at(y, x)], normal.empty() ? Eigen::Vector3f::Zero() : normal[at(y, x)]);
+          if (sample[at(y, x)] < 0)
+            between.Add(static_cast<std::int32_t>(c), direction[at(y, x)] * t[at(y, x)],
+                        normal.empty() ? Eigen::Vector3f::Zero() : normal[at(y, x)]);
     });
     Weigh(between);
     if (setup_.settings.epipoles) AddEpipoles();
@@ -161,10 +168,12 @@ class Planner {
     if (samples.cell.empty()) return;
     WeighSamples(setup_, visibility_, samples.rays, for_ranges_, table_, counts_);
     plan_.samples += static_cast<int>(samples.cell.size());
-    for (std::size_t i = 0; i < samples.cell.size(); ++i) List(table_, i, lists_[static_cast<std::size_t>(samples.cell[i])]);
+    for (std::size_t i = 0; i < samples.cell.size(); ++i)
+      List(table_, i, lists_[static_cast<std::size_t>(samples.cell[i])]);
   }
 
-  // A photo's centre in a cell, before or behind the view, puts it on the cell's list: its weight there is exact anyway.
+  // A photo's centre in a cell, before or behind the view, puts it on the cell's list: its weight there is exact
+  // anyway.
   void AddEpipoles() {
     const RelativeSources& s = setup_.sources;
     const Eigen::Matrix3d M = setup_.desired.P.leftCols<3>();
@@ -194,8 +203,8 @@ class Planner {
 
 }  // namespace
 
-void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer, const VisibilityMaps* visibility,
-                    const ForRanges& for_ranges, CandidatePlan& plan) {
+void PlanCandidates(const ViewSetup& setup, const SparseProxy& proxy, const ProxyTracer& tracer,
+                    const VisibilityMaps* visibility, const ForRanges& for_ranges, CandidatePlan& plan) {
   const RadianceSettings& s = setup.settings;
   if (!s.Sparse() || s.k == 0 || s.similarity != Similarity::kIdentity)
     throw std::invalid_argument("PlanCandidates: settings without candidates");
@@ -218,12 +227,14 @@ PixelWindow CellPixels(const CandidatePlan& plan, int cell, const Eigen::Vector2
   const int column = cell % plan.cell_columns, row = cell / plan.cell_columns;
   const auto first = [](double edge, int size) { return std::clamp(static_cast<int>(std::ceil(edge - 0.5)), 0, size); };
   const int x = first(column * plan.cell_width_px, size_px.x()), y = first(row * plan.cell_height_px, size_px.y());
-  return {x, y, first((column + 1) * plan.cell_width_px, size_px.x()) - x, first((row + 1) * plan.cell_height_px, size_px.y()) - y};
+  return {x, y, first((column + 1) * plan.cell_width_px, size_px.x()) - x,
+          first((row + 1) * plan.cell_height_px, size_px.y()) - y};
 }
 
-void PlanCellPixels(const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility, const CandidatePlan& plan, int cell,
-                    ViewSetup& cell_setup, FramePlan& out, WeighScratch& scratch) {
-  const auto from = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell)]), to = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell) + 1]);
+void PlanCellPixels(const ViewSetup& setup, const ProxyTracer& tracer, const VisibilityMaps* visibility,
+                    const CandidatePlan& plan, int cell, ViewSetup& cell_setup, FramePlan& out, WeighScratch& scratch) {
+  const auto from = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell)]),
+             to = static_cast<std::size_t>(plan.first[static_cast<std::size_t>(cell) + 1]);
   cell_setup.desired = setup.desired;
   cell_setup.settings = setup.settings;
   cell_setup.ray_from_pixel = setup.ray_from_pixel;

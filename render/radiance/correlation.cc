@@ -1,7 +1,7 @@
 #include "render/radiance/correlation.h"
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -29,7 +29,8 @@ std::array<double, kTerms> SeriesCoefficients() {
       const long double N = kLast, p = std::pow(N, -s);
       zeta += p * (N / (s - 1) + 0.5L + s / (12 * N) - s * (s + 1) * (s + 2) / (720 * N * N * N));
     }
-    c[static_cast<std::size_t>(n - 1)] = static_cast<double>(2 * zeta * std::pow(std::numbers::pi_v<long double>, -2 * n) / (2 * n + 1));
+    c[static_cast<std::size_t>(n - 1)] =
+        static_cast<double>(2 * zeta * std::pow(std::numbers::pi_v<long double>, -2 * n) / (2 * n + 1));
   }
   return c;
 }
@@ -82,7 +83,8 @@ double DiscOverlapIntegral(double x) {
 FallingLeaves::FallingLeaves(double r_min_rad, double r_max_rad) : r_min_(r_min_rad), r_max_(r_max_rad) {
   if (!(r_min_rad >= 0 && r_min_rad <= r_max_rad && r_max_rad > 0 && std::isfinite(r_max_rad)))
     throw std::invalid_argument("FallingLeaves: 0 <= r_min <= r_max and r_max > 0 are wanted");
-  log_ratio_ = r_min_rad > 0 ? std::log1p((r_max_rad - r_min_rad) / r_min_rad) : std::numeric_limits<double>::infinity();
+  log_ratio_ =
+      r_min_rad > 0 ? std::log1p((r_max_rad - r_min_rad) / r_min_rad) : std::numeric_limits<double>::infinity();
 }
 
 double FallingLeaves::PSame(double theta) const {
@@ -97,7 +99,8 @@ double FallingLeaves::PSame(double theta) const {
   if (L < kShortInterval) {
     static const GaussLegendre<20> rule;
     double mean = 0;
-    for (std::size_t i = 0; i < rule.node.size(); ++i) mean += rule.weight[i] * DiscOverlap(u * std::exp(L * rule.node[i]));
+    for (std::size_t i = 0; i < rule.node.size(); ++i)
+      mean += rule.weight[i] * DiscOverlap(u * std::exp(L * rule.node[i]));
     return std::min(1.0, mean / (2 - mean));
   }
   // G(u) - G(s) with the logarithms taken off: they are L together.
@@ -111,7 +114,8 @@ double FallingLeaves::PSameCubic(double theta) const {
   const double u = theta / r_max_, s = theta / r_min_, L = log_ratio_;
   const double top = std::min(s, 2.0);
   const double log_term = s < 2 ? L : std::log(2 / u);
-  const double B = a3 / 3 * (top * top * top - u * u * u) + a2 / 2 * (top * top - u * u) + a1 * (top - u) + a0 * log_term;
+  const double B =
+      a3 / 3 * (top * top * top - u * u * u) + a2 / 2 * (top * top - u * u) + a1 * (top - u) + a0 * log_term;
   return std::clamp(B / (2 * L - B), 0.0, 1.0);
 }
 

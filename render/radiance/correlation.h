@@ -1,11 +1,12 @@
-// The correlation of two rays' radiance in the falling-leaves model (thesis sec. 4.1.2, Eqs. 4.3 to 4.5): the probability
-// that two directions an angle apart lie on the same leaf, leaves being discs whose radii follow a 1/r^3 law between
-// r_min and r_max. Everything here is in radians.
+// The correlation of two rays' radiance in the falling-leaves model (thesis sec. 4.1.2, Eqs. 4.3 to 4.5): the
+// probability that two directions an angle apart lie on the same leaf, leaves being discs whose radii follow a 1/r^3
+// law between r_min and r_max. Everything here is in radians.
 //
 // With x = angle / radius, two discs of one radius overlap by g(x) = (2/pi) (acos(x/2) - (x/2) sqrt(1 - x^2/4)), and
-//   B = integral of g(theta/r) dr/r over [r_min, r_max] = G(theta/r_max) - G(theta/r_min),   P_same = B / (2 ln(r_max/r_min) - B).
-// The thesis puts a cubic for g (errata: a2 = -0.051, not 0.051). It dips below 0 near x = 2, so the exact g is integrated
-// here, which has a closed form with psi = asin(x/2):
+//   B = integral of g(theta/r) dr/r over [r_min, r_max] = G(theta/r_max) - G(theta/r_min),   P_same = B / (2
+//   ln(r_max/r_min) - B).
+// The thesis puts a cubic for g (errata: a2 = -0.051, not 0.051). It dips below 0 near x = 2, so the exact g is
+// integrated here, which has a closed form with psi = asin(x/2):
 //   G(x) = -ln x - 1/2 + (2/pi) F(psi),   F(psi) = integral of t cot t + cos^2 t over [0, psi],
 // F an odd power series that converges at least as fast as 4^-n on the whole of [0, pi/2].
 #pragma once
@@ -28,8 +29,8 @@ class FallingLeaves {
   // r_min = r_max is the limit g / (2 - g) (Eq. 4.4 is 0/0); r_min = 0 the other: 0 for every theta > 0.
   double PSame(double theta_rad) const;
 
-  // Eq. 4.5 as the thesis computes it, a2 corrected and clamped at 0: within 0.02 of PSame. For comparison with its figures.
-  // Needs 0 < r_min < r_max.
+  // Eq. 4.5 as the thesis computes it, a2 corrected and clamped at 0: within 0.02 of PSame. For comparison with its
+  // figures. Needs 0 < r_min < r_max.
   double PSameCubic(double theta_rad) const;
 
   double r_min_rad() const { return r_min_; }

@@ -1,10 +1,11 @@
-// How a photo's measures make its dissimilarity from a ray (thesis Eq. 4.7, corrected: docs/render.md), once for all of C++; its twin for
-// the shaders is shader::kDissimilarity. T is float, double or a register of either.
+// How a photo's measures make its dissimilarity from a ray (thesis Eq. 4.7, corrected: docs/render.md), once for all of
+// C++; its twin for the shaders is shader::kDissimilarity. T is float, double or a register of either.
 //
 //   g = alpha theta + sum over the terms of factor 2 r_max |own - value|
 //   h = g (1 + gamma (1 / (f v) - 1)),  infinite where the photo is blind (f = 0), 0 where g is 0
 //
-// The view's own value stands for a photo that is the view; between two photos (the optimum's S_ij) the other's stands in its place.
+// The view's own value stands for a photo that is the view; between two photos (the optimum's S_ij) the other's stands
+// in its place.
 #pragma once
 
 #include <limits>

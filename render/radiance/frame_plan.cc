@@ -39,12 +39,14 @@ constexpr double kUnseenWeight = 0.01;
 // Rows of a table, padded to the longest, or to `least`.
 void Pad(const WeightTable& table, std::size_t least, FramePlan& plan) {
   std::size_t k = least;
-  for (std::size_t s = 0; s < table.size(); ++s) k = std::max(k, static_cast<std::size_t>(table.first[s + 1] - table.first[s]));
+  for (std::size_t s = 0; s < table.size(); ++s)
+    k = std::max(k, static_cast<std::size_t>(table.first[s + 1] - table.first[s]));
   plan.k = static_cast<int>(k);
   plan.camera.assign(table.size() * k, -1);
   plan.weight.assign(table.size() * k, 0.0F);
   for (std::size_t s = 0; s < table.size(); ++s) {
-    const auto first = static_cast<std::size_t>(table.first[s]), count = static_cast<std::size_t>(table.first[s + 1]) - first;
+    const auto first = static_cast<std::size_t>(table.first[s]),
+               count = static_cast<std::size_t>(table.first[s + 1]) - first;
     std::copy_n(table.camera.data() + first, count, plan.camera.data() + s * k);
     std::copy_n(table.weight.data() + first, count, plan.weight.data() + s * k);
   }
@@ -64,7 +66,8 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
   rays.direction.reserve(n);
   for (int y = 0; y < window.height; ++y)
     for (int x = 0; x < window.width; ++x) {
-      rays.exact_direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized());
+      rays.exact_direction.push_back(
+          (setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized());
       rays.direction.push_back(rays.exact_direction.back().cast<float>());
     }
   rays.normal.resize(settings.resolution == Resolution::kJacobian || settings.prefilter ? n : 0);
@@ -73,7 +76,8 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
   const bool full = settings.similarity == Similarity::kFull;
   rays.exact_t.resize(full ? 0 : n);
   for (std::size_t s = 0; s < rays.exact_t.size(); ++s)
-    if (rays.t[s] > 0 && std::isfinite(rays.t[s])) rays.exact_t[s] = proxy.Refined(face[s], setup.desired.centre, rays.exact_direction[s], rays.t[s]);
+    if (rays.t[s] > 0 && std::isfinite(rays.t[s]))
+      rays.exact_t[s] = proxy.Refined(face[s], setup.desired.centre, rays.exact_direction[s], rays.t[s]);
 
   WeightTable table;
   Reconstruct(setup, visibility, rays, table, plan.optimum, scratch);

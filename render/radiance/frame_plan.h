@@ -1,5 +1,5 @@
-// A FramePlan says, for one desired view, which cameras are blended where and with which weights; CPU, GL and viewer only
-// blend it. No GL, no threads, no files here: callers plan windows of the view in parallel.
+// A FramePlan says, for one desired view, which cameras are blended where and with which weights; CPU, GL and viewer
+// only blend it. No GL, no threads, no files here: callers plan windows of the view in parallel.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,11 +20,11 @@ struct PixelWindow {
 
 // What does not depend on the pixel: made once a frame.
 struct ViewSetup {
-  RenderView desired;                // normalised frame
+  RenderView desired;  // normalised frame
   RelativeSources sources;
   RadianceSettings settings;
-  Eigen::Matrix3d ray_from_pixel;    // direction (not unit) of the ray through (x, y, 1)
-  float focal_px = 0;                // of the desired view, for pyramid levels
+  Eigen::Matrix3d ray_from_pixel;  // direction (not unit) of the ray through (x, y, 1)
+  float focal_px = 0;              // of the desired view, for pyramid levels
 };
 
 // `desired` in world; throws std::invalid_argument for a view whose rays are undefined (singular P).
@@ -34,13 +34,14 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
 // One sample a pixel of the window, row by row.
 struct FramePlan {
   PixelWindow window;
-  int k = 0;                               // entries a sample; where settings.k is 0, or for the optimum, as many as the longest row has
-  std::vector<Eigen::Vector3f> offset;     // proxy point - desired centre, normalised units; undefined where alpha = 0
-  std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit; none where neither resolution nor prefiltering asks for it
-  std::vector<float> alpha;                // 0: hole
-  std::vector<std::int32_t> camera;        // samples x k, -1 past the last
-  std::vector<float> weight;               // samples x k; the optimum's may be negative, and sum to 1 all the same
-  OptimumCounts optimum;                   // of this window
+  int k = 0;  // entries a sample; where settings.k is 0, or for the optimum, as many as the longest row has
+  std::vector<Eigen::Vector3f> offset;  // proxy point - desired centre, normalised units; undefined where alpha = 0
+  std::vector<Eigen::Vector3f>
+      normal;                // of the proxy there, unit; none where neither resolution nor prefiltering asks for it
+  std::vector<float> alpha;  // 0: hole
+  std::vector<std::int32_t> camera;  // samples x k, -1 past the last
+  std::vector<float> weight;         // samples x k; the optimum's may be negative, and sum to 1 all the same
+  OptimumCounts optimum;             // of this window
 };
 
 // Reuses the plan's memory. `visibility`: nullptr where it is off. Pixel centres at (x + 0.5, y + 0.5).

@@ -7,14 +7,14 @@
 namespace lumi {
 namespace {
 
-// Towards 0 in octaves of h; towards 2 r_max, where P_same vanishes and what is left of it is normalised, in s = sqrt(1 - y),
-// y = h / (2 r_max): P_same / s^3 is smooth there, for leaves of one size and of many.
+// Towards 0 in octaves of h; towards 2 r_max, where P_same vanishes and what is left of it is normalised, in s = sqrt(1
+// - y), y = h / (2 r_max): P_same / s^3 is smooth there, for leaves of one size and of many.
 constexpr int kAnOctave = 64;
 constexpr int kFirstOctave = 2;  // below y = 1/4
 constexpr int kOctaves = 38;     // down to 1e-12 of 2 r_max
 constexpr int kEnd = 512;        // intervals of s over y in [1/4, 1]
 constexpr double kLargestS = 0.8660254037844386;
-constexpr int kFirstNode = 8;    // nearer to the end P_same is below 1e-5 and its digits are gone
+constexpr int kFirstNode = 8;  // nearer to the end P_same is below 1e-5 and its digits are gone
 
 }  // namespace
 

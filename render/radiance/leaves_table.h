@@ -1,5 +1,5 @@
-// P_same of correlation.h from a table over log h: for weights that are taken one by one, thousands of times a frame. Absolute
-// error below 1e-5, for leaves of nearly one size below 1e-4; relative below 1e-3 down to values of 1e-5.
+// P_same of correlation.h from a table over log h: for weights that are taken one by one, thousands of times a frame.
+// Absolute error below 1e-5, for leaves of nearly one size below 1e-4; relative below 1e-3 down to values of 1e-5.
 #pragma once
 
 #include <vector>

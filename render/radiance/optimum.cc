@@ -8,9 +8,9 @@
 #include <span>
 
 #include "render/radiance/correlation.h"
+#include "render/radiance/dissimilarity.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/kernel.h"
-#include "render/radiance/dissimilarity.h"
 #include "render/radiance/measures/evaluate.h"
 #include "render/radiance/measures/own_ray.h"
 #include "render/radiance/optimum/coherent_order.h"
@@ -22,15 +22,16 @@
 namespace lumi {
 namespace {
 
-// Conjugate gradients stop where the residual is this part of the wanted accuracy: S's smallest eigenvalue is 0.3 and more
-// wherever they are used for long, and the errors of many weights are less than their norm.
+// Conjugate gradients stop where the residual is this part of the wanted accuracy: S's smallest eigenvalue is 0.3 and
+// more wherever they are used for long, and the errors of many weights are less than their norm.
 constexpr double kResidual = 0.2;
 // A photo fades over the last part of the cutoff, so that none enters with a weight.
 constexpr double kCutoffFeather = 0.1;
 
 // The factor of each photo in S and y from its measures; `any` gathers the largest over several rays. f is left as f v.
-LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v, const float* __restrict enabled,
-                         int n, float cutoff, float inverse_feather, bool additive, float* __restrict factor, float* __restrict any) {
+LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, const float* __restrict v,
+                         const float* __restrict enabled, int n, float cutoff, float inverse_feather, bool additive,
+                         float* __restrict factor, float* __restrict any) {
   if (v)
     for (int j = 0; j < n; ++j) f[j] *= VisibilityNearOwnRay(v[j], theta[j]);
   for (int j = 0; j < n; ++j) {
@@ -41,7 +42,8 @@ LUMI_KERNEL void Factors(const float* __restrict theta, float* __restrict f, con
   }
 }
 
-// The terms of h beside the angle, each in units of 2 r_max: what the view itself has, and (Channel) what each photo has.
+// The terms of h beside the angle, each in units of 2 r_max: what the view itself has, and (Channel) what each photo
+// has.
 struct Channels {
   int count = 0;
   float desired[kMaxChannels] = {};
@@ -62,8 +64,8 @@ struct Ray {
   Eigen::Vector3f direction, normal;
   float t = 0;
   Measures measures;
-  std::vector<float> factor;              // of each photo: f v and the cutoff's taper
-  WeightedPhotos mean;                    // the real-time weights
+  std::vector<float> factor;  // of each photo: f v and the cutoff's taper
+  WeightedPhotos mean;        // the real-time weights
   float alpha = 0;
 };
 
@@ -113,8 +115,10 @@ class Optimum {
     table.camera.resize(total);
     table.weight.resize(total);
     for (std::size_t i = 0; i < rays_.size(); ++i) {
-      std::copy_n(camera_.begin() + static_cast<std::ptrdiff_t>(row_[i].first), row_[i].count, table.camera.begin() + table.first[i]);
-      std::copy_n(weight_.begin() + static_cast<std::ptrdiff_t>(row_[i].first), row_[i].count, table.weight.begin() + table.first[i]);
+      std::copy_n(camera_.begin() + static_cast<std::ptrdiff_t>(row_[i].first), row_[i].count,
+                  table.camera.begin() + table.first[i]);
+      std::copy_n(weight_.begin() + static_cast<std::ptrdiff_t>(row_[i].first), row_[i].count,
+                  table.weight.begin() + table.first[i]);
     }
   }
 
@@ -139,9 +143,10 @@ class Optimum {
     if (maps_) EvaluateVisibility(sources_, maps_, ray.direction, ray.t, ray.measures);
     ray.factor.resize(static_cast<std::size_t>(sources_.padded));
     const bool cut = settings_.cutoff_rad < std::numbers::pi;
-    Factors(ray.measures.theta.data(), ray.measures.f.data(), maps_ ? ray.measures.v.data() : nullptr, sources_.enabled.data(),
-            sources_.padded, static_cast<float>(settings_.cutoff_rad),
-            cut ? static_cast<float>(1 / (kCutoffFeather * settings_.cutoff_rad)) : 0.0F, additive_, ray.factor.data(), any_.data());
+    Factors(ray.measures.theta.data(), ray.measures.f.data(), maps_ ? ray.measures.v.data() : nullptr,
+            sources_.enabled.data(), sources_.padded, static_cast<float>(settings_.cutoff_rad),
+            cut ? static_cast<float>(1 / (kCutoffFeather * settings_.cutoff_rad)) : 0.0F, additive_, ray.factor.data(),
+            any_.data());
     ++counts_.samples;
     return true;
   }
@@ -168,11 +173,14 @@ class Optimum {
     }
   }
 
-  std::int32_t First(std::int32_t g) const { return groups_.member[static_cast<std::size_t>(groups_.first[static_cast<std::size_t>(g)])]; }
+  std::int32_t First(std::int32_t g) const {
+    return groups_.member[static_cast<std::size_t>(groups_.first[static_cast<std::size_t>(g)])];
+  }
   std::span<const std::int32_t> Members(std::int32_t g) const {
     const auto i = static_cast<std::size_t>(g);
     return std::span(groups_.member)
-        .subspan(static_cast<std::size_t>(groups_.first[i]), static_cast<std::size_t>(groups_.first[i + 1] - groups_.first[i]));
+        .subspan(static_cast<std::size_t>(groups_.first[i]),
+                 static_cast<std::size_t>(groups_.first[i + 1] - groups_.first[i]));
   }
 
   double Factor(const Ray& ray, std::int32_t g) {
@@ -187,7 +195,8 @@ class Optimum {
     float value = static_cast<float>(settings_.gamma) * ray.measures.f[j];  // Eq. 4.7's, the last
     int at = 0;
     ForEachTerm([&]<typename M> {
-      if (M::Factor(settings_) > 0 && at++ == channel) value = static_cast<float>(M::Factor(settings_)) * ray.measures.Of<M>()[j];
+      if (M::Factor(settings_) > 0 && at++ == channel)
+        value = static_cast<float>(M::Factor(settings_)) * ray.measures.Of<M>()[j];
     });
     return value;
   }
@@ -221,7 +230,8 @@ class Optimum {
       LanePoints<T, kBytes> p;
       for (std::size_t l = 0; l < kRays; ++l) {
         const Ray& from = ray[std::min(l, lanes - 1)];
-        for (std::size_t c = 0; c < 3; ++c) p[c][l] = static_cast<T>(from.t) * static_cast<T>(from.direction[static_cast<Eigen::Index>(c)]);
+        for (std::size_t c = 0; c < 3; ++c)
+          p[c][l] = static_cast<T>(from.t) * static_cast<T>(from.direction[static_cast<Eigen::Index>(c)]);
       }
       for (std::size_t i = 0; i < n; ++i) {
         const auto j = static_cast<std::size_t>(First(chosen_[i]));
@@ -278,8 +288,9 @@ class Optimum {
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const auto j = static_cast<std::size_t>(First(chosen_[k]));
-      const Eigen::Vector3d to =
-          Eigen::Vector3d(static_cast<double>(centre_[0][k]), static_cast<double>(centre_[1][k]), static_cast<double>(centre_[2][k])) - p;
+      const Eigen::Vector3d to = Eigen::Vector3d(static_cast<double>(centre_[0][k]), static_cast<double>(centre_[1][k]),
+                                                 static_cast<double>(centre_[2][k])) -
+                                 p;
       const double length = to.norm();
       const Eigen::Vector3d u = length > 0 ? Eigen::Vector3d(to / length) : Eigen::Vector3d(back);
       dense_.u.col(i) = u;
@@ -328,7 +339,8 @@ class Optimum {
     const double mean = SumToOne(settings_.sum, row_w_, row_z_, sum);
     counts_.small_sums += sum < kSmallSum;
     if (mean != 0) {
-      for (std::size_t i = 0; i < row_camera_.size(); ++i) slot_[static_cast<std::size_t>(row_camera_[i])] = static_cast<std::int32_t>(i);
+      for (std::size_t i = 0; i < row_camera_.size(); ++i)
+        slot_[static_cast<std::size_t>(row_camera_[i])] = static_cast<std::int32_t>(i);
       for (std::size_t i = 0; i < ray.mean.camera.size(); ++i) {
         const double w = mean * static_cast<double>(ray.mean.weight[i]);
         if (const std::int32_t s = slot_[static_cast<std::size_t>(ray.mean.camera[i])]; s >= 0) {
@@ -383,7 +395,9 @@ class Optimum {
 std::span<const LaneWidth> LaneWidths() {
   static constexpr LaneWidth kWidths[] = {LaneWidth::k64, LaneWidth::k32, LaneWidth::k16};
 #if defined(__x86_64__) && !defined(__clang__)
-  static const std::size_t narrower = __builtin_cpu_supports("x86-64-v4") ? 0 : __builtin_cpu_supports("x86-64-v3") ? 1 : 2;
+  static const std::size_t narrower = __builtin_cpu_supports("x86-64-v4")   ? 0
+                                      : __builtin_cpu_supports("x86-64-v3") ? 1
+                                                                            : 2;
 #else
   static const std::size_t narrower = 2;
 #endif

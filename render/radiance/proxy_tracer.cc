@@ -42,8 +42,8 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
       const Eigen::Vector3f x = impl_->vertices.back().cast<float>();
       vertices = std::copy(x.data(), x.data() + 3, vertices);
     }
-    auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                      3 * sizeof(std::uint32_t), mesh.faces.size()));
+    auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.faces.size()));
     for (const auto& f : mesh.faces)
       for (const auto v : f) *faces++ = static_cast<std::uint32_t>(v);
     rtcCommitGeometry(geometry);
@@ -54,7 +54,8 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
 }
 
 void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
-                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out, std::span<std::int32_t> face_out) const {
+                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out,
+                        std::span<std::int32_t> face_out) const {
   constexpr std::size_t kPacket = 16;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   RTCIntersectContext context;
@@ -87,19 +88,24 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
       t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
     if (!face_out.empty())
       for (std::size_t i = 0; i < n; ++i)
-        face_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<std::int32_t>(packet.hit.primID[i]);
+        face_out[base + i] =
+            packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<std::int32_t>(packet.hit.primID[i]);
     if (normal_out.empty()) continue;
     for (std::size_t i = 0; i < n; ++i)
-      normal_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
-                                 ? Eigen::Vector3f::Zero()
-                                 : Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).stableNormalized();
+      normal_out[base + i] =
+          packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+              ? Eigen::Vector3f::Zero()
+              : Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).stableNormalized();
   }
 }
 
-double ProxyTracer::Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, float t) const {
+double ProxyTracer::Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                            float t) const {
   constexpr double kRounding = 1e-3;  // relative: more is no rounding
   const auto& f = impl_->faces[static_cast<std::size_t>(face)];
-  const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return impl_->vertices[static_cast<std::size_t>(f[i])]; };
+  const auto at = [&](std::size_t i) -> const Eigen::Vector3d& {
+    return impl_->vertices[static_cast<std::size_t>(f[i])];
+  };
   const Eigen::Vector3d n = (at(1) - at(0)).cross(at(2) - at(0));
   const auto coarse = static_cast<double>(t);
   const double exact = n.dot(at(0) - origin) / n.dot(direction);

@@ -20,11 +20,12 @@ class ProxyTracer {
   ProxyTracer(const ProxyTracer&) = delete;
 
   // Distances along unit directions from one origin; +infinity where the proxy is missed. Unit normals of the
-  // triangles that are hit where `normal_out` is not empty (zero on a miss), and which they are in `face_out` (-1). Thread-safe.
+  // triangles that are hit where `normal_out` is not empty (zero on a miss), and which they are in `face_out` (-1).
+  // Thread-safe.
   void Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, std::span<float> t_out,
              std::span<Eigen::Vector3f> normal_out = {}, std::span<std::int32_t> face_out = {}) const;
-  // The distance t at which a ray meets this face in double: on oblique faces and towards a photo's border a float's last digits show in
-  // the weights. t itself where the face is seen from its edge.
+  // The distance t at which a ray meets this face in double: on oblique faces and towards a photo's border a float's
+  // last digits show in the weights. t itself where the face is seen from its edge.
   double Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, float t) const;
 
  private:

@@ -13,7 +13,8 @@ struct RaySamples {
   std::vector<Eigen::Vector3f> direction;  // unit, from the desired centre
   std::vector<float> t;                    // distance to the proxy; not finite or <= 0: the ray misses it
   std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit, either side; read by Resolution::kJacobian only
-  // Where the ray is known better than in float (of one ray that two views look along, floats are not the same ray); none: as above.
+  // Where the ray is known better than in float (of one ray that two views look along, floats are not the same ray);
+  // none: as above.
   std::vector<Eigen::Vector3d> exact_direction = {};
   std::vector<double> exact_t = {};
   std::size_t size() const { return direction.size(); }
@@ -22,9 +23,9 @@ struct RaySamples {
 // Sample i's photos and weights are entries first[i] .. first[i + 1]; weights sum to 1 where alpha > 0.
 struct WeightTable {
   std::vector<std::int32_t> first;
-  std::vector<std::int32_t> camera;        // into Sources::views
+  std::vector<std::int32_t> camera;  // into Sources::views
   std::vector<float> weight;
-  std::vector<float> alpha;                // 0: a hole, no photo sees the point
+  std::vector<float> alpha;  // 0: a hole, no photo sees the point
   std::size_t size() const { return alpha.size(); }
 };
 

@@ -17,9 +17,10 @@ void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, con
       const Eigen::Vector3f normal = i < rays.normal.size() ? rays.normal[i] : Eigen::Vector3f::Zero();
       row.camera.clear();
       row.weight.clear();
-      table.alpha[i] = i < rays.exact_t.size()
-                           ? WeighRay(setup.sources, visibility, rays.exact_direction[i], rays.exact_t[i], setup.settings, scratch, normal, row)
-                           : WeighRay(setup.sources, visibility, rays.direction[i], rays.t[i], setup.settings, scratch, normal, row);
+      table.alpha[i] = i < rays.exact_t.size() ? WeighRay(setup.sources, visibility, rays.exact_direction[i],
+                                                          rays.exact_t[i], setup.settings, scratch, normal, row)
+                                               : WeighRay(setup.sources, visibility, rays.direction[i], rays.t[i],
+                                                          setup.settings, scratch, normal, row);
       table.camera.insert(table.camera.end(), row.camera.begin(), row.camera.end());
       table.weight.insert(table.weight.end(), row.weight.begin(), row.weight.end());
     }

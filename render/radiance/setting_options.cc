@@ -71,7 +71,8 @@ class Table {
     o.set = [=](S& s, const OptionValue& v) { s.*at = OnOff(name, v); };
   }
   template <typename Base, typename E>
-  void Choice(std::string_view name, E Base::*field, std::initializer_list<E> values, std::string_view help, const char* label = nullptr) {
+  void Choice(std::string_view name, E Base::*field, std::initializer_list<E> values, std::string_view help,
+              const char* label = nullptr) {
     E S::*const at = field;
     const std::vector<E> kept(values);
     std::vector<std::string> names;
@@ -90,8 +91,8 @@ class Table {
   }
   // Two numbers with a comma between them.
   template <typename Base>
-  void Pair(std::string_view name, std::string_view takes, double Base::*first, Range first_range, double Base::*second, Range second_range,
-            std::string_view help, PanelRow row = {}) {
+  void Pair(std::string_view name, std::string_view takes, double Base::*first, Range first_range, double Base::*second,
+            Range second_range, std::string_view help, PanelRow row = {}) {
     double S::*const a = first;
     double S::*const b = second;
     SettingOption& o = Add(name, std::string(takes), help, row);
@@ -134,38 +135,43 @@ class Table {
     o.get = [=](const S& s) { return OptionValue(unit == 1 ? s.*at : Degrees(s.*at)); };
     o.set = [=](S& s, const OptionValue& v) { s.*at = lumi::Number(name, v) * unit; };
     o.problem = [=](const S& s) {
-      return range.Holds(unit == 1 ? s.*at : Degrees(s.*at)) ? std::string() : fmt::format("--{} must {}", name, range.Text());
+      return range.Holds(unit == 1 ? s.*at : Degrees(s.*at)) ? std::string()
+                                                             : fmt::format("--{} must {}", name, range.Text());
     };
   }
   std::vector<SettingOption>& options_;
 };
 
 void AddK(Table& t) {
-  t.Custom("k", "1..16|all", "Photos blended at a ray", [](const S& s) { return s.k == 0 ? "all" : std::to_string(s.k); },
-           [](S& s, const std::string& text) {
-             const std::string takes = fmt::format("1 to {}, or all", kMaxBlend);
-             const int k = text == "all" ? 0 : Whole("k", text, takes);
-             if (text != "all" && (k < 1 || k > kMaxBlend)) throw UsageError(fmt::format("--k takes {}; not {}", takes, text));
-             s.k = k;
-           });
+  t.Custom(
+      "k", "1..16|all", "Photos blended at a ray", [](const S& s) { return s.k == 0 ? "all" : std::to_string(s.k); },
+      [](S& s, const std::string& text) {
+        const std::string takes = fmt::format("1 to {}, or all", kMaxBlend);
+        const int k = text == "all" ? 0 : Whole("k", text, takes);
+        if (text != "all" && (k < 1 || k > kMaxBlend))
+          throw UsageError(fmt::format("--k takes {}; not {}", takes, text));
+        s.k = k;
+      });
 }
 
 void AddGrid(Table& t) {
-  t.Custom("grid", "WxH|pixel", "Sparse samples of the view, 2 to 4096 a side, or every pixel",
-           [](const S& s) { return s.Sparse() ? fmt::format("{}x{}", s.grid_columns, s.grid_rows) : std::string("pixel"); },
-           [](S& s, const std::string& text) {
-             const std::string_view takes = "WxH with 2 to 4096 samples a side, or pixel";
-             if (text == "pixel") {
-               s.grid_columns = s.grid_rows = 0;
-               return;
-             }
-             const std::size_t x = text.find('x');
-             if (x == std::string::npos) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
-             const int columns = Whole("grid", text.substr(0, x), takes), rows = Whole("grid", text.substr(x + 1), takes);
-             if (std::min(columns, rows) < 2 || std::max(columns, rows) > 4096) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
-             s.grid_columns = columns;
-             s.grid_rows = rows;
-           });
+  t.Custom(
+      "grid", "WxH|pixel", "Sparse samples of the view, 2 to 4096 a side, or every pixel",
+      [](const S& s) { return s.Sparse() ? fmt::format("{}x{}", s.grid_columns, s.grid_rows) : std::string("pixel"); },
+      [](S& s, const std::string& text) {
+        const std::string_view takes = "WxH with 2 to 4096 samples a side, or pixel";
+        if (text == "pixel") {
+          s.grid_columns = s.grid_rows = 0;
+          return;
+        }
+        const std::size_t x = text.find('x');
+        if (x == std::string::npos) throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
+        const int columns = Whole("grid", text.substr(0, x), takes), rows = Whole("grid", text.substr(x + 1), takes);
+        if (std::min(columns, rows) < 2 || std::max(columns, rows) > 4096)
+          throw UsageError(fmt::format("--grid takes {}; not {}", takes, text));
+        s.grid_columns = columns;
+        s.grid_rows = rows;
+      });
 }
 
 std::vector<SettingOption> MakeOptions() {
@@ -174,19 +180,26 @@ std::vector<SettingOption> MakeOptions() {
   t.Choice("similarity", &S::similarity, {Similarity::kIdentity, Similarity::kFull},
            "Photos weigh each on its own (identity), or as the best linear estimate (full)", "similarity");
   AddK(t);
-  t.Choice("correlation", &S::correlation, {Correlation::kInverse, Correlation::kFallingLeaves}, "R(h): 1/h, or the falling-leaves image model's",
-           "correlation");
+  t.Choice("correlation", &S::correlation, {Correlation::kInverse, Correlation::kFallingLeaves},
+           "R(h): 1/h, or the falling-leaves image model's", "correlation");
   AddGrid(t);
   t.Choice("sampling", &S::sampling, {Sampling::kCandidates, Sampling::kInterpolated},
-           "What a sparse sample gives its pixels: its photos (candidates) or their weights (interpolated)", "sampling");
-  t.Switch("epipoles", &S::epipoles, "Sparse samples also where the view sees a photo's centre", "samples at the photos' centres");
-  t.Choice("sum", &S::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean}, "How the optimum's weights come to sum to 1", "sum");
-  t.Choice("combine", &S::combine, {Combine::kSmooth, Combine::kAdditive}, "How field of view and visibility enter the optimum", "combine");
-  t.Angle("cutoff-deg", &S::cutoff_rad, {0, 180, true}, "The optimum leaves out photos farther from the ray, degrees, (0, 180]",
-          {"cutoff", 1, 180, "%.0f deg"});
-  t.Real("accuracy", &S::accuracy, {0, kAnyNumber.high, true}, "Largest error of the optimum's weights, > 0; below 1e-4 in double precision");
-  t.Angle("r-min-deg", &S::r_min_rad, {0, 90}, "Smallest leaf, degrees, [0, r-max]", {"smallest leaf", 0, 10, "%.3f deg"});
-  t.Angle("r-max-deg", &S::r_max_rad, {0, 90, true}, "Largest leaf, degrees, (0, 90]; the unit of resolution and time penalties is twice this",
+           "What a sparse sample gives its pixels: its photos (candidates) or their weights (interpolated)",
+           "sampling");
+  t.Switch("epipoles", &S::epipoles, "Sparse samples also where the view sees a photo's centre",
+           "samples at the photos' centres");
+  t.Choice("sum", &S::sum, {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean},
+           "How the optimum's weights come to sum to 1", "sum");
+  t.Choice("combine", &S::combine, {Combine::kSmooth, Combine::kAdditive},
+           "How field of view and visibility enter the optimum", "combine");
+  t.Angle("cutoff-deg", &S::cutoff_rad, {0, 180, true},
+          "The optimum leaves out photos farther from the ray, degrees, (0, 180]", {"cutoff", 1, 180, "%.0f deg"});
+  t.Real("accuracy", &S::accuracy, {0, kAnyNumber.high, true},
+         "Largest error of the optimum's weights, > 0; below 1e-4 in double precision");
+  t.Angle("r-min-deg", &S::r_min_rad, {0, 90}, "Smallest leaf, degrees, [0, r-max]",
+          {"smallest leaf", 0, 10, "%.3f deg"});
+  t.Angle("r-max-deg", &S::r_max_rad, {0, 90, true},
+          "Largest leaf, degrees, (0, 90]; the unit of resolution and time penalties is twice this",
           {"largest leaf", 0.01, 90, "%.2f deg"});
   MeasureList::ForEach([&]<typename M> {
     t.measure = M::kName;

@@ -1,4 +1,5 @@
-// The options of the reconstruction as one table: the core's own and, group by group, each measure's. The command line, its help,
+// The options of the reconstruction as one table: the core's own and, group by group, each measure's. The command line,
+// its help,
 // --settings, summaries, the viewer's panel and Validate follow from it.
 #pragma once
 
@@ -17,13 +18,13 @@ using OptionValue = std::variant<bool, double, std::string>;
 std::string Text(const OptionValue& value);
 
 struct SettingOption {
-  std::string name;         // without dashes
-  std::string value;        // what it takes: "FLOAT", "off|distance|jacobian" ...
-  std::string help;         // with units and range
+  std::string name;                         // without dashes
+  std::string value;                        // what it takes: "FLOAT", "off|distance|jacobian" ...
+  std::string help;                         // with units and range
   std::string_view measure, measure_title;  // whose it is: a measure's kName and kTitle, or empty
-  bool is_switch = false;   // of its measure: on/off, or the choice that contains off
+  bool is_switch = false;                   // of its measure: on/off, or the choice that contains off
   PanelRow row;
-  std::string fallback;     // default, as text
+  std::string fallback;  // default, as text
   std::function<OptionValue(const RadianceSettings&)> get;
   // From a value or its text. Throws UsageError naming the option where it does not fit.
   std::function<void(RadianceSettings&, const OptionValue&)> set;

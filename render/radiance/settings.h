@@ -1,5 +1,5 @@
-// How radiance is reconstructed at a ray (thesis chapters 4 and 5): the options of lumi-render that the weights depend on.
-// Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
+// How radiance is reconstructed at a ray (thesis chapters 4 and 5): the options of lumi-render that the weights depend
+// on. Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
 #include <string>
@@ -17,23 +17,24 @@ enum class Correlation { kInverse, kFallingLeaves };
 enum class Combine { kSmooth, kAdditive };
 // How the optimum's weights come to sum to 1 (sec. 4.1, and docs/optimum.md).
 enum class WeightSum { kRenormalise, kConstrained, kLocalMean };
-// What the sparse samples (sec. 5.1.3) give a pixel: its photos, which it then weighs itself, or their weights, interpolated.
+// What the sparse samples (sec. 5.1.3) give a pixel: its photos, which it then weighs itself, or their weights,
+// interpolated.
 enum class Sampling { kCandidates, kInterpolated };
 
 // Each measure's own options are members, too: alpha, field_of_view, resolution, time ... (measures/).
 struct RadianceSettings : MeasureList::Settings {
   Similarity similarity = Similarity::kIdentity;
-  int k = 4;                                         // photos a ray blends, 1..kMaxBlend; 0: all
+  int k = 4;  // photos a ray blends, 1..kMaxBlend; 0: all
   Correlation correlation = Correlation::kInverse;
   Combine combine = Combine::kSmooth;
   WeightSum sum = WeightSum::kLocalMean;
-  double cutoff_rad = 20 * kRadiansPerDegree;        // the optimum leaves out photos farther from the ray, (0, pi]
-  double accuracy = 1e-3;                            // of the optimum's weights, > 0: 1e-4 and up take single precision
-  double r_min_rad = 0.001 * kRadiansPerDegree;      // smallest and largest leaf, 0 <= r_min <= r_max
+  double cutoff_rad = 20 * kRadiansPerDegree;    // the optimum leaves out photos farther from the ray, (0, pi]
+  double accuracy = 1e-3;                        // of the optimum's weights, > 0: 1e-4 and up take single precision
+  double r_min_rad = 0.001 * kRadiansPerDegree;  // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadiansPerDegree;
 
-  int grid_columns = 0, grid_rows = 0;               // sparse samples of the view, >= 2; 0: every pixel
-  bool epipoles = true;                              // sparse samples at the photos' centres, too
+  int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
+  bool epipoles = true;                 // sparse samples at the photos' centres, too
   Sampling sampling = Sampling::kCandidates;
 
   bool Sparse() const { return grid_columns > 0; }

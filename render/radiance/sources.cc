@@ -123,10 +123,17 @@ void Subset(const RelativeSources& all, std::span<const std::int32_t> photos, Re
     to.resize(n);
     for (std::size_t i = 0; i < n; ++i) to[i] = i < photos.size() ? from[static_cast<std::size_t>(photos[i])] : padding;
   };
-  for (const auto& [from, to] : {std::pair(&all.dx, &subset.dx), {&all.dy, &subset.dy}, {&all.dz, &subset.dz}, {&all.width_px, &subset.width_px},
-                                 {&all.height_px, &subset.height_px}, {&all.dt_s, &subset.dt_s}, {&all.timed, &subset.timed}, {&all.enabled, &subset.enabled}})
+  for (const auto& [from, to] : {std::pair(&all.dx, &subset.dx),
+                                 {&all.dy, &subset.dy},
+                                 {&all.dz, &subset.dz},
+                                 {&all.width_px, &subset.width_px},
+                                 {&all.height_px, &subset.height_px},
+                                 {&all.dt_s, &subset.dt_s},
+                                 {&all.timed, &subset.timed},
+                                 {&all.enabled, &subset.enabled}})
     take(*from, *to, 0.0F);
-  for (const auto& [from, to] : {std::pair(&all.feather_px, &subset.feather_px), {&all.focal_px, &subset.focal_px}, {&all.gain, &subset.gain}})
+  for (const auto& [from, to] :
+       {std::pair(&all.feather_px, &subset.feather_px), {&all.focal_px, &subset.focal_px}, {&all.gain, &subset.gain}})
     take(*from, *to, 1.0F);
   for (std::size_t i = 0; i < 9; ++i) take(all.m[i], subset.m[i], 0.0F);
   subset.view.assign(n, -1);
@@ -134,7 +141,8 @@ void Subset(const RelativeSources& all, std::span<const std::int32_t> photos, Re
   for (std::size_t i = 0; i < photos.size(); ++i) {
     const auto j = static_cast<std::size_t>(photos[i]);
     subset.view[i] = all.view[j];
-    std::copy_n(all.exact.begin() + static_cast<std::ptrdiff_t>(kExact * j), kExact, subset.exact.begin() + static_cast<std::ptrdiff_t>(kExact * i));
+    std::copy_n(all.exact.begin() + static_cast<std::ptrdiff_t>(kExact * j), kExact,
+                subset.exact.begin() + static_cast<std::ptrdiff_t>(kExact * i));
   }
 }
 

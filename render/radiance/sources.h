@@ -18,7 +18,7 @@ namespace lumi {
 using PhotoFields = std::array<PhotoField, MeasureList::kCount>;
 
 struct Sources {
-  std::vector<RenderView> views;      // P and centre in the normalised frame; same order as Scene::views
+  std::vector<RenderView> views;  // P and centre in the normalised frame; same order as Scene::views
   Similarity3 normalized_from_world;
   std::shared_ptr<const PhotoFields> fields = std::make_shared<const PhotoFields>();
 };
@@ -35,26 +35,26 @@ RenderView Normalized(const RenderView& view, const Similarity3& normalized_from
 struct RelativeSources {
   static constexpr int kLanes = 16;
   double time_origin_s = 0;
-  float desired_m[9] = {};      // M of the desired camera, scaled likewise
+  float desired_m[9] = {};  // M of the desired camera, scaled likewise
   float desired_focal_px = 1;
-  int count = 0;         // real cameras
-  int padded = 0;        // arrays' length
+  int count = 0;   // real cameras
+  int padded = 0;  // arrays' length
   // C_j - C_desired, normalised units.
   std::vector<float> dx, dy, dz;
   // M_j = P_j's left 3x3, rows: x_px ~ M_j (t d - D_j), scaled so that w is the depth in normalised units.
   std::vector<float> m[9];
   std::vector<float> width_px, height_px, feather_px;
-  std::vector<float> focal_px;        // sqrt(fx fy): for the pyramid level
-  std::vector<float> dt_s;            // the photo's time less the first photo's that has one; 0 where it has none ...
-  std::vector<float> timed;           // ... and 0 here, else 1
-  std::vector<float> gain;            // the desired view's exposure over the photo's own
+  std::vector<float> focal_px;  // sqrt(fx fy): for the pyramid level
+  std::vector<float> dt_s;      // the photo's time less the first photo's that has one; 0 where it has none ...
+  std::vector<float> timed;     // ... and 0 here, else 1
+  std::vector<float> gain;      // the desired view's exposure over the photo's own
   // D, M, width, height, feather of camera j in double, kExact values from kExact j: floats find the nearest cameras,
   // doubles weigh them.
   static constexpr std::size_t kExact = 15;
   std::vector<double> exact;
-  std::vector<std::int32_t> view;     // index into Sources::views: not j in a Subset
+  std::vector<std::int32_t> view;  // index into Sources::views: not j in a Subset
   std::shared_ptr<const PhotoFields> fields = std::make_shared<const PhotoFields>();  // indexed by `view`
-  std::vector<float> enabled;         // 1, or 0 for a camera that is left out (held out, padding)
+  std::vector<float> enabled;  // 1, or 0 for a camera that is left out (held out, padding)
 };
 
 // `use[j]` false leaves camera j out (empty: all are used). `desired` in the normalised frame.

@@ -14,8 +14,8 @@ namespace {
 // Triangles a chunk.
 constexpr std::size_t kTrianglesAChunk = 128;
 
-// Whether a photo's gate is 1 at a point: min(1, f / kAlphaFullAt), or, with field of view off, whether the photo contains it.
-// The region is convex in the photo, so that a triangle's corners speak for the triangle.
+// Whether a photo's gate is 1 at a point: min(1, f / kAlphaFullAt), or, with field of view off, whether the photo
+// contains it. The region is convex in the photo, so that a triangle's corners speak for the triangle.
 class Gate {
  public:
   explicit Gate(const ViewSetup& setup) : r_(setup.sources), fading_(setup.settings.field_of_view) {
@@ -26,11 +26,13 @@ class Gate {
     const auto j = static_cast<std::size_t>(camera);
     const float x = offset.x() - r_.dx[j], y = offset.y() - r_.dy[j], z = offset.z() - r_.dz[j];
     const float w = r_.m[6][j] * x + r_.m[7][j] * y + r_.m[8][j] * z;
-    const float u = r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z, v = r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z;
+    const float u = r_.m[0][j] * x + r_.m[1][j] * y + r_.m[2][j] * z,
+                v = r_.m[3][j] * x + r_.m[4][j] * y + r_.m[5][j] * z;
     // A photo's own view is seen to its very border.
     const bool own = r_.dx[j] == 0 && r_.dy[j] == 0 && r_.dz[j] == 0;
     const float margin = own ? -0.01F : fading_ ? share_ * r_.feather_px[j] : 0.0F;
-    return w > 0 && u >= margin * w && v >= margin * w && r_.width_px[j] * w - u >= margin * w && r_.height_px[j] * w - v >= margin * w;
+    return w > 0 && u >= margin * w && v >= margin * w && r_.width_px[j] * w - u >= margin * w &&
+           r_.height_px[j] * w - v >= margin * w;
   }
 
  private:
@@ -45,7 +47,8 @@ struct CameraWeights {
   std::vector<std::uint8_t> ends;
 };
 
-void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, const SparseTriangle& triangle, CameraWeights& out) {
+void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, const SparseTriangle& triangle,
+           CameraWeights& out) {
   std::array<std::int32_t, 3> at, end;
   for (std::size_t i = 0; i < 3; ++i) {
     at[i] = table.first[static_cast<std::size_t>(triangle.vertex[i])];
@@ -73,7 +76,8 @@ void Unite(const SparsePlan& plan, const WeightTable& table, const Gate& gate, c
 
 }  // namespace
 
-void TessellateView(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges, SparseGeometry& out) {
+void TessellateView(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges,
+                    SparseGeometry& out) {
   if (!setup.settings.Sparse()) throw std::invalid_argument("TessellateView: settings without a grid");
   out.x_px.clear();
   out.offset.clear();
@@ -84,8 +88,8 @@ void TessellateView(const ViewSetup& setup, const SparseProxy& proxy, const ForR
   (proxy.coarse() ? TessellateFacets : TessellateMesh)(setup, proxy, for_ranges, out);
 }
 
-void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const VisibilityMaps* visibility, const ForRanges& for_ranges,
-                SparsePlan& plan) {
+void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const VisibilityMaps* visibility,
+                const ForRanges& for_ranges, SparsePlan& plan) {
   TessellateView(setup, proxy, for_ranges, plan);
   const std::size_t n = plan.offset.size();
   const RaySamples rays = VertexRays(setup, plan);
@@ -109,7 +113,8 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
   std::size_t t = 0;
   for (const CameraWeights& e : entries) {
     for (const std::int32_t count : e.count) {
-      plan.triangles[t].first = static_cast<std::int32_t>(t == 0 ? 0 : plan.triangles[t - 1].first + plan.triangles[t - 1].count);
+      plan.triangles[t].first =
+          static_cast<std::int32_t>(t == 0 ? 0 : plan.triangles[t - 1].first + plan.triangles[t - 1].count);
       plan.triangles[t++].count = count;
     }
     plan.camera.insert(plan.camera.end(), e.camera.begin(), e.camera.end());
@@ -118,7 +123,8 @@ void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const Visibili
   }
   for (SparseTriangle& s : plan.triangles) {
     bool inside = s.count > 0;
-    for (std::int32_t i = s.first; i < s.first + s.count; ++i) inside = inside && plan.ends[static_cast<std::size_t>(i)] == 0;
+    for (std::int32_t i = s.first; i < s.first + s.count; ++i)
+      inside = inside && plan.ends[static_cast<std::size_t>(i)] == 0;
     // Where a corner is a hole its weights do not sum to 1: what is interpolated wants normalising.
     for (const std::int32_t v : s.vertex) inside = inside && plan.alpha[static_cast<std::size_t>(v)] > 0;
     s.inside = inside;

@@ -7,7 +7,9 @@
 
 namespace lumi {
 VisibilityMaps::VisibilityMaps(int count, int width, int height)
-    : count_(count), width_(width), height_(height),
+    : count_(count),
+      width_(width),
+      height_(height),
       depth_(static_cast<std::size_t>(count) * texels(), std::numeric_limits<float>::infinity()) {}
 
 int VisibilityMaps::SuggestedSide(int count) {
@@ -20,7 +22,8 @@ void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer&
   M /= M.row(2).norm();
   const Eigen::Matrix3d ray_from_pixel = M.inverse();
   const Eigen::Vector3f axis = M.row(2).transpose().cast<float>();
-  const double sx = static_cast<double>(view.size_px.x()) / width_, sy = static_cast<double>(view.size_px.y()) / height_;
+  const double sx = static_cast<double>(view.size_px.x()) / width_,
+               sy = static_cast<double>(view.size_px.y()) / height_;
   std::vector<Eigen::Vector3f> directions(texels());
   std::vector<float> depth(texels());
   for (int y = 0; y < height_; ++y)
@@ -29,7 +32,8 @@ void VisibilityMaps::Fill(int camera, const RenderView& view, const ProxyTracer&
           (ray_from_pixel * Eigen::Vector3d((x + 0.5) * sx, (y + 0.5) * sy, 1)).normalized().cast<float>();
   proxy.Trace(view.centre.cast<float>(), directions, depth);
   for (std::size_t i = 0; i < depth.size(); ++i) depth[i] *= axis.dot(directions[i]);
-  std::copy(depth.begin(), depth.end(), depth_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(camera) * texels()));
+  std::copy(depth.begin(), depth.end(),
+            depth_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(camera) * texels()));
 }
 
 template <typename T>
@@ -48,11 +52,13 @@ T VisibilityMaps::VisibilityAs(int camera, T u_px, T v_px, T width_px, T height_
   return share < 1 ? VisibilityOf(share) : T(1);
 }
 
-float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px, float depth) const {
+float VisibilityMaps::Visibility(int camera, float u_px, float v_px, float width_px, float height_px,
+                                 float depth) const {
   return VisibilityAs(camera, u_px, v_px, width_px, height_px, depth);
 }
 
-double VisibilityMaps::Visibility(int camera, double u_px, double v_px, double width_px, double height_px, double depth) const {
+double VisibilityMaps::Visibility(int camera, double u_px, double v_px, double width_px, double height_px,
+                                  double depth) const {
   return VisibilityAs(camera, u_px, v_px, width_px, height_px, depth);
 }
 

@@ -1,6 +1,6 @@
-// What each photo sees of the proxy: a small depth map a source camera, so that a photo whose view of a point is blocked
-// by another part of the proxy ranks after those that see it. Feathered in space and depth: every gate of the weights is
-// continuous.
+// What each photo sees of the proxy: a small depth map a source camera, so that a photo whose view of a point is
+// blocked by another part of the proxy ranks after those that see it. Feathered in space and depth: every gate of the
+// weights is continuous.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,13 @@ class VisibilityMaps {
   // All maps have one size; photos of another aspect are stretched over it. Not filled yet.
   VisibilityMaps(int count, int width, int height);
 
-  // The longer side of maps for `count` cameras: 128, less where that took over 256 MB. A texel is the width of an edge's feather:
-  // a finer map would be truer to the proxy than the proxy is to the scene, and steeper.
+  // The longer side of maps for `count` cameras: 128, less where that took over 256 MB. A texel is the width of an
+  // edge's feather: a finer map would be truer to the proxy than the proxy is to the scene, and steeper.
   static int SuggestedSide(int count);
 
-  // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity where
-  // there is no proxy. Not thickened at silhouettes: a photo would then count as blocked beside every one of its own.
+  // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity
+  // where there is no proxy. Not thickened at silhouettes: a photo would then count as blocked beside every one of its
+  // own.
   void Fill(int camera, const RenderView& view, const ProxyTracer& proxy);
 
   bool empty() const { return count_ == 0; }

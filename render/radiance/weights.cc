@@ -16,11 +16,12 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLanes = RelativeSources::kLanes;
 
-// h and f of every camera, and the smallest h of each block of kLanes. `terms`: of h beside the angle, read where kTerms says so;
-// without kField f is whether the camera takes part.
+// h and f of every camera, and the smallest h of each block of kLanes. `terms`: of h beside the angle, read where
+// kTerms says so; without kField f is whether the camera takes part.
 template <bool kTerms, bool kField>
-LUMI_KERNEL void AllDissimilarities(const RelativeSources& r, const RayPoint& point, const float* __restrict terms, float alpha, float gamma,
-                                    float* __restrict h_out, float* __restrict f_out, float* __restrict block_min) {
+LUMI_KERNEL void AllDissimilarities(const RelativeSources& r, const RayPoint& point, const float* __restrict terms,
+                                    float alpha, float gamma, float* __restrict h_out, float* __restrict f_out,
+                                    float* __restrict block_min) {
   const PhotoArrays a(r);
   const RayPoint p = point;
   for (int j = 0; j < r.padded; ++j) {
@@ -57,16 +58,18 @@ void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t,
   const bool terms = HasTerms(settings);
   scratch.measures.terms.clear();
   if (terms) EvaluateTerms(sources, settings, point, scratch.measures);
-  const auto evaluate = terms ? (settings.field_of_view ? AllDissimilarities<true, true> : AllDissimilarities<true, false>)
-                              : (settings.field_of_view ? AllDissimilarities<false, true> : AllDissimilarities<false, false>);
-  evaluate(sources, point, scratch.measures.terms.data(), static_cast<float>(settings.alpha), static_cast<float>(settings.gamma), scratch.h.data(),
-           scratch.f.data(), scratch.h.data() + n);
+  const auto evaluate =
+      terms ? (settings.field_of_view ? AllDissimilarities<true, true> : AllDissimilarities<true, false>)
+            : (settings.field_of_view ? AllDissimilarities<false, true> : AllDissimilarities<false, false>);
+  evaluate(sources, point, scratch.measures.terms.data(), static_cast<float>(settings.alpha),
+           static_cast<float>(settings.gamma), scratch.h.data(), scratch.f.data(), scratch.h.data() + n);
 }
 
 // h with visibility from h without it: 1/f becomes 1/(f v). v <= 1, so h only grows.
 class WithVisibility {
  public:
-  WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t, float gamma)
+  WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
+                 float gamma)
       : r_(r), maps_(maps && !maps->empty() && gamma > 0 ? maps : nullptr), p_(t * direction), gamma_(gamma) {}
 
   // `seen`: v.
@@ -101,7 +104,8 @@ struct Nearest {
   std::array<std::int32_t, kMostFound> camera;
 };
 
-Nearest FindNearest(const RelativeSources& sources, const WithVisibility& visible, int wanted, const WeighScratch& scratch) {
+Nearest FindNearest(const RelativeSources& sources, const WithVisibility& visible, int wanted,
+                    const WeighScratch& scratch) {
   Nearest best;
   const float* h_unblocked = scratch.h.data();
   const float* block_min = h_unblocked + sources.padded;
@@ -160,9 +164,11 @@ struct Ranked {
   std::int32_t camera;
 };
 
-// The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the weights.
-int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found, const Eigen::Vector3d& d, double t,
-           const RadianceSettings& settings, const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
+// The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the
+// weights.
+int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found,
+           const Eigen::Vector3d& d, double t, const RadianceSettings& settings, const WeighScratch& scratch,
+           std::array<Ranked, kMostFound>& out) {
   ExactRows e;
   for (int i = 0; i < (found.count + kExactLanes - 1) / kExactLanes * kExactLanes; ++i) {
     const auto j = static_cast<std::size_t>(found.camera[static_cast<std::size_t>(std::min(i, found.count - 1))]);
@@ -180,7 +186,8 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
     if (!scratch.measures.terms.empty()) g += static_cast<double>(scratch.measures.terms[j]);
     double f = 1;
     if (settings.field_of_view) {
-      const double edge = std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
+      const double edge =
+          std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
       // Where the float found the point inside, a hair outside is its border.
       f = std::max(FieldOfView(edge, e.value[14][i]), static_cast<double>(kBarelySeen));
     }
@@ -190,14 +197,15 @@ int Refine(const RelativeSources& sources, const WithVisibility& visible, const 
       v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
     const double h = Dissimilarity(g, f * v, settings.gamma);
     int at = count++;
-    for (; at > 0 && out[static_cast<std::size_t>(at - 1)].h > h; --at) out[static_cast<std::size_t>(at)] = out[static_cast<std::size_t>(at - 1)];
+    for (; at > 0 && out[static_cast<std::size_t>(at - 1)].h > h; --at)
+      out[static_cast<std::size_t>(at)] = out[static_cast<std::size_t>(at - 1)];
     out[static_cast<std::size_t>(at)] = {h, camera};
   }
   return count;
 }
 
-// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must lead all
-// the same: a trace of 1/h, which shows only there.
+// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must
+// lead all the same: a trace of 1/h, which shows only there.
 double LeafWeight(const LeavesTable& leaves, double h) {
   constexpr double kTrace = 1e-6;
   return leaves(h) + kTrace * leaves.r_max_rad() / (leaves.r_max_rad() + h);
@@ -218,13 +226,14 @@ float Alpha(float f_largest, float h_smallest) {
 
 }  // namespace
 
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
-  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch, normal);
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+                 float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch,
+               normal);
 }
 
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
-                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
+                 double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
   RayWeights out;
   const Eigen::Vector3f d = direction.cast<float>();
   Evaluate(sources, d, static_cast<float>(t), normal, settings, scratch);
@@ -245,7 +254,8 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
   const LeavesTable* leaves = Leaves(settings);
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double w = leaves ? LeafWeight(*leaves, best[at].h) * (1 - best[at].h / last) : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
+    const double w = leaves ? LeafWeight(*leaves, best[at].h) * (1 - best[at].h / last)
+                            : (best[at].h == h1 ? 1.0 : h1 / best[at].h) - edge;
     if (!(w > 0)) break;
     out.camera[at] = best[at].camera;
     weight[at] = w;
@@ -261,13 +271,14 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
     }
     sum = n;
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(out.count); ++i) out.weight[i] = static_cast<float>(weight[i] / sum);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(out.count); ++i)
+    out.weight[i] = static_cast<float>(weight[i] / sum);
   out.alpha = Alpha(Largest(scratch.f.data(), sources.padded), static_cast<float>(h1));
   return out;
 }
 
-float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
+float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+               float t, const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
                const Eigen::Vector3f& normal) {
   Evaluate(sources, direction, t, normal, settings, scratch);
   const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
@@ -297,8 +308,9 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
 namespace {
 
 template <typename Direction, typename T>
-float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibility, const Direction& direction, T t, const RadianceSettings& settings,
-                 WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibility, const Direction& direction, T t,
+                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
+                 WeightedPhotos& out) {
   if (settings.k > 0) {
     const RayWeights r = Weigh(sources, visibility, direction, t, settings, scratch, normal);
     out.camera.insert(out.camera.end(), r.camera.begin(), r.camera.begin() + r.count);
@@ -306,8 +318,8 @@ float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibilit
     return r.count > 0 ? r.alpha : 0.0F;
   }
   std::vector<float>& all = scratch.everyone;
-  const float alpha =
-      WeighAll(sources, visibility, direction.template cast<float>(), static_cast<float>(t), settings, scratch, all, normal);
+  const float alpha = WeighAll(sources, visibility, direction.template cast<float>(), static_cast<float>(t), settings,
+                               scratch, all, normal);
   for (std::size_t j = 0; j < all.size(); ++j)
     if (all[j] > 0) {
       out.camera.push_back(static_cast<std::int32_t>(j));
@@ -318,13 +330,15 @@ float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibilit
 
 }  // namespace
 
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
-               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
+               double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
+               WeightedPhotos& out) {
   return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
 }
 
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out) {
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+               float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
+               WeightedPhotos& out) {
   return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
 }
 

@@ -1,7 +1,8 @@
 // The real-time blending weights at a ray (thesis sec. 5.1: identity similarity, k nearest, Eq. 5.1 windowed at the
-// k+1st), from the dissimilarities h of dissimilarity.h: infinite where the camera is blind, continuous between, 0 at an epipole
-// whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras contribute). Weights are
-// h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1; for Correlation::kFallingLeaves R(h_j) (1 - h_j/h_{k+1}).
+// k+1st), from the dissimilarities h of dissimilarity.h: infinite where the camera is blind, continuous between, 0 at
+// an epipole whatever f inside the photo (errata of Eq. 4.7: an additive, finite penalty lets blind cameras
+// contribute). Weights are h_1/h_j - h_1/h_{k+1}, finite as h_1 -> 0, then normalised to sum 1; for
+// Correlation::kFallingLeaves R(h_j) (1 - h_j/h_{k+1}).
 #pragma once
 
 #include <Eigen/Core>
@@ -18,10 +19,10 @@ namespace lumi {
 
 // One ray's result for k <= kMaxBlend.
 struct RayWeights {
-  int count = 0;                                // cameras with a weight > 0
-  std::array<std::int32_t, kMaxBlend> camera;   // into Sources::views
-  std::array<float, kMaxBlend> weight;          // sum 1 (count > 0)
-  float alpha = 0;                              // 0: a hole, no camera sees the point
+  int count = 0;                               // cameras with a weight > 0
+  std::array<std::int32_t, kMaxBlend> camera;  // into Sources::views
+  std::array<float, kMaxBlend> weight;         // sum 1 (count > 0)
+  float alpha = 0;                             // 0: a hole, no camera sees the point
 };
 
 // Photos and their weights, one after another.
@@ -36,26 +37,30 @@ struct WeighScratch {
   Measures measures;
 };
 
-// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0. In double: of one ray that two
-// views look along, floats are not the same ray. normal: of the proxy there (read by Resolution::kJacobian; zero: it faces
-// the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest;
-// nullptr or empty maps: everything is visible.
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
-                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0. In double: of one ray
+// that two views look along, floats are not the same ray. normal: of the proxy there (read by Resolution::kJacobian;
+// zero: it faces the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the
+// k + 1 nearest; nullptr or empty maps: everything is visible.
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
+                 double t, const RadianceSettings& settings, WeighScratch& scratch,
+                 const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 // Where floats are what there is: `direction` is made unit to double's digits.
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+                 float t, const RadianceSettings& settings, WeighScratch& scratch,
+                 const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 
 // The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
-float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
+float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+               float t, const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
                const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
 
-// The k nearest or all, as settings.k says: appends the photos with a weight above 0, in ascending order of h or of their number.
-// Returns alpha.
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
-               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out);
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction, float t,
-               const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal, WeightedPhotos& out);
+// The k nearest or all, as settings.k says: appends the photos with a weight above 0, in ascending order of h or of
+// their number. Returns alpha.
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
+               double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
+               WeightedPhotos& out);
+float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
+               float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
+               WeightedPhotos& out);
 
 }  // namespace lumi

@@ -13,11 +13,12 @@
 namespace lumi {
 namespace {
 
-const cv::Scalar kWhite(255, 255, 255), kBlue(70, 110, 205), kRed(215, 40, 35), kGrey(205, 205, 205), kFrame(225, 225, 225);
+const cv::Scalar kWhite(255, 255, 255), kBlue(70, 110, 205), kRed(215, 40, 35), kGrey(205, 205, 205),
+    kFrame(225, 225, 225);
 constexpr std::size_t kMostEdges = 30000, kMostPoints = 30000;
-constexpr double kFrustumSize = 0.06;   // of the panel: a camera is to be seen, and not to hide its neighbours
+constexpr double kFrustumSize = 0.06;  // of the panel: a camera is to be seen, and not to hide its neighbours
 constexpr double kMargin = 1.12;
-constexpr int kShift = 4;               // fractional bits of a drawn coordinate
+constexpr int kShift = 4;  // fractional bits of a drawn coordinate
 
 // Orthographic: right and down in the panel.
 struct Projection {
@@ -27,22 +28,26 @@ struct Projection {
   cv::Point At(const Eigen::Vector3d& x) const {
     const double u = offset + side / 2.0 + scale * right.dot(x - centre), v = side / 2.0 + scale * down.dot(x - centre);
     const double limit = 1e5;  // far outside: cut off by the panel
-    return {static_cast<int>(std::lround(std::clamp(u, -limit, limit) * (1 << kShift))), static_cast<int>(std::lround(std::clamp(v, -limit, limit) * (1 << kShift)))};
+    return {static_cast<int>(std::lround(std::clamp(u, -limit, limit) * (1 << kShift))),
+            static_cast<int>(std::lround(std::clamp(v, -limit, limit) * (1 << kShift)))};
   }
 };
 
-void Line(cv::Mat& image, const Projection& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const cv::Scalar& color, int thickness) {
+void Line(cv::Mat& image, const Projection& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+          const cv::Scalar& color, int thickness) {
   cv::line(image, p.At(a), p.At(b), color, thickness, cv::LINE_AA, kShift);
 }
 
 // The pyramid of a view: apex at its centre, the photo's corners at `depth` along the axis.
-void Frustum(cv::Mat& image, const Projection& p, const RenderView& view, double depth, const cv::Scalar& color, int thickness) {
+void Frustum(cv::Mat& image, const Projection& p, const RenderView& view, double depth, const cv::Scalar& color,
+             int thickness) {
   const Eigen::Matrix3d M = view.P.leftCols<3>() / view.P.row(2).head<3>().norm();
   const Eigen::Matrix3d rays = M.inverse();
   std::array<Eigen::Vector3d, 4> corner;
   for (int i = 0; i < 4; ++i)
     corner[static_cast<std::size_t>(i)] =
-        view.centre + depth * rays * Eigen::Vector3d(i == 1 || i == 2 ? view.size_px.x() : 0, i >= 2 ? view.size_px.y() : 0, 1);
+        view.centre +
+        depth * rays * Eigen::Vector3d(i == 1 || i == 2 ? view.size_px.x() : 0, i >= 2 ? view.size_px.y() : 0, 1);
   for (std::size_t i = 0; i < 4; ++i) {
     Line(image, p, view.centre, corner[i], color, thickness);
     Line(image, p, corner[i], corner[(i + 1) % 4], color, thickness);
@@ -80,8 +85,7 @@ Image8 DrawCameraConfiguration(const Scene& scene, const Mesh& proxy, const Rend
   const Eigen::Vector3d right = forward.cross(up).normalized();
   const Eigen::Vector3d oblique = (forward - 0.6 * up + 0.7 * right).normalized();
   const std::array<std::pair<Eigen::Vector3d, Eigen::Vector3d>, 3> panels = {
-      std::pair{right, Eigen::Vector3d(-forward)},
-      std::pair{forward, Eigen::Vector3d(-up)},
+      std::pair{right, Eigen::Vector3d(-forward)}, std::pair{forward, Eigen::Vector3d(-up)},
       std::pair{oblique.cross(up).normalized(), oblique.cross(oblique.cross(up).normalized()).normalized()}};
 
   cv::Mat image(side_px, 3 * side_px, CV_8UC3, kWhite);
@@ -113,7 +117,8 @@ Image8 DrawCameraConfiguration(const Scene& scene, const Mesh& proxy, const Rend
     const std::size_t step = std::max<std::size_t>(1, scene.points.size() / kMostPoints);
     for (std::size_t k = 0; k < scene.points.size(); k += step) {
       const Point& x = scene.points[k];
-      cv::circle(panel, p.At(x.x_in_world), 1 << kShift, cv::Scalar(x.color[0], x.color[1], x.color[2]), cv::FILLED, cv::LINE_AA, kShift);
+      cv::circle(panel, p.At(x.x_in_world), 1 << kShift, cv::Scalar(x.color[0], x.color[1], x.color[2]), cv::FILLED,
+                 cv::LINE_AA, kShift);
     }
     for (const RenderView& v : views) Frustum(panel, p, v, kFrustumSize * extent, kBlue, 1);
     Frustum(panel, p, desired, 1.6 * kFrustumSize * extent, kRed, 2);

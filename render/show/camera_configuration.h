@@ -1,5 +1,5 @@
-// The capture seen from outside, after Fig. 4-3 of the thesis: photos' cameras in blue, the proxy in grey, the scene's points
-// in their colours, and the virtual view in red; from above, from the side and obliquely.
+// The capture seen from outside, after Fig. 4-3 of the thesis: photos' cameras in blue, the proxy in grey, the scene's
+// points in their colours, and the virtual view in red; from above, from the side and obliquely.
 #pragma once
 
 #include "scene/geometry/mesh.h"

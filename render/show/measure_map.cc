@@ -39,7 +39,8 @@ float Value(std::string_view name, std::size_t j, const RadianceSettings& s, con
   });
   if (name != kDissimilarity || !(m.f[j] > 0)) return value;
   const float g = static_cast<float>(s.alpha) * m.theta[j] + (m.terms.empty() ? 0.0F : m.terms[j]);
-  return Dissimilarity(g, m.f[j] * (s.visibility ? m.v[j] : 1.0F), static_cast<float>(s.gamma)) / static_cast<float>(kRadiansPerDegree);
+  return Dissimilarity(g, m.f[j] * (s.visibility ? m.v[j] : 1.0F), static_cast<float>(s.gamma)) /
+         static_cast<float>(kRadiansPerDegree);
 }
 
 }  // namespace
@@ -62,10 +63,12 @@ std::optional<Measure> MeasureFromName(std::string_view name) {
   return std::nullopt;
 }
 
-MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure, int source) {
+MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure,
+                            int source) {
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
-  return RenderMeasureMap(sources, tracer, CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps(), request, measure, source);
+  return RenderMeasureMap(sources, tracer, CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps(),
+                          request, measure, source);
 }
 
 MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Measure measure, int source) {
@@ -75,14 +78,16 @@ MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Me
     request.use[i] = request.use[i] && (wanted.empty() || wanted[static_cast<std::size_t>(world.photos[i])]);
   if (source >= 0) {
     const auto found = std::find(world.photos.begin(), world.photos.end(), source);
-    if (found == world.photos.end()) throw UsageError("this photo is not among those around the picture's moment", "use --window-frames all");
+    if (found == world.photos.end())
+      throw UsageError("this photo is not among those around the picture's moment", "use --window-frames all");
     source = static_cast<int>(found - world.photos.begin());
   }
-  return RenderMeasureMap(world.sources, ProxyTracer(world.proxy, world.sources.normalized_from_world), {}, request, measure, source);
+  return RenderMeasureMap(world.sources, ProxyTracer(world.proxy, world.sources.normalized_from_world), {}, request,
+                          measure, source);
 }
 
-MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request,
-                            Measure measure, int source) {
+MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps,
+                            const RenderRequest& request, Measure measure, int source) {
   if (HeatMaps()[measure.row].name == kWeights && request.settings.similarity == Similarity::kFull)
     throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
   const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // in the weights, as when rendering
@@ -105,13 +110,16 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
       if (InterruptRequested()) return;
       for (int x = 0; x < width; ++x)
         direction[static_cast<std::size_t>(x)] =
-            (weighing.ray_from_pixel * Eigen::Vector3d(x + 0.5, static_cast<double>(y) + 0.5, 1)).normalized().cast<float>();
+            (weighing.ray_from_pixel * Eigen::Vector3d(x + 0.5, static_cast<double>(y) + 0.5, 1))
+                .normalized()
+                .cast<float>();
       tracer.Trace(weighing.desired.centre.cast<float>(), direction, t, normal);
       for (std::size_t x = 0; x < direction.size(); ++x) {
         if (!std::isfinite(t[x]) || !(t[x] > 0)) continue;
         row.camera.clear();
         row.weight.clear();
-        if (!(WeighRay(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x], row) > 0)) continue;
+        if (!(WeighRay(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x], row) > 0))
+          continue;
         int camera = source;
         float weight = 0;
         for (std::size_t i = 0; i < row.camera.size(); ++i)
@@ -122,7 +130,8 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
         if (camera < 0) continue;
         EvaluateMeasures(shown.sources, shown.settings, direction[x], t[x], normal[x], m);
         EvaluateVisibility(shown.sources, &maps, direction[x], t[x], m);
-        values[y * static_cast<std::size_t>(width) + x] = Value(kind.name, static_cast<std::size_t>(camera), shown.settings, m, weight);
+        values[y * static_cast<std::size_t>(width) + x] =
+            Value(kind.name, static_cast<std::size_t>(camera), shown.settings, m, weight);
       }
     }
   });
@@ -134,7 +143,8 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
   if (!map.unit.empty()) {
     // The farthest tenth would darken everything else.
     std::vector<float> seen;
-    std::copy_if(values.begin(), values.end(), std::back_inserter(seen), [](float v) { return v >= 0 && std::isfinite(v); });
+    std::copy_if(values.begin(), values.end(), std::back_inserter(seen),
+                 [](float v) { return v >= 0 && std::isfinite(v); });
     if (!seen.empty()) {
       const auto at = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(seen.size() - 1));
       std::nth_element(seen.begin(), seen.begin() + at, seen.end());

@@ -25,7 +25,8 @@ struct SceneClock {
   bool several_at_once = false;  // two photos or more a moment: several cameras filmed it
 };
 inline SceneClock ClockOf(const Scene& scene) {
-  constexpr double kSameMoment = 0.1, kUsual = 0.9;  // times of one moment differ in rounding; of what most moments are apart
+  constexpr double kSameMoment = 0.1,
+                   kUsual = 0.9;  // times of one moment differ in rounding; of what most moments are apart
   std::vector<double> times, steps;
   for (const View& v : scene.views)
     if (v.time_s) times.push_back(*v.time_s);
@@ -44,8 +45,9 @@ inline SceneClock ClockOf(const Scene& scene) {
   return {Median(moments), times.size() >= 2 * (moments.size() + 1) && moments.size() >= 2};
 }
 
-// What the scene's own clock says: its period, and where it has one, or several cameras filmed it at once, a window of two frames: enough
-// photos stand side by side in it then, and a wider one blurs (docs/timeperiodic.md). `window_decided`: the user said how wide.
+// What the scene's own clock says: its period, and where it has one, or several cameras filmed it at once, a window of
+// two frames: enough photos stand side by side in it then, and a wider one blurs (docs/timeperiodic.md).
+// `window_decided`: the user said how wide.
 inline void TakeClock(const Scene& scene, bool window_decided, RadianceSettings& settings) {
   settings.period_s = scene.period_s.value_or(0);
   const SceneClock clock = ClockOf(scene);

@@ -23,8 +23,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kAblationMarker = "ablation.json";
-constexpr int kNearest = 5;   // k of the thesis's fourth row
-constexpr int kGrid = 25;     // samples a side of its fifth
+constexpr int kNearest = 5;  // k of the thesis's fourth row
+constexpr int kGrid = 25;    // samples a side of its fifth
 
 struct Row {
   std::string name, what;
@@ -76,7 +76,8 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
   if (!o.view.empty()) {
     const auto found = std::find_if(scene.views.begin(), scene.views.end(),
                                     [&](const View& v) { return v.name == o.view || OutputName(v.name) == o.view; });
-    if (found == scene.views.end()) throw UsageError("no photo is called " + o.view, "the first is " + scene.views.front().name);
+    if (found == scene.views.end())
+      throw UsageError("no photo is called " + o.view, "the first is " + scene.views.front().name);
     Camera camera = scene.CameraOf(*found);
     Image8 photo = ReadImage8(scene.ImagePath(*found), 3);
     if (width < camera.width_px) {
@@ -103,10 +104,13 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
 std::string Html(const Json& j) {
   std::string html = fmt::format(
       "<!doctype html><html lang='en'><meta charset='utf-8'><title>Fig. 5-3: {0}</title>\n"
-      "<style>body{{font:15px/1.45 system-ui,sans-serif;margin:2rem;color:#24292f}}table{{border-collapse:collapse}}td,th{{padding:.4rem "
+      "<style>body{{font:15px/1.45 "
+      "system-ui,sans-serif;margin:2rem;color:#24292f}}table{{border-collapse:collapse}}td,th{{padding:.4rem "
       ".6rem;text-align:left;"
-      "vertical-align:top;border-bottom:1px solid #e4e7ea}}img{{width:300px;display:block}}small{{color:#6a737d}}</style>\n"
-      "<h1>What each optimisation costs</h1><p>{0}, {1} px wide, proxy {2}, {3}. Differences are from the first row, times 4; the squared "
+      "vertical-align:top;border-bottom:1px solid "
+      "#e4e7ea}}img{{width:300px;display:block}}small{{color:#6a737d}}</style>\n"
+      "<h1>What each optimisation costs</h1><p>{0}, {1} px wide, proxy {2}, {3}. Differences are from the first row, "
+      "times 4; the squared "
       "error is summed over the "
       "channels, mean over pixels.</p>\n<table><tr><th>row<th>picture<th>false colours<th>difference<th>figures\n",
       Escaped(j["view"]), j["width"].get<int>(), Escaped(j["proxy"]), Escaped(j["device"]));
@@ -116,10 +120,13 @@ std::string Html(const Json& j) {
       html += fmt::format("<td colspan='4'>not available: {}\n", Escaped(r["refused"]));
       continue;
     }
-    const auto image = [&](const char* key) { return fmt::format("<td><img src='{0}' alt='{0}'>", r[key].get<std::string>()); };
+    const auto image = [&](const char* key) {
+      return fmt::format("<td><img src='{0}' alt='{0}'>", r[key].get<std::string>());
+    };
     html += image("image") + image("false_color") + image("difference");
-    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}", r["ms"].get<double>(),
-                        r["psnr_db"].get<double>(), r["mse"].get<double>(), r["false_color_mse"].get<double>());
+    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}",
+                        r["ms"].get<double>(), r["psnr_db"].get<double>(), r["mse"].get<double>(),
+                        r["false_color_mse"].get<double>());
     if (r["psnr_photo_db"].is_number()) html += fmt::format("<br>photo {:.2f} dB", r["psnr_photo_db"].get<double>());
     html += "\n";
   }
@@ -191,8 +198,9 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
     pictures.emplace_back(r["image"].get<std::string>(), ToRgb8(frame.image));
     pictures.emplace_back(r["false_color"].get<std::string>(), ToRgb8(false_color));
     pictures.emplace_back(r["difference"].get<std::string>(), DifferenceImage(ToRgb8(frame.image), ToRgb8(*first)));
-    csv += fmt::format("{},\"{}\",{:.4f},{:.4f},{:.6g},{:.6g},{:.6f},{},{:.5f}\n", row.name, row.what, frame.ms, error.psnr_db, error.mse,
-                       r["false_color_mse"].get<double>(), error.ssim, r["psnr_photo_db"].dump(), r["coverage"].get<double>());
+    csv += fmt::format("{},\"{}\",{:.4f},{:.4f},{:.6g},{:.6g},{:.6f},{},{:.5f}\n", row.name, row.what, frame.ms,
+                       error.psnr_db, error.mse, r["false_color_mse"].get<double>(), error.ssim,
+                       r["psnr_photo_db"].dump(), r["coverage"].get<double>());
     j["rows"].push_back(r);
   }
   if (!first) throw DataError("no row could be rendered: " + j["rows"][0]["refused"].get<std::string>());
@@ -206,12 +214,15 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
 
 std::string DescribeAblation(const std::string& json) {
   const Json j = Json::parse(json);
-  std::string text = fmt::format("{:<12} {:<58} {:>10} {:>9} {:>12} {:>12}\n", "row", "", "ms", "PSNR dB", "sq. error", "false colour");
+  std::string text = fmt::format("{:<12} {:<58} {:>10} {:>9} {:>12} {:>12}\n", "row", "", "ms", "PSNR dB", "sq. error",
+                                 "false colour");
   for (const Json& r : j["rows"])
-    text += r.contains("refused") ? fmt::format("{:<12} not available: {}\n", r["name"].get<std::string>(), r["refused"].get<std::string>())
-                                  : fmt::format("{:<12} {:<58} {:>10.2f} {:>9.2f} {:>12.4g} {:>12.4g}\n", r["name"].get<std::string>(),
-                                                r["what"].get<std::string>(), r["ms"].get<double>(), r["psnr_db"].get<double>(),
-                                                r["mse"].get<double>(), r["false_color_mse"].get<double>());
+    text +=
+        r.contains("refused")
+            ? fmt::format("{:<12} not available: {}\n", r["name"].get<std::string>(), r["refused"].get<std::string>())
+            : fmt::format("{:<12} {:<58} {:>10.2f} {:>9.2f} {:>12.4g} {:>12.4g}\n", r["name"].get<std::string>(),
+                          r["what"].get<std::string>(), r["ms"].get<double>(), r["psnr_db"].get<double>(),
+                          r["mse"].get<double>(), r["false_color_mse"].get<double>());
   text += fmt::format("{}, {} px wide, against the row \"{}\"", j["view"].get<std::string>(), j["width"].get<int>(),
                       j["compared_with"].get<std::string>());
   return text;

@@ -17,9 +17,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLoadShare = 0.25;     // of a new frame in the smoothed load
-constexpr double kHopeless = 2;         // a frame that takes this times the budget is not repeated ...
-constexpr int kHopelessRows = 2;        // ... and a probe ends after so many settings of which none came nearer
+constexpr double kLoadShare = 0.25;  // of a new frame in the smoothed load
+constexpr double kHopeless = 2;      // a frame that takes this times the budget is not repeated ...
+constexpr int kHopelessRows = 2;     // ... and a probe ends after so many settings of which none came nearer
 constexpr double kFarTooSlow = 2;
 
 RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
@@ -33,7 +33,8 @@ FixedOptions Fixed(const RadianceSettings& settings, const std::set<std::string>
   FixedOptions fixed;
   const nlohmann::ordered_json now = ToJson(settings);
   for (const std::string& name : decided)
-    if (now.contains(name)) fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
+    if (now.contains(name))
+      fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
   return fixed;
 }
 
@@ -48,9 +49,10 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
     Method method;
     int grid, k;
   };
-  constexpr Row kRows[] = {{Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kInterpolated, 32, 4},
-                           {Method::kCandidates, 16, 3},  {Method::kCandidates, 25, 4},  {Method::kCandidates, 32, 4},   {Method::kPixel, 0, 4},
-                           {Method::kOptimumGrid, 64, 4}, {Method::kOptimumPixel, 0, 4}};
+  constexpr Row kRows[] = {
+      {Method::kInterpolated, 8, 2}, {Method::kInterpolated, 16, 3}, {Method::kInterpolated, 32, 4},
+      {Method::kCandidates, 16, 3},  {Method::kCandidates, 25, 4},   {Method::kCandidates, 32, 4},
+      {Method::kPixel, 0, 4},        {Method::kOptimumGrid, 64, 4},  {Method::kOptimumPixel, 0, 4}};
   std::vector<FrontPoint> table;
   for (const Row& row : kRows) {
     FrontPoint p;
@@ -69,8 +71,8 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
 // Of the budget: frames along a path differ from the first view's by this much and more.
 constexpr double kHeadroom = 0.9;
 
-BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed, double budget_ms,
-                   double seconds) {
+BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed,
+                   double budget_ms, double seconds) {
   const auto begin = Clock::now();
   const auto spent_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   BudgetChoice choice;
@@ -108,19 +110,21 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   }
   if (choice.tried.empty()) throw DataError("no setting could be rendered: " + last_failure);
   if (!choice.fits) {
-    const auto fastest =
-        std::min_element(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+    const auto fastest = std::min_element(choice.tried.begin(), choice.tried.end(),
+                                          [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
     choice.name = fastest->name;
     choice.settings = fastest->settings;
     choice.expected_ms = fastest->ms;
   }
   choice.why = fmt::format("a probe of {} settings at the first view, {:.1f} s", choice.tried.size(), spent_s());
-  std::stable_sort(choice.tried.begin(), choice.tried.end(), [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+  std::stable_sort(choice.tried.begin(), choice.tried.end(),
+                   [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
   return choice;
 }
 
-BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy,
-                             Renderer& renderer, const RenderRequest& request, const FixedOptions& fixed, double budget_ms) {
+BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend,
+                             const std::string& proxy, Renderer& renderer, const RenderRequest& request,
+                             const FixedOptions& fixed, double budget_ms) {
   if (!(budget_ms > 0) || !std::isfinite(budget_ms)) throw UsageError("--budget-ms must be above 0");
   const Eigen::Vector2i size = request.view.size_px;
   std::string why;
@@ -137,7 +141,8 @@ BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const st
       choice.settings = p.settings;
       choice.expected_ms = p.ms;
       choice.why = fmt::format("the scene's front, measured at {}x{}", stored->key.width, stored->key.height);
-      if (std::abs(stored->time_scale - 1) > 1e-9) choice.why += fmt::format(", times scaled by {:.2f}", stored->time_scale);
+      if (std::abs(stored->time_scale - 1) > 1e-9)
+        choice.why += fmt::format(", times scaled by {:.2f}", stored->time_scale);
       choice.tried = std::move(points);
       return choice;
     }
@@ -156,7 +161,8 @@ BudgetController::BudgetController(std::vector<FrontPoint> front, std::optional<
 }
 
 void BudgetController::SetBudget(double budget_ms) {
-  if (!(budget_ms > 0) || !std::isfinite(budget_ms)) throw std::invalid_argument("BudgetController: the budget must be above 0");
+  if (!(budget_ms > 0) || !std::isfinite(budget_ms))
+    throw std::invalid_argument("BudgetController: the budget must be above 0");
   options_.budget_ms = budget_ms;
   level_ = 0;
   while (level_ + 1 < front_.size() && Expected(level_ + 1) <= budget_ms) ++level_;

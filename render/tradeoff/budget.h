@@ -1,5 +1,5 @@
-// Settings for a time a frame: from the scene's stored front, or from a probe of about two seconds; and, frame by frame in
-// a viewer, along the front as the measured times say.
+// Settings for a time a frame: from the scene's stored front, or from a probe of about two seconds; and, frame by frame
+// in a viewer, along the front as the measured times say.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,8 +17,8 @@ struct BudgetChoice {
   std::string name;
   RadianceSettings settings;
   double expected_ms = 0;
-  bool fits = false;            // false: nothing measured was fast enough, this is the fastest
-  std::string why;              // one line: where it comes from, what else was measured
+  bool fits = false;              // false: nothing measured was fast enough, this is the fastest
+  std::string why;                // one line: where it comes from, what else was measured
   std::vector<FrontPoint> tried;  // the front, or what the probe measured, ascending in time
 };
 nlohmann::ordered_json ToJson(const BudgetChoice& choice);
@@ -31,31 +31,32 @@ FixedOptions Fixed(const RadianceSettings& settings, const std::set<std::string>
 // docs/tradeoff.md). With `fixed` applied; those that this makes equal or invalid are left out.
 std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOptions& fixed);
 
-// Renders `request` (its settings are replaced) with each of the table's settings in turn until about `seconds` have gone or
-// two in a row took over twice the budget; the last that fits. What a backend cannot do is passed over.
-BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed, double budget_ms,
-                   double seconds = 2);
+// Renders `request` (its settings are replaced) with each of the table's settings in turn until about `seconds` have
+// gone or two in a row took over twice the budget; the last that fits. What a backend cannot do is passed over.
+BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed,
+                   double budget_ms, double seconds = 2);
 
 // From the scene's front where it has one that agrees with `fixed`, else by a probe at `request`.
-BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend, const std::string& proxy,
-                             Renderer& renderer, const RenderRequest& request, const FixedOptions& fixed, double budget_ms);
+BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend,
+                             const std::string& proxy, Renderer& renderer, const RenderRequest& request,
+                             const FixedOptions& fixed, double budget_ms);
 
-// Steps along a front while the camera moves, and refines when it rests. Times are given, never taken: a test simulates them.
-// Not thread-safe.
+// Steps along a front while the camera moves, and refines when it rests. Times are given, never taken: a test simulates
+// them. Not thread-safe.
 class BudgetController {
  public:
   struct Options {
     double budget_ms = 33;
-    double rest_s = 0.25;           // the camera counts as resting after so long without a move
-    double too_slow = 1.15;         // frames above this times the budget ...
-    int slow_frames = 3;            // ... so many in a row: one step down; at once where a frame took twice the budget
-    double room = 0.8;              // the next step's expected time must lie below this times the budget ...
-    int fast_frames = 12;           // ... for so many frames: one step up
-    int longest_wait = 400;         // a step up that had to be taken back waits twice as long, up to so many frames
+    double rest_s = 0.25;    // the camera counts as resting after so long without a move
+    double too_slow = 1.15;  // frames above this times the budget ...
+    int slow_frames = 3;     // ... so many in a row: one step down; at once where a frame took twice the budget
+    double room = 0.8;       // the next step's expected time must lie below this times the budget ...
+    int fast_frames = 12;    // ... for so many frames: one step up
+    int longest_wait = 400;  // a step up that had to be taken back waits twice as long, up to so many frames
   };
 
-  // `front`: ascending in time and quality; `refined`: what a resting camera gets, e.g. the optimum at every pixel; nullopt:
-  // the front's best. Throws std::invalid_argument for an empty front or a budget that is not above 0.
+  // `front`: ascending in time and quality; `refined`: what a resting camera gets, e.g. the optimum at every pixel;
+  // nullopt: the front's best. Throws std::invalid_argument for an empty front or a budget that is not above 0.
   BudgetController(std::vector<FrontPoint> front, std::optional<FrontPoint> refined, Options options);
 
   // The point for the next frame. now_s: any clock that ascends.
@@ -64,8 +65,8 @@ class BudgetController {
   void Measured(double ms);
 
   bool Refining() const { return refining_; }
-  std::size_t level() const { return level_; }          // on the front
-  double load() const { return load_; }                 // measured over expected time, smoothed: how busy the machine is
+  std::size_t level() const { return level_; }  // on the front
+  double load() const { return load_; }         // measured over expected time, smoothed: how busy the machine is
   void SetBudget(double budget_ms);
 
  private:

@@ -16,7 +16,8 @@ constexpr double kWhite = 255;
 }  // namespace
 
 double SquaredError(const ImageF& image, const ImageF& reference) {
-  if (image.width != reference.width || image.height != reference.height || image.channels != 4 || reference.channels != 4 || image.empty())
+  if (image.width != reference.width || image.height != reference.height || image.channels != 4 ||
+      reference.channels != 4 || image.empty())
     throw std::invalid_argument("frame error: two RGBA pictures of one size are wanted");
   double sum = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -24,7 +25,8 @@ double SquaredError(const ImageF& image, const ImageF& reference) {
     double row = 0;
     for (int x = 0; x < image.width; ++x, a += 4, b += 4)
       for (int c = 0; c < 3; ++c) {
-        // A renderer's picture may leave [0, 1] by rounding, or where the optimum's weights are negative; a screen's does not.
+        // A renderer's picture may leave [0, 1] by rounding, or where the optimum's weights are negative; a screen's
+        // does not.
         const double d = kWhite * (std::clamp(a[c], 0.0F, 1.0F) - std::clamp(b[c], 0.0F, 1.0F));
         row += d * d;
       }

@@ -6,9 +6,10 @@
 namespace lumi {
 
 struct FrameError {
-  double psnr_db = 0;   // 99 where equal
+  double psnr_db = 0;  // 99 where equal
   double ssim = 0;
-  double mse = 0;       // squared error summed over the three channels, mean over pixels, code values (the measure of Fig. 5-4)
+  double mse =
+      0;  // squared error summed over the three channels, mean over pixels, code values (the measure of Fig. 5-4)
 };
 
 // Pictures of the renderer (premultiplied, over black), in float: a difference below a code value counts. Throws

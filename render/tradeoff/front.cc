@@ -89,7 +89,8 @@ StoredFront ReadFront(const fs::path& file) {
       FrontPoint point;
       point.name = p.at("name");
       for (const auto& [name, value] : p.at("settings").items())
-        if (!SetOption(point.settings, name, value)) throw InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
+        if (!SetOption(point.settings, name, value))
+          throw InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
       if (const std::string problem = Validate(point.settings); !problem.empty()) throw InputError(file, problem);
       point.ms = p.at("ms");
       point.psnr_optimum_db = Optional(p, "psnr_optimum_db");
@@ -108,13 +109,13 @@ StoredFront ReadFront(const fs::path& file) {
 
 fs::path WriteFront(const fs::path& scene_folder, const StoredFront& front) {
   const FrontKey& k = front.key;
-  const fs::path file =
-      scene_folder / "fronts" / fmt::format("{}-{}-{}x{}-{}.json", k.proxy, k.backend, k.width, k.height, ShortHash(k.device));
+  const fs::path file = scene_folder / "fronts" /
+                        fmt::format("{}-{}-{}x{}-{}.json", k.proxy, k.backend, k.width, k.height, ShortHash(k.device));
   Json points = Json::array();
   for (const FrontPoint& p : front.points) points.push_back(ToJson(p));
-  const Json j = {{"format", kFormat},   {"version", kFormatVersion}, {"suite", kVersion},
-                  {"proxy", k.proxy},    {"backend", k.backend},      {"device", k.device},
-                  {"width", k.width},    {"height", k.height},        {"proxy_fingerprint", front.proxy_fingerprint},
+  const Json j = {{"format", kFormat}, {"version", kFormatVersion}, {"suite", kVersion},
+                  {"proxy", k.proxy},  {"backend", k.backend},      {"device", k.device},
+                  {"width", k.width},  {"height", k.height},        {"proxy_fingerprint", front.proxy_fingerprint},
                   {"points", points}};
   WriteTextAtomically(file, j.dump(1) + "\n");
   return file;
@@ -128,7 +129,8 @@ std::optional<StoredFront> FindFront(const fs::path& scene_folder, const FrontKe
   std::error_code ec;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(scene_folder / "fronts", ec))
-    if (entry.path().extension() == ".json" && !entry.path().filename().string().starts_with('.')) files.push_back(entry.path());
+    if (entry.path().extension() == ".json" && !entry.path().filename().string().starts_with('.'))
+      files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   const std::string fingerprint = Fingerprint(ProxyPath(scene_folder, key.proxy));
   const double wanted = static_cast<double>(key.width) * key.height;

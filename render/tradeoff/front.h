@@ -1,5 +1,5 @@
-// What accuracy costs, measured: the points of a sweep, their Pareto front, what to take for a given time, and the files in
-// SCENE/fronts that keep it for `--budget-ms` and the viewer.
+// What accuracy costs, measured: the points of a sweep, their Pareto front, what to take for a given time, and the
+// files in SCENE/fronts that keep it for `--budget-ms` and the viewer.
 #pragma once
 
 #include <filesystem>
@@ -14,18 +14,20 @@
 namespace lumi {
 
 struct FrontPoint {
-  std::string name;                        // "candidates 25x25, k 4"
+  std::string name;  // "candidates 25x25, k 4"
   RadianceSettings settings;
-  double ms = 0;                           // a frame, median
-  std::optional<double> psnr_optimum_db;   // against the optimum at every pixel
-  std::optional<double> psnr_holdout_db;   // against the photos of the choosing fold
+  double ms = 0;                          // a frame, median
+  std::optional<double> psnr_optimum_db;  // against the optimum at every pixel
+  std::optional<double> psnr_holdout_db;  // against the photos of the choosing fold
 
   // What the front climbs: the photos' word where there is one, else the optimum's.
-  double Quality() const { return psnr_holdout_db ? *psnr_holdout_db : psnr_optimum_db.value_or(CostAndQuality::kNone); }
+  double Quality() const {
+    return psnr_holdout_db ? *psnr_holdout_db : psnr_optimum_db.value_or(CostAndQuality::kNone);
+  }
 };
 
-// The points that no other is both faster and better than: ms and quality ascend, strictly. Points without a finite time or
-// quality are left out.
+// The points that no other is both faster and better than: ms and quality ascend, strictly. Points without a finite
+// time or quality are left out.
 std::vector<FrontPoint> ParetoFront(const std::vector<FrontPoint>& points);
 
 // The best point of a front within the budget (nullopt: no limit); where none fits, the fastest, and *fits is false.
@@ -40,13 +42,13 @@ struct FrontKey {
 
 struct StoredFront {
   FrontKey key;
-  std::string proxy_fingerprint;           // of proxies/NAME.ply when it was measured
-  std::vector<FrontPoint> points;          // a Pareto front
-  double time_scale = 1;                   // FindFront: by which it multiplied the times, for another size
+  std::string proxy_fingerprint;   // of proxies/NAME.ply when it was measured
+  std::vector<FrontPoint> points;  // a Pareto front
+  double time_scale = 1;           // FindFront: by which it multiplied the times, for another size
 };
 
-// Only settings that trade accuracy for time travel with a front; what a scene or a user decides (weights of the measures,
-// effects, radii, time) stays as `base` has it.
+// Only settings that trade accuracy for time travel with a front; what a scene or a user decides (weights of the
+// measures, effects, radii, time) stays as `base` has it.
 RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point);
 
 nlohmann::ordered_json ToJson(const FrontPoint& point);
@@ -56,9 +58,10 @@ StoredFront ReadFront(const std::filesystem::path& file);
 // SCENE/fronts/PROXY-BACKEND-WxH-HASH.json (the hash is the device's), atomically. The scene should be locked.
 std::filesystem::path WriteFront(const std::filesystem::path& scene_folder, const StoredFront& front);
 
-// The front of this proxy, backend and device whose size is nearest in pixels, its times scaled in proportion to the pixels.
-// Nullopt where there is none, with *why: a front of another machine, or one whose proxy has changed, is none. Unreadable
-// files count as absent and are named there.
-std::optional<StoredFront> FindFront(const std::filesystem::path& scene_folder, const FrontKey& key, std::string* why = nullptr);
+// The front of this proxy, backend and device whose size is nearest in pixels, its times scaled in proportion to the
+// pixels. Nullopt where there is none, with *why: a front of another machine, or one whose proxy has changed, is none.
+// Unreadable files count as absent and are named there.
+std::optional<StoredFront> FindFront(const std::filesystem::path& scene_folder, const FrontKey& key,
+                                     std::string* why = nullptr);
 
 }  // namespace lumi

@@ -52,7 +52,8 @@ TestView TestViewOf(const Scene& scene, ViewId id, int width_px) {
 
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px) {
   const std::size_t count = scene.views.size();
-  if (count < 2) throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
+  if (count < 2)
+    throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
   std::vector<ViewId> held = FoldViews(scene, n, fold);
   while (held.empty() && n > 2) held = FoldViews(scene, --n, fold);
   const std::vector<bool> use = PhotosWithout(scene, n, fold);
@@ -67,9 +68,10 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
 
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px) {
   const CameraPath path = ReadCameraPath(file);
-  const int height = path.width_px > 0 && path.height_px > 0
-                         ? std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * path.height_px / path.width_px)))
-                         : HeightFor(scene.CameraOf(scene.views.front()), width_px);
+  const int height =
+      path.width_px > 0 && path.height_px > 0
+          ? std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * path.height_px / path.width_px)))
+          : HeightFor(scene.CameraOf(scene.views.front()), width_px);
   RenderView view = SamplePath(path, width_px, height).front();
   view.time_s = FirstTime(scene);
   return view;

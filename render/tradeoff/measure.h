@@ -12,12 +12,12 @@
 namespace lumi {
 
 struct TestView {
-  std::string name;          // of the photo
+  std::string name;  // of the photo
   ViewId id;
-  Camera camera;             // at the measured size
+  Camera camera;  // at the measured size
   RenderView view;
-  std::vector<bool> use;     // which photos may be blended
-  Image8 photo;              // at the measured size
+  std::vector<bool> use;  // which photos may be blended
+  Image8 photo;           // at the measured size
 
   RenderView AtWidth(int width_px, const Rigid3& cam_from_world) const;  // the same camera, smaller
 };
@@ -25,26 +25,25 @@ struct TestView {
 // A view's own photo and camera at `width_px` (0, or above the photo's: its own size). `use` is left empty.
 TestView TestViewOf(const Scene& scene, ViewId id, int width_px);
 
-// At most `most` photos of a fold, evenly spread over it, at `width_px` (0, or above the photo's: its own size). None of the
-// fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N is lowered
-// until the fold holds a photo. Throws DataError where nothing is left to render from.
+// At most `most` photos of a fold, evenly spread over it, at `width_px` (0, or above the photo's: its own size). None
+// of the fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N
+// is lowered until the fold holds a photo. Throws DataError where nothing is left to render from.
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px);
 
 struct TimedFrame {
   ImageF image;
   double first_ms = 0;
-  double ms = 0;             // median of the repeats, or the first
+  double ms = 0;  // median of the repeats, or the first
   std::vector<double> all_ms;
 };
 
-// A frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. A frame beyond two seconds is its own
-// measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
+// A frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. A frame beyond two seconds is its
+// own measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms = 4000);
 
-// The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera; at the
-// scene's first moment.
+// The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera;
+// at the scene's first moment.
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px);
-
 
 // Height for a width, by the camera's aspect, at least 1.
 int HeightFor(const Camera& camera, int width_px);

@@ -30,10 +30,10 @@ using Json = nlohmann::ordered_json;
 using Figures = std::vector<Figure>;
 
 constexpr const char* kPropertiesMarker = "properties.json";
-constexpr int kRays = 200;               // random rays of a figure
-constexpr int kOwnWidth = 96;            // of the pictures at all source cameras
+constexpr int kRays = 200;                   // random rays of a figure
+constexpr int kOwnWidth = 96;                // of the pictures at all source cameras
 constexpr std::size_t kOptimumCameras = 12;  // at which the optimum solves every pixel
-constexpr float kInner = 0.999F;         // field-of-view value of a pixel that the photo contains wholly
+constexpr float kInner = 0.999F;             // field-of-view value of a pixel that the photo contains wholly
 
 // Ranks with ties sharing their mean.
 std::vector<double> Ranks(const std::vector<double>& v) {
@@ -84,14 +84,21 @@ class Properties {
       progress.Step();
     };
     const Figures own = Epipoles();
-    add("unstructured input", "photos that some pixel shows, of all", {{"used", own[1].value, true}, {"cameras", own[0].value, true}});
+    add("unstructured input", "photos that some pixel shows, of all",
+        {{"used", own[1].value, true}, {"cameras", own[0].value, true}});
     add("natural navigation",
-        "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values", Navigation());
+        "largest change of a weight under another camera matrix; of a picture under a turn by 90 degrees, code values",
+        Navigation());
     add("real-time performance", "milliseconds a frame", RealTime());
-    add("use of correspondence", "held-out PSNR with the proxy, with a plane, with a plane at infinity", Correspondence());
-    add("angle-based view dependence", "error of a colour that is the direction itself, median over rays; rank correlation of weight and angle, effects on", ViewDependence());
+    add("use of correspondence", "held-out PSNR with the proxy, with a plane, with a plane at infinity",
+        Correspondence());
+    add("angle-based view dependence",
+        "error of a colour that is the direction itself, median over rays; rank correlation of weight and angle, "
+        "effects on",
+        ViewDependence());
     add("epipole consistency", "smallest weight of a photo at its own camera", own);
-    add("radiance consistency", "largest difference of a weight for one ray from two viewpoints", RadianceConsistency());
+    add("radiance consistency", "largest difference of a weight for one ray from two viewpoints",
+        RadianceConsistency());
     add("continuity", "largest change of a weight a step", Continuity());
     add("sensitivity to non-ideal effects", "held-out PSNR and coverage with an effect, and without", NonIdeal());
     summary.scene = o_.scene;
@@ -121,9 +128,11 @@ class Properties {
     std::vector<Ray> rays;
     const double spread = 0.3 * Spacing();
     for (int tries = 0; tries < 50 * count && static_cast<int>(rays.size()) < count; ++tries) {
-      const std::size_t j = static_cast<std::size_t>(unit(random) * static_cast<double>(sources_.views.size())) % sources_.views.size();
+      const std::size_t j =
+          static_cast<std::size_t>(unit(random) * static_cast<double>(sources_.views.size())) % sources_.views.size();
       const RenderView& v = sources_.views[j];
-      const Eigen::Vector2d x_px(v.size_px.x() * (0.1 + 0.8 * unit(random)), v.size_px.y() * (0.1 + 0.8 * unit(random)));
+      const Eigen::Vector2d x_px(v.size_px.x() * (0.1 + 0.8 * unit(random)),
+                                 v.size_px.y() * (0.1 + 0.8 * unit(random)));
       const auto direction = RayDirection(v.P, x_px);
       if (!direction) continue;
       const Eigen::Vector3d eye = v.centre + spread * Eigen::Vector3d(both(random), both(random), both(random));
@@ -131,7 +140,8 @@ class Properties {
       const double t = Trace(eye, d);
       if (std::isfinite(t) && t > 0) rays.push_back({eye, eye + t * d});
     }
-    if (rays.empty()) throw DataError("no ray from near the cameras meets the proxy", "choose another --proxy", scene().folder);
+    if (rays.empty())
+      throw DataError("no ray from near the cameras meets the proxy", "choose another --proxy", scene().folder);
     return rays;
   }
 
@@ -178,7 +188,8 @@ class Properties {
       for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = all[j];
     } else {
       const RayWeights w = Weigh(setup.sources, Visibility(s), direction, t, s, scratch);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) weights[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
+      for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
+        weights[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
     }
     return weights;
   }
@@ -203,9 +214,10 @@ class Properties {
       const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
       // Rolled, sheared, off centre, another focal length: the ray to p is the same.
       Eigen::Matrix3d change;
-      change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random), 1 + 0.5 * both(random),
-          200 * both(random), 0, 0, 1;
-      worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, facing), WeightsAt(ray.eye, ray.p, s, change * facing)));
+      change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random),
+          1 + 0.5 * both(random), 200 * both(random), 0, 0, 1;
+      worst =
+          std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, facing), WeightsAt(ray.eye, ray.p, s, change * facing)));
     }
     // A picture turned by 90 degrees: pixel (x, y) of one is (h - 1 - y, x) of the other.
     const TestView t = Views(Fold::kReport).front();
@@ -223,11 +235,14 @@ class Properties {
     for (int y = 0; y < upright.height; ++y)
       for (int x = 0; x < upright.width; ++x)
         for (int c = 0; c < 3; ++c)
-          change = std::max(change, 255.0 * std::abs(double(upright.At(x, y, c)) - turned.At(upright.height - 1 - y, x, c)));
+          change =
+              std::max(change, 255.0 * std::abs(double(upright.At(x, y, c)) - turned.At(upright.height - 1 - y, x, c)));
     return {{"weight_change_max", worst}, {"turned_difference_max", change}};
   }
 
-  std::vector<TestView> Views(Fold fold) const { return HeldOutViews(scene(), o_.holdout, fold, o_.views, bench_.Width()); }
+  std::vector<TestView> Views(Fold fold) const {
+    return HeldOutViews(scene(), o_.holdout, fold, o_.views, bench_.Width());
+  }
 
   Figures RealTime() {
     Figures figures = {{"width", bench_.Width(), true}};
@@ -301,8 +316,9 @@ class Properties {
             {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
   }
 
-  // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What is blended is
-  // held to the ray's own direction, beside the photo nearest in angle alone, and the mean of all that see the point, a texture's.
+  // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What
+  // is blended is held to the ray's own direction, beside the photo nearest in angle alone, and the mean of all that
+  // see the point, a texture's.
   Figures ViewDependence() {
     RadianceSettings everyone = settings_;
     everyone.k = 0;
@@ -311,7 +327,8 @@ class Properties {
     for (const Ray& ray : RandomRays(kRays)) {
       const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
       const Eigen::Vector3d back = (ray.eye - ray.p).normalized();
-      const std::vector<double> weights = WeightsAt(ray.eye, ray.p, settings_, facing), all = WeightsAt(ray.eye, ray.p, everyone, facing);
+      const std::vector<double> weights = WeightsAt(ray.eye, ray.p, settings_, facing),
+                                all = WeightsAt(ray.eye, ray.p, everyone, facing);
       std::vector<double> angles;
       Eigen::Vector3d mean = Eigen::Vector3d::Zero(), of_all = Eigen::Vector3d::Zero();
       double sum = 0, seeing = 0, least = std::numeric_limits<double>::infinity();
@@ -339,8 +356,8 @@ class Properties {
             {"rank_correlation_median", correlations.empty() ? std::nullopt : std::optional(Median(correlations))}};
   }
   static std::optional<double> RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
-    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others, nothing can be
-    // ranked.
+    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others,
+    // nothing can be ranked.
     std::vector<double> w, a;
     for (std::size_t i = 0; i < weights.size(); ++i)
       if (weights[i] > 0) {
@@ -351,17 +368,18 @@ class Properties {
     return Pearson(Ranks(w), Ranks(a));
   }
 
-  // At each source camera its own photo is white and all others are black: the picture is the own photo's weight, whatever way
-  // the renderer took to it.
+  // At each source camera its own photo is white and all others are black: the picture is the own photo's weight,
+  // whatever way the renderer took to it.
   Figures Epipoles() {
     std::vector<Photo> photos(scene().views.size());
     for (Photo& p : photos) p.levels = {Image8(1, 1, 3, 0)};
-    const auto renderer = MakeCpuRenderer(WorldOf(scene(), bench_.mesh(proxy_)), photos);  // reads the photos at every frame
+    const auto renderer =
+        MakeCpuRenderer(WorldOf(scene(), bench_.mesh(proxy_)), photos);  // reads the photos at every frame
     RadianceSettings pixel = settings_;
     pixel.resolution = Resolution::kOff;
     pixel.time = false;
-    // The optimum gives a photo back where it sees the place wholly: within its border; without visibility, and with it, where it is told
-    // so by a depth map that is feathered beside its silhouettes.
+    // The optimum gives a photo back where it sees the place wholly: within its border; without visibility, and with
+    // it, where it is told so by a depth map that is feathered beside its silhouettes.
     RadianceSettings clear = pixel;
     clear.visibility = false;
     struct Case {
@@ -421,7 +439,8 @@ class Properties {
     for (const Case& c : cases) {
       const bool known = c.refused.empty() && c.pixels > 0;
       figures.push_back({std::string(c.key) + "_weight_min", known ? std::optional(c.smallest) : std::nullopt});
-      figures.push_back({std::string(c.key) + "_weight_mean", known ? std::optional(c.sum / static_cast<double>(c.pixels)) : std::nullopt});
+      figures.push_back({std::string(c.key) + "_weight_mean",
+                         known ? std::optional(c.sum / static_cast<double>(c.pixels)) : std::nullopt});
     }
     return figures;
   }
@@ -431,7 +450,8 @@ class Properties {
     const double border = s.field_of_view ? s.fov_feather * std::min(image.width, image.height) : 0;
     const double cell_x = s.Sparse() ? image.width / (s.grid_columns - 1.0) : 0,
                  cell_y = s.Sparse() ? image.height / (s.grid_rows - 1.0) : 0;
-    return std::min(x + 0.5, image.width - x - 0.5) > border + cell_x && std::min(y + 0.5, image.height - y - 0.5) > border + cell_y;
+    return std::min(x + 0.5, image.width - x - 0.5) > border + cell_x &&
+           std::min(y + 0.5, image.height - y - 0.5) > border + cell_y;
   }
 
   Figures RadianceConsistency() {
@@ -441,15 +461,16 @@ class Properties {
     for (const Ray& ray : RandomRays(kRays))
       for (const double share : {0.2, 0.5, 0.8}) {
         const Eigen::Vector3d nearer = ray.eye + share * (ray.p - ray.eye);
-        worst = std::max(worst,
-                         Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)), WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
+        worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)),
+                                        WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
       }
     return {{"weight_difference_max", worst}};
   }
 
   Figures Continuity() {
-    // Straight ways of a tenth of a scene size, all looking at one point of the proxy, walked in three step sizes. A stretch
-    // where the ray to p passes a camera closer than `clear` is left out: at an epipole, slopes grow without bound.
+    // Straight ways of a tenth of a scene size, all looking at one point of the proxy, walked in three step sizes. A
+    // stretch where the ray to p passes a camera closer than `clear` is left out: at an epipole, slopes grow without
+    // bound.
     const RadianceSettings& s = settings_;
     constexpr double kLength = 0.1;
     constexpr int kSteps[] = {10, 100, 1000};
@@ -531,19 +552,27 @@ class Properties {
 
 }  // namespace
 
-PropertiesSummary RunProperties(const MeasureOptions& options, ProgressSink& progress) { return Properties(options, progress).Run(); }
+PropertiesSummary RunProperties(const MeasureOptions& options, ProgressSink& progress) {
+  return Properties(options, progress).Run();
+}
 
 Json ToJson(const PropertiesSummary& s) {
   Json rows = Json::array();
   for (const Property& p : s.properties) {
     Json row = {{"property", p.name}, {"figure", p.figure}};
-    for (const Figure& f : p.values) row[f.key] = !f.value ? Json(nullptr) : f.count ? Json(std::lround(*f.value)) : Json(*f.value);
+    for (const Figure& f : p.values)
+      row[f.key] = !f.value ? Json(nullptr) : f.count ? Json(std::lround(*f.value)) : Json(*f.value);
     rows.push_back(std::move(row));
   }
   Json settings = ToJson(s.settings);
   if (s.own_times) settings.erase("time-s");
   settings["backend"] = s.backend;
-  return {{"scene", s.scene.generic_string()}, {"proxy", s.proxy}, {"backend", s.backend}, {"device", s.device}, {"settings", settings}, {"properties", rows}};
+  return {{"scene", s.scene.generic_string()},
+          {"proxy", s.proxy},
+          {"backend", s.backend},
+          {"device", s.device},
+          {"settings", settings},
+          {"properties", rows}};
 }
 
 std::string Describe(const PropertiesSummary& s) {
@@ -551,7 +580,10 @@ std::string Describe(const PropertiesSummary& s) {
   for (const Property& p : s.properties) {
     text += fmt::format("{}: {}\n", p.name, p.figure);
     for (const Figure& f : p.values)
-      text += fmt::format("    {:<40} {}\n", f.key, !f.value ? "not available" : f.count ? fmt::format("{:.0f}", *f.value) : fmt::format("{:.6g}", *f.value));
+      text += fmt::format("    {:<40} {}\n", f.key,
+                          !f.value  ? "not available"
+                          : f.count ? fmt::format("{:.0f}", *f.value)
+                                    : fmt::format("{:.6g}", *f.value));
   }
   return text + fmt::format("proxy {}, {}", s.proxy, s.device);
 }

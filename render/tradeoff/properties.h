@@ -1,4 +1,5 @@
-// `lumi-render properties`: a figure for each of the nine properties that Table 3.2 asks of an image-based rendering algorithm.
+// `lumi-render properties`: a figure for each of the nine properties that Table 3.2 asks of an image-based rendering
+// algorithm.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +14,12 @@ namespace lumi {
 
 struct Figure {
   std::string key;
-  std::optional<double> value;   // nullopt: not available
-  bool count = false;            // a whole number
+  std::optional<double> value;  // nullopt: not available
+  bool count = false;           // a whole number
 };
 
 struct Property {
-  std::string name, figure;      // what the figures are, for people
+  std::string name, figure;  // what the figures are, for people
   std::vector<Figure> values;
 };
 
@@ -26,7 +27,7 @@ struct PropertiesSummary {
   std::filesystem::path scene;
   std::string proxy, backend, device;
   RadianceSettings settings;
-  bool own_times = true;         // each view is measured at its own moment
+  bool own_times = true;  // each view is measured at its own moment
   std::vector<Property> properties;
 };
 

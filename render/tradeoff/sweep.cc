@@ -90,14 +90,16 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   };
   const auto plain = [](RadianceSettings&) {};
 
-  for (const Method m : {Method::kCandidates, Method::kInterpolated, Method::kPixel, Method::kOptimumGrid, Method::kOptimumPixel})
+  for (const Method m :
+       {Method::kCandidates, Method::kInterpolated, Method::kPixel, Method::kOptimumGrid, Method::kOptimumPixel})
     with(m, grid, plain);
   if (size == SweepSize::kMethods) return table;
 
   const std::vector<int> grids = size == SweepSize::kQuick ? std::vector<int>{8, 16, 32} : kGrids;
   for (const int side : grids) {
     with(Method::kCandidates, side, plain);
-    for (const bool epipoles : {true, false}) with(Method::kInterpolated, side, [&](RadianceSettings& s) { s.epipoles = epipoles; });
+    for (const bool epipoles : {true, false})
+      with(Method::kInterpolated, side, [&](RadianceSettings& s) { s.epipoles = epipoles; });
     with(Method::kOptimumGrid, side, plain);
   }
   with(Method::kInterpolated, grid, [](RadianceSettings& s) { s.epipoles = false; });
@@ -111,10 +113,12 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   }
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
-  // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and what it is worth here.
+  // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and
+  // what it is worth here.
   for (const SettingOption& o : SettingOptions())
     for (const std::string& choice : o.is_switch ? o.choices : std::vector<std::string>())
-      for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid}) with(m, grid, [&](RadianceSettings& s) { o.set(s, choice); });
+      for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid})
+        with(m, grid, [&](RadianceSettings& s) { o.set(s, choice); });
   if (size == SweepSize::kQuick) return table;
   for (const SettingOption& o : SettingOptions())
     if (o.is_switch) with(Method::kCandidates, grid, [&](RadianceSettings& s) { o.set(s, std::string("off")); });

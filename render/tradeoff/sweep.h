@@ -1,5 +1,5 @@
-// The named settings that `tradeoff` measures: a base point, lines along one option at a time, and a few crossings where
-// two options pull the same way.
+// The named settings that `tradeoff` measures: a base point, lines along one option at a time, and a few crossings
+// where two options pull the same way.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace lumi {
 
 enum class Method { kPixel, kInterpolated, kCandidates, kOptimumGrid, kOptimumPixel };
-std::string_view Name(Method method);     // "identity", "interpolated", "candidates", "optimum on the grid", "optimum"
+std::string_view Name(Method method);  // "identity", "interpolated", "candidates", "optimum on the grid", "optimum"
 Method MethodOf(const RadianceSettings& settings);
 
 // `base` with the options that make the method; grid: samples a side.
@@ -25,7 +25,8 @@ bool HasSamples(const RadianceSettings& settings);
 // The same weights computed at every pixel: what a sparse point is measured against (Fig. 5-4).
 RadianceSettings PerPixel(const RadianceSettings& settings);
 
-// No two equal. quick: methods, a short line of grids and of k; else everything. methods_only: for a scene's further proxies.
+// No two equal. quick: methods, a short line of grids and of k; else everything. methods_only: for a scene's further
+// proxies.
 struct SweepPoint {
   std::string name;
   RadianceSettings settings;

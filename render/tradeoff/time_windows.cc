@@ -1,5 +1,5 @@
-// How wide the time window should be (thesis sec. 7.2): a narrow one leaves few photos, taken from other directions, a wide one blends
-// moments that differ. Both errors are read off the weights themselves, the sum of them off photos.
+// How wide the time window should be (thesis sec. 7.2): a narrow one leaves few photos, taken from other directions, a
+// wide one blends moments that differ. Both errors are read off the weights themselves, the sum of them off photos.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,11 +34,13 @@ double CircularDistance(double a, double b, double period) {
   return std::min(r, period - r);
 }
 
-// What moves in a truth: SCENE/truth/moving/NAME.png as lumi-simulate writes it, or black in SCENE/masks; empty: not known.
+// What moves in a truth: SCENE/truth/moving/NAME.png as lumi-simulate writes it, or black in SCENE/masks; empty: not
+// known.
 Image8 MovingPixels(const Scene& scene, const View& view, Eigen::Vector2i size_px) {
   if (scene.folder.empty()) return {};
   const bool simulated = !FindMask(scene.folder / "truth" / "moving", view.name).empty();
-  const std::filesystem::path file = FindMask(simulated ? scene.folder / "truth" / "moving" : scene.folder / "masks", view.name);
+  const std::filesystem::path file =
+      FindMask(simulated ? scene.folder / "truth" / "moving" : scene.folder / "masks", view.name);
   if (file.empty()) return {};
   const Image8 rgb = Resize(ReadImage8(file, 3), size_px.x(), size_px.y());
   Image8 mask(rgb.width, rgb.height, 1);
@@ -81,7 +83,8 @@ struct Blur {
   long rays = 0;
 };
 
-void AddBlur(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps, const RenderRequest& request, const std::vector<View>& views, Blur& blur) {
+void AddBlur(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps,
+             const RenderRequest& request, const std::vector<View>& views, Blur& blur) {
   RadianceSettings settings = request.settings;
   settings.grid_columns = settings.grid_rows = 0;
   if (settings.k == 0) settings.k = kMaxBlend;
@@ -89,29 +92,33 @@ void AddBlur(const Sources& sources, const ProxyTracer& tracer, const Visibility
   std::vector<Eigen::Vector3f> direction, normal(kWindowRays * kWindowRays);
   for (int y = 0; y < kWindowRays; ++y)
     for (int x = 0; x < kWindowRays; ++x)
-      direction.push_back((setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kWindowRays * request.view.size_px.x(), (y + 0.5) / kWindowRays * request.view.size_px.y(), 1))
-                              .normalized()
-                              .cast<float>());
+      direction.push_back(
+          (setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kWindowRays * request.view.size_px.x(),
+                                                  (y + 0.5) / kWindowRays * request.view.size_px.y(), 1))
+              .normalized()
+              .cast<float>());
   std::vector<float> t(direction.size());
   tracer.Trace(setup.desired.centre.cast<float>(), direction, t, normal);
   WeighScratch scratch;
   Measures m;
   for (std::size_t i = 0; i < direction.size(); ++i) {
     if (!std::isfinite(t[i]) || !(t[i] > 0)) continue;
-    const RayWeights w = Weigh(setup.sources, settings.visibility ? &maps : nullptr, direction[i], t[i], settings, scratch, normal[i]);
+    const RayWeights w =
+        Weigh(setup.sources, settings.visibility ? &maps : nullptr, direction[i], t[i], settings, scratch, normal[i]);
     if (w.count == 0) continue;
     EvaluateMeasures(setup.sources, settings, direction[i], t[i], normal[i], m);
     for (std::size_t c = 0; c < static_cast<std::size_t>(w.count); ++c) {
       const auto j = static_cast<std::size_t>(w.camera[c]);
       blur.angle_rad += static_cast<double>(w.weight[c]) * static_cast<double>(m.theta[j]);
-      blur.time_s += static_cast<double>(w.weight[c]) * CircularDistance(views[j].time_s.value_or(settings.time_s), settings.time_s, settings.period_s);
+      blur.time_s += static_cast<double>(w.weight[c]) *
+                     CircularDistance(views[j].time_s.value_or(settings.time_s), settings.time_s, settings.period_s);
     }
     ++blur.rays;
   }
 }
 
 struct WindowRow {
-  double width_s = 0;   // 0: without time
+  double width_s = 0;  // 0: without time
   double psnr_db = 0, ms = 0, photos = 0, blur_s = 0, angle_deg = 0;
   std::optional<double> psnr_moving_db = {};
 
@@ -122,17 +129,20 @@ struct WindowRow {
 // Of the rows as RunTimeWindows's summary has them.
 TradeoffTable WindowTable(const Json& rows) {
   using enum TradeoffRole;
-  return TradeoffTableOf<Json>(
-      {{{"", kSetting, "window s", 12}, [](const Json& r) {
-          return r["window_s"].is_null() ? "without time" : fmt::format("{:.4f}", r["window_s"].get<double>());
-        }},
-       FromJson<Json>({"window_s", kSetting}), FromJson<Json>({"window_frames", kSetting, "frames", 8, "{:.1f}"}),
-       FromJson<Json>({"photos_in_window", kFigure, "photos in it", 16, "{:.1f}"}),
-       FromJson<Json>({"temporal_blur_frames", kLessIsBetter, "blur, frames", 14, "{:.3f}"}),
-       FromJson<Json>({"angle_deg", kLessIsBetter, "angle deg", 10, "{:.3f}"}),
-       FromJson<Json>({"psnr_db", kMoreIsBetter, "PSNR dB", 10, "{:.2f}"}),
-       FromJson<Json>({"psnr_moving_db", kMoreIsBetter, "moving dB", 10, "{:.2f}"}), FromJson<Json>({"ms", kCost, "ms", 9, "{:.2f}"})},
-      rows.get<std::vector<Json>>());
+  return TradeoffTableOf<Json>({{{"", kSetting, "window s", 12},
+                                 [](const Json& r) {
+                                   return r["window_s"].is_null() ? "without time"
+                                                                  : fmt::format("{:.4f}", r["window_s"].get<double>());
+                                 }},
+                                FromJson<Json>({"window_s", kSetting}),
+                                FromJson<Json>({"window_frames", kSetting, "frames", 8, "{:.1f}"}),
+                                FromJson<Json>({"photos_in_window", kFigure, "photos in it", 16, "{:.1f}"}),
+                                FromJson<Json>({"temporal_blur_frames", kLessIsBetter, "blur, frames", 14, "{:.3f}"}),
+                                FromJson<Json>({"angle_deg", kLessIsBetter, "angle deg", 10, "{:.3f}"}),
+                                FromJson<Json>({"psnr_db", kMoreIsBetter, "PSNR dB", 10, "{:.2f}"}),
+                                FromJson<Json>({"psnr_moving_db", kMoreIsBetter, "moving dB", 10, "{:.2f}"}),
+                                FromJson<Json>({"ms", kCost, "ms", 9, "{:.2f}"})},
+                               rows.get<std::vector<Json>>());
 }
 
 std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
@@ -152,29 +162,34 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
   std::vector<double> times;
   for (const View& v : scene.views)
     if (v.time_s) times.push_back(*v.time_s);
-  if (times.size() < 3) throw DataError("the photos carry no times", "lumi-reconstruct VIDEO and lumi-timeperiodic give them", o.scene);
+  if (times.size() < 3)
+    throw DataError("the photos carry no times", "lumi-reconstruct VIDEO and lumi-timeperiodic give them", o.scene);
   std::sort(times.begin(), times.end());
   std::vector<double> steps;
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] > times[i - 1]) steps.push_back(times[i] - times[i - 1]);
   if (steps.empty()) throw DataError("all photos carry the same time", "", o.scene);
-  const double frame_s = Median(steps), period_s = scene.period_s.value_or(0), span_s = period_s > 0 ? period_s : times.back() - times.front();
+  const double frame_s = Median(steps), period_s = scene.period_s.value_or(0),
+               span_s = period_s > 0 ? period_s : times.back() - times.front();
   const std::string& proxy = bench.proxies().front();
   Renderer& renderer = bench.Measured(proxy);
   const int width = bench.Width();
   const std::vector<Moment> moments = MomentsOf(bench, o, width, sink);
   for (const Moment& m : moments)
-    if (!m.view.view.time_s) throw DataError(m.view.name + " carries no time", "", o.against.empty() ? o.scene : o.against);
+    if (!m.view.view.time_s)
+      throw DataError(m.view.name + " carries no time", "", o.against.empty() ? o.scene : o.against);
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(bench.mesh(proxy), scene.normalized_from_world);
   const VisibilityMaps maps = CanOcclude(bench.mesh(proxy)) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
 
   // In a periodic scene photos of all turns stand side by side in the period.
-  const double nearest_s = period_s > 0 ? std::min(frame_s, period_s) * std::min(1.0, period_s / static_cast<double>(times.size()) / frame_s) : frame_s;
+  const double nearest_s =
+      period_s > 0 ? std::min(frame_s, period_s) * std::min(1.0, period_s / static_cast<double>(times.size()) / frame_s)
+                   : frame_s;
   std::vector<double> widths = Widths(span_s, std::max(2 * nearest_s, span_s / 512), period_s > 0);
   widths.push_back(0);
-  Json j = {{"proxy", proxy}, {"backend", o.backend}, {"device", renderer.Device()}, {"width", width}, {"views", moments.size()}, {"period_s", period_s},
-            {"frame_s", frame_s}, {"rows", Json::array()}};
+  Json j = {{"proxy", proxy},          {"backend", o.backend}, {"device", renderer.Device()}, {"width", width},
+            {"views", moments.size()}, {"period_s", period_s}, {"frame_s", frame_s},          {"rows", Json::array()}};
   Progress progress(sink, "measuring time windows", static_cast<long>(widths.size() * moments.size()));
   std::vector<WindowRow> rows;
   for (const double w : widths) {
@@ -199,7 +214,9 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
         if (const auto psnr = PsnrWithin(picture, m.view.photo, m.moving)) moving_sum += *psnr, ++moving_n;
       ms.push_back(frame.ms);
       for (std::size_t v = 0; v < scene.views.size(); ++v)
-        if (m.view.use[v] && scene.views[v].time_s && (w == 0 || CircularDistance(*scene.views[v].time_s, *m.view.view.time_s, period_s) <= w / 2)) row.photos += 1 / n;
+        if (m.view.use[v] && scene.views[v].time_s &&
+            (w == 0 || CircularDistance(*scene.views[v].time_s, *m.view.view.time_s, period_s) <= w / 2))
+          row.photos += 1 / n;
       AddBlur(sources, tracer, maps, request, scene.views, blur);
       progress.Step();
     }
@@ -219,18 +236,32 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
                          {"psnr_moving_db", row.psnr_moving_db ? Json(*row.psnr_moving_db) : Json(nullptr)},
                          {"ms", row.ms}});
   }
-  const WindowRow& best =
-      *std::max_element(rows.begin(), rows.end() - 1, [](const WindowRow& a, const WindowRow& b) { return a.Quality() < b.Quality(); });
-  j["best"] = {{"window_s", best.width_s}, {"window_frames", best.width_s / frame_s}, {"gain_db", best.Quality() - rows.back().Quality()}};
+  const WindowRow& best = *std::max_element(
+      rows.begin(), rows.end() - 1, [](const WindowRow& a, const WindowRow& b) { return a.Quality() < b.Quality(); });
+  j["best"] = {{"window_s", best.width_s},
+               {"window_frames", best.width_s / frame_s},
+               {"gain_db", best.Quality() - rows.back().Quality()}};
 
   if (!o.output.empty()) {
     const TradeoffTable table = WindowTable(j["rows"]);
     const PlotAxis x{"window, frames", true};
-    const auto series = [](const char* name, const char* color, const char* y) { return TradeoffSeries{"", name, color, Marker::kCircle, true, y}; };
-    TradeoffPanel off{"What a photo is off", "weighted means over the picture", "window_frames", x, "temporal_blur_frames",
-                      {"frames; degrees", false, true},
-                      {series("temporal blur, frames", "#c0392b", ""), series("angle, degrees", "#2471a3", "angle_deg")}};
-    TradeoffPanel error{"Error", fmt::format("without time {:.2f} dB", rows.back().Quality()), "window_frames", x, "psnr_db", {"PSNR, dB"},
+    const auto series = [](const char* name, const char* color, const char* y) {
+      return TradeoffSeries{"", name, color, Marker::kCircle, true, y};
+    };
+    TradeoffPanel off{
+        "What a photo is off",
+        "weighted means over the picture",
+        "window_frames",
+        x,
+        "temporal_blur_frames",
+        {"frames; degrees", false, true},
+        {series("temporal blur, frames", "#c0392b", ""), series("angle, degrees", "#2471a3", "angle_deg")}};
+    TradeoffPanel error{"Error",
+                        fmt::format("without time {:.2f} dB", rows.back().Quality()),
+                        "window_frames",
+                        x,
+                        "psnr_db",
+                        {"PSNR, dB"},
                         {series("all pixels", "#2471a3", ""), series("moving pixels", "#c0392b", "psnr_moving_db")}};
     off.label_front_only = error.label_front_only = true;  // there is none: a line's points need no labels
     error.marks = {{best.width_s / frame_s, "best"}};
@@ -241,8 +272,10 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
 
 std::string DescribeTimeWindows(const std::string& json) {
   const Json j = Json::parse(json);
-  return TextOf(WindowTable(j["rows"])) + fmt::format("\n{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window", j["views"].get<int>(), j["width"].get<int>(),
-                            j["best"]["window_frames"].get<double>(), j["best"]["gain_db"].get<double>());
+  return TextOf(WindowTable(j["rows"])) +
+         fmt::format("\n{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window",
+                     j["views"].get<int>(), j["width"].get<int>(), j["best"]["window_frames"].get<double>(),
+                     j["best"]["gain_db"].get<double>());
 }
 
 }  // namespace lumi

@@ -8,8 +8,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render/picture/convert.h"
 #include "render/holdout/holdout.h"
+#include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/front.h"
@@ -31,8 +31,9 @@ constexpr const char* kTradeoffMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
 constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
 constexpr double kSlowMs = 2000;
-constexpr double kLeastShown = 1e-3;         // squared error that the logarithmic axis of Fig. 5-4 ends at: no screen shows less
-constexpr double kReferenceMs = 30000;       // what the reference pictures may take together
+constexpr double kLeastShown =
+    1e-3;  // squared error that the logarithmic axis of Fig. 5-4 ends at: no screen shows less
+constexpr double kReferenceMs = 30000;  // what the reference pictures may take together
 
 struct Pair {
   ImageF color, false_color;
@@ -41,12 +42,13 @@ struct Pair {
 struct MeasuredPoint {
   std::string name, proxy;
   RadianceSettings settings;
-  double ms = 0, plan_ms = 0, coverage = 0;          // times: medians
+  double ms = 0, plan_ms = 0, coverage = 0;  // times: medians
   std::vector<double> times, plan_times;
   FrameError holdout;
-  std::optional<FrameError> optimum, pixel;          // against the optimum; against the same weights at every pixel (sparse points)
+  std::optional<FrameError> optimum,
+      pixel;  // against the optimum; against the same weights at every pixel (sparse points)
   double false_color_optimum = 0, false_color_pixel = 0;
-  double pixel_worst_db = 0;                         // of the views
+  double pixel_worst_db = 0;  // of the views
 
   FrontPoint ForFront() const {
     FrontPoint p{name, settings, ms, std::nullopt, holdout.psnr_db};
@@ -60,10 +62,18 @@ Json ErrorJson(const FrameError& e, double false_color) {
 }
 
 Json PointJson(const MeasuredPoint& p, const Workbench& bench) {
-  Json j = {{"name", p.name}, {"method", Name(MethodOf(p.settings))}, {"proxy", p.proxy}, {"settings", bench.ToJson(p.settings)},
-            {"ms", p.ms}, {"plan_ms", p.plan_ms}, {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
-            {"psnr_holdout_db", p.holdout.psnr_db}, {"ssim_holdout", p.holdout.ssim}, {"mse_holdout", p.holdout.mse},
-            {"coverage", p.coverage}, {"frames_timed", p.times.size()}};
+  Json j = {{"name", p.name},
+            {"method", Name(MethodOf(p.settings))},
+            {"proxy", p.proxy},
+            {"settings", bench.ToJson(p.settings)},
+            {"ms", p.ms},
+            {"plan_ms", p.plan_ms},
+            {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
+            {"psnr_holdout_db", p.holdout.psnr_db},
+            {"ssim_holdout", p.holdout.ssim},
+            {"mse_holdout", p.holdout.mse},
+            {"coverage", p.coverage},
+            {"frames_timed", p.times.size()}};
   if (p.optimum) j["against_optimum"] = ErrorJson(*p.optimum, p.false_color_optimum);
   if (p.pixel) j["against_pixel"] = ErrorJson(*p.pixel, p.false_color_pixel);
   return j;
@@ -79,18 +89,21 @@ TradeoffField<Json> SettingField(const char* heading, int width) {
 TradeoffTable PointTable(const Json& points) {
   using enum TradeoffRole;
   std::vector<TradeoffField<Json>> fields = {SettingField("setting (proxy)", 52)};
-  for (const char* key : {"name", "method", "proxy", "settings.k", "settings.grid", "settings.epipoles", "settings.resolution"})
+  for (const char* key :
+       {"name", "method", "proxy", "settings.k", "settings.grid", "settings.epipoles", "settings.resolution"})
     fields.push_back(FromJson<Json>({key, kSetting}));
-  for (const TradeoffColumn& column : {TradeoffColumn{"ms", kCost, "ms", 9, "{:.2f}"}, TradeoffColumn{"plan_ms", kCost},
-                                       TradeoffColumn{"psnr_optimum_db", kMoreIsBetter, "optimum dB", 13, "{:.2f}"},
-                                       TradeoffColumn{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 13, "{:.2f}"},
-                                       TradeoffColumn{"ssim_holdout"}, TradeoffColumn{"mse_holdout"}, TradeoffColumn{"coverage"}})
+  for (const TradeoffColumn& column :
+       {TradeoffColumn{"ms", kCost, "ms", 9, "{:.2f}"}, TradeoffColumn{"plan_ms", kCost},
+        TradeoffColumn{"psnr_optimum_db", kMoreIsBetter, "optimum dB", 13, "{:.2f}"},
+        TradeoffColumn{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 13, "{:.2f}"}, TradeoffColumn{"ssim_holdout"},
+        TradeoffColumn{"mse_holdout"}, TradeoffColumn{"coverage"}})
     fields.push_back(FromJson<Json>(column));
   for (const std::string reference : {"optimum", "pixel"})
     for (const std::string figure : {"psnr", "ssim", "mse", "false_color_mse"}) {
       const std::string unit = figure == "psnr" ? "_db" : "";
       if (reference + figure == "optimumpsnr") continue;  // is there
-      fields.push_back(FromJson<Json>({"against_" + reference + "." + figure + unit, kFigure, "", 0, "", figure + "_" + reference + unit}));
+      fields.push_back(FromJson<Json>(
+          {"against_" + reference + "." + figure + unit, kFigure, "", 0, "", figure + "_" + reference + unit}));
     }
   return TradeoffTableOf<Json>(fields, points.get<std::vector<Json>>());
 }
@@ -110,10 +123,13 @@ class Tradeoff {
     DecideReference();
     std::vector<std::pair<std::string, SweepPoint>> table;
     for (std::size_t i = 0; i < bench_.proxies().size(); ++i)
-      for (SweepPoint& p : SweepTable(bench_.settings(), i > 0 ? SweepSize::kMethods : o_.quick ? SweepSize::kQuick : SweepSize::kFull))
+      for (SweepPoint& p : SweepTable(bench_.settings(), i > 0      ? SweepSize::kMethods
+                                                         : o_.quick ? SweepSize::kQuick
+                                                                    : SweepSize::kFull))
         table.emplace_back(bench_.proxies()[i], std::move(p));
     {
-      // Repeats come in rounds over a proxy's settings: what else the machine does for a moment slows all of them, not one.
+      // Repeats come in rounds over a proxy's settings: what else the machine does for a moment slows all of them, not
+      // one.
       Progress progress(sink_, "measuring settings", static_cast<long>(table.size()) * o_.repeats);
       for (std::size_t begin = 0, end = 0; begin < table.size(); begin = end) {
         const std::string proxy = table[begin].first;
@@ -173,7 +189,8 @@ class Tradeoff {
       // Colour and false colour, for each view and proxy.
       const double frames = 2.0 * static_cast<double>(views_.size() * bench_.proxies().size());
       const double most = small * std::sqrt((o_.quick ? 0.3 : 1.0) * kReferenceMs / (frames * probe.ms));
-      reference_width_ = std::clamp(static_cast<int>(most), std::min(kLeastReferenceWidth, reference_width_), reference_width_);
+      reference_width_ =
+          std::clamp(static_cast<int>(most), std::min(kLeastReferenceWidth, reference_width_), reference_width_);
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
@@ -271,7 +288,8 @@ class Tradeoff {
     for (const MeasuredPoint& p : points_) {
       // What an effect costs is shown, but evidence switches effects, not a budget.
       const bool traded = WithTradedSettings(bench_.settings(), p.settings) == p.settings;
-      axes.push_back(traded && (proxy.empty() || p.proxy == proxy) ? CostAndQuality{p.ms, p.holdout.psnr_db} : CostAndQuality());
+      axes.push_back(traded && (proxy.empty() || p.proxy == proxy) ? CostAndQuality{p.ms, p.holdout.psnr_db}
+                                                                   : CostAndQuality());
     }
     return axes;
   }
@@ -375,15 +393,19 @@ class Tradeoff {
   }
 
   Plot Scatter(bool against_optimum) const {
-    TradeoffPanel panel{against_optimum ? "Against the optimum at every pixel" : "Against held-out photos",
-                        fmt::format("{} wide, {} views, {}", against_optimum ? reference_width_ : width_, views_.size(), device_),
-                        "ms", {"milliseconds a frame", true}, against_optimum ? "psnr_optimum_db" : "psnr_holdout_db", {"PSNR, dB"},
-                        {{"identity", "", "#1f6feb"},
-                         {"interpolated", "", "#d97706", Marker::kDiamond},
-                         {"candidates", "", "#15803d", Marker::kSquare},
-                         {"optimum on the grid", "", "#9333ea"},
-                         {"optimum", "", "#be123c"}},
-                        "method"};
+    TradeoffPanel panel{
+        against_optimum ? "Against the optimum at every pixel" : "Against held-out photos",
+        fmt::format("{} wide, {} views, {}", against_optimum ? reference_width_ : width_, views_.size(), device_),
+        "ms",
+        {"milliseconds a frame", true},
+        against_optimum ? "psnr_optimum_db" : "psnr_holdout_db",
+        {"PSNR, dB"},
+        {{"identity", "", "#1f6feb"},
+         {"interpolated", "", "#d97706", Marker::kDiamond},
+         {"candidates", "", "#15803d", Marker::kSquare},
+         {"optimum on the grid", "", "#9333ea"},
+         {"optimum", "", "#be123c"}},
+        "method"};
     panel.front = table_.Front(panel.x, panel.y);
     panel.label_front_only = true;
     if (bench_.proxies().size() == 1) panel.label = "name";
@@ -400,18 +422,23 @@ class Tradeoff {
       if (method != Method::kCandidates) alike.epipoles = p.settings.epipoles;
       if (!p.pixel || p.proxy != bench_.proxies().front() || !(alike == p.settings)) continue;
       const bool without = method != Method::kCandidates && !alike.epipoles;
-      table.Add({p.name, std::string(Name(method)) + (without ? " without epipoles" : ""), p.settings.grid_columns, p.pixel->mse,
-                 p.false_color_pixel});
+      table.Add({p.name, std::string(Name(method)) + (without ? " without epipoles" : ""), p.settings.grid_columns,
+                 p.pixel->mse, p.false_color_pixel});
     }
-    TradeoffPanel panel{"(a) The picture",
-                        fmt::format("squared error against a weight a pixel, {} px wide, {}", reference_width_,
-                                    o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string()),
-                        "samples", {"samples a side", true}, "picture", {"squared error a pixel (code values, summed over channels)", true},
-                        {{"interpolated", "interpolated, with epipoles", "#1f6feb", Marker::kCircle, true},
-                         {"interpolated without epipoles", "without epipoles", "#cf222e", Marker::kCross, true, "", true},
-                         {"candidates", "", "#15803d", Marker::kSquare, true},
-                         {"optimum on the grid", "", "#9333ea", Marker::kDiamond, true}},
-                        "line"};
+    TradeoffPanel panel{
+        "(a) The picture",
+        fmt::format(
+            "squared error against a weight a pixel, {} px wide, {}", reference_width_,
+            o_.path.empty() ? fmt::format("mean of {} held-out views", views_.size()) : o_.path.stem().string()),
+        "samples",
+        {"samples a side", true},
+        "picture",
+        {"squared error a pixel (code values, summed over channels)", true},
+        {{"interpolated", "interpolated, with epipoles", "#1f6feb", Marker::kCircle, true},
+         {"interpolated without epipoles", "without epipoles", "#cf222e", Marker::kCross, true, "", true},
+         {"candidates", "", "#15803d", Marker::kSquare, true},
+         {"optimum on the grid", "", "#9333ea", Marker::kDiamond, true}},
+        "line"};
     panel.label_front_only = true;  // there is none: a line's points need no labels
     panel.least = kLeastShown;
     const Plot picture = PlotOf(table, panel);
@@ -427,7 +454,8 @@ class Tradeoff {
       WriteTextAtomically(o_.output / "figure-5-4.svg", SvgOf(Figure54()));
     }
     if (!bench_.MayWriteScene()) {
-      sink_.Message("the front is not kept: " + bench_.scene().folder.string() + " is another tool's workspace and is not written to");
+      sink_.Message("the front is not kept: " + bench_.scene().folder.string() +
+                    " is another tool's workspace and is not written to");
       return;
     }
     const FolderLock lock(bench_.scene().folder);
@@ -472,20 +500,25 @@ std::string DescribeTradeoff(const std::string& json) {
   };
   std::string text = TextOf(PointTable(j["points"])) + "\n";
   if (!j["sparse"].empty())
-    text += "\n" + table("sparse", {SettingField("samples against pixels", 52), FromJson<Json>({"speed_up", kFigure, "speed-up", 9, "{:.1f}"}),
+    text += "\n" + table("sparse", {SettingField("samples against pixels", 52),
+                                    FromJson<Json>({"speed_up", kFigure, "speed-up", 9, "{:.1f}"}),
                                     FromJson<Json>({"psnr_pixel_db", kFigure, "PSNR dB", 13, "{:.2f}"}),
                                     FromJson<Json>({"psnr_pixel_worst_db", kFigure, "worst view dB", 13, "{:.2f}"}),
                                     FromJson<Json>({"false_color_mse_pixel", kFigure, "false colour", 12, "{:.4g}"})});
   const Fields recommended = {
-      {{"", kSetting, "budget", -12}, [](const Json& r) {
+      {{"", kSetting, "budget", -12},
+       [](const Json& r) {
          return r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>());
        }},
-      SettingField("recommended", 44), FromJson<Json>({"ms", kFigure, "ms", 9, "{:.2f}"}), FromJson<Json>({"psnr_holdout_db", kFigure, "chosen on dB", 13, "{:.2f}"}),
+      SettingField("recommended", 44),
+      FromJson<Json>({"ms", kFigure, "ms", 9, "{:.2f}"}),
+      FromJson<Json>({"psnr_holdout_db", kFigure, "chosen on dB", 13, "{:.2f}"}),
       FromJson<Json>({"report.psnr_db", kFigure, "reported dB", 12, "{:.2f}"}),
       {{"", kRemark}, [](const Json& r) { return r["fits"].get<bool>() ? "" : "(does not fit: the fastest)"; }}};
   text += "\n" + table("recommended", recommended);
   const Json& nearest = j["report_nearest_photo"]["psnr_db"];
-  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}", nearest.is_number() ? fmt::format("{:.2f}", nearest.get<double>()) : "-", j["width"].get<int>(),
+  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}",
+                      nearest.is_number() ? fmt::format("{:.2f}", nearest.get<double>()) : "-", j["width"].get<int>(),
                       j["device"].get<std::string>());
   return text;
 }

@@ -1,5 +1,5 @@
-// `lumi-render tradeoff`: measures a table of settings for error and time, finds the Pareto front, recommends settings for
-// 8, 16, 33 and 100 ms and for no limit, and keeps the front in the scene. docs/tradeoff.md.
+// `lumi-render tradeoff`: measures a table of settings for error and time, finds the Pareto front, recommends settings
+// for 8, 16, 33 and 100 ms and for no limit, and keeps the front in the scene. docs/tradeoff.md.
 #pragma once
 
 #include <string>
@@ -13,13 +13,14 @@ namespace lumi {
 std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeTradeoff(const std::string& json);
 
-// `lumi-render tradeoff --ablation`: the rows of Fig. 5-3 for one view: pictures, false colours, differences from the first row,
-// ablation.csv, .json and index.html in OUT.
+// `lumi-render tradeoff --ablation`: the rows of Fig. 5-3 for one view: pictures, false colours, differences from the
+// first row, ablation.csv, .json and index.html in OUT.
 std::string RunAblation(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeAblation(const std::string& json);
 
-// `lumi-render tradeoff --time-windows`: widths of the time window against what they cost: temporal blur, spatial error, photos in the
-// window, held-out error and milliseconds (thesis sec. 7.2); time-windows.csv, .json and .svg in OUT.
+// `lumi-render tradeoff --time-windows`: widths of the time window against what they cost: temporal blur, spatial
+// error, photos in the window, held-out error and milliseconds (thesis sec. 7.2); time-windows.csv, .json and .svg in
+// OUT.
 std::string RunTimeWindows(const MeasureOptions& options, ProgressSink& progress);
 std::string DescribeTimeWindows(const std::string& json);
 

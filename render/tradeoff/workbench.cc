@@ -23,7 +23,8 @@ void RequireConsistent(const MeasureOptions& o) {
   if (o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.views < 1) throw UsageError("--views takes 1 or more");
   if (o.repeats < 1 || o.repeats > 1000) throw UsageError("--repeats takes 1 to 1000");
-  if (o.width_px < 0 || o.width_px > kMaxPictureSide || o.reference_width_px < 0 || o.reference_width_px > kMaxPictureSide)
+  if (o.width_px < 0 || o.width_px > kMaxPictureSide || o.reference_width_px < 0 ||
+      o.reference_width_px > kMaxPictureSide)
     throw UsageError("--width and --reference-width take 1 to " + std::to_string(kMaxPictureSide));
   if (!o.view.empty() && !o.path.empty()) throw UsageError("--view and --path do not go together");
   for (std::size_t i = 0; i < o.proxies.size(); ++i)
@@ -50,7 +51,8 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
   RequireMetric(scene(), "rendering");
   if (proxies_.empty()) {
     proxies_ = ListProxies(scene().folder);
-    std::stable_partition(proxies_.begin(), proxies_.end(), [&](const std::string& p) { return p == scene().active_proxy; });
+    std::stable_partition(proxies_.begin(), proxies_.end(),
+                          [&](const std::string& p) { return p == scene().active_proxy; });
     if (proxies_.empty()) proxies_ = {""};  // LoadProxy says what is missing
   }
   lumigraph_.MakePictures(proxies_.front(), false);
@@ -60,7 +62,9 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
   lumigraph_.ChooseMeasures(desired.views, desired.use);
 }
 
-const Mesh& Workbench::mesh(const std::string& proxy) const { return proxy == proxies_.front() ? lumigraph_.mesh() : meshes_.at(proxy); }
+const Mesh& Workbench::mesh(const std::string& proxy) const {
+  return proxy == proxies_.front() ? lumigraph_.mesh() : meshes_.at(proxy);
+}
 
 nlohmann::ordered_json Workbench::ToJson(const RadianceSettings& settings) const {
   nlohmann::ordered_json j = lumi::ToJson(settings);

@@ -15,17 +15,17 @@ namespace lumi {
 
 struct MeasureOptions : LumigraphOptions {  // settings: where lines start
   std::filesystem::path output;
-  std::vector<std::string> proxies;        // empty: all the scene has, the active one first
-  std::string backend = "cpu";             // cpu, gl
-  int width_px = 0;                        // 0: the photos', at most 1024
-  int reference_width_px = 0;              // of pictures compared with the optimum; 0: what takes about half a minute, at most 480
+  std::vector<std::string> proxies;  // empty: all the scene has, the active one first
+  std::string backend = "cpu";       // cpu, gl
+  int width_px = 0;                  // 0: the photos', at most 1024
+  int reference_width_px = 0;  // of pictures compared with the optimum; 0: what takes about half a minute, at most 480
   int holdout = 8;
-  int views = 3;                           // of a fold that are measured
+  int views = 3;  // of a fold that are measured
   int repeats = 3;
-  bool quick = false;                      // fewer points, at most 320 pixels wide
-  std::string view;                        // --ablation: this photo's own camera, without the photo
-  std::filesystem::path path;              // the first frame of this camera path: for --ablation instead, for the sweep's Fig. 5-4
-  std::filesystem::path against;           // --time-windows: a scene whose photos, at their cameras and times, are the truth
+  bool quick = false;          // fewer points, at most 320 pixels wide
+  std::string view;            // --ablation: this photo's own camera, without the photo
+  std::filesystem::path path;  // the first frame of this camera path: for --ablation instead, for the sweep's Fig. 5-4
+  std::filesystem::path against;  // --time-windows: a scene whose photos, at their cameras and times, are the truth
 };
 
 // Throws UsageError, one line.
@@ -36,12 +36,14 @@ class Workbench {
   // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours.
   Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
 
-  const Lumigraph& lumigraph() const { return lumigraph_; }   // over the first of the proxies
+  const Lumigraph& lumigraph() const { return lumigraph_; }  // over the first of the proxies
   const Scene& scene() const { return lumigraph_.scene(); }
   // The options' settings, with the effects that the scene calls for at its held-out photos.
   const RadianceSettings& settings() const { return lumigraph_.settings(); }
   // `settings` for this view: at its own time, unless the options name one.
-  RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const { return lumigraph_.At(view, settings); }
+  RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const {
+    return lumigraph_.At(view, settings);
+  }
   // As --settings takes them back, the backend among them; without a time that differs from view to view.
   nlohmann::ordered_json ToJson(const RadianceSettings& settings) const;
   const std::vector<std::string>& proxies() const { return proxies_; }
@@ -60,12 +62,12 @@ class Workbench {
   const MeasureOptions& o_;
   Lumigraph lumigraph_;
   std::vector<std::string> proxies_;
-  std::map<std::string, Mesh> meshes_;   // but for the first
+  std::map<std::string, Mesh> meshes_;  // but for the first
   std::map<std::string, std::unique_ptr<Renderer>> cpu_, gl_;
 };
 
-// The optimum that everything is measured against: every pixel, all cameras within 24 degrees (thesis chapter 4; beyond them a
-// weight changes by less than 1e-6).
+// The optimum that everything is measured against: every pixel, all cameras within 24 degrees (thesis chapter 4; beyond
+// them a weight changes by less than 1e-6).
 RadianceSettings ReferenceSettings(const RadianceSettings& base);
 
 }  // namespace lumi

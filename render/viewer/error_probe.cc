@@ -43,7 +43,8 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     photo_ = reading_.get();
     const View& v = scene_.views[static_cast<std::size_t>(view_.value)];
     RenderRequest request;
-    request.view = MakeRenderView(scene_.CameraOf(v).Scaled(result_.size_px.x(), result_.size_px.y()), v.cam_from_world);
+    request.view =
+        MakeRenderView(scene_.CameraOf(v).Scaled(result_.size_px.x(), result_.size_px.y()), v.cam_from_world);
     request.view.time_s = v.time_s;
     request.view.gain = v.gain;
     request.settings = result_.settings;
@@ -56,15 +57,16 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     std::optional<ImageF> picture = painter_.Step(step_ms, undisturbed);
     if (!picture) return std::nullopt;
     result_.ms = painter_.picture_ms();
-    comparing_ = std::async(std::launch::async, [result = result_, picture = std::move(*picture), photo = std::move(photo_)]() mutable {
-      const Image8 rgb = ToRgb8(picture);
-      const ImageDifference d = Compare(rgb, photo);
-      result.difference = DifferenceImage(rgb, photo);
-      result.psnr_db = d.psnr_db;
-      result.ssim = d.ssim;
-      result.coverage = Coverage(picture);
-      return result;
-    });
+    comparing_ = std::async(std::launch::async,
+                            [result = result_, picture = std::move(*picture), photo = std::move(photo_)]() mutable {
+                              const Image8 rgb = ToRgb8(picture);
+                              const ImageDifference d = Compare(rgb, photo);
+                              result.difference = DifferenceImage(rgb, photo);
+                              result.psnr_db = d.psnr_db;
+                              result.ssim = d.ssim;
+                              result.coverage = Coverage(picture);
+                              return result;
+                            });
     return std::nullopt;
   }
   if (comparing_.valid() && Ready(comparing_)) return comparing_.get();

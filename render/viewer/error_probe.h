@@ -1,4 +1,5 @@
-// How wrong the current settings are, where it can be seen: a photo's own view, rendered without that photo, against the photo.
+// How wrong the current settings are, where it can be seen: a photo's own view, rendered without that photo, against
+// the photo.
 #pragma once
 
 #include <future>
@@ -16,9 +17,9 @@ struct MeasuredError {
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // the photo's, halved or not: at most kErrorSide
   double psnr_db = 0, ssim = 0;                       // over all pixels, a hole counts as black
   double coverage = 0;
-  double ms = 0;                                      // to draw it
-  RadianceSettings settings;                          // that it belongs to
-  Image8 difference;                                  // |picture - photo|, four times
+  double ms = 0;              // to draw it
+  RadianceSettings settings;  // that it belongs to
+  Image8 difference;          // |picture - photo|, four times
 };
 
 constexpr int kErrorSide = 1024;  // larger photos are compared smaller
@@ -33,7 +34,8 @@ class ErrorProbe {
   bool drawing() const { return painter_.busy(); }
   void Cancel() { painter_.Cancel(); }
 
-  // As StripPainter's; returns the result once. Throws InputError for a photo that cannot be read, and what Begin throws.
+  // As StripPainter's; returns the result once. Throws InputError for a photo that cannot be read, and what Begin
+  // throws.
   std::optional<MeasuredError> Step(double step_ms, bool undisturbed);
 
  private:

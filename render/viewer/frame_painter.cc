@@ -45,8 +45,7 @@ double FramePainter::Timed(const RenderRequest& request, GlTarget& target, int f
   return ms;
 }
 
-void FramePainter::Paint(const RenderRequest& request, const RenderRequest& preview, bool changed,
-                         bool may_refine) {
+void FramePainter::Paint(const RenderRequest& request, const RenderRequest& preview, bool changed, bool may_refine) {
   painted_ = false;
   preview_ms_ = 0;
   const Eigen::Vector2i full = request.view.size_px;

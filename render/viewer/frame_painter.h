@@ -21,9 +21,9 @@ class FramePainter {
   // Must outlive the painter. The current context's thread.
   FramePainter(GlLumigraph& lumigraph, const PainterOptions& options);
 
-  // One frame's work on the picture of `full`; `preview` is the same at PreviewSize, perhaps with cheaper settings. changed: it
-  // is another picture than at the last call; may_refine: false puts the full resolution off (the picture is about to change
-  // anyway). Throws what GlLumigraph::Begin throws; what is shown stays.
+  // One frame's work on the picture of `full`; `preview` is the same at PreviewSize, perhaps with cheaper settings.
+  // changed: it is another picture than at the last call; may_refine: false puts the full resolution off (the picture
+  // is about to change anyway). Throws what GlLumigraph::Begin throws; what is shown stays.
   void Paint(const RenderRequest& full, const RenderRequest& preview, bool changed, bool may_refine);
 
   // The size that a moving picture has in a window of this size.
@@ -33,14 +33,14 @@ class FramePainter {
   void Disturbed() { begun_ = false; }
   void SetMovingTime(double ms) { options_.moving_ms = ms; }
 
-  bool complete() const { return complete_; }             // what is shown is at full resolution
+  bool complete() const { return complete_; }  // what is shown is at full resolution
   bool empty() const { return shown_ == nullptr; }
   const GlTarget& shown() const { return *shown_; }
   const Eigen::Vector2i& shown_size_px() const { return shown_size_px_; }
   // Of the preview that the last call drew, and 0 where it drew none: what it takes, at the full size.
   double preview_ms() const { return preview_ms_; }
-  double picture_ms() const { return picture_ms_; }        // of the last picture, in one go or in strips
-  bool painted() const { return painted_; }                // the last call drew something
+  double picture_ms() const { return picture_ms_; }  // of the last picture, in one go or in strips
+  bool painted() const { return painted_; }          // the last call drew something
 
  private:
   double Timed(const RenderRequest& request, GlTarget& target, int first_row, int last_row, bool begin, double& rate);

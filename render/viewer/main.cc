@@ -21,22 +21,32 @@ int main(int argc, char** argv) {
   app.add_option("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this")
       ->check(CLI::Range(16, 1 << 20))
       ->capture_default_str();
-  app.add_option("--effects", o.effects,
-                 "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
+  app.add_option(
+         "--effects", o.effects,
+         "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
       ->capture_default_str();
   app.add_option("--phase", o.phase, "Moment of a periodic scene to begin with, 0 to 1 of its period");
-  app.add_option("--budget-ms", o.budget_ms, "A frame while the camera moves: settings and size hold it, at rest the picture is refined")
+  app.add_option("--budget-ms", o.budget_ms,
+                 "A frame while the camera moves: settings and size hold it, at rest the picture is refined")
       ->check(CLI::Range(1.0, 1e4));
   app.add_option("--refine", refine,
-                 "At rest, optimal weights at every pixel (CPU, in the background): on or off; default: with a budget or the optimum")
+                 "At rest, optimal weights at every pixel (CPU, in the background): on or off; default: with a budget "
+                 "or the optimum")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--path", o.path, "Camera path JSON to begin with: ours or nerfstudio's; or the path of matrices (lumi-stabilize) that is played");
+  app.add_option(
+      "--path", o.path,
+      "Camera path JSON to begin with: ours or nerfstudio's; or the path of matrices (lumi-stabilize) that is played");
   app.add_option("--screenshot", o.screenshot, "When all is loaded, write this picture and end");
-  app.add_option("--script", o.script, "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
+  app.add_option("--script", o.script,
+                 "Statements, as 'jump 3; orbit 10 0; wait; screenshot a.png' (docs/viewer.md); ends after the last");
   app.add_flag("!--no-ui", o.show_ui, "No panel, also in screenshots");
-  app.add_flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
+  app.add_flag("--rescale-cameras", o.rescale_cameras,
+               "Fit cameras to photos of another size instead of refusing them");
   for (const lumi::SettingOption& s : lumi::SettingOptions())
-    app.add_option("--" + s.name, given[s.name], s.help)->type_name(s.value)->default_str(s.fallback)->group("Reconstruction");
+    app.add_option("--" + s.name, given[s.name], s.help)
+        ->type_name(s.value)
+        ->default_str(s.fallback)
+        ->group("Reconstruction");
   return program.Run(argc, argv, [&] {
     for (const auto& [name, value] : given)
       if (!value.empty()) {

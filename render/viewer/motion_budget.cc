@@ -9,7 +9,8 @@ constexpr double kHopeless = 4;  // times the budget: what costs more is not pro
 
 }  // namespace
 
-void MotionBudget::Begin(double budget_ms, const std::filesystem::path& scene_folder, const FrontKey& key, const RadianceSettings& base) {
+void MotionBudget::Begin(double budget_ms, const std::filesystem::path& scene_folder, const FrontKey& key,
+                         const RadianceSettings& base) {
   if (active() && (controller_ || ToProbe() != nullptr)) {
     budget_ms_ = budget_ms;
     if (controller_) controller_->SetBudget(budget_ms);

@@ -1,6 +1,6 @@
-// Settings that hold a frame time while the camera moves: steps along the scene's measured front (tradeoff/budget.h), or, where
-// it has none for this machine, along what a probe measures in the window, a setting a frame. At rest the user's settings
-// are drawn.
+// Settings that hold a frame time while the camera moves: steps along the scene's measured front (tradeoff/budget.h),
+// or, where it has none for this machine, along what a probe measures in the window, a setting a frame. At rest the
+// user's settings are drawn.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,8 @@ namespace lumi {
 class MotionBudget {
  public:
   // Fronts are looked for in the scene's folder.
-  void Begin(double budget_ms, const std::filesystem::path& scene_folder, const FrontKey& key, const RadianceSettings& base);
+  void Begin(double budget_ms, const std::filesystem::path& scene_folder, const FrontKey& key,
+             const RadianceSettings& base);
   void End() { *this = MotionBudget(); }
   bool active() const { return budget_ms_ > 0; }
   double budget_ms() const { return budget_ms_; }
@@ -24,13 +25,14 @@ class MotionBudget {
   // That one took so long, at the window's size; nullopt: the backend does not do it.
   void Probed(std::optional<double> ms);
 
-  // What to draw now in place of `base`; base itself at rest, while probing, and where nothing of the front goes with it.
+  // What to draw now in place of `base`; base itself at rest, while probing, and where nothing of the front goes with
+  // it.
   RadianceSettings Next(double now_s, bool camera_moved, const RadianceSettings& base);
   // How long that took, at the window's size.
   void Measured(double ms) {
     if (controller_) controller_->Measured(ms);
   }
-  const std::string& name() const { return name_; }   // of what moves now, for people
+  const std::string& name() const { return name_; }  // of what moves now, for people
 
  private:
   void Start(std::vector<FrontPoint> points);

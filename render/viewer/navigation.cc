@@ -7,8 +7,8 @@
 namespace lumi {
 namespace {
 
-constexpr double kLevelTime = 0.12;    // seconds in which the roll falls to 1/e
-constexpr double kLevelDone = 1e-4;    // radians
+constexpr double kLevelTime = 0.12;                    // seconds in which the roll falls to 1/e
+constexpr double kLevelDone = 1e-4;                    // radians
 constexpr double kMinExtent = 0.02, kMaxExtent = 6.0;  // tangents: 1 to 143 degrees
 
 Eigen::Vector3d Forward(const ViewState& s) { return s.cam_from_world.R().row(2).transpose(); }
@@ -36,10 +36,10 @@ double WindowFocalPx(const Lens& lens, int width_px, int height_px) {
 
 RenderView MakeWindowView(const ViewState& state, int width_px, int height_px) {
   const double f = WindowFocalPx(state.lens, width_px, height_px);
-  return MakeRenderView(Camera::Pinhole(width_px, height_px, f, f * state.lens.aspect,
-                                        0.5 * width_px + f * state.lens.shift.x(),
-                                        0.5 * height_px + f * state.lens.shift.y()),
-                        state.cam_from_world);
+  return MakeRenderView(
+      Camera::Pinhole(width_px, height_px, f, f * state.lens.aspect, 0.5 * width_px + f * state.lens.shift.x(),
+                      0.5 * height_px + f * state.lens.shift.y()),
+      state.cam_from_world);
 }
 
 Navigator::Navigator(const ViewState& start, const Eigen::Vector3d& up, double size)
@@ -70,7 +70,8 @@ Eigen::Vector3d Navigator::Right() const {
 double Navigator::Elevation() const { return std::asin(std::clamp(Forward(state_).dot(up_), -1.0, 1.0)); }
 
 double Navigator::Roll() const {
-  const Eigen::Vector3d x = state_.cam_from_world.R().row(0).transpose(), down = state_.cam_from_world.R().row(1).transpose();
+  const Eigen::Vector3d x = state_.cam_from_world.R().row(0).transpose(),
+                        down = state_.cam_from_world.R().row(1).transpose();
   const Eigen::Vector3d right = Right();
   return std::atan2(right.dot(down), right.dot(x));
 }
@@ -118,7 +119,8 @@ void Navigator::Dolly(const Eigen::Vector3d& pivot, double factor) {
 
 void Navigator::Zoom(double factor) {
   flight_.reset();
-  const double limited = std::clamp(state_.lens.extent.maxCoeff() * factor, kMinExtent, kMaxExtent) / state_.lens.extent.maxCoeff();
+  const double limited =
+      std::clamp(state_.lens.extent.maxCoeff() * factor, kMinExtent, kMaxExtent) / state_.lens.extent.maxCoeff();
   state_.lens.extent *= limited;
   state_.lens.shift *= limited;
 }
@@ -145,7 +147,8 @@ bool Navigator::Tick(double dt) {
     }
     const double a = Smooth(flight_->done_s / flight_->seconds);
     const ViewState &from = flight_->from, &to = flight_->to;
-    const Eigen::Vector3d centre = (1 - a) * from.cam_from_world.OriginInSource() + a * to.cam_from_world.OriginInSource();
+    const Eigen::Vector3d centre =
+        (1 - a) * from.cam_from_world.OriginInSource() + a * to.cam_from_world.OriginInSource();
     state_.cam_from_world.rotation = from.cam_from_world.rotation.slerp(a, to.cam_from_world.rotation).normalized();
     state_.cam_from_world.translation = -(state_.cam_from_world.rotation * centre);
     state_.lens.extent = (1 - a) * from.lens.extent + a * to.lens.extent;

@@ -1,5 +1,5 @@
-// Where the viewer's camera is and how it moves: orbit about a point, fly, jump to a photo's camera. The scene's up axis
-// stays up: a roll that a photo had is levelled out as soon as the user turns the camera. No window, no GL.
+// Where the viewer's camera is and how it moves: orbit about a point, fly, jump to a photo's camera. The scene's up
+// axis stays up: a roll that a photo had is levelled out as soon as the user turns the camera. No window, no GL.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,9 +11,9 @@ namespace lumi {
 
 // What part of the image plane z = 1 a window shows at least (whatever its shape), in tangents.
 struct Lens {
-  Eigen::Vector2d extent = {1.0, 0.75};           // width and height; height in units of fx, as the width
+  Eigen::Vector2d extent = {1.0, 0.75};             // width and height; height in units of fx, as the width
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  // of the principal point from the middle
-  double aspect = 1.0;                            // fy / fx
+  double aspect = 1.0;                              // fy / fx
 };
 
 struct ViewState {
@@ -34,8 +34,8 @@ class Navigator {
   Navigator(const ViewState& start, const Eigen::Vector3d& up, double size);
 
   const ViewState& state() const { return state_; }
-  void Set(const ViewState& state);                        // at once
-  void FlyTo(const ViewState& state, double seconds);      // smoothly; any move by the user ends it
+  void Set(const ViewState& state);                    // at once
+  void FlyTo(const ViewState& state, double seconds);  // smoothly; any move by the user ends it
   bool flying() const { return flight_.has_value(); }
 
   // Angles in radians: about the up axis (positive: the camera moves to its right), and over the scene (positive: it
@@ -70,7 +70,7 @@ class Navigator {
   };
   void Rotate(const Eigen::Vector3d& pivot_in_world, double turn_rad, double rise_rad);
   void SetRoll(double roll_rad);
-  Eigen::Vector3d Right() const;   // horizontal, to the camera's right
+  Eigen::Vector3d Right() const;  // horizontal, to the camera's right
 
   ViewState state_;
   Eigen::Vector3d up_;

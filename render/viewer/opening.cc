@@ -25,7 +25,8 @@ int FindView(const Scene& scene, const std::string& name) {
   if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos && name.size() < 8)
     if (const auto i = std::stoul(name); i < scene.views.size()) return static_cast<int>(i);
   throw UsageError(fmt::format("the scene has no photo '{}'", name),
-                   fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name, scene.views.size() - 1));
+                   fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name,
+                               scene.views.size() - 1));
 }
 
 PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& sources) {
@@ -33,8 +34,8 @@ PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& so
   p.name = name;
   p.mesh = std::move(mesh);
   p.tracer = std::make_shared<const ProxyTracer>(p.mesh, sources.normalized_from_world);
-  p.visibility =
-      std::make_shared<const VisibilityMaps>(CanOcclude(p.mesh) ? MakeVisibilityMaps(sources, *p.tracer) : VisibilityMaps());
+  p.visibility = std::make_shared<const VisibilityMaps>(CanOcclude(p.mesh) ? MakeVisibilityMaps(sources, *p.tracer)
+                                                                           : VisibilityMaps());
   return p;
 }
 
@@ -61,8 +62,10 @@ namespace {
 // Each frame has its proxy, its moment, and its place.
 void OpenAlongMatrices(const ViewerOptions& options, ProgressSink& progress, Opened& o) {
   if (!options.proxy.empty() && options.proxy != kPerViewProxy)
-    throw UsageError("a path of matrices is shown with each view's own proxy, not with " + options.proxy, "use --proxy per-view");
-  if (options.budget_ms > 0 || options.refine) throw UsageError("--budget-ms and --refine are of a camera that is steered; a path of matrices plays by itself");
+    throw UsageError("a path of matrices is shown with each view's own proxy, not with " + options.proxy,
+                     "use --proxy per-view");
+  if (options.budget_ms > 0 || options.refine)
+    throw UsageError("--budget-ms and --refine are of a camera that is steered; a path of matrices plays by itself");
   if (options.phase) throw UsageError("--phase does not go with a path of matrices: each of its frames has its moment");
   o.lumigraph.MakePictures(kPerViewProxy, true);
   o.lumigraph.ReadPhotos(progress);
@@ -86,12 +89,14 @@ std::unique_ptr<Opened> OpenForViewing(const ViewerOptions& options, ProgressSin
   std::string name = options.proxy.empty() ? scene.active_proxy : options.proxy;
   // A workspace that is not ours has no active proxy: any one shows more than none.
   if (const auto names = ListProxies(scene.folder); name.empty() && !names.empty()) name = names.front();
-  if (name == kPerViewProxy) throw UsageError("--proxy per-view is seen along a path of matrices", "name one with --path");
+  if (name == kPerViewProxy)
+    throw UsageError("--proxy per-view is seen along a path of matrices", "name one with --path");
   progress.Report("preparing the proxy", 0, 0, 0, -1);
   o->lumigraph.MakePictures(name, false);
   o->proxy = PrepareProxy(name, o->lumigraph.mesh(), MakeSources(scene));
   progress.Report("looking at which effects the photos call for", 0, 0, 0, -1);
-  o->effects = o->lumigraph.MeasuresCalledFor(SamplePath(PathThroughPhotos(scene, kLookedAt, 1), kLookWidth, kLookHeight));
+  o->effects =
+      o->lumigraph.MeasuresCalledFor(SamplePath(PathThroughPhotos(scene, kLookedAt, 1), kLookWidth, kLookHeight));
   return o;
 }
 

@@ -60,11 +60,12 @@ PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& so
 
 struct Opened {
   Lumigraph lumigraph;
-  std::optional<MatrixPath> matrices;  // where the lumigraph is seen along them: without a metric, or by the user's path
-  std::vector<RenderView> frames;      // of that path, at its size
+  std::optional<MatrixPath>
+      matrices;                    // where the lumigraph is seen along them: without a metric, or by the user's path
+  std::vector<RenderView> frames;  // of that path, at its size
   // Of the others: where the camera goes anywhere.
   PreparedProxy proxy;
-  EffectChoice effects;                // what the data call for, but for exposure: the photos are not read yet
+  EffectChoice effects;  // what the data call for, but for exposure: the photos are not read yet
   CameraPath path;
 };
 

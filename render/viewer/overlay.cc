@@ -147,7 +147,8 @@ void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<E
     const double w = v.size_px.x(), h = v.size_px.y();
     Eigen::Vector3d corner[4];
     int i = 0;
-    for (const Eigen::Vector2d& x : {Eigen::Vector2d(0, 0), Eigen::Vector2d(w, 0), Eigen::Vector2d(w, h), Eigen::Vector2d(0, h)})
+    for (const Eigen::Vector2d& x :
+         {Eigen::Vector2d(0, 0), Eigen::Vector2d(w, 0), Eigen::Vector2d(w, h), Eigen::Vector2d(0, h)})
       corner[i++] = v.centre + depth * (rays * Eigen::Vector3d(x.x(), x.y(), 1));
     const auto line = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
       for (const Eigen::Vector3d& x : {a, b}) {
@@ -167,7 +168,8 @@ void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<E
   UseLines(eye);
   glBindVertexArray(line_array_.id());
   glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(), GL_STREAM_DRAW);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(),
+               GL_STREAM_DRAW);
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(vertices.size() / 7));
   glBindVertexArray(0);
   glDisable(GL_BLEND);
@@ -185,7 +187,8 @@ void Overlay::Lines(const Eye& eye, const std::vector<Line>& lines) {
   UseLines(eye);
   glBindVertexArray(line_array_.id());
   glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(), GL_STREAM_DRAW);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(),
+               GL_STREAM_DRAW);
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * lines.size()));
   glBindVertexArray(0);
   glDisable(GL_BLEND);

@@ -1,4 +1,5 @@
-// What is drawn over and around the lumigraph's picture: the backdrop behind holes, the photos' frusta, the proxy's edges.
+// What is drawn over and around the lumigraph's picture: the backdrop behind holes, the photos' frusta, the proxy's
+// edges.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,22 +25,23 @@ class Overlay {
   void Present(const FlatSurface& surface, const Eigen::Vector2i& window_px);
 
   struct Eye {
-    RenderView view;             // normalised frame, at the window's size
-    const GlTarget* target;      // its depth: lines behind the proxy are faint
+    RenderView view;         // normalised frame, at the window's size
+    const GlTarget* target;  // its depth: lines behind the proxy are faint
     Eigen::Vector2i picture_px;
     Eigen::Vector2i window_px;
   };
   // Frusta of `depth` (normalised units); colours RGBA, one a source.
   void Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth);
   struct Line {
-    Eigen::Vector3d a, b;        // normalised
+    Eigen::Vector3d a, b;  // normalised
     Eigen::Vector4f color;
   };
   void Lines(const Eye& eye, const std::vector<Line>& lines);
   void ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph);
 
  private:
-  void Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
+  void Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px,
+               const Eigen::Vector2i& window_px);
   void UseLines(const Eye& eye);
   GlProgram present_, lines_;
   GlVertexArray empty_, line_array_;

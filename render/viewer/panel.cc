@@ -12,30 +12,41 @@ namespace {
 
 // A wheel over the list scrolls it; the arrows of the keyboard belong to the picture.
 void PhotoList(const PanelFacts& facts, PanelWishes& wishes) {
-  const std::string now = facts.nearest_photo < 0 ? "" : facts.photo_names[static_cast<std::size_t>(facts.nearest_photo)];
+  const std::string now =
+      facts.nearest_photo < 0 ? "" : facts.photo_names[static_cast<std::size_t>(facts.nearest_photo)];
   if (!ImGui::BeginCombo("photo", now.c_str(), ImGuiComboFlags_HeightLarge)) return;
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(facts.photo_names.size()));
   while (clipper.Step())
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
-      if (ImGui::Selectable(fmt::format("{}##{}", facts.photo_names[static_cast<std::size_t>(i)], i).c_str(), i == facts.nearest_photo))
+      if (ImGui::Selectable(fmt::format("{}##{}", facts.photo_names[static_cast<std::size_t>(i)], i).c_str(),
+                            i == facts.nearest_photo))
         wishes.jump_to = i;
   ImGui::EndCombo();
 }
 
 void Help() {
-  static constexpr const char* kLines[][2] = {
-      {"left drag", "orbit"},           {"right drag", "look around"},
-      {"middle, Shift+left drag", "pan"}, {"double click", "orbit about this point"},
-      {"wheel", "nearer, farther"},     {"Ctrl+wheel", "field of view"},
-      {"W A S D, Q E", "fly (Shift: faster)"}, {"left, right arrow", "photo before, after"},
-      {"Home", "back to the start"},    {"[ ]", "fewer, more photos a pixel"},
-      {"F", "false colours"},           {"C", "photos' cameras"},
-      {"K", "key of the camera path"},  {"Space", "play, stop the path"},
-      {"P", "proxy's edges"},           {"G", "proxy, flat-shaded"},
-      {"N", "next proxy"},              {"Tab", "panel"},
-      {"F12", "screenshot"},            {"H", "this help"},
-      {"Esc", "quit"}};
+  static constexpr const char* kLines[][2] = {{"left drag", "orbit"},
+                                              {"right drag", "look around"},
+                                              {"middle, Shift+left drag", "pan"},
+                                              {"double click", "orbit about this point"},
+                                              {"wheel", "nearer, farther"},
+                                              {"Ctrl+wheel", "field of view"},
+                                              {"W A S D, Q E", "fly (Shift: faster)"},
+                                              {"left, right arrow", "photo before, after"},
+                                              {"Home", "back to the start"},
+                                              {"[ ]", "fewer, more photos a pixel"},
+                                              {"F", "false colours"},
+                                              {"C", "photos' cameras"},
+                                              {"K", "key of the camera path"},
+                                              {"Space", "play, stop the path"},
+                                              {"P", "proxy's edges"},
+                                              {"G", "proxy, flat-shaded"},
+                                              {"N", "next proxy"},
+                                              {"Tab", "panel"},
+                                              {"F12", "screenshot"},
+                                              {"H", "this help"},
+                                              {"Esc", "quit"}};
   if (!ImGui::BeginTable("help", 2, ImGuiTableFlags_SizingFixedFit)) return;
   for (const auto& line : kLines) {
     ImGui::TableNextRow();
@@ -58,8 +69,8 @@ void Status(const PanelFacts& facts) {
     Dim(fmt::format("optimal weights: {:.0f} %", 100 * facts.refined_fraction));
   const int open = facts.photos_total - facts.photos_loaded - facts.photos_failed;
   if (open > 0)
-    ImGui::ProgressBar(static_cast<float>(facts.photos_loaded) / static_cast<float>(std::max(1, facts.photos_total)), ImVec2(-1, 0),
-                       fmt::format("{} of {} photos", facts.photos_loaded, facts.photos_total).c_str());
+    ImGui::ProgressBar(static_cast<float>(facts.photos_loaded) / static_cast<float>(std::max(1, facts.photos_total)),
+                       ImVec2(-1, 0), fmt::format("{} of {} photos", facts.photos_loaded, facts.photos_total).c_str());
   std::string memory = open > 0 ? "" : fmt::format("{} photos, ", facts.photos_loaded);
   memory += fmt::format("{:.0f} of {:.0f} MB", facts.photo_mb, facts.budget_mb);
   if (facts.halvings > 0) memory += fmt::format(", at 1/{}", 1 << facts.halvings);
@@ -78,10 +89,13 @@ void Legend(const PanelFacts& facts) {
   const float width = ImGui::CalcItemWidth(), height = 0.6F * ImGui::GetFontSize();
   constexpr int kSteps = static_cast<int>(std::size(kViridis)) - 1;
   for (int i = 0; i < kSteps; ++i)
-    ImGui::GetWindowDrawList()->AddRectFilledMultiColor({x.x + width * static_cast<float>(i) / kSteps, x.y}, {x.x + width * static_cast<float>(i + 1) / kSteps, x.y + height},
-                                                        kViridis[i], kViridis[i + 1], kViridis[i + 1], kViridis[i]);
+    ImGui::GetWindowDrawList()->AddRectFilledMultiColor(
+        {x.x + width * static_cast<float>(i) / kSteps, x.y},
+        {x.x + width * static_cast<float>(i + 1) / kSteps, x.y + height}, kViridis[i], kViridis[i + 1], kViridis[i + 1],
+        kViridis[i]);
   ImGui::Dummy({width, height});
-  Dim(fmt::format("{:.3g} to {:.3g}{}{}", facts.heat_low, facts.heat_high, facts.heat_unit.empty() ? "" : " ", facts.heat_unit));
+  Dim(fmt::format("{:.3g} to {:.3g}{}{}", facts.heat_low, facts.heat_high, facts.heat_unit.empty() ? "" : " ",
+                  facts.heat_unit));
 }
 
 void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
@@ -140,8 +154,10 @@ PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings) {
     const float height = ImGui::GetIO().DisplaySize.y - 2 * unit, width = 25 * unit;
     ImGui::SetNextWindowPos({unit, unit}, ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(height, 10 * unit)});
-    ImGui::SetNextWindowSize({width, 0}, ImGuiCond_Always);  // as high as its groups need, up to the window's own height
-    ImGui::Begin(fmt::format("{}###panel", facts.scene).c_str(), nullptr, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+    ImGui::SetNextWindowSize({width, 0},
+                             ImGuiCond_Always);  // as high as its groups need, up to the window's own height
+    ImGui::Begin(fmt::format("{}###panel", facts.scene).c_str(), nullptr,
+                 ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
     ImGui::PushItemWidth(-8.5F * unit);
     Status(facts);
     if (Group(settings, "scene", true)) SceneGroup(facts, settings, wishes);
@@ -162,9 +178,12 @@ PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const float width = 0.4F * size.x;
     ImGui::SetNextWindowPos({size.x - unit, size.y - unit}, ImGuiCond_FirstUseEver, {1, 1});
-    ImGui::Begin("difference", &settings.difference, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<intptr_t>(facts.difference_texture)), {width, width / static_cast<float>(facts.difference_aspect)});
-    Dim(fmt::format("{}, {:.2f} dB: |picture - photo|, four times", facts.errors.back().photo, facts.errors.back().psnr_db));
+    ImGui::Begin("difference", &settings.difference,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<intptr_t>(facts.difference_texture)),
+                 {width, width / static_cast<float>(facts.difference_aspect)});
+    Dim(fmt::format("{}, {:.2f} dB: |picture - photo|, four times", facts.errors.back().photo,
+                    facts.errors.back().psnr_db));
     ImGui::End();
   }
   DrawMessage(facts.message);
@@ -176,7 +195,8 @@ void DrawMessage(const std::string& message) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, size.y - ImGui::GetFontSize()}, ImGuiCond_Always, {0.5F, 1});
   ImGui::Begin("message", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav);
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
+                   ImGuiWindowFlags_NoNav);
   ImGui::TextUnformatted(message.c_str());
   ImGui::End();
 }

@@ -1,5 +1,5 @@
-// The viewer's panel (Dear ImGui): what it shows, and what the user asked for in it. panel.cc frames it, panel_settings.cc
-// holds the reconstruction's options, panel_path.cc the camera path and recording.
+// The viewer's panel (Dear ImGui): what it shows, and what the user asked for in it. panel.cc frames it,
+// panel_settings.cc holds the reconstruction's options, panel_path.cc the camera path and recording.
 #pragma once
 
 #include <array>
@@ -22,15 +22,16 @@ struct ViewerSettings {
   Seen seen;
   bool frusta = false;
   bool mesh = false;
-  bool path = true;            // the camera path in the picture
+  bool path = true;  // the camera path in the picture
   bool panel = true;
   bool help = false;
-  bool difference = false;     // of the error measured last, in a window of its own
-  bool play_time = false;      // the view's time goes on by itself
-  double budget_ms = 0;        // a frame while the camera moves; 0: settings stay, the size adapts
-  std::optional<bool> refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
+  bool difference = false;  // of the error measured last, in a window of its own
+  bool play_time = false;   // the view's time goes on by itself
+  double budget_ms = 0;     // a frame while the camera moves; 0: settings stay, the size adapts
+  std::optional<bool>
+      refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
   bool Refines() const { return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull); }
-  std::map<std::string, bool> groups;   // of the panel: open or closed, where the user or a script said
+  std::map<std::string, bool> groups;  // of the panel: open or closed, where the user or a script said
   int selected_key = -1;
   std::array<char, 256> path_file{}, video_file{};
 };
@@ -42,30 +43,30 @@ struct MeasuredLine {
 
 struct PanelFacts {
   std::string scene, device;
-  double picture_ms = 0;       // the last whole picture, smoothed
-  double plan_ms = 0;          // of that, on the processor before the graphics processor draws
-  double frame_ms = 0;         // from frame to frame, smoothed
-  double scale = 1;            // of the shown picture against the window
+  double picture_ms = 0;  // the last whole picture, smoothed
+  double plan_ms = 0;     // of that, on the processor before the graphics processor draws
+  double frame_ms = 0;    // from frame to frame, smoothed
+  double scale = 1;       // of the shown picture against the window
   bool complete = false;
   int photos_loaded = 0, photos_total = 0, photos_failed = 0;
   double photo_mb = 0, budget_mb = 0;
-  int halvings = 0;            // of the photos, to stay within the budget
+  int halvings = 0;  // of the photos, to stay within the budget
   std::vector<std::string> photo_names;
   int nearest_photo = -1;
   std::vector<std::string> proxies;
-  std::string proxy;           // the one that is shown
+  std::string proxy;  // the one that is shown
   int faces = 0;
   bool proxy_loading = false;
-  std::string message;         // a line that fades
-  std::string problem;         // why the settings are not what is shown: they are invalid, or this backend does not do them
-  std::string budget_now;      // what the budget chose for the moving camera
-  bool refined = false;        // what is shown has optimal weights at every pixel
-  bool refining = false;       // that picture is being drawn
+  std::string message;     // a line that fades
+  std::string problem;     // why the settings are not what is shown: they are invalid, or this backend does not do them
+  std::string budget_now;  // what the budget chose for the moving camera
+  bool refined = false;    // what is shown has optimal weights at every pixel
+  bool refining = false;   // that picture is being drawn
   double refined_fraction = 0, refinement_s = 0;
 
-  std::vector<Effect> effects;             // as the data call for them
-  bool effects_open = false;               // exposures are still looked at
-  std::pair<double, double> times{0, 0};   // of the photos, seconds; equal: they have none
+  std::vector<Effect> effects;            // as the data call for them
+  bool effects_open = false;              // exposures are still looked at
+  std::pair<double, double> times{0, 0};  // of the photos, seconds; equal: they have none
   double period_s = 0;
 
   // Of the heat map that is shown: its colours' ends.
@@ -74,19 +75,33 @@ struct PanelFacts {
   std::string heat_unit;
 
   bool measuring = false;
-  unsigned difference_texture = 0;         // of the error measured last; 0: there is none
-  double difference_aspect = 1;            // width over height
-  std::vector<MeasuredLine> errors;        // latest last
+  unsigned difference_texture = 0;   // of the error measured last; 0: there is none
+  double difference_aspect = 1;      // width over height
+  std::vector<MeasuredLine> errors;  // latest last
 
   CameraPath path;
   bool playing = false;
   double play_s = 0;
   bool recording = false, recording_live = false;
-  double recorded = 0;         // fraction of the path; live: seconds
+  double recorded = 0;  // fraction of the path; live: seconds
   std::string recording_to;
 };
 
-enum class PathWish { kNone, kAdd, kUpdate, kDelete, kEarlier, kLater, kJump, kClear, kPlay, kStop, kLoad, kSave, kSaveNerfstudio };
+enum class PathWish {
+  kNone,
+  kAdd,
+  kUpdate,
+  kDelete,
+  kEarlier,
+  kLater,
+  kJump,
+  kClear,
+  kPlay,
+  kStop,
+  kLoad,
+  kSave,
+  kSaveNerfstudio
+};
 enum class RecordWish { kNone, kPath, kLive, kStop, kCancel };
 
 struct PanelWishes {
@@ -97,7 +112,7 @@ struct PanelWishes {
   bool auto_effects = false;
   bool measure = false;
   PathWish path = PathWish::kNone;
-  std::optional<double> key_time_s;        // of the selected key
+  std::optional<double> key_time_s;  // of the selected key
   std::optional<double> path_seconds, path_fps, scrub_s;
   std::optional<Eigen::Vector2i> path_size_px;
   RecordWish record = RecordWish::kNone;

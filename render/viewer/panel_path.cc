@@ -50,7 +50,8 @@ void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::EndChild();
   if (selected) {
     double time_s = path.keys[static_cast<std::size_t>(settings.selected_key)].time_s;
-    if (ImGui::InputDouble("time of the key", &time_s, 0, 0, "%.2f s", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.key_time_s = time_s;
+    if (ImGui::InputDouble("time of the key", &time_s, 0, 0, "%.2f s", ImGuiInputTextFlags_EnterReturnsTrue))
+      wishes.key_time_s = time_s;
   }
 }
 
@@ -62,15 +63,19 @@ void Playback(const PanelFacts& facts, PanelWishes& wishes) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   auto t = static_cast<float>(facts.play_s);
-  if (ImGui::SliderFloat("##scrub", &t, 0, static_cast<float>(std::max(Duration(path), 0.01)), "%.2f s", ImGuiSliderFlags_AlwaysClamp))
+  if (ImGui::SliderFloat("##scrub", &t, 0, static_cast<float>(std::max(Duration(path), 0.01)), "%.2f s",
+                         ImGuiSliderFlags_AlwaysClamp))
     wishes.scrub_s = static_cast<double>(t);
   double seconds = Duration(path);
-  if (ImGui::InputDouble("seconds", &seconds, 0, 0, "%.2f", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_seconds = seconds;
+  if (ImGui::InputDouble("seconds", &seconds, 0, 0, "%.2f", ImGuiInputTextFlags_EnterReturnsTrue))
+    wishes.path_seconds = seconds;
   ImGui::EndDisabled();
   double fps = path.fps;
-  if (ImGui::InputDouble("frames a second", &fps, 0, 0, "%.3g", ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_fps = fps;
+  if (ImGui::InputDouble("frames a second", &fps, 0, 0, "%.3g", ImGuiInputTextFlags_EnterReturnsTrue))
+    wishes.path_fps = fps;
   int size[2] = {path.width_px, path.height_px};
-  if (ImGui::InputInt2("size", size, ImGuiInputTextFlags_EnterReturnsTrue)) wishes.path_size_px = Eigen::Vector2i(size[0], size[1]);
+  if (ImGui::InputInt2("size", size, ImGuiInputTextFlags_EnterReturnsTrue))
+    wishes.path_size_px = Eigen::Vector2i(size[0], size[1]);
   Tooltip("Of the video, pixels; 0: the window's");
 }
 

@@ -13,8 +13,8 @@
 namespace lumi {
 namespace {
 
-// Around an option's widgets: disabled where it has no effect, its help (and the data's word) as a tooltip, and whatever else
-// has to follow a change.
+// Around an option's widgets: disabled where it has no effect, its help (and the data's word) as a tooltip, and
+// whatever else has to follow a change.
 class Row {
  public:
   Row(ViewerSettings& v, const char* option, std::string evidence = {})
@@ -59,9 +59,9 @@ void OptionRow(ViewerSettings& v, const SettingOption& o, const std::string& evi
     ImGui::Checkbox(o.row.label, &(s.**flag));
   } else if (const auto* field = std::get_if<double RadianceSettings::*>(&o.field)) {
     auto value = static_cast<float>(s.**field / o.unit);
-    if (ImGui::SliderFloat(o.row.label, &value, static_cast<float>(o.row.low), static_cast<float>(o.row.high), o.row.format,
-                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
-      s.**field = o.unit * static_cast<double>(value);
+    if (ImGui::SliderFloat(o.row.label, &value, static_cast<float>(o.row.low), static_cast<float>(o.row.high),
+                           o.row.format, ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+      s.** field = o.unit * static_cast<double>(value);
   } else if (!o.choices.empty()) {
     if (!ImGui::BeginCombo(o.row.label, Text(now).c_str())) return;
     for (const std::string& choice : o.choices)
@@ -70,7 +70,8 @@ void OptionRow(ViewerSettings& v, const SettingOption& o, const std::string& evi
   } else {  // two numbers
     float range[2] = {};
     std::sscanf(Text(now).c_str(), "%f,%f", &range[0], &range[1]);
-    if (!ImGui::DragFloat2(o.row.label, range, 0.01F, static_cast<float>(o.row.low), static_cast<float>(o.row.high), "%.2f", ImGuiSliderFlags_AlwaysClamp))
+    if (!ImGui::DragFloat2(o.row.label, range, 0.01F, static_cast<float>(o.row.low), static_cast<float>(o.row.high),
+                           "%.2f", ImGuiSliderFlags_AlwaysClamp))
       return;
     const RadianceSettings before = s;
     o.set(s, fmt::format("{:g},{:g}", range[0], range[1]));
@@ -116,7 +117,8 @@ void Samples(ViewerSettings& v) {
     const Row row(v, "grid");
     ImGui::BeginDisabled(!s.Sparse());
     int size[2] = {s.grid_columns, s.grid_rows};
-    if (ImGui::SliderInt2("grid", size, 2, kMostGrid, s.Sparse() ? "%d" : "pixel", ImGuiSliderFlags_AlwaysClamp) && s.Sparse()) {
+    if (ImGui::SliderInt2("grid", size, 2, kMostGrid, s.Sparse() ? "%d" : "pixel", ImGuiSliderFlags_AlwaysClamp) &&
+        s.Sparse()) {
       s.grid_columns = std::clamp(size[0], 2, kMostGrid);
       s.grid_rows = std::clamp(size[1], 2, kMostGrid);
     }
@@ -140,7 +142,8 @@ void Effects(const PanelFacts& facts, ViewerSettings& v, PanelWishes& wishes) {
     Dim("exposures follow ...");
   }
   for (const SettingOption& o : SettingOptions())
-    if (!o.measure.empty() && o.measure != measure::Angle::kName && o.measure != measure::Time::kName) OptionRow(v, o, o.is_switch ? evidence(o.measure) : "");
+    if (!o.measure.empty() && o.measure != measure::Angle::kName && o.measure != measure::Time::kName)
+      OptionRow(v, o, o.is_switch ? evidence(o.measure) : "");
 }
 
 void Time(const PanelFacts& facts, ViewerSettings& v) {
@@ -154,8 +157,8 @@ void Time(const PanelFacts& facts, ViewerSettings& v) {
     Tooltip(fmt::format("Of the scene's period of {:.3f} s", facts.period_s));
   } else {
     auto t = static_cast<float>(s.time_s);
-    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second), "%.2f s",
-                           ImGuiSliderFlags_AlwaysClamp))
+    if (ImGui::SliderFloat("time", &t, static_cast<float>(facts.times.first), static_cast<float>(facts.times.second),
+                           "%.2f s", ImGuiSliderFlags_AlwaysClamp))
       s.time_s = static_cast<double>(t);
   }
   if (ImGui::Button(v.play_time ? "pause" : "play", {5 * ImGui::GetFontSize(), 0})) v.play_time = !v.play_time;
@@ -178,7 +181,9 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   ImGui::BeginDisabled(!held);
   ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
   auto ms = static_cast<float>(held ? settings.budget_ms : kUsualBudget);
-  if (ImGui::SliderFloat("while moving", &ms, 4, 250, "%.0f ms", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp) && held)
+  if (ImGui::SliderFloat("while moving", &ms, 4, 250, "%.0f ms",
+                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp) &&
+      held)
     settings.budget_ms = static_cast<double>(ms);
   ImGui::EndDisabled();
   if (held && !facts.budget_now.empty()) Dim("moving: " + facts.budget_now);
@@ -189,7 +194,8 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   wishes.measure = ImGui::Button(facts.measuring ? "measuring ..." : "measure error here");
   ImGui::EndDisabled();
   Tooltip(
-      "Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo (PSNR over all "
+      "Draws the nearest photo's own view without that photo, by the current settings, and compares it with the photo "
+      "(PSNR over all "
       "pixels, a hole is black).");
   ImGui::BeginDisabled(facts.difference_texture == 0);
   ImGui::SameLine();
@@ -202,7 +208,8 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
     const MeasuredLine& e = facts.errors[i];
     ImGui::Text("%.2f dB", e.psnr_db);
     ImGui::SameLine();
-    Dim(fmt::format("{}, {:.0f} ms{}", e.photo, e.ms, e.coverage < 0.9995 ? fmt::format(", {:.1f} % covered", 100 * e.coverage) : ""));
+    Dim(fmt::format("{}, {:.0f} ms{}", e.photo, e.ms,
+                    e.coverage < 0.9995 ? fmt::format(", {:.1f} % covered", 100 * e.coverage) : ""));
     ImGui::Indent();
     Wrapped(kDim, e.settings);
     ImGui::Unindent();

@@ -27,7 +27,9 @@ PhotoBudget PlanPhotos(const Scene& scene, std::size_t budget_bytes) {
 }
 
 PhotoLoader::PhotoLoader(const Scene& scene, int max_side_px, int threads)
-    : scene_(scene), options_{max_side_px, true}, pending_(scene.views.size(), true),
+    : scene_(scene),
+      options_{max_side_px, true},
+      pending_(scene.views.size(), true),
       untaken_(static_cast<int>(scene.views.size())) {
   for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Work(); });
 }

@@ -16,9 +16,9 @@
 namespace lumi {
 
 struct PhotoBudget {
-  int max_side_px = 0;                      // for PhotoOptions; 0: full size
-  std::vector<Eigen::Vector2i> sizes_px;    // of each photo's level 0 in memory
-  std::size_t bytes = 0;                    // of all of them with their pyramids, four bytes a pixel
+  int max_side_px = 0;                    // for PhotoOptions; 0: full size
+  std::vector<Eigen::Vector2i> sizes_px;  // of each photo's level 0 in memory
+  std::size_t bytes = 0;                  // of all of them with their pyramids, four bytes a pixel
 };
 // The largest halving of the photos that fits into budget_bytes.
 PhotoBudget PlanPhotos(const Scene& scene, std::size_t budget_bytes);
@@ -36,7 +36,7 @@ class PhotoLoader {
 
   struct Loaded {
     ViewId view;
-    Photo photo;         // levels empty: it could not be read
+    Photo photo;  // levels empty: it could not be read
     std::string error;
   };
   // One that is ready, or nullopt. Thread-safe.

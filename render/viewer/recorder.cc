@@ -21,7 +21,8 @@ fs::path FreeName(const fs::path& wanted) {
   return name;
 }
 
-// Between the choice of a free name and the file's being there another program may take the name: a link does not overwrite.
+// Between the choice of a free name and the file's being there another program may take the name: a link does not
+// overwrite.
 static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
   for (;;) {
     const fs::path name = FreeName(wanted);
@@ -38,7 +39,8 @@ static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
 }
 
 Recorder::Recorder(const fs::path& wanted, double fps) : wanted_(wanted), fps_(fps) {
-  if (wanted.extension() != ".mp4") throw UsageError("a video is an .mp4, not " + wanted.filename().string(), "name it FILE.mp4");
+  if (wanted.extension() != ".mp4")
+    throw UsageError("a video is an .mp4, not " + wanted.filename().string(), "name it FILE.mp4");
   if (!FindProgram("ffmpeg"))
     throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", wanted);
   thread_ = std::thread([this] { Work(); });
@@ -115,7 +117,8 @@ std::string Recorder::problem() const {
 
 void Recorder::Work() {
   // VideoWriter's process lives as long as the thread that feeds it: this one feeds and finishes.
-  const fs::path hidden = wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
+  const fs::path hidden =
+      wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
   State end = State::kWritten;
   fs::path file;
   std::string problem;

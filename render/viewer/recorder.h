@@ -1,5 +1,5 @@
-// A video's frames, encoded on a thread of their own while the window draws the next. The file is there, under a name that was
-// free, when all of it is; never a part of one.
+// A video's frames, encoded on a thread of their own while the window draws the next. The file is there, under a name
+// that was free, when all of it is; never a part of one.
 #pragma once
 
 #include <condition_variable>
@@ -24,15 +24,15 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  bool Full() const;         // frames wait to be encoded: come back later
-  void Add(Image8 rgb);      // of one size, 3 channels
+  bool Full() const;     // frames wait to be encoded: come back later
+  void Add(Image8 rgb);  // of one size, 3 channels
   // No more frames; Ended() tells when the file is there. The last one is repeated until there are `frames`.
   void Finish(long frames = 0);
-  void Cancel();             // nothing is left
+  void Cancel();  // nothing is left
 
   enum class State { kOpen, kFinishing, kWritten, kFailed, kCancelled };
   State state() const;
-  bool Ended() const;        // written, failed or cancelled
+  bool Ended() const;  // written, failed or cancelled
   long added() const { return added_; }
   long encoded() const;
   // Once it ended: the file, or what went wrong.

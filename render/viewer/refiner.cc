@@ -96,17 +96,19 @@ RefinedPicture Refiner::Draw(const Refinement& wanted, long number) {
     }
     const ViewSetup setup = MakeViewSetup(wanted.sources, wanted.request.view, wanted.request.settings, use);
     std::vector<Eigen::Vector3f> colors;
-    for (std::size_t j = 0; false_color && j < wanted.sources.views.size(); ++j) colors.push_back(SourceColor(static_cast<int>(j)));
+    for (std::size_t j = 0; false_color && j < wanted.sources.views.size(); ++j)
+      colors.push_back(SourceColor(static_cast<int>(j)));
     const bool hides = wanted.request.settings.visibility && wanted.visibility && !wanted.visibility->empty();
     picture.image = ImageF(wanted.request.view.size_px.x(), wanted.request.view.size_px.y(), 4);
-    RenderPixels(wanted.sources, setup, *wanted.proxy, hides ? wanted.visibility.get() : nullptr,
-                 {wanted.photos.get(), false_color ? &colors : nullptr},
-                 [&] {
-                   if (number_.load(std::memory_order_relaxed) != number) return true;
-                   tiles_drawn_.fetch_add(1, std::memory_order_relaxed);
-                   return false;
-                 },
-                 picture.image);
+    RenderPixels(
+        wanted.sources, setup, *wanted.proxy, hides ? wanted.visibility.get() : nullptr,
+        {wanted.photos.get(), false_color ? &colors : nullptr},
+        [&] {
+          if (number_.load(std::memory_order_relaxed) != number) return true;
+          tiles_drawn_.fetch_add(1, std::memory_order_relaxed);
+          return false;
+        },
+        picture.image);
   } catch (const std::exception& e) {
     picture.problem = e.what();
   }

@@ -1,6 +1,6 @@
-// The view at rest by optimal weights at every pixel (thesis ch. 4): drawn on the CPU, on a thread of its own, and given up as soon
-// as anything else is wanted. What a picture needs is handed over by value, or shared and constant: nothing is loaded twice, and
-// no lock is held while it is drawn.
+// The view at rest by optimal weights at every pixel (thesis ch. 4): drawn on the CPU, on a thread of its own, and
+// given up as soon as anything else is wanted. What a picture needs is handed over by value, or shared and constant:
+// nothing is loaded twice, and no lock is held while it is drawn.
 #pragma once
 
 #include <atomic>
@@ -25,17 +25,17 @@ namespace lumi {
 RadianceSettings OptimalSettings(const RadianceSettings& settings);
 
 struct Refinement {
-  RenderRequest request;                              // settings without a grid; show: colour or false colour
+  RenderRequest request;  // settings without a grid; show: colour or false colour
   Sources sources;
-  std::shared_ptr<const ProxyTracer> proxy;           // in the sources' normalised frame
-  std::shared_ptr<const VisibilityMaps> visibility;   // nullptr or empty: the proxy hides nothing
-  std::shared_ptr<const std::vector<Photo>> photos;   // one a source; those without levels are left out
+  std::shared_ptr<const ProxyTracer> proxy;          // in the sources' normalised frame
+  std::shared_ptr<const VisibilityMaps> visibility;  // nullptr or empty: the proxy hides nothing
+  std::shared_ptr<const std::vector<Photo>> photos;  // one a source; those without levels are left out
 };
 
 struct RefinedPicture {
-  ImageF image;              // as Renderer::Render gives it
-  double seconds = 0;        // from when it was begun
-  std::string problem;       // why there is none
+  ImageF image;         // as Renderer::Render gives it
+  double seconds = 0;   // from when it was begun
+  std::string problem;  // why there is none
 };
 
 class Refiner {
@@ -50,7 +50,7 @@ class Refiner {
   void Cancel();
   // Started, and neither taken nor cancelled.
   bool busy() const;
-  double fraction() const;   // of the picture that is being drawn
+  double fraction() const;  // of the picture that is being drawn
   // The picture that was started last, once it is whole. Never one that was cancelled.
   std::optional<RefinedPicture> Take();
 
@@ -63,9 +63,9 @@ class Refiner {
   std::optional<Refinement> next_;
   std::optional<RefinedPicture> done_;
   bool busy_ = false, stop_ = false;
-  std::atomic<long> number_ = 0;        // of what is wanted: whoever draws another one stops. Changes under the lock only
+  std::atomic<long> number_ = 0;  // of what is wanted: whoever draws another one stops. Changes under the lock only
   std::atomic<int> tiles_ = 0, tiles_drawn_ = 0;
-  std::thread thread_;                  // last: it uses all of the above
+  std::thread thread_;  // last: it uses all of the above
 };
 
 }  // namespace lumi

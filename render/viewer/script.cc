@@ -26,7 +26,7 @@ struct Grammar {
   std::string_view name;
   ScriptVerb verb;
   Takes takes;
-  int numbers;            // of kNumbers
+  int numbers;  // of kNumbers
   std::string_view usage;
 };
 
@@ -40,10 +40,12 @@ constexpr std::array kGrammar{
     Grammar{"dolly", ScriptVerb::kDolly, Takes::kNumbers, 1, "dolly FACTOR (below 1: nearer)"},
     Grammar{"zoom", ScriptVerb::kZoom, Takes::kNumbers, 1, "zoom FACTOR (below 1: narrower)"},
     Grammar{"k", ScriptVerb::kK, Takes::kText, 0, "k 1..16|all"},
-    Grammar{"set", ScriptVerb::kSet, Takes::kOption, 0, "set OPTION VALUE (an option of lumi-render's reconstruction, without dashes)"},
+    Grammar{"set", ScriptVerb::kSet, Takes::kOption, 0,
+            "set OPTION VALUE (an option of lumi-render's reconstruction, without dashes)"},
     Grammar{"effects", ScriptVerb::kEffects, Takes::kText, 0,
             "effects auto|none|LIST (of fov, resolution, visibility, time, exposure, prefilter)"},
-    Grammar{"show", ScriptVerb::kShow, Takes::kText, 0, "show color|false-color|tessellation|proxy|weights|angle|fov|resolution|visibility|time|dissimilarity"},
+    Grammar{"show", ScriptVerb::kShow, Takes::kText, 0,
+            "show color|false-color|tessellation|proxy|weights|angle|fov|resolution|visibility|time|dissimilarity"},
     Grammar{"frusta", ScriptVerb::kFrusta, Takes::kOnOff, 0, "frusta on|off"},
     Grammar{"mesh", ScriptVerb::kMesh, Takes::kOnOff, 0, "mesh on|off"},
     Grammar{"path", ScriptVerb::kPath, Takes::kOnOff, 0, "path on|off"},
@@ -53,7 +55,8 @@ constexpr std::array kGrammar{
     Grammar{"proxy", ScriptVerb::kProxy, Takes::kText, 0, "proxy NAME"},
     Grammar{"budget", ScriptVerb::kBudget, Takes::kNumbers, 1, "budget MILLISECONDS (0: none)"},
     Grammar{"refine", ScriptVerb::kRefine, Takes::kOnOff, 0, "refine on|off"},
-    Grammar{"difference", ScriptVerb::kDifference, Takes::kOnOff, 0, "difference on|off (of the error measured last, in the panel's manner)"},
+    Grammar{"difference", ScriptVerb::kDifference, Takes::kOnOff, 0,
+            "difference on|off (of the error measured last, in the panel's manner)"},
     Grammar{"measure", ScriptVerb::kMeasure, Takes::kNothing, 0, "measure"},
     Grammar{"time", ScriptVerb::kTime, Takes::kNumbers, 1, "time SECONDS"},
     Grammar{"phase", ScriptVerb::kPhase, Takes::kNumbers, 1, "phase PHASE (of the scene's period, 0 to 1)"},
@@ -161,14 +164,16 @@ ScriptStep ParseStatement(const std::string& statement) {
         problem = e.what();
       }
       if (!problem.empty())
-        throw UsageError(fmt::format("the script's '{}' does not fit: {}", statement, problem), fmt::format("write: {}", g.usage));
+        throw UsageError(fmt::format("the script's '{}' does not fit: {}", statement, problem),
+                         fmt::format("write: {}", g.usage));
     }
     if (fits && step.verb == ScriptVerb::kEffects && !OneOf(step.word, {"auto", "none"})) {
       std::istringstream list(step.word);
       for (std::string effect; std::getline(list, effect, ',');)
         fits = fits && std::find(EffectNames().begin(), EffectNames().end(), effect) != EffectNames().end();
     }
-    if (!fits) throw UsageError(fmt::format("the script's '{}' does not fit", statement), fmt::format("write: {}", g.usage));
+    if (!fits)
+      throw UsageError(fmt::format("the script's '{}' does not fit", statement), fmt::format("write: {}", g.usage));
     return step;
   }
   std::string known;

@@ -8,17 +8,59 @@ namespace lumi {
 
 // What each takes: the grammar in script.cc.
 enum class ScriptVerb {
-  kJump, kFlyTo, kHome, kOrbit, kLook, kMove, kDolly, kZoom, kK, kSet, kEffects, kShow, kFrusta, kMesh, kPath,
-  kPanel, kOpen, kClose, kProxy, kBudget, kRefine, kDifference, kPhase, kMeasure, kTime, kPlayTime, kKeyAdd,
-  kKeyUpdate, kKeyDelete, kKeyTime, kKeyJump, kKeysClear, kPathSize, kPathFps, kPathSeconds, kPathLoad, kPathSave,
-  kPathSaveNerfstudio, kPlay, kRecord, kRecordStart, kRecordLive, kRecordStop, kRecordCancel, kWait, kScreenshot,
+  kJump,
+  kFlyTo,
+  kHome,
+  kOrbit,
+  kLook,
+  kMove,
+  kDolly,
+  kZoom,
+  kK,
+  kSet,
+  kEffects,
+  kShow,
+  kFrusta,
+  kMesh,
+  kPath,
+  kPanel,
+  kOpen,
+  kClose,
+  kProxy,
+  kBudget,
+  kRefine,
+  kDifference,
+  kPhase,
+  kMeasure,
+  kTime,
+  kPlayTime,
+  kKeyAdd,
+  kKeyUpdate,
+  kKeyDelete,
+  kKeyTime,
+  kKeyJump,
+  kKeysClear,
+  kPathSize,
+  kPathFps,
+  kPathSeconds,
+  kPathLoad,
+  kPathSave,
+  kPathSaveNerfstudio,
+  kPlay,
+  kRecord,
+  kRecordStart,
+  kRecordLive,
+  kRecordStop,
+  kRecordCancel,
+  kWait,
+  kScreenshot,
 };
 
 struct ScriptStep {
   ScriptVerb verb = ScriptVerb::kWait;
   std::vector<double> numbers;
-  std::string word, value;   // value: of kSet
-  std::string text;  // the statement, for messages
+  std::string word, value;  // value: of kSet
+  std::string text;         // the statement, for messages
 };
 
 // Throws UsageError naming the statement.

@@ -6,11 +6,13 @@ namespace lumi {
 
 const std::vector<SeenName>& SeenNames() {
   static const std::vector<SeenName> names = [] {
-    std::vector<SeenName> list = {{"color", "As the photos are", {}},
-                                  {"false-color", "One colour a photo, blended with the same weights", {.show = Show::kFalseColor}},
-                                  {"tessellation", "The sparse samples' triangles or cells over the picture", {.show = Show::kTessellation}},
-                                  {"proxy", "The proxy's faces, flat-shaded; those seen from behind are red", {.flat = true}}};
-    for (std::size_t row = 0; row < HeatMaps().size(); ++row) list.push_back({HeatMaps()[row].name, HeatMaps()[row].help, {.measure = Measure{row}}});
+    std::vector<SeenName> list = {
+        {"color", "As the photos are", {}},
+        {"false-color", "One colour a photo, blended with the same weights", {.show = Show::kFalseColor}},
+        {"tessellation", "The sparse samples' triangles or cells over the picture", {.show = Show::kTessellation}},
+        {"proxy", "The proxy's faces, flat-shaded; those seen from behind are red", {.flat = true}}};
+    for (std::size_t row = 0; row < HeatMaps().size(); ++row)
+      list.push_back({HeatMaps()[row].name, HeatMaps()[row].help, {.measure = Measure{row}}});
     return list;
   }();
   return names;

@@ -12,8 +12,8 @@
 namespace lumi {
 
 struct Seen {
-  Show show = Show::kColor;        // of the lumigraph, which is drawn in any case: picking reads its depth
-  bool flat = false;               // the proxy's faces, flat-shaded, instead (Fig. 5-14)
+  Show show = Show::kColor;             // of the lumigraph, which is drawn in any case: picking reads its depth
+  bool flat = false;                    // the proxy's faces, flat-shaded, instead (Fig. 5-14)
   std::optional<Measure> measure = {};  // a heat map instead
   friend bool operator==(const Seen&, const Seen&) = default;
 };

@@ -19,9 +19,11 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
   if (full && is({"sampling"})) return "candidates are weighed one by one: the optimum is interpolated";
   if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";
-  if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && !HasTerms(s)) return "only for falling leaves and for terms beside the angle";
+  if (is({"r-max-deg"}) && s.correlation == Correlation::kInverse && !HasTerms(s))
+    return "only for falling leaves and for terms beside the angle";
   if (is({"gamma"})) return s.field_of_view || s.visibility ? "" : "field of view and visibility are off";
-  if (const SettingOption* o = FindSettingOption(option); o && !o->is_switch && !IsOn(s, o->measure)) return fmt::format("{} is off", o->measure_title);
+  if (const SettingOption* o = FindSettingOption(option); o && !o->is_switch && !IsOn(s, o->measure))
+    return fmt::format("{} is off", o->measure_title);
   return {};
 }
 
@@ -40,13 +42,17 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
 }
 
 std::string Describe(const RadianceSettings& s) {
-  std::string text = s.similarity == Similarity::kFull ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadiansPerDegree)
-                     : s.k == 0                        ? "all photos"
-                                                       : fmt::format("k {}", s.k);
-  if (s.Sparse()) text += fmt::format(", {} {}x{}{}", Name(s.sampling), s.grid_columns, s.grid_rows, s.epipoles ? "" : " without epipoles");
+  std::string text = s.similarity == Similarity::kFull
+                         ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadiansPerDegree)
+                     : s.k == 0 ? "all photos"
+                                : fmt::format("k {}", s.k);
+  if (s.Sparse())
+    text += fmt::format(", {} {}x{}{}", Name(s.sampling), s.grid_columns, s.grid_rows,
+                        s.epipoles ? "" : " without epipoles");
   if (s.similarity == Similarity::kIdentity && s.correlation == Correlation::kFallingLeaves) text += ", falling leaves";
   for (const SettingOption& o : SettingOptions())
-    if (o.is_switch && IsOn(s, o.measure)) text += fmt::format(", {}", o.choices.empty() ? std::string(o.name) : Text(o.get(s)));
+    if (o.is_switch && IsOn(s, o.measure))
+      text += fmt::format(", {}", o.choices.empty() ? std::string(o.name) : Text(o.get(s)));
   if (s.time) text += fmt::format(" {:.2f} s", s.time_s);
   return text;
 }

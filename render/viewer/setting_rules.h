@@ -1,5 +1,5 @@
-// Which of the reconstruction's options say anything under the others, and how a change of one carries others along, so that
-// a panel never builds a combination that Validate refuses.
+// Which of the reconstruction's options say anything under the others, and how a change of one carries others along, so
+// that a panel never builds a combination that Validate refuses.
 #pragma once
 
 #include <string>

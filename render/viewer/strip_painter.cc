@@ -37,8 +37,9 @@ std::optional<ImageF> StripPainter::Step(double step_ms, bool undisturbed) {
     }
     begun_ = true;
   }
-  const int wanted =
-      step_ms <= 0 || InOneGo(request_->settings) ? size.y() : std::max(4, static_cast<int>(step_ms * pixels_per_ms_ / size.x()));
+  const int wanted = step_ms <= 0 || InOneGo(request_->settings)
+                         ? size.y()
+                         : std::max(4, static_cast<int>(step_ms * pixels_per_ms_ / size.x()));
   const int last = std::min(size.y(), rows_ + wanted);
   lumigraph_.Blend(target_, rows_, last);
   glFinish();

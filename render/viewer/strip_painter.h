@@ -1,5 +1,5 @@
-// One picture beside the one that is shown, in steps short enough that the window stays responsive: for a video's frame, or a
-// photo's view that an error is measured at.
+// One picture beside the one that is shown, in steps short enough that the window stays responsive: for a video's
+// frame, or a photo's view that an error is measured at.
 #pragma once
 
 #include <optional>
@@ -18,11 +18,12 @@ class StripPainter {
   bool busy() const { return request_.has_value(); }
   void Cancel() { request_.reset(); }
 
-  // Draws for about step_ms (<= 0: to the end). `undisturbed`: nothing else was begun on the lumigraph since the last step; else
-  // the picture starts again. Returns the finished picture. Throws what GlLumigraph::Begin throws, and is idle then.
+  // Draws for about step_ms (<= 0: to the end). `undisturbed`: nothing else was begun on the lumigraph since the last
+  // step; else the picture starts again. Returns the finished picture. Throws what GlLumigraph::Begin throws, and is
+  // idle then.
   std::optional<ImageF> Step(double step_ms, bool undisturbed);
-  double picture_ms() const { return picture_ms_; }      // that the last finished picture took
-  double fraction() const;                               // of the picture's rows that are drawn
+  double picture_ms() const { return picture_ms_; }  // that the last finished picture took
+  double fraction() const;                           // of the picture's rows that are drawn
 
  private:
   GlLumigraph& lumigraph_;

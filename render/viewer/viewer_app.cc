@@ -14,14 +14,15 @@
 namespace lumi {
 namespace {
 
-constexpr double kIdleWait_s = 0.2;          // between looks at the world when nothing happens
-constexpr double kLoadingWait_s = 0.02;      // the cores are for the photos then
-constexpr double kRefiningWait_s = 0.1;      // and here for the refined picture
-constexpr double kSmoothing = 0.1;           // of times that are shown
+constexpr double kIdleWait_s = 0.2;      // between looks at the world when nothing happens
+constexpr double kLoadingWait_s = 0.02;  // the cores are for the photos then
+constexpr double kRefiningWait_s = 0.1;  // and here for the refined picture
+constexpr double kSmoothing = 0.1;       // of times that are shown
 
 }  // namespace
 
-Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, const std::vector<ScriptStep>& script)
+Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress,
+               const std::vector<ScriptStep>& script)
     : ViewSession(window, script),
       options_(options),
       lumigraph_(opened.lumigraph),
@@ -33,8 +34,10 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       gl_(MakeSources(scene_), budget_.sizes_px),
       painter_(gl_, PainterOptions{}),
       path_(opened.path),
-      arriving_{PhotoLoader(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)), std::vector<Photo>(scene_.views.size())},
-      steering_{StateOfView(scene_, StartView()), Navigator(StateOfView(scene_, StartView()), scene_.up, 1.0 / scene_.normalized_from_world.scale)},
+      arriving_{PhotoLoader(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
+                std::vector<Photo>(scene_.views.size())},
+      steering_{StateOfView(scene_, StartView()),
+                Navigator(StateOfView(scene_, StartView()), scene_.up, 1.0 / scene_.normalized_from_world.scale)},
       moving_{{}, StripPainter(gl_)},
       rest_{std::make_shared<std::vector<Photo>>(scene_.views.size())},
       jobs_{ErrorProbe(scene_, gl_)} {
@@ -43,7 +46,8 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   std::vector<double> times;
   for (const View& v : scene_.views)
     if (v.time_s) times.push_back(*v.time_s);
-  if (!times.empty()) facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
+  if (!times.empty())
+    facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
   facts_.period_s = s.period_s;
   if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
   // Who names a moment wants to see it.
@@ -86,7 +90,9 @@ bool Viewer::PaintPicture() {
     const bool moved = !drawn_.request || drawn_.request->view.P != request.view.P;
     const bool changed = !drawn_.request || !Same(*drawn_.request, request) || drawn_.generation != generation_;
     const RadianceSettings quick =
-        moving_.budget.active() ? moving_.budget.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted) : wanted;
+        moving_.budget.active()
+            ? moving_.budget.Next(std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), moved, wanted)
+            : wanted;
     try {
       painter_.Paint(request, Request(painter_.PreviewSize(size_px_), quick), changed, may_refine);
     } catch (const UsageError& e) {
@@ -118,8 +124,8 @@ bool Viewer::PaintPicture() {
 void Viewer::KeepBudget() {
   if (settings_.budget_ms > 0) {
     if (settings_.budget_ms != moving_.budget.budget_ms())
-      moving_.budget.Begin(settings_.budget_ms, scene_.folder, {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()},
-                    settings_.radiance);
+      moving_.budget.Begin(settings_.budget_ms, scene_.folder,
+                           {facts_.proxy, "gl", facts_.device, size_px_.x(), size_px_.y()}, settings_.radiance);
   } else if (moving_.budget.active()) {
     moving_.budget.End();
     moving_.probe.Cancel();
@@ -142,14 +148,16 @@ void Viewer::StepBudgetProbe() {
     return moving_.budget.Probed(std::nullopt);
   }
   if (moving_.probe_warm)
-    moving_.budget.Probed(moving_.probe.picture_ms() * static_cast<double>(size_px_.prod()) / static_cast<double>(size.prod()));
+    moving_.budget.Probed(moving_.probe.picture_ms() * static_cast<double>(size_px_.prod()) /
+                          static_cast<double>(size.prod()));
   moving_.probe_warm = !moving_.probe_warm;
 }
 
 // The picture and what is over it, without the panel, into the bound framebuffer.
 void Viewer::Compose() {
   if (painter_.empty()) return overlay_.PresentNothing(size_px_);
-  const RenderView view = Normalized(MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world);
+  const RenderView view =
+      Normalized(MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y()), scene_.normalized_from_world);
   if (settings_.seen.flat) {
     flat_.Draw(view, gl_);
     overlay_.Present(flat_, size_px_);
@@ -212,7 +220,9 @@ void Viewer::KeepFacts() {
     // Smoothed over pictures of the same settings.
     const bool others = !(drawn_.cost_settings == drawn_.settings);
     drawn_.cost_settings = drawn_.settings;
-    facts_.picture_ms = facts_.picture_ms == 0 || others ? painter_.picture_ms() : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
+    facts_.picture_ms = facts_.picture_ms == 0 || others
+                            ? painter_.picture_ms()
+                            : facts_.picture_ms + kSmoothing * (painter_.picture_ms() - facts_.picture_ms);
   }
   facts_.complete = painter_.complete();
   facts_.scale = painter_.empty() ? 1.0 : static_cast<double>(painter_.shown_size_px().x()) / size_px_.x();
@@ -226,19 +236,22 @@ void Viewer::DrawPanels() {
   if (settings_.radiance.exposure != exposure) decided_.insert("exposure");  // before the photos' own word came
   Grant(wishes);
   if (window_.Dragging() && steering_.drag_pivot)
-    if (const auto x = Project(MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y()).P, *steering_.drag_pivot))
+    if (const auto x =
+            Project(MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y()).P, *steering_.drag_pivot))
       DrawPivot(x->x(), x->y(), 1.0);
 }
 
 double Viewer::Wait_s() const {
   const bool refining = !painter_.complete() && !Loading();
-  if (steering_.moving || drawn_.changed || refining || Working() || steering_.navigator.flying() || window_.Dragging()) return 0;
+  if (steering_.moving || drawn_.changed || refining || Working() || steering_.navigator.flying() || window_.Dragging())
+    return 0;
   if (rest_.refiner.busy()) return kRefiningWait_s;
   return !Settled() || RefinementOpen() || script_.given || arriving_.proxy.valid() ? kLoadingWait_s : kIdleWait_s;
 }
 
 bool Viewer::AtRest() const {
-  return Settled() && moving_.budget.ToProbe() == nullptr && painter_.complete() && drawn_.generation == generation_ && !RefinementOpen() && !HeatOpen();
+  return Settled() && moving_.budget.ToProbe() == nullptr && painter_.complete() && drawn_.generation == generation_ &&
+         !RefinementOpen() && !HeatOpen();
 }
 
 // What was seen until the window closed is kept.
@@ -263,11 +276,18 @@ void Viewer::Summarise(nlohmann::json& j) {
   j["refined"] = RefinementSummary();
   j["keys"] = path_.keys.size();
   j["effects"] = nlohmann::json::array();
-  for (const Effect& e : effects_.effects) j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});
+  for (const Effect& e : effects_.effects)
+    j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});
   j["errors"] = nlohmann::json::array();
   for (const MeasuredError& e : jobs_.errors)
-    j["errors"].push_back({{"photo", e.photo}, {"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"coverage", e.coverage}, {"ms", e.ms},
-                           {"width", e.size_px.x()}, {"height", e.size_px.y()}, {"settings", ToJson(e.settings)}});
+    j["errors"].push_back({{"photo", e.photo},
+                           {"psnr_db", e.psnr_db},
+                           {"ssim", e.ssim},
+                           {"coverage", e.coverage},
+                           {"ms", e.ms},
+                           {"width", e.size_px.x()},
+                           {"height", e.size_px.y()},
+                           {"settings", ToJson(e.settings)}});
   j["videos"] = nlohmann::json::array();
   for (const auto& [file, count] : jobs_.videos) j["videos"].push_back({{"file", file}, {"frames", count}});
 }

@@ -1,6 +1,7 @@
-// The viewer whose camera goes anywhere. viewer_app.cc is its frame; viewer_arrivals.cc takes photos and proxies, viewer_input.cc steers,
-// viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures, viewer_refine.cc refines the picture at rest, viewer_show.cc
-// draws heat maps and differences, viewer_script.cc runs a script's statements.
+// The viewer whose camera goes anywhere. viewer_app.cc is its frame; viewer_arrivals.cc takes photos and proxies,
+// viewer_input.cc steers, viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures, viewer_refine.cc
+// refines the picture at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs a script's
+// statements.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +44,8 @@ inline bool Same(const RenderRequest& a, const RenderRequest& b) {
 
 class Viewer final : public ViewSession {
  public:
-  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress, const std::vector<ScriptStep>& script);
+  Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress,
+         const std::vector<ScriptStep>& script);
 
  private:
   // A path's video in the making.
@@ -51,9 +53,9 @@ class Viewer final : public ViewSession {
     std::unique_ptr<Recorder> recorder;
     StripPainter painter;
     CameraPath path;
-    RenderRequest request;     // but for the camera
+    RenderRequest request;  // but for the camera
     Eigen::Vector2i size_px = {0, 0};
-    int next = 0;              // frame to draw
+    int next = 0;  // frame to draw
   };
   // A video of what is seen.
   struct LiveRecording {
@@ -67,7 +69,8 @@ class Viewer final : public ViewSession {
   }
   int LargestSide() const {
     int side = 1;
-    for (const View& v : scene_.views) side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
+    for (const View& v : scene_.views)
+      side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
     return side;
   }
   // A failure that the window survives: shown, and in a script the end.
@@ -99,27 +102,31 @@ class Viewer final : public ViewSession {
   double Wait_s() const override;
   bool painted() const override { return painter_.painted(); }
   bool AtRest() const override;
-  bool ReadyForScreenshot() const override { return painter_.complete() && !(Settled() && (RefinementOpen() || HeatOpen())); }
+  bool ReadyForScreenshot() const override {
+    return painter_.complete() && !(Settled() && (RefinementOpen() || HeatOpen()));
+  }
   bool panel() const override { return settings_.panel; }
   void Summarise(nlohmann::json& j) override;
   void End() override;
   RenderRequest Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const;
-  bool PaintPicture();           // returns whether it changed
+  bool PaintPicture();  // returns whether it changed
   void KeepBudget();
   void StepBudgetProbe();
   void KeepFacts();
   void DrawPath(const Overlay::Eye& eye);
   std::filesystem::path FreeScreenshotName() const;
   bool Loading() const { return arriving_.loader.outstanding() > 0 || arriving_.new_photos; }
-  bool Settled() const { return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted; }  // nothing changes by itself
+  bool Settled() const {
+    return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted;
+  }  // nothing changes by itself
   bool Working() const { return jobs_.probe.busy() || jobs_.path_recording || jobs_.live_recording; }
 
   // viewer_refine.cc: optimal weights at rest.
   RadianceSettings Drawn() const;
   std::optional<RenderRequest> WantedRefinement() const;
   void StepRefinement(bool changed, bool moving);
-  bool RefinementOpen() const;   // there will be another picture at rest
-  bool KeepPhotos();             // for it; returns whether all are there
+  bool RefinementOpen() const;  // there will be another picture at rest
+  bool KeepPhotos();            // for it; returns whether all are there
   void StopRefining();
   nlohmann::json RefinementSummary() const;
 
@@ -138,12 +145,12 @@ class Viewer final : public ViewSession {
   ViewState StateOfKey(const PathKey& key) const;
   void AddKey(std::optional<double> time_s);
   void JumpToKey(int index);
-  std::size_t KeyCalled(double index) const;   // throws UsageError
+  std::size_t KeyCalled(double index) const;  // throws UsageError
   void PathEdited();
   void LoadPath(const std::filesystem::path& file);
   void SavePath(const std::filesystem::path& file, bool nerfstudio);
   void StartPlaying();
-  bool Play(double dt_s);        // path and time go on; returns whether the picture changes
+  bool Play(double dt_s);  // path and time go on; returns whether the picture changes
   // viewer_jobs.cc: recording, measuring.
   void StartRecording(const std::filesystem::path& wanted);
   void StartLiveRecording(const std::filesystem::path& wanted);
@@ -156,13 +163,13 @@ class Viewer final : public ViewSession {
   void StartMeasuring();
   std::filesystem::path VideoName() const;
 
-  void RunPathStatement(const ScriptStep& s);        // of the camera path's keys and files
+  void RunPathStatement(const ScriptStep& s);  // of the camera path's keys and files
   bool RunRecordingStatement(const ScriptStep& s);
 
   // What comes from other threads.
   struct Arrivals {
     PhotoLoader loader;
-    std::vector<Photo> small_photos = {};              // until exposures are known
+    std::vector<Photo> small_photos = {};  // until exposures are known
     std::future<PhotoEstimates> estimates = {};
     bool estimates_wanted = true;
     std::future<PreparedProxy> proxy = {};
@@ -172,43 +179,43 @@ class Viewer final : public ViewSession {
   struct Steering {
     ViewState home;
     Navigator navigator;
-    std::optional<Eigen::Vector3d> pivot = {};         // picked by the user
-    std::optional<Eigen::Vector3d> drag_pivot = {};    // of the drag that goes on
-    int current_photo = -1;                       // jumped to last
-    bool moving = false;                          // the camera will have moved by the next picture
+    std::optional<Eigen::Vector3d> pivot = {};       // picked by the user
+    std::optional<Eigen::Vector3d> drag_pivot = {};  // of the drag that goes on
+    int current_photo = -1;                          // jumped to last
+    bool moving = false;                             // the camera will have moved by the next picture
   };
   // The picture that was drawn last, and what was not.
   struct LastPicture {
     std::optional<RenderRequest> request = {};
     long generation = -1;
-    bool changed = false;                         // since the frame before
+    bool changed = false;  // since the frame before
     RadianceSettings settings = {};
-    RadianceSettings cost_settings = {};               // that facts_.picture_ms belongs to
-    std::optional<RadianceSettings> refused = {};      // that the backend does not do
+    RadianceSettings cost_settings = {};           // that facts_.picture_ms belongs to
+    std::optional<RadianceSettings> refused = {};  // that the backend does not do
     std::string refusal = {};
   };
   struct Moving {
     MotionBudget budget = {};
     StripPainter probe;
-    bool probe_warm = false;                      // the setting was drawn once: its shaders are compiled
+    bool probe_warm = false;  // the setting was drawn once: its shaders are compiled
   };
   // The picture at rest: constant once the refiner has its photos, which are replaced, never changed.
   struct Rest {
     std::shared_ptr<std::vector<Photo>> photos = {};
-    bool photos_missing = false;                  // they came while nobody wanted them
+    bool photos_missing = false;  // they came while nobody wanted them
     std::unique_ptr<PhotoLoader> photos_reader = {};
     Refiner refiner = {};
-    PictureTexture picture = {};                       // empty: what painter_ draws is shown
+    PictureTexture picture = {};  // empty: what painter_ draws is shown
     std::optional<RenderRequest> wanted = {};
     long generation = -1;
-    bool ended = false;                           // it is shown, or there is none
+    bool ended = false;  // it is shown, or there is none
     Clock::time_point since = Clock::now();
     long pictures = 0, cancelled = 0;
     double seconds = 0;
     std::string problem = {};
   };
   struct HeatMaps {
-    PictureTexture picture = {};                       // empty: there is none
+    PictureTexture picture = {};  // empty: there is none
     std::future<MeasureMap> drawing = {};
     std::optional<HeatRequest> wanted, drawn = {};
     long wanted_generation = -1, drawn_generation = -1;
@@ -229,18 +236,18 @@ class Viewer final : public ViewSession {
   Lumigraph& lumigraph_;
   const Scene& scene_;
   ProgressSink& progress_;
-  EffectChoice effects_;                          // as the data call for them
-  std::set<std::string> decided_;                 // effects that the user spoke about
+  EffectChoice effects_;           // as the data call for them
+  std::set<std::string> decided_;  // effects that the user spoke about
   PhotoBudget budget_;
   GlLumigraph gl_;
   FramePainter painter_;
   std::shared_ptr<const ProxyTracer> proxy_tracer_;
-  long generation_ = 0;                           // of photos and proxy
+  long generation_ = 0;  // of photos and proxy
   FlatSurface flat_;
   ViewerSettings settings_;
   PanelFacts facts_;
   CameraPath path_;
-  std::optional<double> playing_s_;               // since the path's first key
+  std::optional<double> playing_s_;  // since the path's first key
   Arrivals arriving_;
   Steering steering_;
   LastPicture drawn_;

@@ -10,9 +10,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kLoadedRefresh_s = 0.35;    // photos that arrive are shown in batches
-constexpr double kUploadTime_s = 0.025;      // a frame
-constexpr int kExposureSide = 256;           // of the photos whose exposures are compared
+constexpr double kLoadedRefresh_s = 0.35;  // photos that arrive are shown in batches
+constexpr double kUploadTime_s = 0.025;    // a frame
+constexpr int kExposureSide = 256;         // of the photos whose exposures are compared
 
 }  // namespace
 
@@ -28,18 +28,22 @@ void Viewer::SetProxy(PreparedProxy proxy) {
 void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
   if (!arriving_.estimates_wanted) return;
   std::size_t level = 0;
-  while (level + 1 < photo.levels.size() && std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide) ++level;
+  while (level + 1 < photo.levels.size() &&
+         std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide)
+    ++level;
   Photo& kept = arriving_.small_photos[static_cast<std::size_t>(view.value)];
   kept.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(level), photo.levels.end());
   kept.level0_shift = photo.level0_shift + static_cast<int>(level);
 }
 
-// When all photos are there, they are compared: on another thread, then drawn with. Exposures are seen in small copies; what else is
-// read off the photos wants them as they are, and reads them again.
+// When all photos are there, they are compared: on another thread, then drawn with. Exposures are seen in small copies;
+// what else is read off the photos wants them as they are, and reads them again.
 void Viewer::TakeEstimates() {
   if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader.outstanding() == 0) {
     arriving_.estimates_wanted = false;
-    const auto wanted = [decided = decided_](std::string_view effect) { return !decided.contains(std::string(effect)); };
+    const auto wanted = [decided = decided_](std::string_view effect) {
+      return !decided.contains(std::string(effect));
+    };
     arriving_.estimates = std::async(std::launch::async, [this, wanted, photos = std::move(arriving_.small_photos)] {
       const auto exposure = [](std::string_view effect) { return effect == measure::Exposure::kName; };
       const auto others = [&](std::string_view effect) { return !exposure(effect) && wanted(effect); };
@@ -49,7 +53,9 @@ void Viewer::TakeEstimates() {
     });
   }
   facts_.effects_open = arriving_.estimates.valid() || arriving_.estimates_wanted;
-  if (!arriving_.estimates.valid() || arriving_.estimates.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  if (!arriving_.estimates.valid() ||
+      arriving_.estimates.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return;
   lumigraph_.SetEstimates(arriving_.estimates.get());
   facts_.effects_open = false;
   gl_.SetCameras(MakeSources(scene_));
@@ -93,7 +99,8 @@ void Viewer::TakePhotos() {
     throw InputError(scene_.image_folder, "none of the photos could be read: " + message());
   facts_.photos_loaded = gl_.photo_count();
   facts_.photo_mb = static_cast<double>(gl_.photo_bytes()) / kMb;
-  if (arriving_.new_photos && (arriving_.loader.outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
+  if (arriving_.new_photos &&
+      (arriving_.loader.outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
     ++generation_;
     arriving_.new_photos = false;
     arriving_.last_refresh = Clock::now();
@@ -102,8 +109,9 @@ void Viewer::TakePhotos() {
 
 void Viewer::WishProxy(const std::string& name) {
   if (name == facts_.proxy || arriving_.proxy.valid()) return;
-  arriving_.proxy =
-      std::async(std::launch::async, [this, name, sources = gl_.sources()] { return PrepareProxy(name, LoadProxy(scene_, name), sources); });
+  arriving_.proxy = std::async(std::launch::async, [this, name, sources = gl_.sources()] {
+    return PrepareProxy(name, LoadProxy(scene_, name), sources);
+  });
 }
 
 void Viewer::TakeProxy() {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kFlight_s = 0.9;
 constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
-constexpr double kFlySpeed = 0.6;            // scene sizes a second
+constexpr double kFlySpeed = 0.6;                           // scene sizes a second
 constexpr int kMostVideoSide = 8192;
 
 }  // namespace
@@ -53,15 +53,20 @@ void Viewer::Jump(int view, bool at_once) {
 
 void Viewer::Key(int key) {
   if (SeenKey(key, settings_.seen)) return;
-  if (PhotosKey(key, settings_.radiance)) return Say(settings_.radiance.k == 0 ? "all photos at every pixel" : fmt::format("{} photos a pixel", settings_.radiance.k));
-  const int current = steering_.current_photo >= 0 ? steering_.current_photo : NearestView(scene_, steering_.navigator.state());
+  if (PhotosKey(key, settings_.radiance))
+    return Say(settings_.radiance.k == 0 ? "all photos at every pixel"
+                                         : fmt::format("{} photos a pixel", settings_.radiance.k));
+  const int current =
+      steering_.current_photo >= 0 ? steering_.current_photo : NearestView(scene_, steering_.navigator.state());
   switch (key) {
     case GLFW_KEY_ESCAPE: return window_.Close();
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
     case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
     case GLFW_KEY_N:
-      if (const auto at = std::find(facts_.proxies.begin(), facts_.proxies.end(), facts_.proxy); facts_.proxies.size() > 1) {
-        const std::string next = at == facts_.proxies.end() || at + 1 == facts_.proxies.end() ? facts_.proxies.front() : *(at + 1);
+      if (const auto at = std::find(facts_.proxies.begin(), facts_.proxies.end(), facts_.proxy);
+          facts_.proxies.size() > 1) {
+        const std::string next =
+            at == facts_.proxies.end() || at + 1 == facts_.proxies.end() ? facts_.proxies.front() : *(at + 1);
         WishProxy(next);
         Say("proxy " + next);
       }
@@ -101,7 +106,8 @@ bool Viewer::Move(const WindowInput& input, double dt_s) {
   if (!window_.Dragging() && input.orbit_px.isZero()) steering_.drag_pivot.reset();
   bool moved = false;
   if (!input.orbit_px.isZero()) {
-    steering_.navigator.Orbit(steering_.drag_pivot ? *steering_.drag_pivot : Pivot(), -kOrbitPerPx * input.orbit_px.x(), kOrbitPerPx * input.orbit_px.y());
+    steering_.navigator.Orbit(steering_.drag_pivot ? *steering_.drag_pivot : Pivot(), -kOrbitPerPx * input.orbit_px.x(),
+                              kOrbitPerPx * input.orbit_px.y());
     moved = true;
   }
   if (!input.look_px.isZero()) {
@@ -153,8 +159,12 @@ void Viewer::Grant(const PanelWishes& wishes) {
     switch (wishes.path) {
       case PathWish::kNone: break;
       case PathWish::kAdd: AddKey({}); break;
-      case PathWish::kUpdate: if (selected) ReplaceKey(path_, index, CurrentKey(0)); break;
-      case PathWish::kDelete: if (selected) DeleteKey(path_, index); break;
+      case PathWish::kUpdate:
+        if (selected) ReplaceKey(path_, index, CurrentKey(0));
+        break;
+      case PathWish::kDelete:
+        if (selected) DeleteKey(path_, index);
+        break;
       case PathWish::kEarlier: exchange(index - 1); break;
       case PathWish::kLater: exchange(index + 1); break;
       case PathWish::kJump: JumpToKey(key); break;
@@ -167,7 +177,8 @@ void Viewer::Grant(const PanelWishes& wishes) {
     }
     if (wishes.key_time_s && selected && *wishes.key_time_s >= 0 && *wishes.key_time_s <= kMaxPathSeconds)
       settings_.selected_key = static_cast<int>(RetimeKey(path_, index, *wishes.key_time_s));
-    if (wishes.path_seconds && *wishes.path_seconds > 0 && *wishes.path_seconds <= kMaxPathSeconds) StretchTo(path_, *wishes.path_seconds);
+    if (wishes.path_seconds && *wishes.path_seconds > 0 && *wishes.path_seconds <= kMaxPathSeconds)
+      StretchTo(path_, *wishes.path_seconds);
     if (wishes.path_fps && *wishes.path_fps >= 1 && *wishes.path_fps <= 240) {
       path_.fps = *wishes.path_fps;
       path_.frames = 0;

@@ -11,8 +11,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kStep_ms = 40;          // of a job, before the window is looked at again
-constexpr double kJobPatience_s = 0.3;   // a job that the moving picture kept from working draws one of its pictures whole
+constexpr double kStep_ms = 40;  // of a job, before the window is looked at again
+constexpr double kJobPatience_s =
+    0.3;  // a job that the moving picture kept from working draws one of its pictures whole
 constexpr double kLiveFps = 30;
 
 // Of a recording of what is seen, by now.
@@ -30,8 +31,10 @@ std::filesystem::path Viewer::VideoName() const {
 void Viewer::StartRecording(const std::filesystem::path& wanted) {
   if (jobs_.path_recording || jobs_.live_recording) throw UsageError("a recording is going on");
   if (path_.keys.size() < 2) throw UsageError("a path to record has two keys or more");
-  auto r = std::make_unique<PathRecording>(PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, drawn_.settings), {}, 0});
-  r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(), path_.height_px > 0 ? path_.height_px : size_px_.y()};
+  auto r = std::make_unique<PathRecording>(
+      PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, drawn_.settings), {}, 0});
+  r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(),
+                path_.height_px > 0 ? path_.height_px : size_px_.y()};
   r->recorder = std::make_unique<Recorder>(wanted, path_.fps);
   facts_.recording_to = wanted.string();
   playing_s_.reset();
@@ -74,7 +77,8 @@ void Viewer::StepLiveRecording() {
         Compose();
         const Image8 seen = canvas.Read();
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
-        // As often as its time on the screen: the clip runs as the hand did. What the encoder has no room for comes later.
+        // As often as its time on the screen: the clip runs as the hand did. What the encoder has no room for comes
+        // later.
         while (r.recorder->added() < due && !r.recorder->Full()) r.recorder->Add(seen);
       }
     }
@@ -145,7 +149,8 @@ void Viewer::StepJobs() {
         ShowDifference(measured->difference);
         measured->difference = {};
         jobs_.errors.push_back(*measured);
-        facts_.errors.push_back({measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
+        facts_.errors.push_back(
+            {measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
       }
     }
     if (undisturbed && !Working()) StepBudgetProbe();
@@ -165,7 +170,8 @@ bool Viewer::RunRecordingStatement(const ScriptStep& s) {
     case ScriptVerb::kRecord:
     case ScriptVerb::kRecordStart:
       // By the settings that the statements before asked for.
-      if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused))) return false;
+      if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused)))
+        return false;
       if (!script_.waiting) StartRecording(s.word);
       script_.waiting = true;
       return s.verb == ScriptVerb::kRecordStart || !jobs_.path_recording;

@@ -10,9 +10,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kUsualGap_s = 2;        // between keys that are added one after another
+constexpr double kUsualGap_s = 2;  // between keys that are added one after another
 constexpr double kJump_s = 0.6;
-constexpr double kKeyDepth = 0.05;       // normalised: of a key's frustum
+constexpr double kKeyDepth = 0.05;  // normalised: of a key's frustum
 constexpr int kPathLines = 300;
 
 }  // namespace
@@ -20,7 +20,8 @@ constexpr int kPathLines = 300;
 // The window's camera as a key: what a frame of the path's shape would show.
 PathKey Viewer::CurrentKey(double time_s) const {
   const ViewState& state = steering_.navigator.state();
-  const int width = path_.width_px > 0 ? path_.width_px : size_px_.x(), height = path_.height_px > 0 ? path_.height_px : size_px_.y();
+  const int width = path_.width_px > 0 ? path_.width_px : size_px_.x(),
+            height = path_.height_px > 0 ? path_.height_px : size_px_.y();
   PathKey key;
   key.cam_from_world = state.cam_from_world;
   key.vertical_fov_rad = 2 * std::atan(0.5 * height / (WindowFocalPx(state.lens, width, height) * state.lens.aspect));
@@ -29,7 +30,8 @@ PathKey Viewer::CurrentKey(double time_s) const {
 }
 
 ViewState Viewer::StateOfKey(const PathKey& key) const {
-  const int width = path_.width_px > 0 ? path_.width_px : size_px_.x(), height = path_.height_px > 0 ? path_.height_px : size_px_.y();
+  const int width = path_.width_px > 0 ? path_.width_px : size_px_.x(),
+            height = path_.height_px > 0 ? path_.height_px : size_px_.y();
   ViewState state;
   state.cam_from_world = key.cam_from_world;
   const double tall = 2 * std::tan(0.5 * key.vertical_fov_rad);
@@ -41,7 +43,8 @@ void Viewer::AddKey(std::optional<double> time_s) {
   const double at = time_s ? *time_s : path_.keys.empty() ? 0 : path_.keys.back().time_s + kUsualGap_s;
   settings_.selected_key = static_cast<int>(InsertKey(path_, CurrentKey(at)));
   PathEdited();
-  Say(fmt::format("key {} at {:.2f} s", settings_.selected_key, path_.keys[static_cast<std::size_t>(settings_.selected_key)].time_s));
+  Say(fmt::format("key {} at {:.2f} s", settings_.selected_key,
+                  path_.keys[static_cast<std::size_t>(settings_.selected_key)].time_s));
 }
 
 std::size_t Viewer::KeyCalled(double index) const {
@@ -123,7 +126,9 @@ bool Viewer::Play(double dt_s) {
 void Viewer::DrawPath(const Overlay::Eye& eye) {
   const Similarity3& normalized = scene_.normalized_from_world;
   std::vector<Overlay::Line> lines;
-  const auto at = [&](double t) { return Eigen::Vector3d(normalized * PoseOnPath(path_, t).cam_from_world.OriginInSource()); };
+  const auto at = [&](double t) {
+    return Eigen::Vector3d(normalized * PoseOnPath(path_, t).cam_from_world.OriginInSource());
+  };
   const double start = path_.keys.front().time_s, duration = Duration(path_);
   Eigen::Vector3d last = at(start);
   for (int i = 1; i <= kPathLines && duration > 0; ++i) {
@@ -142,7 +147,8 @@ void Viewer::DrawPath(const Overlay::Eye& eye) {
     if ((centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its lines would run through the picture
     Eigen::Vector3d corner[4];
     int i = 0;
-    for (const Eigen::Vector2d& c : {Eigen::Vector2d(-w, -h), Eigen::Vector2d(w, -h), Eigen::Vector2d(w, h), Eigen::Vector2d(-w, h)})
+    for (const Eigen::Vector2d& c :
+         {Eigen::Vector2d(-w, -h), Eigen::Vector2d(w, -h), Eigen::Vector2d(w, h), Eigen::Vector2d(-w, h)})
       corner[i++] = normalized * Eigen::Vector3d(world_from_cam * Eigen::Vector3d(depth * c.x(), depth * c.y(), depth));
     for (int c = 0; c < 4; ++c) {
       lines.push_back({centre, corner[c], color});

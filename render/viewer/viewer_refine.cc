@@ -1,5 +1,5 @@
-// What the viewer does at rest: the picture by optimal weights at every pixel replaces that of the graphics processor when it is whole,
-// and goes as soon as anything else is to be seen.
+// What the viewer does at rest: the picture by optimal weights at every pixel replaces that of the graphics processor
+// when it is whole, and goes as soon as anything else is to be seen.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -9,13 +9,13 @@
 namespace lumi {
 namespace {
 
-constexpr double kRest_s = 0.15;         // without a change, before it begins
-constexpr int kStandInGrid = 25;         // of samples: what is drawn of the optimum at every pixel until it is refined
+constexpr double kRest_s = 0.15;  // without a change, before it begins
+constexpr int kStandInGrid = 25;  // of samples: what is drawn of the optimum at every pixel until it is refined
 
 }  // namespace
 
-// What the graphics processor draws for the settings in the panel: of the optimum at every pixel, which is refined later, that
-// of sparse samples.
+// What the graphics processor draws for the settings in the panel: of the optimum at every pixel, which is refined
+// later, that of sparse samples.
 RadianceSettings Viewer::Drawn() const {
   RadianceSettings s = settings_.radiance;
   if (!settings_.Refines() || s.similarity != Similarity::kFull || s.Sparse() || !Validate(s).empty()) return s;
@@ -35,7 +35,9 @@ std::optional<RenderRequest> Viewer::WantedRefinement() const {
   return Request(size_px_, optimal);
 }
 
-bool Viewer::RefinementOpen() const { return rest_.wanted && !rest_.ended && !jobs_.path_recording && !jobs_.probe.busy(); }
+bool Viewer::RefinementOpen() const {
+  return rest_.wanted && !rest_.ended && !jobs_.path_recording && !jobs_.probe.busy();
+}
 
 void Viewer::StopRefining() {
   if (!rest_.refiner.busy()) return;
@@ -56,7 +58,8 @@ void Viewer::StepRefinement(bool changed, bool moving) {
     rest_.generation = generation_;
   }
   if (changed || moving || !same) rest_.since = Clock::now();
-  if (jobs_.path_recording || jobs_.probe.busy()) StopRefining();  // what is measured and recorded has the machine to itself
+  if (jobs_.path_recording || jobs_.probe.busy())
+    StopRefining();  // what is measured and recorded has the machine to itself
   if (auto picture = rest_.refiner.Take()) {
     rest_.ended = true;
     rest_.seconds = picture->seconds;
@@ -68,8 +71,8 @@ void Viewer::StepRefinement(bool changed, bool moving) {
       Say(picture->problem);
     }
   }
-  if (wanted && RefinementOpen() && !rest_.refiner.busy() && KeepPhotos() && painter_.complete() && moving_.budget.ToProbe() == nullptr &&
-      SecondsSince(rest_.since) >= kRest_s)
+  if (wanted && RefinementOpen() && !rest_.refiner.busy() && KeepPhotos() && painter_.complete() &&
+      moving_.budget.ToProbe() == nullptr && SecondsSince(rest_.since) >= kRest_s)
     rest_.refiner.Start({*wanted, gl_.sources(), proxy_tracer_, gl_.visibility(), rest_.photos});
   facts_.refined = !rest_.picture.empty();
   facts_.refining = rest_.refiner.busy();
@@ -83,7 +86,8 @@ bool Viewer::KeepPhotos() {
   if (!rest_.photos_missing) return true;
   if (!rest_.photos_reader) {
     rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
-    rest_.photos_reader = std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
+    rest_.photos_reader =
+        std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
   }
   while (auto loaded = rest_.photos_reader->Take())
     if (gl_.Has(loaded->view)) (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);

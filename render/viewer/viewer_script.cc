@@ -19,7 +19,9 @@ void Viewer::RunPathStatement(const ScriptStep& s) {
     case ScriptVerb::kKeyAdd: AddKey(s.numbers.empty() ? std::nullopt : std::optional(s.numbers[0])); break;
     case ScriptVerb::kKeyUpdate: ReplaceKey(path_, KeyCalled(s.numbers[0]), CurrentKey(0)); break;
     case ScriptVerb::kKeyDelete: DeleteKey(path_, KeyCalled(s.numbers[0])); break;
-    case ScriptVerb::kKeyTime: settings_.selected_key = static_cast<int>(RetimeKey(path_, KeyCalled(s.numbers[0]), s.numbers[1])); break;
+    case ScriptVerb::kKeyTime:
+      settings_.selected_key = static_cast<int>(RetimeKey(path_, KeyCalled(s.numbers[0]), s.numbers[1]));
+      break;
     case ScriptVerb::kKeyJump: JumpToKey(static_cast<int>(KeyCalled(s.numbers[0]))); break;
     case ScriptVerb::kKeysClear: path_ = {}; break;
     case ScriptVerb::kPathSize:
@@ -78,9 +80,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       if (!Settled()) return false;  // the data's word comes first
       SetEffects(s.word, effects_, radiance);
       break;
-    case ScriptVerb::kShow:
-      settings_.seen = *SeenFromName(s.word);
-      break;
+    case ScriptVerb::kShow: settings_.seen = *SeenFromName(s.word); break;
     case ScriptVerb::kFrusta: settings_.frusta = s.word == "on"; break;
     case ScriptVerb::kMesh: settings_.mesh = s.word == "on"; break;
     case ScriptVerb::kPath: settings_.path = s.word == "on"; break;
@@ -89,7 +89,8 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kClose: {
       const auto& names = PanelGroups();
       if (std::find(names.begin(), names.end(), s.word) == names.end())
-        throw UsageError(fmt::format("the panel has no group '{}'", s.word), fmt::format("there are: {}", fmt::join(names, ", ")));
+        throw UsageError(fmt::format("the panel has no group '{}'", s.word),
+                         fmt::format("there are: {}", fmt::join(names, ", ")));
       settings_.groups[s.word] = s.verb == ScriptVerb::kOpen;
       break;
     }
@@ -101,13 +102,16 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kRefine: settings_.refine = s.word == "on"; break;
     case ScriptVerb::kMeasure:
       // Of the settings that the statements before asked for: they are drawn first.
-      if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused) || jobs_.path_recording)) return false;
+      if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused) ||
+                               jobs_.path_recording))
+        return false;
       if (!script_.waiting) StartMeasuring();
       script_.waiting = true;
       return !jobs_.probe.busy();
     case ScriptVerb::kDifference: settings_.difference = s.word == "on"; break;
     case ScriptVerb::kPhase:
-      if (!(facts_.period_s > 0)) throw UsageError("the script's 'phase' says nothing: the scene has no period", "use 'time SECONDS'");
+      if (!(facts_.period_s > 0))
+        throw UsageError("the script's 'phase' says nothing: the scene has no period", "use 'time SECONDS'");
       radiance.time_s = s.numbers[0] * facts_.period_s;
       break;
     case ScriptVerb::kTime: radiance.time_s = s.numbers[0]; break;

@@ -42,13 +42,15 @@ void Viewer::StepHeatMap() {
   heat_.begun = Clock::now();
   heat_.wanted = wanted;
   heat_.wanted_generation = generation_;
-  heat_.drawing = std::async(std::launch::async, [wanted, sources = gl_.sources(), tracer = proxy_tracer_, maps = gl_.visibility()] {
-    return RenderMeasureMap(sources, *tracer, maps ? *maps : VisibilityMaps(), wanted.request, wanted.measure, -1);
-  });
+  heat_.drawing = std::async(
+      std::launch::async, [wanted, sources = gl_.sources(), tracer = proxy_tracer_, maps = gl_.visibility()] {
+        return RenderMeasureMap(sources, *tracer, maps ? *maps : VisibilityMaps(), wanted.request, wanted.measure, -1);
+      });
 }
 
 bool Viewer::HeatIsShown(const HeatRequest& wanted) const {
-  return heat_.drawn && heat_.drawn_generation == generation_ && heat_.drawn->measure == wanted.measure && Same(heat_.drawn->request, wanted.request);
+  return heat_.drawn && heat_.drawn_generation == generation_ && heat_.drawn->measure == wanted.measure &&
+         Same(heat_.drawn->request, wanted.request);
 }
 
 // A script's 'wait': the heat map of what is seen now.
@@ -61,7 +63,8 @@ bool Viewer::HeatOpen() const {
 void Viewer::ShowDifference(const Image8& difference) {
   ImageF picture(difference.width, difference.height, 4);
   for (std::size_t p = 0; p < picture.data.size() / 4; ++p) {
-    for (std::size_t c = 0; c < 3; ++c) picture.data[4 * p + c] = static_cast<float>(difference.data[3 * p + c]) / 255.0F;
+    for (std::size_t c = 0; c < 3; ++c)
+      picture.data[4 * p + c] = static_cast<float>(difference.data[3 * p + c]) / 255.0F;
     picture.data[4 * p + 3] = 1;
   }
   jobs_.difference.Set(picture);

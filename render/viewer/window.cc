@@ -61,7 +61,7 @@ struct Window::Events {
   enum class Drag { kNone, kOrbit, kLook, kPan };
   WindowInput input;
   Drag drag = Drag::kNone;
-  Eigen::Vector2d cursor = Eigen::Vector2d::Zero();   // window coordinates
+  Eigen::Vector2d cursor = Eigen::Vector2d::Zero();  // window coordinates
   double last_click_s = -1;
   Eigen::Vector2d last_click = Eigen::Vector2d::Zero();
 
@@ -111,12 +111,14 @@ struct Window::Events {
 
   static void Scroll(GLFWwindow* w, double, double steps) {
     if (ImGui::GetIO().WantCaptureMouse) return;
-    const bool ctrl = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS || glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    const bool ctrl =
+        glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS || glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
     (ctrl ? Of(w).input.zoom_steps : Of(w).input.dolly_steps) += steps;
   }
 
   static void Key(GLFWwindow* w, int key, int, int action, int mods) {
-    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput || (mods & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) != 0) return;
+    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput || (mods & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) != 0)
+      return;
     Of(w).input.keys.push_back(key);
   }
 };

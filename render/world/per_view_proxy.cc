@@ -8,16 +8,24 @@
 
 namespace lumi {
 PerViewProxy::PerViewProxy(const Scene& scene, const PerViewOptions& options)
-    : scene_(scene), options_(options), order_(scene), seen_(scene.views.size()), plane_at_infinity_(PlaneAtInfinity(scene)) {
+    : scene_(scene),
+      options_(options),
+      order_(scene),
+      seen_(scene.views.size()),
+      plane_at_infinity_(PlaneAtInfinity(scene)) {
   if (!plane_at_infinity_)
     throw DataError("this scene has matrices and points, but no plane at infinity: its rays have no angles",
-                    "lumi-reconstruct --backend factorization --projective finds one (a quasi-affine scene)", scene.folder);
+                    "lumi-reconstruct --backend factorization --projective finds one (a quasi-affine scene)",
+                    scene.folder);
   for (const std::int32_t i : TrustedPoints(scene)) {
     const Point& p = scene.points[static_cast<std::size_t>(i)];
-    for (const Observation& o : p.track) seen_[static_cast<std::size_t>(o.view.value)].push_back(static_cast<std::int32_t>(points_.size()));
+    for (const Observation& o : p.track)
+      seen_[static_cast<std::size_t>(o.view.value)].push_back(static_cast<std::int32_t>(points_.size()));
     points_.push_back(Homogeneous(scene, p));
   }
-  if (points_.empty()) throw DataError("the scene has no reliable points to triangulate in each view", "use a proxy: lumi-proxy plane makes one without points", scene.folder);
+  if (points_.empty())
+    throw DataError("the scene has no reliable points to triangulate in each view",
+                    "use a proxy: lumi-proxy plane makes one without points", scene.folder);
 }
 
 std::vector<Eigen::Vector4d> PerViewProxy::PointsOf(std::pair<int, int> ranks) const {
@@ -37,7 +45,8 @@ std::vector<Eigen::Vector4d> PerViewProxy::PointsOf(std::pair<int, int> ranks) c
 
 PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
   const std::pair<int, int> ranks = order_.Around(view.time_s, reach);
-  const ViewTriangulation own = TriangulateView(view.P, view.size_px, PointsOf(ranks), plane_at_infinity_, options_.triangulation);
+  const ViewTriangulation own =
+      TriangulateView(view.P, view.size_px, PointsOf(ranks), plane_at_infinity_, options_.triangulation);
   PictureWorld world;
   for (int rank = ranks.first; rank <= ranks.second; ++rank) world.photos.push_back(order_.view(rank));
   world.use.assign(world.photos.size(), true);
@@ -45,12 +54,13 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
   if (scene_.frame == Frame::kMetric) {
     world.sources.normalized_from_world = scene_.normalized_from_world;
     for (const std::int32_t i : world.photos)
-      world.sources.views.push_back(Normalized(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(i)]), scene_.normalized_from_world));
+      world.sources.views.push_back(
+          Normalized(MakeRenderView(scene_, scene_.views[static_cast<std::size_t>(i)]), scene_.normalized_from_world));
     world.proxy = MeshOf(own);
     return world;
   }
-  const Eigen::Matrix3d K0 =
-      NominalCalibration(view.size_px, options_.nominal_focal_px > 0 ? options_.nominal_focal_px : NominalFocalPx(view.size_px));
+  const Eigen::Matrix3d K0 = NominalCalibration(
+      view.size_px, options_.nominal_focal_px > 0 ? options_.nominal_focal_px : NominalFocalPx(view.size_px));
   // The plane's sign, and the depth that is 1, are those of what is seen; where nothing is, of all points.
   Plane plane = *plane_at_infinity_;
   int sign = 0;
@@ -82,14 +92,16 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
   if (own.vertices.empty()) {
     // No point says how far away anything is. One depth for all: right where the camera only turned.
     const double w = view.size_px.x(), h = view.size_px.y(), around = options_.triangulation.margin * std::max(w, h);
-    for (const Eigen::Vector2d& x : {Eigen::Vector2d(-around, -around), Eigen::Vector2d(-around, h + around), Eigen::Vector2d(w + around, h + around), Eigen::Vector2d(w + around, -around)})
+    for (const Eigen::Vector2d& x : {Eigen::Vector2d(-around, -around), Eigen::Vector2d(-around, h + around),
+                                     Eigen::Vector2d(w + around, h + around), Eigen::Vector2d(w + around, -around)})
       world.proxy.vertices.push_back(frame->At(x, unit_kappa));
     world.proxy.faces = {{0, 1, 2}, {0, 2, 3}};
     return world;
   }
   TakeFields(world.sources);
   world.proxy.faces = own.triangles;
-  for (std::size_t i = 0; i < own.vertices.size(); ++i) world.proxy.vertices.push_back(frame->At(own.x_px[i], own.kappa[i]));
+  for (std::size_t i = 0; i < own.vertices.size(); ++i)
+    world.proxy.vertices.push_back(frame->At(own.x_px[i], own.kappa[i]));
   return world;
 }
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "render/photos/photo_set.h"
+#include "render/picture/source_color.h"
 #include "render/radiance/optimum.h"
 #include "render/radiance/settings.h"
-#include "render/picture/source_color.h"
 #include "render/world/picture_world.h"
 #include "scene/model/image.h"
 
@@ -29,14 +29,15 @@ struct RenderStatistics {
   long samples = 0;                  // rays at which weights were computed; 0: every pixel
   long triangles = 0;
   OptimumCounts optimum;
-  double window_coverage = 0;        // shares of the pixels that are seen by photos of the picture's window in time ...
-  double wider_coverage = 0;         // ... and by those farther away, too (BorderOptions); the rest is filled smoothly, or a hole
+  double window_coverage = 0;  // shares of the pixels that are seen by photos of the picture's window in time ...
+  double wider_coverage =
+      0;  // ... and by those farther away, too (BorderOptions); the rest is filled smoothly, or a hole
 };
 
 struct RenderRequest {
-  RenderView view;                // in world
+  RenderView view;  // in world
   RadianceSettings settings;
-  std::vector<bool> use;          // empty: all photos; else one a view of the scene, false: left out
+  std::vector<bool> use;  // empty: all photos; else one a view of the scene, false: left out
   Show show = Show::kColor;
 };
 
@@ -45,25 +46,30 @@ class Renderer {
   virtual ~Renderer() = default;
   // RGBA, [0,1], premultiplied: a hole is (0,0,0,0). Not thread-safe: parallel inside.
   virtual ImageF Render(const RenderRequest& request) = 0;
-  virtual std::string Device() const = 0;   // "2 cores, AVX-512" or GL_RENDERER
+  virtual std::string Device() const = 0;  // "2 cores, AVX-512" or GL_RENDERER
   virtual RenderStatistics Statistics() const { return {}; }
 };
 
-// Blends the pictures of one world after another. A request's view is in the world, and `use` has one entry a camera of it.
+// Blends the pictures of one world after another. A request's view is in the world, and `use` has one entry a camera of
+// it.
 class WorldRenderer : public Renderer {
  public:
-  // From the next picture on; as many cameras as before. A camera whose photo is now of another view has another photo at its place of
-  // the vector that the renderer was made with, as large as the camera says.
+  // From the next picture on; as many cameras as before. A camera whose photo is now of another view has another photo
+  // at its place of the vector that the renderer was made with, as large as the camera says.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
 };
 
 // photos: one a camera of the world, those without levels may come later. They must outlive the renderer.
-using WorldRendererMaker = std::unique_ptr<WorldRenderer> (*)(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos);
-std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos);
+using WorldRendererMaker = std::unique_ptr<WorldRenderer> (*)(std::shared_ptr<const PictureWorld> world,
+                                                              const std::vector<Photo>& photos);
+std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world,
+                                               const std::vector<Photo>& photos);
 // Offscreen through EGL (no window system needed). Throws MachineError where OpenGL 4.3 core cannot be had.
-std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos);
+std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world,
+                                              const std::vector<Photo>& photos);
 // In the context that is current, now and at every call, its destruction included: a window's.
-std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos);
+std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world,
+                                                  const std::vector<Photo>& photos);
 // Throws UsageError for what OpenGL does not draw: the optimum at every pixel.
 void RequireDrawnByGl(const RadianceSettings& settings);
 

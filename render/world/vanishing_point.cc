@@ -29,14 +29,16 @@ double NominalFocalPx(const Eigen::Vector2i& size_px) {
   return kOfLongerSide * size_px.maxCoeff();
 }
 
-std::optional<VanishingPointFrame> VanishingPointFrame::Make(const Matrix34d& P, const Plane& at_infinity, const Eigen::Matrix3d& K0, double unit_kappa) {
+std::optional<VanishingPointFrame> VanishingPointFrame::Make(const Matrix34d& P, const Plane& at_infinity,
+                                                             const Eigen::Matrix3d& K0, double unit_kappa) {
   VanishingPointFrame f;
   f.K0_ = K0;
   f.K0_inverse_ = K0.inverse();
   // Rows of unit length for the inverse: its condition is then the scene's, and not that of two scales nobody chose.
   const Matrix34d rays = f.K0_inverse_ * P;
   const double ray_length = rays.norm(), plane_length = at_infinity.norm();
-  if (!(ray_length > 0) || !(plane_length > 0) || !(unit_kappa > 0) || !rays.allFinite() || !at_infinity.allFinite()) return std::nullopt;
+  if (!(ray_length > 0) || !(plane_length > 0) || !(unit_kappa > 0) || !rays.allFinite() || !at_infinity.allFinite())
+    return std::nullopt;
   Eigen::Matrix4d A;
   A << rays / ray_length, at_infinity.transpose() / plane_length;
   const auto inverse = InverseOf(A, 1e3 * std::numeric_limits<double>::epsilon());

@@ -1,14 +1,15 @@
-// Angles between rays where nothing is metric (thesis sec. 6.2.1): in the virtual view with projection P, the ray of another camera
-// has a vanishing point v ~ P X, X where it meets the plane at infinity pi, and with a nominal calibration K0 the angle between the
-// rays K0^-1 v and K0^-1 x. The thesis takes the distance of v and x in pixels, whose scale varies over the image and which is blind
-// to orientation; the angle does not, and is 90 degrees or more by itself where v lies behind the view.
+// Angles between rays where nothing is metric (thesis sec. 6.2.1): in the virtual view with projection P, the ray of
+// another camera has a vanishing point v ~ P X, X where it meets the plane at infinity pi, and with a nominal
+// calibration K0 the angle between the rays K0^-1 v and K0^-1 x. The thesis takes the distance of v and x in pixels,
+// whose scale varies over the image and which is blind to orientation; the angle does not, and is 90 degrees or more by
+// itself where v lies behind the view.
 //
 // The angle is a Euclidean one: of the world in which the view is K0 [I | 0] and pi the plane at infinity,
 //   x = K0^-1 P X / (pi . X),
-// which is affine to every other one with that pi. Cameras, points and planes are taken there, and all that is made for metric
-// scenes holds; what comes of images alone (fields of view, homographies and their Jacobians) is the same in any world. Neither the
-// world of the scene nor the scales of P and pi make a difference: a projective transformation of the scene, its pi carried along,
-// leads to the same world, to rounding times its condition.
+// which is affine to every other one with that pi. Cameras, points and planes are taken there, and all that is made for
+// metric scenes holds; what comes of images alone (fields of view, homographies and their Jacobians) is the same in any
+// world. Neither the world of the scene nor the scales of P and pi make a difference: a projective transformation of
+// the scene, its pi carried along, leads to the same world, to rounding times its condition.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,10 +28,11 @@ double NominalFocalPx(const Eigen::Vector2i& size_px);
 
 class VanishingPointFrame {
  public:
-  // at_infinity: signed so that points in front of the view are on its positive side. unit_kappa: pi . X / w of what is to be at
-  // depth 1 (generalised inverse depth, view_triangulation.h), > 0. nullopt where the view's centre lies on at_infinity, to rounding,
-  // or P has no rank 3: its rays are then all parallel.
-  static std::optional<VanishingPointFrame> Make(const Matrix34d& P, const Plane& at_infinity, const Eigen::Matrix3d& K0, double unit_kappa);
+  // at_infinity: signed so that points in front of the view are on its positive side. unit_kappa: pi . X / w of what is
+  // to be at depth 1 (generalised inverse depth, view_triangulation.h), > 0. nullopt where the view's centre lies on
+  // at_infinity, to rounding, or P has no rank 3: its rays are then all parallel.
+  static std::optional<VanishingPointFrame> Make(const Matrix34d& P, const Plane& at_infinity,
+                                                 const Eigen::Matrix3d& K0, double unit_kappa);
 
   // The view itself, K0 [I | 0].
   Matrix34d P() const;

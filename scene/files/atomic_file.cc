@@ -22,7 +22,8 @@ namespace {
 constexpr std::string_view kTemporaryMark = ".lumi-tmp-";
 
 MachineError CannotWrite(const fs::path& path, int error) {
-  const char* hint = error == ENOSPC || error == EDQUOT ? "free some space or choose another output" : "choose another output";
+  const char* hint =
+      error == ENOSPC || error == EDQUOT ? "free some space or choose another output" : "choose another output";
   return MachineError(fmt::format("cannot write: {}", std::strerror(error)), hint, path);
 }
 
@@ -30,8 +31,8 @@ MachineError CannotWrite(const fs::path& path, int error) {
 fs::path TemporaryFor(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   const std::string stem = path.stem().string().substr(0, 180);  // names end at 255 bytes
-  return path.parent_path() / fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++,
-                                          path.extension().string());
+  return path.parent_path() /
+         fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++, path.extension().string());
 }
 
 bool IsTemporary(const fs::path& path) {
@@ -73,7 +74,8 @@ void WriteFileAtomically(const fs::path& path, const std::function<void(const fs
   if (!path.has_filename()) throw MachineError("cannot write: not a file name", {}, path);
   std::error_code error;
   // A rename would put a file in the place of /dev/null.
-  if (const auto type = fs::status(path, error).type(); type != fs::file_type::regular && type != fs::file_type::not_found)
+  if (const auto type = fs::status(path, error).type();
+      type != fs::file_type::regular && type != fs::file_type::not_found)
     throw MachineError("cannot write: it is there already and is no file", "choose another output", path);
   if (path.has_parent_path()) {
     fs::create_directories(path.parent_path(), error);
@@ -92,7 +94,8 @@ void WriteFileAtomically(const fs::path& path, const std::function<void(const fs
 }
 
 void WriteBytesAtomically(const fs::path& path, const void* data, std::size_t size) {
-  WriteFileAtomically(path, [&](const fs::path& temporary) { WriteBytes(path, temporary, static_cast<const char*>(data), size); });
+  WriteFileAtomically(
+      path, [&](const fs::path& temporary) { WriteBytes(path, temporary, static_cast<const char*>(data), size); });
 }
 
 void WriteTextAtomically(const fs::path& path, const std::string& text) {
@@ -123,7 +126,8 @@ std::string ReadText(const fs::path& path, std::size_t max_bytes) {
   // By the stated size first, then whatever there is (a pipe states none).
   const auto stated = fs::file_size(path, error);
   if (!error) {
-    if (stated > max_bytes) throw InputError(path, fmt::format("{} bytes are more than the {} allowed here", stated, max_bytes));
+    if (stated > max_bytes)
+      throw InputError(path, fmt::format("{} bytes are more than the {} allowed here", stated, max_bytes));
     text.resize(static_cast<std::size_t>(stated));
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(in.gcount()));
@@ -155,8 +159,10 @@ FolderLock::FolderLock(const fs::path& folder) : path_(folder / "LOCK") {
                          "wait for it to end, or end it", folder);
     }
     // The owner removes the file before it lets go: a lock on a file that has no name any more protects nothing.
-    struct stat held {}, named {};
-    if (::fstat(fd_, &held) == 0 && ::stat(path_.c_str(), &named) == 0 && held.st_ino == named.st_ino && held.st_dev == named.st_dev)
+    struct stat held {
+    }, named{};
+    if (::fstat(fd_, &held) == 0 && ::stat(path_.c_str(), &named) == 0 && held.st_ino == named.st_ino &&
+        held.st_dev == named.st_dev)
       break;
     ::close(std::exchange(fd_, -1));
   }

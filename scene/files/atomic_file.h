@@ -9,9 +9,10 @@
 namespace lumi {
 
 // Calls `write` with a temporary path in the same folder (hidden, same extension) and renames it over `path`. `write`
-// must have closed the file and checked that it could. Removes the temporary when `write` throws. Creates missing parent
-// folders. Throws MachineError (disk full, not writable), naming the file.
-void WriteFileAtomically(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);
+// must have closed the file and checked that it could. Removes the temporary when `write` throws. Creates missing
+// parent folders. Throws MachineError (disk full, not writable), naming the file.
+void WriteFileAtomically(const std::filesystem::path& path,
+                         const std::function<void(const std::filesystem::path&)>& write);
 void WriteTextAtomically(const std::filesystem::path& path, const std::string& text);
 
 // As WriteTextAtomically, for any bytes.
@@ -37,8 +38,9 @@ class FolderLock {
   std::filesystem::path path_;
 };
 
-// An output folder that may be written into: absent, empty (but for a lock or temporaries of ours), or one that this suite made (it holds a lumigraph.json or
-// `marker`). Anything else is somebody's own: throws UsageError, nothing touched.
+// An output folder that may be written into: absent, empty (but for a lock or temporaries of ours), or one that this
+// suite made (it holds a lumigraph.json or `marker`). Anything else is somebody's own: throws UsageError, nothing
+// touched.
 void RequireOurFolder(const std::filesystem::path& folder, const std::string& marker = "lumigraph.json");
 
 }  // namespace lumi

@@ -1,15 +1,15 @@
 // Walks over bytes in memory and never beyond their end, for the binary formats here. Inside scene/files only.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <string_view>
-#include <algorithm>
-#include <array>
 #include <string>
+#include <string_view>
 
 #include "scene/program/error.h"
 
@@ -44,7 +44,8 @@ class ByteCursor {
   // Up to the next zero byte, which is eaten.
   std::string ReadString(const char* what) {
     const std::size_t end = bytes_.find('\0', at_);
-    if (end == std::string_view::npos) throw InputError(file_, std::string(what) + " does not end before the file does");
+    if (end == std::string_view::npos)
+      throw InputError(file_, std::string(what) + " does not end before the file does");
     std::string text(bytes_.substr(at_, end - at_));
     at_ = end + 1;
     return text;

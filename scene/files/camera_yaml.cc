@@ -37,7 +37,8 @@ std::string_view WithoutComment(std::string_view line) {
 }
 
 std::string_view Unquoted(std::string_view s) {
-  if (s.size() >= 2 && (s.front() == '"' || s.front() == '\'') && s.back() == s.front()) return s.substr(1, s.size() - 2);
+  if (s.size() >= 2 && (s.front() == '"' || s.front() == '\'') && s.back() == s.front())
+    return s.substr(1, s.size() - 2);
   return s;
 }
 
@@ -46,10 +47,13 @@ Document Parse(const fs::path& file, std::string_view text) {
   std::string key;  // the last one at the margin
   std::string_view line;
   for (std::size_t number = 1; NextLine(text, line); ++number) {
-    const auto fail = [&](const std::string& what) { return InputError(file, fmt::format("line {}: {}", number, what)); };
+    const auto fail = [&](const std::string& what) {
+      return InputError(file, fmt::format("line {}: {}", number, what));
+    };
     line = WithoutComment(line);
     const std::string_view content = Trim(line);
-    if (content.empty() || content.starts_with("%") || content.starts_with("---") || content.starts_with("...")) continue;
+    if (content.empty() || content.starts_with("%") || content.starts_with("---") || content.starts_with("..."))
+      continue;
     const std::size_t colon = content.find(':');
     if (colon == std::string_view::npos) continue;
     const bool at_margin = !text_scan::IsBlank(line.front());
@@ -75,7 +79,8 @@ Document Parse(const fs::path& file, std::string_view text) {
         // OpenCV writes ".Nan" and ".Inf"; those are refused below like any word.
         const auto x = ToNumber<double>(word);
         if (!x || !std::isfinite(*x)) throw fail(fmt::format("{}: \"{}\" is no number", key, word.substr(0, 40)));
-        if (values.size() == kMaxMatrixValues) values.clear(), values.push_back(NAN);  // no matrix of a camera: its size will not fit
+        if (values.size() == kMaxMatrixValues)
+          values.clear(), values.push_back(NAN);  // no matrix of a camera: its size will not fit
         values.push_back(*x);
         rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
       }
@@ -105,7 +110,8 @@ CameraYaml ReadWholeCameraYaml(const fs::path& path) {
   const int width = size("image_width"), height = size("image_height");
   const std::vector<double> K = matrix("camera_matrix");
   if (K.size() != 9) throw InputError(path, "camera_matrix is missing or does not have 9 numbers");
-  if (K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) throw InputError(path, "camera_matrix is no upper triangular matrix with 1 at its end");
+  if (K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1)
+    throw InputError(path, "camera_matrix is no upper triangular matrix with 1 at its end");
   std::vector<double> d = matrix("distortion_coefficients");
   if (d.empty()) d = matrix("dist_coeffs");
   const auto it = document.scalars.find("distortion_model");
@@ -117,7 +123,8 @@ CameraYaml ReadWholeCameraYaml(const fs::path& path) {
       yaml.camera = {CameraModel::kPlumbBob, width, height, {K[0], K[4], c.x(), c.y(), K[1], 0, 0, 0, 0, 0}};
   if (const auto wrong = Validate(camera)) throw InputError(path, *wrong);
   if (model == "fisheye" || model == "equidistant") {
-    if (d.size() != 4) throw InputError(path, fmt::format("a fisheye camera has 4 distortion coefficients, not {}", d.size()));
+    if (d.size() != 4)
+      throw InputError(path, fmt::format("a fisheye camera has 4 distortion coefficients, not {}", d.size()));
     if (K[1] != 0)
       throw InputError(path, fmt::format("a fisheye camera with skew ({} px) is not read", K[1]),
                        "calibrate without skew");
@@ -125,13 +132,19 @@ CameraYaml ReadWholeCameraYaml(const fs::path& path) {
   } else if (model == "plumb_bob" || model == "rational_polynomial") {
     constexpr std::size_t kFewest = 4, kMost = 14;  // OpenCV's: 4, 5, 8, 12 or 14
     if (!d.empty() && (d.size() < kFewest || d.size() > kMost))
-      throw InputError(path, fmt::format("{} distortion coefficients, where there are 4 (k1, k2, p1, p2), 5 (k3) or none", d.size()));
+      throw InputError(
+          path,
+          fmt::format("{} distortion coefficients, where there are 4 (k1, k2, p1, p2), 5 (k3) or none", d.size()));
     d.resize(kMost, 0.0);
     std::copy(d.begin(), d.begin() + 5, camera.params.end() - 5);
     for (std::size_t i = 5; i < d.size(); ++i)
-      if (d[i] != 0) throw InputError(path, fmt::format("distortion coefficient {} is {}, and those beyond k3 are not read", i + 1, d[i]), "calibrate without it");
+      if (d[i] != 0)
+        throw InputError(path,
+                         fmt::format("distortion coefficient {} is {}, and those beyond k3 are not read", i + 1, d[i]),
+                         "calibrate without it");
   } else {
-    throw InputError(path, fmt::format("distortion_model \"{}\" is not read (plumb_bob and fisheye are)", model.substr(0, 40)));
+    throw InputError(
+        path, fmt::format("distortion_model \"{}\" is not read (plumb_bob and fisheye are)", model.substr(0, 40)));
   }
   return yaml;
 }

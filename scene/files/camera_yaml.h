@@ -16,8 +16,8 @@ struct CameraYaml {
 // ROS's own layout and cv::FileStorage's are both read. Throws InputError.
 CameraYaml ReadWholeCameraYaml(const std::filesystem::path& path);
 
-// plumb_bob with k3 = 0 -> OPENCV (PINHOLE where all is 0), fisheye -> OPENCV_FISHEYE. Skew or k3 beyond 0 cannot be held by COLMAP's models:
-// InputError says so (undistort the photos first).
+// plumb_bob with k3 = 0 -> OPENCV (PINHOLE where all is 0), fisheye -> OPENCV_FISHEYE. Skew or k3 beyond 0 cannot be
+// held by COLMAP's models: InputError says so (undistort the photos first).
 Camera ReadCameraYaml(const std::filesystem::path& path);
 
 // Of any model. OpenCV's own functions do not read the skew from camera_matrix, ROS's do.

@@ -20,7 +20,8 @@ const Codecs* OpenModule() {
   if (!module) module = ::dlopen(kModule, RTLD_LAZY | RTLD_LOCAL);
   void* symbol = module ? ::dlsym(module, "LumigraphCodecs") : nullptr;
   if (!symbol)
-    throw MachineError(fmt::format("pictures cannot be read: {} cannot be loaded ({})", kModule, said), "it belongs beside the programs: was it moved?");
+    throw MachineError(fmt::format("pictures cannot be read: {} cannot be loaded ({})", kModule, said),
+                       "it belongs beside the programs: was it moved?");
   return reinterpret_cast<const Codecs* (*)()>(symbol)();
 }
 

@@ -1,7 +1,7 @@
 // What pictures and videos are decoded and encoded with. Inside scene/files only.
 //
-// OpenImageIO and OpenCV's video reader bring 250 shared libraries, which take the loader a quarter of a second, in every
-// program, also in those that only say what is wrong with an option. They stand in a module beside the programs
+// OpenImageIO and OpenCV's video reader bring 250 shared libraries, which take the loader a quarter of a second, in
+// every program, also in those that only say what is wrong with an option. They stand in a module beside the programs
 // (codecs_module.cc) that is loaded when the first picture or video is opened.
 #pragma once
 

@@ -56,11 +56,15 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   }
   const OIIO::ImageSpec& spec = in->spec();
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSide || spec.height > kMaxSide ||
-      spec.nchannels > kMaxChannels || static_cast<std::int64_t>(spec.width) * spec.height > kMaxPixels || spec.depth > 1)
-    throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width, spec.height, spec.nchannels));
+      spec.nchannels > kMaxChannels || static_cast<std::int64_t>(spec.width) * spec.height > kMaxPixels ||
+      spec.depth > 1)
+    throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width,
+                                       spec.height, spec.nchannels));
   const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height;
-  if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error)); !error && pixels > kManyPixels && pixels / kPixelsPerByte > bytes)
-    throw InputError(path, fmt::format("claims {} x {} pixels in {} bytes: the file is cut off or corrupt", spec.width, spec.height, bytes));
+  if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error));
+      !error && pixels > kManyPixels && pixels / kPixelsPerByte > bytes)
+    throw InputError(path, fmt::format("claims {} x {} pixels in {} bytes: the file is cut off or corrupt", spec.width,
+                                       spec.height, bytes));
   return in;
 }
 
@@ -71,7 +75,8 @@ Image<T> ReadPixels(OIIO::ImageInput& in, const fs::path& path, OIIO::TypeDesc t
   const bool read = in.read_image(0, 0, 0, spec.nchannels, type, image.data.data());
   if (!read || in.has_error()) {
     const std::string why = OneLine(in.geterror());
-    throw InputError(path, fmt::format("is truncated or corrupt{}{}", why.empty() ? "" : ": ", why), "copy it again, or leave it out");
+    throw InputError(path, fmt::format("is truncated or corrupt{}{}", why.empty() ? "" : ": ", why),
+                     "copy it again, or leave it out");
   }
   return image;
 }
@@ -114,9 +119,11 @@ ImageInfo ReadInfo(const fs::path& path) {
   info.height = spec.height;
   info.channels = spec.nchannels;
   info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
-  if (const float f = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0); f > 0 && std::isfinite(f)) info.focal_35mm = f;
+  if (const float f = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0); f > 0 && std::isfinite(f))
+    info.focal_35mm = f;
   for (const char* name : {"Exif:DateTimeOriginal", "DateTime"})
-    if (const std::string time(spec.get_string_attribute(name)); !time.empty() && !info.capture_time) info.capture_time = time;
+    if (const std::string time(spec.get_string_attribute(name)); !time.empty() && !info.capture_time)
+      info.capture_time = time;
   return info;
 }
 
@@ -157,14 +164,16 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   auto out = OIIO::ImageOutput::create(path.string());
   if (!out) {
     OIIO::geterror();
-    throw UsageError(fmt::format("{}: pictures cannot be written with the ending \"{}\"", path.string(), path.extension().string()),
-                     "use .png, .jpg or .exr");
+    throw UsageError(
+        fmt::format("{}: pictures cannot be written with the ending \"{}\"", path.string(), path.extension().string()),
+        "use .png, .jpg or .exr");
   }
   const auto write = [&](const std::string& name, OIIO::Filesystem::IOProxy* proxy) {
     if (proxy) out->set_ioproxy(proxy);
     const bool done = out->open(name, spec) && out->write_image(type, picture.pixels) && out->close();
     if (!done)
-      throw MachineError(fmt::format("cannot write the picture: {}", OneLine(out->geterror())), "is the disk full?", path);
+      throw MachineError(fmt::format("cannot write the picture: {}", OneLine(out->geterror())), "is the disk full?",
+                         path);
   };
   // Encoded in memory where the format allows: then the disk's answer to every byte is ours to check.
   if (out->supports("ioproxy")) {

@@ -43,7 +43,9 @@ struct RawModel {
 
 // COLMAP's further models, to be named when they are refused.
 const char* UnsupportedModelName(int id) {
-  constexpr const char* kNames[] = {"FULL_OPENCV", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE"};
+  constexpr const char* kNames[] = {"FULL_OPENCV",           "FOV",
+                                    "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE",
+                                    "THIN_PRISM_FISHEYE",    "RAD_TAN_THIN_PRISM_FISHEYE"};
   return id >= 6 && id < 12 ? kNames[id - 6] : nullptr;
 }
 InputError UnsupportedModel(const fs::path& file, const std::string& name) {
@@ -53,32 +55,40 @@ InputError UnsupportedModel(const fs::path& file, const std::string& name) {
 
 void AddCamera(const fs::path& file, std::uint32_t id, Camera camera, RawModel& model) {
   if (const auto wrong = Validate(camera)) throw InputError(file, fmt::format("camera {}: {}", id, *wrong));
-  if (!model.cameras.emplace(id, std::move(camera)).second) throw InputError(file, fmt::format("camera {} comes twice", id));
+  if (!model.cameras.emplace(id, std::move(camera)).second)
+    throw InputError(file, fmt::format("camera {} comes twice", id));
 }
 
 void CheckImage(const fs::path& file, const RawModel& model, RawImage& image) {
-  const auto fail = [&](const std::string& what) { return InputError(file, fmt::format("image {}: {}", image.id, what)); };
+  const auto fail = [&](const std::string& what) {
+    return InputError(file, fmt::format("image {}: {}", image.id, what));
+  };
   const Eigen::Quaterniond& q = image.cam_from_world.rotation;
-  if (!q.coeffs().allFinite() || !image.cam_from_world.translation.allFinite()) throw fail("the pose is not a finite number");
+  if (!q.coeffs().allFinite() || !image.cam_from_world.translation.allFinite())
+    throw fail("the pose is not a finite number");
   if (!(q.norm() > 1e-6) || !(q.norm() < 1e6)) throw fail("the rotation is no quaternion");
   image.cam_from_world.rotation.normalize();
   if (image.name.empty()) throw fail("has no name");
   // Names become paths, for writing too: they stay below the photos' folder.
   const fs::path name(image.name);
-  if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end() || image.name.find('\0') != std::string::npos)
+  if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end() ||
+      image.name.find('\0') != std::string::npos)
     throw fail(fmt::format("the name \"{}\" leads out of the photos' folder", image.name));
-  if (!model.cameras.contains(image.camera)) throw fail(fmt::format("names camera {}, which is not there", image.camera));
+  if (!model.cameras.contains(image.camera))
+    throw fail(fmt::format("names camera {}, which is not there", image.camera));
 }
 
 void AddPoint(const fs::path& file, std::uint64_t id, Point point, RawModel& model) {
   if (!point.x_in_world.allFinite()) throw InputError(file, fmt::format("point {} is not a finite number", id));
   if (!std::isfinite(point.error_px) || point.error_px < 0) point.error_px = 0;  // COLMAP writes -1 where it has none
-  if (!model.points.emplace(id, std::move(point)).second) throw InputError(file, fmt::format("point {} comes twice", id));
+  if (!model.points.emplace(id, std::move(point)).second)
+    throw InputError(file, fmt::format("point {} comes twice", id));
 }
 
 int ImageSide(const fs::path& file, std::uint32_t camera, std::uint64_t side) {
   constexpr std::uint64_t kMaxSide = 1 << 20;
-  if (side == 0 || side > kMaxSide) throw InputError(file, fmt::format("camera {}: an image {} pixels wide or high", camera, side));
+  if (side == 0 || side > kMaxSide)
+    throw InputError(file, fmt::format("camera {}: an image {} pixels wide or high", camera, side));
   return static_cast<int>(side);
 }
 
@@ -123,7 +133,8 @@ void ReadImagesBinary(const fs::path& file, RawModel& model) {
       const double x = in.Read<double>("images"), y = in.Read<double>("images");
       const auto point = in.Read<std::uint64_t>("images");
       if (point == kNoPoint) continue;
-      if (!std::isfinite(x) || !std::isfinite(y)) throw InputError(file, fmt::format("image {}: a point is not a finite number", image.id));
+      if (!std::isfinite(x) || !std::isfinite(y))
+        throw InputError(file, fmt::format("image {}: a point is not a finite number", image.id));
       image.points.emplace_back(Eigen::Vector2d(x, y), point);
     }
     model.images.push_back(std::move(image));
@@ -164,7 +175,9 @@ class Lines {
     line = Trim(line);
     return true;
   }
-  InputError Fail(const std::string& what) const { return InputError(file_, fmt::format("line {}: {}", number_, what)); }
+  InputError Fail(const std::string& what) const {
+    return InputError(file_, fmt::format("line {}: {}", number_, what));
+  }
   template <typename T>
   T Number(std::string_view& line, const char* what) const {
     const auto value = NextNumber<T>(line);
@@ -209,7 +222,8 @@ void ReadImagesText(const fs::path& file, RawModel& model) {
     CheckImage(file, model, image);
     if (lines.NextAny(line))
       while (!Trim(line).empty()) {
-        const auto x = lines.Number<double>(line, "points of an image"), y = lines.Number<double>(line, "points of an image");
+        const auto x = lines.Number<double>(line, "points of an image"),
+                   y = lines.Number<double>(line, "points of an image");
         const auto point = lines.Number<std::int64_t>(line, "points of an image");
         if (point < 0) continue;
         if (!std::isfinite(x) || !std::isfinite(y)) throw lines.Fail("a point is not a finite number");
@@ -241,7 +255,8 @@ Scene ToScene(const fs::path& images_file, RawModel&& model) {
     camera_of[id] = {static_cast<std::int32_t>(scene.cameras.size())};
     scene.cameras.push_back(std::move(camera));
   }
-  std::sort(model.images.begin(), model.images.end(), [](const RawImage& a, const RawImage& b) { return a.name < b.name; });
+  std::sort(model.images.begin(), model.images.end(),
+            [](const RawImage& a, const RawImage& b) { return a.name < b.name; });
   std::set<std::uint32_t> ids;
   std::unordered_map<std::uint64_t, std::size_t> point_of;
   for (auto& [id, point] : model.points) {
@@ -354,7 +369,8 @@ void WriteText(const Scene& scene, const Tracks& tracks, const fs::path& folder)
     const View& v = scene.views[i];
     const Eigen::Quaterniond& q = v.cam_from_world.rotation;
     const Eigen::Vector3d& t = v.cam_from_world.translation;
-    fmt::format_to(out, "{} {} {} {} {} {} {} {} {} {}\n", i + 1, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), v.camera.value + 1, v.name);
+    fmt::format_to(out, "{} {} {} {} {} {} {} {} {} {}\n", i + 1, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(),
+                   v.camera.value + 1, v.name);
     const char* separator = "";
     for (const Feature& f : tracks.features[i]) {
       fmt::format_to(out, "{}{} {} {}", separator, f.x_px.x(), f.x_px.y(), f.point + 1);
@@ -367,7 +383,8 @@ void WriteText(const Scene& scene, const Tracks& tracks, const fs::path& folder)
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const Point& p = scene.points[i];
     const Eigen::Vector3d& x = p.x_in_world;
-    fmt::format_to(out, "{} {} {} {} {} {} {} {}", i + 1, x.x(), x.y(), x.z(), p.color[0], p.color[1], p.color[2], p.error_px);
+    fmt::format_to(out, "{} {} {} {} {} {} {} {}", i + 1, x.x(), x.y(), x.z(), p.color[0], p.color[1], p.color[2],
+                   p.error_px);
     for (std::size_t k = 0; k < p.track.size(); ++k)
       fmt::format_to(out, " {} {}", p.track[k].view.value + 1, tracks.feature_of[i][k]);
     fmt::format_to(out, "\n");
@@ -393,7 +410,8 @@ std::optional<fs::path> FindColmapModel(const fs::path& folder) {
 
 Scene ReadColmapModel(const fs::path& folder) {
   const bool binary = HoldsModel(folder, ".bin");
-  if (!binary && !HoldsModel(folder, ".txt")) throw InputError(folder, "holds no COLMAP model (cameras and images, .bin or .txt)");
+  if (!binary && !HoldsModel(folder, ".txt"))
+    throw InputError(folder, "holds no COLMAP model (cameras and images, .bin or .txt)");
   const char* extension = binary ? ".bin" : ".txt";
   const auto file = [&](const char* stem) { return folder / (std::string(stem) + extension); };
   RawModel model;
@@ -416,7 +434,8 @@ Scene ReadColmapModel(const fs::path& folder) {
 
 void WriteColmapModel(const Scene& scene, const fs::path& folder, ColmapFormat format) {
   if (scene.frame != Frame::kMetric)
-    throw DataError(fmt::format("a {} scene has no cameras that COLMAP could hold", Name(scene.frame)), "upgrade it to a metric scene first", folder);
+    throw DataError(fmt::format("a {} scene has no cameras that COLMAP could hold", Name(scene.frame)),
+                    "upgrade it to a metric scene first", folder);
   for (const Camera& camera : scene.cameras)
     if (camera.model == CameraModel::kPlumbBob)
       throw std::invalid_argument("WriteColmapModel: a camera has skew and k3");

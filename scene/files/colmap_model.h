@@ -13,13 +13,15 @@ namespace lumi {
 std::optional<std::filesystem::path> FindColmapModel(const std::filesystem::path& folder);
 
 // Views sorted by name, cameras and points renumbered; 2D points without a 3D point are dropped. image_folder is left
-// empty. Binary is preferred where both are there. Throws InputError; for a camera model beyond Camera's six it names it.
+// empty. Binary is preferred where both are there. Throws InputError; for a camera model beyond Camera's six it names
+// it.
 Scene ReadColmapModel(const std::filesystem::path& folder);
 
 enum class ColmapFormat { kBinary, kText };
 // All of one model's files, each atomically; files of the other format (and rigs and frames) are removed, they would
 // contradict them. Ids are positions + 1. Metric scenes only (DataError). COLMAP itself cannot read names with blanks
 // from text; from binary it can.
-void WriteColmapModel(const Scene& scene, const std::filesystem::path& folder, ColmapFormat format = ColmapFormat::kBinary);
+void WriteColmapModel(const Scene& scene, const std::filesystem::path& folder,
+                      ColmapFormat format = ColmapFormat::kBinary);
 
 }  // namespace lumi

@@ -86,8 +86,8 @@ cv::Mat AsMat(const Image8& image) {
 }  // namespace
 
 bool HasImageExtension(const fs::path& path) {
-  static constexpr std::array kExtensions{".jpg", ".jpeg", ".jpe", ".png", ".exr", ".tif", ".tiff", ".heic", ".heif", ".avif",
-                                          ".webp", ".bmp", ".ppm", ".pgm", ".pnm", ".tga", ".jp2", ".hdr"};
+  static constexpr std::array kExtensions{".jpg",  ".jpeg", ".jpe", ".png", ".exr", ".tif", ".tiff", ".heic", ".heif",
+                                          ".avif", ".webp", ".bmp", ".ppm", ".pgm", ".pnm", ".tga",  ".jp2",  ".hdr"};
   const std::string e = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
 }
@@ -110,10 +110,13 @@ void WriteImage(const fs::path& path, const Image8& image, int jpeg_quality) {
   if (IsJpeg(path) && (image.channels == 2 || image.channels == 4)) {  // JPEG holds no alpha
     Image8 opaque(image.width, image.height, image.channels - 1);
     for (std::size_t i = 0, j = 0; i < image.data.size(); ++i)
-      if (i % static_cast<std::size_t>(image.channels) + 1 != static_cast<std::size_t>(image.channels)) opaque.data[j++] = image.data[i];
+      if (i % static_cast<std::size_t>(image.channels) + 1 != static_cast<std::size_t>(image.channels))
+        opaque.data[j++] = image.data[i];
     return WriteImage(path, opaque, jpeg_quality);
   }
-  const PictureFormat format = IsJpeg(path) ? PictureFormat::kJpeg : LowerExtension(path) == ".png" ? PictureFormat::kPng : PictureFormat::kOther;
+  const PictureFormat format = IsJpeg(path)                     ? PictureFormat::kJpeg
+                               : LowerExtension(path) == ".png" ? PictureFormat::kPng
+                                                                : PictureFormat::kOther;
   Write(path, {image.width, image.height, image.channels, false, image.data.data(), format, jpeg_quality});
 }
 

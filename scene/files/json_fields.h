@@ -1,4 +1,5 @@
-// Values of a JSON object by name; a value that is not what it should be is refused by its name. Inside scene/files only.
+// Values of a JSON object by name; a value that is not what it should be is refused by its name. Inside scene/files
+// only.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,14 +23,17 @@ using Json = nlohmann::ordered_json;
 // Reads values of an object by name and says which one is wrong.
 class Fields {
  public:
-  Fields(const Json& object, const std::filesystem::path& file, std::string where) : object_(object), file_(file), where_(std::move(where)) {
+  Fields(const Json& object, const std::filesystem::path& file, std::string where)
+      : object_(object), file_(file), where_(std::move(where)) {
     if (!object.is_object()) throw InputError(file, where_ + " is no object");
   }
   const Json* Find(const char* key) const {
     const auto it = object_.find(key);
     return it == object_.end() || it->is_null() ? nullptr : &*it;
   }
-  InputError Wrong(const char* key, const char* expected) const { return InputError(file_, fmt::format("{}{} is not {}", where_, key, expected)); }
+  InputError Wrong(const char* key, const char* expected) const {
+    return InputError(file_, fmt::format("{}{} is not {}", where_, key, expected));
+  }
 
   std::optional<double> Number(const char* key) const {
     const Json* value = Find(key);
@@ -77,12 +81,15 @@ class Fields {
 };
 
 // The opening of each of our files: "format" and "version". `not_it`: "is no manifest of a lumigraph".
-inline void RequireFormat(const Fields& fields, const std::filesystem::path& file, const char* format, int version, const char* not_it) {
-  if (fields.Text("format").value_or("") != format) throw InputError(file, fmt::format("{}: format is missing or another", not_it));
+inline void RequireFormat(const Fields& fields, const std::filesystem::path& file, const char* format, int version,
+                          const char* not_it) {
+  if (fields.Text("format").value_or("") != format)
+    throw InputError(file, fmt::format("{}: format is missing or another", not_it));
   const auto found = fields.Integer("version");
   if (!found || *found < 1) throw InputError(file, "has no version");
   if (*found > version)
-    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *found, version), "install a newer version of this suite");
+    throw InputError(file, fmt::format("has format version {}, this program reads up to {}", *found, version),
+                     "install a newer version of this suite");
 }
 
 inline Json ParseJson(const std::filesystem::path& file) {

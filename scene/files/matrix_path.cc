@@ -47,7 +47,8 @@ MatrixKey ReadKey(const nlohmann::json& k) {
   MatrixKey key;
   key.time_s = k.at("time_s").get<double>();
   key.P = ReadMatrix(k.at("P"));
-  if (k.contains("filmed") && k.contains("steady")) key.filmed = ReadMatrix(k["filmed"]), key.steady = ReadMatrix(k["steady"]);
+  if (k.contains("filmed") && k.contains("steady"))
+    key.filmed = ReadMatrix(k["filmed"]), key.steady = ReadMatrix(k["steady"]);
   key.view = k.value("view", "");
   key.view_scale = k.value("view_scale", 1.0);
   if (k.contains("anchors_px"))
@@ -66,9 +67,11 @@ MatrixPath ReadMatrixPath(const std::filesystem::path& file) {
   const nlohmann::json j = ParsePath(file);
   MatrixPath path;
   try {
-    if (!HasMatrices(j) || j.value("format", "") != kMatrixPathFormat) throw InputError(file, "not a path of matrices: \"format\": \"lumigraph-path\" with a P in each key");
+    if (!HasMatrices(j) || j.value("format", "") != kMatrixPathFormat)
+      throw InputError(file, "not a path of matrices: \"format\": \"lumigraph-path\" with a P in each key");
     if (j.at("version").get<int>() > kMatrixPathVersion)
-      throw InputError(file, fmt::format("a camera path of version {}; this program reads up to {}", j["version"].get<int>(), kMatrixPathVersion));
+      throw InputError(file, fmt::format("a camera path of version {}; this program reads up to {}",
+                                         j["version"].get<int>(), kMatrixPathVersion));
     path.fps = j.value("fps", 30.0);
     path.width_px = j.at("width").get<int>();
     path.height_px = j.at("height").get<int>();
@@ -87,8 +90,10 @@ MatrixPath ReadMatrixPath(const std::filesystem::path& file) {
     const MatrixKey& key = path.keys[i];
     const double largest = key.P.cwiseAbs().maxCoeff();
     if (!key.P.allFinite() || !(largest > 0) || !(CentreOfProjection(key.P / largest).norm() > 0.5))
-      throw InputError(file, fmt::format("key {}: P is no projection matrix: twelve finite numbers of rank 3 are wanted", i));
-    if (!std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s))) throw InputError(file, fmt::format("key {}: times must ascend", i));
+      throw InputError(file,
+                       fmt::format("key {}: P is no projection matrix: twelve finite numbers of rank 3 are wanted", i));
+    if (!std::isfinite(key.time_s) || (i > 0 && !(key.time_s > path.keys[i - 1].time_s)))
+      throw InputError(file, fmt::format("key {}: times must ascend", i));
   }
   if (!(path.fps > 0 && path.fps <= 1000)) throw InputError(file, "fps must lie in (0, 1000]");
   if (path.width_px < 1 || path.height_px < 1 || path.width_px > kMostPx || path.height_px > kMostPx)
@@ -116,7 +121,8 @@ void WriteMatrixPath(const std::filesystem::path& file, const MatrixPath& path) 
     if (!path.model.empty()) k["view_scale"] = key.view_scale;
     if (!key.anchors.empty()) {
       k["anchors_px"] = nlohmann::ordered_json::array();
-      for (const Anchor& a : key.anchors) k["anchors_px"].push_back({a.from_px.x(), a.from_px.y(), a.to_px.x(), a.to_px.y()});
+      for (const Anchor& a : key.anchors)
+        k["anchors_px"].push_back({a.from_px.x(), a.from_px.y(), a.to_px.x(), a.to_px.y()});
     }
     if (!key.filmed.isZero(0)) k["filmed"] = RowByRow(key.filmed), k["steady"] = RowByRow(key.steady);
     j["keys"].push_back(k);

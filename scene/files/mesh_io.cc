@@ -9,9 +9,9 @@
 #include <cstring>
 #include <limits>
 
-#include "scene/files/file_name.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/byte_cursor.h"
+#include "scene/files/file_name.h"
 #include "scene/files/text_scan.h"
 #include "scene/program/error.h"
 
@@ -88,7 +88,9 @@ PlyHeader ReadPlyHeader(const fs::path& path, std::string_view& text) {
   NextLine(text, line);  // "ply", seen by the caller
   for (std::size_t n = 2; n < kMaxHeaderLines; ++n) {
     if (!NextLine(text, line)) break;
-    const auto fail = [&](const std::string& what) { return InputError(path, fmt::format("line {} of the header: {}", n, what)); };
+    const auto fail = [&](const std::string& what) {
+      return InputError(path, fmt::format("line {} of the header: {}", n, what));
+    };
     std::string_view rest = Trim(line);
     const std::string_view word = NextWord(rest);
     if (word.empty() || word == "comment" || word == "obj_info") continue;
@@ -98,10 +100,14 @@ PlyHeader ReadPlyHeader(const fs::path& path, std::string_view& text) {
     }
     if (word == "format") {
       const std::string_view format = NextWord(rest);
-      if (format == "ascii") header.format = PlyHeader::Format::kAscii;
-      else if (format == "binary_little_endian") header.format = PlyHeader::Format::kLittle;
-      else if (format == "binary_big_endian") header.format = PlyHeader::Format::kBig;
-      else throw fail("unknown format " + Quoted(format));
+      if (format == "ascii")
+        header.format = PlyHeader::Format::kAscii;
+      else if (format == "binary_little_endian")
+        header.format = PlyHeader::Format::kLittle;
+      else if (format == "binary_big_endian")
+        header.format = PlyHeader::Format::kBig;
+      else
+        throw fail("unknown format " + Quoted(format));
       have_format = true;
     } else if (word == "element") {
       Element element;
@@ -119,7 +125,8 @@ PlyHeader ReadPlyHeader(const fs::path& path, std::string_view& text) {
       std::string_view type = NextWord(rest);
       if (type == "list") {
         property.count_type = ScalarFromName(NextWord(rest));
-        if (!property.count_type || *property.count_type >= Scalar::kFloat) throw fail("a list whose length is no integer type");
+        if (!property.count_type || *property.count_type >= Scalar::kFloat)
+          throw fail("a list whose length is no integer type");
         type = NextWord(rest);
       }
       const auto scalar = ScalarFromName(type);
@@ -152,7 +159,9 @@ class BinaryValues {
     }
     throw std::logic_error("unknown scalar type");
   }
-  void Require(std::uint64_t count, std::size_t bytes_each, const std::string& what) { cursor_.Require(count, bytes_each, what.c_str()); }
+  void Require(std::uint64_t count, std::size_t bytes_each, const std::string& what) {
+    cursor_.Require(count, bytes_each, what.c_str());
+  }
   static std::size_t BytesOf(Scalar type) { return SizeOf(type); }
 
  private:
@@ -164,15 +173,18 @@ class TextValues {
   TextValues(std::string_view text, const fs::path& path) : cursor_(text), path_(path) {}
   double Next(Scalar) {
     const std::string_view word = NextWord(cursor_);
-    if (word.empty()) throw InputError(path_, "ends in the middle of the mesh: the file is cut off or its counts are wrong");
+    if (word.empty())
+      throw InputError(path_, "ends in the middle of the mesh: the file is cut off or its counts are wrong");
     const auto value = ToNumber<double>(word);
     if (!value) throw InputError(path_, Quoted(word) + " is no number");
     return *value;
   }
   void Require(std::uint64_t count, std::size_t bytes_each, const std::string& what) {
     if (count > (cursor_.size() + 1) / bytes_each)
-      throw InputError(path_, fmt::format("{}: {} of them do not fit into the {} bytes that are left: the file is cut off or corrupt", what,
-                                          count, cursor_.size()));
+      throw InputError(
+          path_,
+          fmt::format("{}: {} of them do not fit into the {} bytes that are left: the file is cut off or corrupt", what,
+                      count, cursor_.size()));
   }
   static std::size_t BytesOf(Scalar) { return 2; }  // a digit and a blank
 
@@ -230,7 +242,9 @@ void ReadFaces(const fs::path& path, const Element& element, Values& values, std
     for (const Property& p : element.properties) {
       const double length = p.count_type ? values.Next(*p.count_type) : 1.0;
       if (!(length >= 0)) throw InputError(path, fmt::format("face {} has a list of negative length", i));
-      if (length > 0) values.Require(static_cast<std::uint64_t>(std::min(length, 1e18)), Values::BytesOf(p.type), fmt::format("corners of face {}", i));
+      if (length > 0)
+        values.Require(static_cast<std::uint64_t>(std::min(length, 1e18)), Values::BytesOf(p.type),
+                       fmt::format("corners of face {}", i));
       if (p.role != Role::kIndices) {
         for (double k = 0; k < length; ++k) values.Next(p.type);
         continue;
@@ -264,10 +278,12 @@ Mesh ReadPlyBody(const fs::path& path, const PlyHeader& header, Values values) {
   if (const auto reds = has(*vertex, Role::kRed);
       reds > 1 || has(*vertex, Role::kGreen) != reds || has(*vertex, Role::kBlue) != reds)
     throw InputError(path, "has colours without all of red, green and blue");
-  if (vertex->count > kMaxIndex) throw InputError(path, fmt::format("{} vertices are more than can be held", vertex->count));
+  if (vertex->count > kMaxIndex)
+    throw InputError(path, fmt::format("{} vertices are more than can be held", vertex->count));
   if (!face || face->count == 0) throw InputError(path, "has no faces: it is a point cloud, not a mesh");
   if (has(*face, Role::kIndices) != 1)
-    throw InputError(path, "has faces without vertex_indices", "triangle strips are not read: save the mesh with plain faces");
+    throw InputError(path, "has faces without vertex_indices",
+                     "triangle strips are not read: save the mesh with plain faces");
   for (const Element& e : header.elements) {
     if (e.properties.empty()) continue;  // takes no bytes, whatever its count
     std::size_t bytes = 0;
@@ -304,7 +320,9 @@ Mesh ReadObj(const fs::path& path, std::string_view text) {
   std::string joined;
   std::string_view line;
   for (std::size_t number = 1; NextLine(text, line); ++number) {
-    const auto fail = [&](const std::string& what) { return InputError(path, fmt::format("line {}: {}", number, what)); };
+    const auto fail = [&](const std::string& what) {
+      return InputError(path, fmt::format("line {}: {}", number, what));
+    };
     std::string_view rest = Trim(line);
     if (!rest.empty() && rest.back() == '\\') {  // goes on in the next line
       joined.assign(rest.substr(0, rest.size() - 1));
@@ -334,7 +352,8 @@ Mesh ReadObj(const fs::path& path, std::string_view text) {
         rgb[extra++] = *value;
       }
       if (extra == 3 && mesh.colors.size() == mesh.vertices.size())
-        mesh.colors.push_back({ColorCode(rgb[0], Scalar::kDouble), ColorCode(rgb[1], Scalar::kDouble), ColorCode(rgb[2], Scalar::kDouble)});
+        mesh.colors.push_back({ColorCode(rgb[0], Scalar::kDouble), ColorCode(rgb[1], Scalar::kDouble),
+                               ColorCode(rgb[2], Scalar::kDouble)});
       mesh.vertices.push_back(x);
       if (mesh.vertices.size() > kMaxIndex) throw fail("more vertices than can be held");
     } else if (word == "f") {
@@ -362,9 +381,11 @@ Mesh ReadObj(const fs::path& path, std::string_view text) {
 std::string ToPly(const Mesh& mesh) {
   const bool colored = !mesh.colors.empty();
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}"
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+      "z\n{}"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      mesh.vertices.size(), colored ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "", mesh.faces.size());
+      mesh.vertices.size(), colored ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "",
+      mesh.faces.size());
   bytes.reserve(bytes.size() + mesh.vertices.size() * 27 + mesh.faces.size() * 13);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     for (int k = 0; k < 3; ++k) AppendLittleEndian(bytes, mesh.vertices[i][k]);
@@ -401,7 +422,8 @@ Mesh ReadMeshWithFlaws(const fs::path& path) {
   if (!ply && LowerExtension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
   Mesh mesh = ply ? ReadPly(path, file) : ReadObj(path, file);
   // OBJ may name vertices that come later, or never.
-  Mesh finite = {std::vector<Eigen::Vector3d>(mesh.vertices.size(), Eigen::Vector3d::Zero()), std::move(mesh.faces), std::move(mesh.colors)};
+  Mesh finite = {std::vector<Eigen::Vector3d>(mesh.vertices.size(), Eigen::Vector3d::Zero()), std::move(mesh.faces),
+                 std::move(mesh.colors)};
   if (const auto wrong = Validate(finite)) throw InputError(path, *wrong);
   finite.vertices = std::move(mesh.vertices);
   return finite;

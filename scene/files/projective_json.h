@@ -17,8 +17,8 @@ namespace lumi {
 
 constexpr const char* kProjectiveName = "projective.json";
 
-// frame, views (sorted by name: name, P, size_px), points and plane_at_infinity; the rest is the manifest's. Every number
-// comes back as it was written. Throws InputError naming the file and the value: a count that does not fit its
+// frame, views (sorted by name: name, P, size_px), points and plane_at_infinity; the rest is the manifest's. Every
+// number comes back as it was written. Throws InputError naming the file and the value: a count that does not fit its
 // neighbour, a number that is not finite, an index of no view, a P without rank 3, a point or plane of zeros, a
 // quasi-affine point with w <= 0.
 Scene ReadProjectiveJson(const std::filesystem::path& file);

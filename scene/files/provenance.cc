@@ -35,7 +35,8 @@ std::string FileFingerprint(const fs::path& path) {
   in.seekg(-static_cast<std::streamoff>(kSampleBytes), std::ios::end);
   in.read(ends.data() + kSampleBytes, kSampleBytes);
   if (!in) throw Unreadable(path);
-  const auto time = std::chrono::duration_cast<std::chrono::nanoseconds>(fs::last_write_time(path).time_since_epoch()).count();
+  const auto time =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(fs::last_write_time(path).time_since_epoch()).count();
   return fmt::format("{}-{}-{}", size, time, Hash(ends));
 }
 
@@ -46,7 +47,8 @@ fs::path ProvenancePath(const fs::path& scene_folder, const std::string& stage) 
 }
 
 // The first key whose value differs, in words; empty where the maps are equal.
-std::string FirstDifference(const char* what, const std::map<std::string, std::string>& before, const std::map<std::string, std::string>& now) {
+std::string FirstDifference(const char* what, const std::map<std::string, std::string>& before,
+                            const std::map<std::string, std::string>& now) {
   for (const auto& [key, value] : now) {
     const auto it = before.find(key);
     if (it == before.end()) return fmt::format("{} {} is new", what, key);
@@ -60,7 +62,8 @@ std::string FirstDifference(const char* what, const std::map<std::string, std::s
 }  // namespace
 
 static void ListKeys(JsonKeys& j, Provenance& p) {
-  j("stage", p.stage, "version", p.version, "options", p.options, "inputs", p.inputs, "outputs", p.outputs, "seconds", p.seconds);
+  j("stage", p.stage, "version", p.version, "options", p.options, "inputs", p.inputs, "outputs", p.outputs, "seconds",
+    p.seconds);
 }
 
 std::string Fingerprint(const fs::path& path) {
@@ -69,8 +72,8 @@ std::string Fingerprint(const fs::path& path) {
   if (status.type() == fs::file_type::not_found) return "absent";
   if (status.type() != fs::file_type::directory) return FileFingerprint(path);
   std::vector<std::string> names;
-  for (fs::recursive_directory_iterator it(path, fs::directory_options::follow_directory_symlink, error), end; !error && it != end;
-       it.increment(error)) {
+  for (fs::recursive_directory_iterator it(path, fs::directory_options::follow_directory_symlink, error), end;
+       !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
     // Locks and temporaries come and go while nothing changes.
     if (name.starts_with('.') || name == "LOCK") {
@@ -110,11 +113,15 @@ bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::str
   const auto record = ReadProvenance(scene_folder, wanted.stage);
   if (!record) return no("its record cannot be read");  // then it runs again: nothing is lost but time
   const Provenance& before = *record;
-  if (before.version != wanted.version) return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
-  if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty()) return no(difference);
-  if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty()) return no(difference);
+  if (before.version != wanted.version)
+    return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
+  if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty())
+    return no(difference);
+  if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty())
+    return no(difference);
   for (const auto& [name, fingerprint] : before.outputs)
-    if (Fingerprint(scene_folder / name) != fingerprint) return no(fmt::format("output {} is not as it was written", name));
+    if (Fingerprint(scene_folder / name) != fingerprint)
+      return no(fmt::format("output {} is not as it was written", name));
   if (why) why->clear();
   return true;
 }

@@ -11,11 +11,11 @@
 namespace lumi {
 
 struct Provenance {
-  std::string stage;                              // "reconstruct", "proxy-auto", ...
-  std::string version;                            // of this suite
-  std::map<std::string, std::string> options;     // as given and defaulted, without threads, json and quiet
-  std::map<std::string, std::string> inputs;      // path -> fingerprint
-  std::map<std::string, std::string> outputs;     // path (relative to the scene) -> fingerprint
+  std::string stage;                           // "reconstruct", "proxy-auto", ...
+  std::string version;                         // of this suite
+  std::map<std::string, std::string> options;  // as given and defaulted, without threads, json and quiet
+  std::map<std::string, std::string> inputs;   // path -> fingerprint
+  std::map<std::string, std::string> outputs;  // path (relative to the scene) -> fingerprint
   double seconds = 0;
 };
 

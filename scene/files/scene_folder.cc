@@ -122,11 +122,14 @@ Scene ReadCamerasAndPoints(const fs::path& folder, Frame frame) {
     const fs::path file = folder / kProjectiveName;
     if (!Exists(file)) throw InputError(file, "the scene's projection matrices are missing", "make the scene again");
     Scene scene = ReadProjectiveJson(file);
-    if (scene.frame != frame) throw InputError(file, fmt::format("holds a {} frame, {} says {}", Name(scene.frame), kManifestName, Name(frame)), "make the scene again");
+    if (scene.frame != frame)
+      throw InputError(file, fmt::format("holds a {} frame, {} says {}", Name(scene.frame), kManifestName, Name(frame)),
+                       "make the scene again");
     return scene;
   }
   const auto model = FindColmapModel(folder / "sparse");
-  if (!model) throw InputError(folder / "sparse", "the scene's cameras are missing (a COLMAP model)", "make the scene again");
+  if (!model)
+    throw InputError(folder / "sparse", "the scene's cameras are missing (a COLMAP model)", "make the scene again");
   return ReadColmapModel(*model);
 }
 
@@ -162,14 +165,16 @@ Scene ReadWorkspace(const fs::path& path, const fs::path& model) {
     fs::path at = start;
     for (int level = 0; level < 3; ++level, at = at.parent_path()) {
       for (const fs::path& candidate : {at / "images", at})
-        if (std::find(candidates.begin(), candidates.end(), candidate) == candidates.end()) candidates.push_back(candidate);
+        if (std::find(candidates.begin(), candidates.end(), candidate) == candidates.end())
+          candidates.push_back(candidate);
       if ((at == top && level > 0) || at == at.parent_path()) break;
     }
   };
   add_from(Lexical(model), Lexical(path));
   add_from(Canonical(model), Canonical(path));
   const std::string& first = scene.views.front().name;
-  const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const fs::path& c) { return Exists(c / first); });
+  const auto found =
+      std::find_if(candidates.begin(), candidates.end(), [&](const fs::path& c) { return Exists(c / first); });
   if (found == candidates.end()) {
     std::string looked;
     for (const fs::path& c : candidates) looked += (looked.empty() ? "" : ", ") + c.string();
@@ -207,13 +212,17 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
       const Eigen::Vector2i size = camera_size(i);
       // Scaling would not help: the pixels are elsewhere.
       if (sizes[i].x() == size.y() && sizes[i].y() == size.x())
-        throw InputError(scene.ImagePath(view),
-                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees", sizes[i].x(), sizes[i].y(), size.x(), size.y()),
-                         "turn the photo back (what its EXIF data say of its orientation is not applied)");
+        throw InputError(
+            scene.ImagePath(view),
+            fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees",
+                        sizes[i].x(), sizes[i].y(), size.x(), size.y()),
+            "turn the photo back (what its EXIF data say of its orientation is not applied)");
       if (!rescale)
-        throw InputError(scene.ImagePath(view),
-                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), size.x(), size.y()),
-                         "put the photos there that the cameras were computed from, or scale the cameras with --rescale-cameras");
+        throw InputError(
+            scene.ImagePath(view),
+            fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), size.x(),
+                        size.y()),
+            "put the photos there that the cameras were computed from, or scale the cameras with --rescale-cameras");
       factors[i] = sizes[i].cast<double>().cwiseQuotient(size.cast<double>());
       changed = true;
     }
@@ -227,8 +236,10 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
       view.size_px = sizes[i];
       continue;
     }
-    const auto [it, added] = known.try_emplace({view.camera.value, sizes[i].x(), sizes[i].y()}, CameraId{static_cast<std::int32_t>(cameras.size())});
-    if (added) cameras.push_back(fits(i) ? scene.CameraOf(view) : scene.CameraOf(view).Scaled(sizes[i].x(), sizes[i].y()));
+    const auto [it, added] = known.try_emplace({view.camera.value, sizes[i].x(), sizes[i].y()},
+                                               CameraId{static_cast<std::int32_t>(cameras.size())});
+    if (added)
+      cameras.push_back(fits(i) ? scene.CameraOf(view) : scene.CameraOf(view).Scaled(sizes[i].x(), sizes[i].y()));
     view.camera = it->second;
   }
   if (scene.frame == Frame::kMetric) scene.cameras = std::move(cameras);
@@ -241,9 +252,12 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
 // one when they are undistorted.
 fs::path CacheFolder(const Scene& scene) {
   fs::path base;
-  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg == '/') base = xdg;
-  else if (const char* home = std::getenv("HOME"); home && *home == '/') base = fs::path(home) / ".cache";
-  else base = fs::temp_directory_path();
+  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg == '/')
+    base = xdg;
+  else if (const char* home = std::getenv("HOME"); home && *home == '/')
+    base = fs::path(home) / ".cache";
+  else
+    base = fs::temp_directory_path();
   std::string key = Canonical(scene.image_folder).string();
   for (const View& view : scene.views) key += fmt::format("\n{} {}", view.name, view.camera.value);
   for (const Camera& c : scene.cameras) {
@@ -263,7 +277,8 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   std::vector<std::string> skipped;
   if (!fs::is_directory(path, error)) {
     if (path.filename() == kManifestName) return OpenScene(fs::absolute(path).parent_path(), options, progress);
-    if (path.extension() != ".json") throw UsageError(fmt::format("{} is no scene: a folder, lumigraph.json or transforms.json is", path.string()));
+    if (path.extension() != ".json")
+      throw UsageError(fmt::format("{} is no scene: a folder, lumigraph.json or transforms.json is", path.string()));
     scene = ReadTransformsJson(path, &skipped);
   } else if (Exists(path / kManifestName)) {
     scene = ReadOwnScene(path);
@@ -273,17 +288,22 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   } else if (Exists(path / "transforms.json")) {
     scene = ReadTransformsJson(path / "transforms.json", &skipped);
   } else {
-    throw UsageError(fmt::format("{} is no scene: there is no lumigraph.json, no COLMAP model (cameras and images in it, sparse/ or sparse/0/) and no transforms.json",
+    throw UsageError(fmt::format("{} is no scene: there is no lumigraph.json, no COLMAP model (cameras and images in "
+                                 "it, sparse/ or sparse/0/) and no transforms.json",
                                  path.string()),
                      "lumi-reconstruct makes a scene of photos");
   }
   if (!skipped.empty())
-    progress.Message(fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
+    progress.Message(
+        fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
   if (!ours) UpdateFrameOfReference(scene);
   if (options.check_photos || options.rescale_cameras) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
-  const bool distorted = scene.frame == Frame::kMetric && std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
+  const bool distorted =
+      scene.frame == Frame::kMetric && std::any_of(scene.views.begin(), scene.views.end(),
+                                                   [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
   if (distorted && options.undistort)
-    scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images", progress);
+    scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images",
+                            progress);
   return scene;
 }
 
@@ -299,7 +319,9 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
                            {"translation", ToJson(n.translation)}};
   if (scene.period_s) json["period_s"] = *scene.period_s;
   json["active_proxy"] = scene.active_proxy;
-  const fs::path images = scene.image_folder.empty() ? fs::path("images") : Canonical(scene.image_folder).lexically_relative(Canonical(folder));
+  const fs::path images = scene.image_folder.empty()
+                              ? fs::path("images")
+                              : Canonical(scene.image_folder).lexically_relative(Canonical(folder));
   json["images"] = images.generic_string();
   json["views"] = Json::array();
   for (const View& view : scene.views) {
@@ -328,18 +350,22 @@ void WriteScene(const Scene& scene, const fs::path& folder) {
 
 fs::path FindMask(const fs::path& folder, const std::string& photo) {
   std::error_code error;
-  for (const fs::path& path : {folder / (photo + ".png"), fs::path(folder / photo).replace_extension(".png"), folder / photo})
+  for (const fs::path& path :
+       {folder / (photo + ".png"), fs::path(folder / photo).replace_extension(".png"), folder / photo})
     if (fs::is_regular_file(path, error)) return path;
   return {};
 }
 
-fs::path ProxyPath(const fs::path& scene_folder, const std::string& name) { return scene_folder / "proxies" / (name + ".ply"); }
+fs::path ProxyPath(const fs::path& scene_folder, const std::string& name) {
+  return scene_folder / "proxies" / (name + ".ply");
+}
 
 std::vector<std::string> ListProxies(const fs::path& scene_folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator it(scene_folder / "proxies", error), end; !error && it != end; it.increment(error))
-    if (it->path().extension() == ".ply" && !it->path().filename().string().starts_with('.')) names.push_back(it->path().stem().string());
+    if (it->path().extension() == ".ply" && !it->path().filename().string().starts_with('.'))
+      names.push_back(it->path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -348,7 +374,8 @@ Mesh LoadProxy(const Scene& scene, const std::string& name) {
   const std::string wanted = name.empty() ? scene.active_proxy : name;
   const std::vector<std::string> names = ListProxies(scene.folder);
   if (std::find(names.begin(), names.end(), wanted) == names.end()) {
-    const std::string hint = names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
+    const std::string hint =
+        names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
     if (wanted.empty()) throw UsageError(fmt::format("{} has no active proxy", scene.folder.string()), hint);
     throw UsageError(fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted), hint);
   }

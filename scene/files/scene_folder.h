@@ -23,15 +23,15 @@ struct OpenOptions {
   // Where undistorted copies of distorted photos go, in images/ below it. Empty: a folder of the user's cache directory
   // (XDG_CACHE_HOME or ~/.cache, then lumigraph/), keyed by the photos' folder, their names and their cameras.
   std::filesystem::path cache_folder;
-  bool check_photos = true;       // that each exists and has its camera's size (headers only)
-  bool undistort = true;          // false: cameras stay as they are (distorted ones cannot be rendered)
+  bool check_photos = true;  // that each exists and has its camera's size (headers only)
+  bool undistort = true;     // false: cameras stay as they are (distorted ones cannot be rendered)
 };
 
-// path: a folder with lumigraph.json; one with a COLMAP model in it, in sparse/ or in sparse/0/, photos in images/ beside
-// any of these or right in it; the model's own folder; transforms.json or a folder with one. up and
+// path: a folder with lumigraph.json; one with a COLMAP model in it, in sparse/ or in sparse/0/, photos in images/
+// beside any of these or right in it; the model's own folder; transforms.json or a folder with one. up and
 // normalized_from_world are stored in ours and estimated for others'. Throws InputError (corrupt, newer version, photo
-// absent, a camera that does not fit its photo) or UsageError (no scene there, with what was looked for). A scene of ours
-// may be quasi-affine or projective: a caller that needs cameras says so with RequireMetric (scene/model/scene.h).
+// absent, a camera that does not fit its photo) or UsageError (no scene there, with what was looked for). A scene of
+// ours may be quasi-affine or projective: a caller that needs cameras says so with RequireMetric (scene/model/scene.h).
 Scene OpenScene(const std::filesystem::path& path, const OpenOptions& options, ProgressSink& progress);
 
 // lumigraph.json and sparse/, or projective.json where the scene is not metric (the manifest says which of them counts,
@@ -40,17 +40,18 @@ void WriteScene(const Scene& scene, const std::filesystem::path& folder);
 // lumigraph.json alone (active_proxy, up ...): sparse/ stays.
 void WriteManifest(const Scene& scene, const std::filesystem::path& folder);
 
-// Writes undistorted pinhole copies of all photos (bicubic; JPEG quality 95, other endings kept where they can be written
-// in 8 bits, else .png is added to the name) and returns the scene with pinhole cameras and observations moved along;
-// observations without a ray are dropped. A photo whose camera has no distortion is hard-linked or copied. A new camera
-// keeps the photo's size; both focal lengths are multiplied by the one factor that makes the new image lie just inside
-// the photo, so that there are no blank pixels (COLMAP's blank_pixels = 0), and the principal point moves only as far as
-// that needs. A fisheye is cut at 80 degrees off its axis. Photos that an earlier run completed from the same photo and
-// camera stay (recorded in image_folder/.undistorted). Throws InputError, DataError, MachineError; UsageError where
-// image_folder is the photos' own.
+// Writes undistorted pinhole copies of all photos (bicubic; JPEG quality 95, other endings kept where they can be
+// written in 8 bits, else .png is added to the name) and returns the scene with pinhole cameras and observations moved
+// along; observations without a ray are dropped. A photo whose camera has no distortion is hard-linked or copied. A new
+// camera keeps the photo's size; both focal lengths are multiplied by the one factor that makes the new image lie just
+// inside the photo, so that there are no blank pixels (COLMAP's blank_pixels = 0), and the principal point moves only
+// as far as that needs. A fisheye is cut at 80 degrees off its axis. Photos that an earlier run completed from the same
+// photo and camera stay (recorded in image_folder/.undistorted). Throws InputError, DataError, MachineError; UsageError
+// where image_folder is the photos' own.
 Scene UndistortPhotos(const Scene& scene, const std::filesystem::path& image_folder, ProgressSink& progress);
 
-// Where `folder` has the mask of a photo: photo.jpg.png (as COLMAP), photo.png or photo.jpg, in this order; empty: it has none.
+// Where `folder` has the mask of a photo: photo.jpg.png (as COLMAP), photo.png or photo.jpg, in this order; empty: it
+// has none.
 std::filesystem::path FindMask(const std::filesystem::path& folder, const std::string& photo);
 
 // Proxies: SCENE/proxies/NAME.ply.

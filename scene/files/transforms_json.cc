@@ -70,7 +70,8 @@ struct Reader {
   }
 
   int Side(double value, const char* key) const {
-    if (!(value >= 1 && value <= (1 << 20)) || value != std::floor(value)) throw Fail(fmt::format("{} = {} is no size", key, value));
+    if (!(value >= 1 && value <= (1 << 20)) || value != std::floor(value))
+      throw Fail(fmt::format("{} = {} is no size", key, value));
     return static_cast<int>(value);
   }
 
@@ -103,15 +104,18 @@ struct Reader {
     const std::string model = Text(frame, root, "camera_model");
     bool fisheye = model == "OPENCV_FISHEYE";
     for (const Json* object : {&frame, &root})
-      if (const auto it = object->find("is_fisheye"); it != object->end() && it->is_boolean()) fisheye |= it->get<bool>();
+      if (const auto it = object->find("is_fisheye"); it != object->end() && it->is_boolean())
+        fisheye |= it->get<bool>();
     if (!fisheye && !model.empty() && !CameraModelFromName(model))
-      throw InputError(file, fmt::format("camera_model {} is not read", model.substr(0, 40)), "undistort the photos first");
+      throw InputError(file, fmt::format("camera_model {} is not read", model.substr(0, 40)),
+                       "undistort the photos first");
     Camera camera = Camera::Pinhole(width, height, *fx, *fy, cx, cy);
     if (fisheye) {
       camera.model = CameraModel::kOpenCVFisheye;
       camera.params.insert(camera.params.end(), {k("k1"), k("k2"), k("k3"), k("k4")});
     } else {
-      if (k("k3") != 0 || k("k4") != 0) throw InputError(file, "k3 and k4 of a lens that is no fisheye are not read", "undistort the photos first");
+      if (k("k3") != 0 || k("k4") != 0)
+        throw InputError(file, "k3 and k4 of a lens that is no fisheye are not read", "undistort the photos first");
       if (k("k1") != 0 || k("k2") != 0 || k("p1") != 0 || k("p2") != 0) {
         camera.model = CameraModel::kOpenCV;
         camera.params.insert(camera.params.end(), {k("k1"), k("k2"), k("p1"), k("p2")});
@@ -132,7 +136,8 @@ struct Reader {
       for (int c = 0; c < 4; ++c) m(r, c) = ToDouble(row[static_cast<std::size_t>(c)], name + ": transform_matrix");
     }
     const Eigen::Matrix3d R_gl = m.leftCols<3>();
-    if (!((R_gl * R_gl.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) || !(R_gl.determinant() > 0))
+    if (!((R_gl * R_gl.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
+        !(R_gl.determinant() > 0))
       throw fail("is no rotation and translation");
     const Eigen::Matrix3d world_from_cam = R_gl * kFlip.asDiagonal();
     const Eigen::Quaterniond nearest(NearestRotation(world_from_cam));
@@ -180,7 +185,8 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
     const Json& frame = (*frames)[i];
     if (!frame.is_object()) throw InputError(path, fmt::format("frames[{}] is no object", i));
     const std::string file_path = reader.Text(frame, frame, "file_path");
-    if (file_path.empty() || file_path.find('\0') != std::string::npos) throw InputError(path, fmt::format("frames[{}] has no file_path", i));
+    if (file_path.empty() || file_path.find('\0') != std::string::npos)
+      throw InputError(path, fmt::format("frames[{}] has no file_path", i));
     const auto photo = FindPhoto(folder, file_path);
     if (!photo) {
       if (skipped) skipped->push_back(file_path);
@@ -198,25 +204,31 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
     found.emplace_back(*photo, std::move(view));
   }
   if (found.empty())
-    throw InputError(path, frames->empty() ? std::string("has no frames") : fmt::format("none of its {} photos is there", frames->size()));
+    throw InputError(path, frames->empty() ? std::string("has no frames")
+                                           : fmt::format("none of its {} photos is there", frames->size()));
   for (auto& [photo, view] : found) {
     view.name = photo.lexically_relative(image_folder).generic_string();
     scene.views.push_back(std::move(view));
   }
   std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
   for (std::size_t i = 1; i < scene.views.size(); ++i)
-    if (scene.views[i].name == scene.views[i - 1].name) throw InputError(path, fmt::format("the photo {} comes twice", scene.views[i].name));
+    if (scene.views[i].name == scene.views[i - 1].name)
+      throw InputError(path, fmt::format("the photo {} comes twice", scene.views[i].name));
   scene.folder = folder;
   scene.image_folder = image_folder;
   return scene;
 }
 
 void WriteTransformsJson(const Scene& scene, const fs::path& path) {
-  if (scene.frame != Frame::kMetric) throw DataError("a scene without metric cameras cannot be a transforms.json", "upgrade it to a metric scene first", path);
+  if (scene.frame != Frame::kMetric)
+    throw DataError("a scene without metric cameras cannot be a transforms.json", "upgrade it to a metric scene first",
+                    path);
   const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
   const auto put_camera = [](Json& object, const Camera& c) {
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
-    object["camera_model"] = c.IsPinhole() ? "PINHOLE" : c.model == CameraModel::kOpenCVFisheye ? "OPENCV_FISHEYE" : "OPENCV";
+    object["camera_model"] = c.IsPinhole()                            ? "PINHOLE"
+                             : c.model == CameraModel::kOpenCVFisheye ? "OPENCV_FISHEYE"
+                                                                      : "OPENCV";
     object["w"] = c.width_px;
     object["h"] = c.height_px;
     object["fl_x"] = f.x();
@@ -229,7 +241,8 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
       object[TermKey(InfoOf(c.model).terms[i])] = c.params[i];
   };
   // One camera stands at the top, where every reader looks; several stand at their frames.
-  const bool one = std::all_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.camera == scene.views.front().camera; });
+  const bool one = std::all_of(scene.views.begin(), scene.views.end(),
+                               [&](const View& v) { return v.camera == scene.views.front().camera; });
   Json root = Json::object();
   if (one && !scene.views.empty()) put_camera(root, scene.CameraOf(scene.views.front()));
   root["frames"] = Json::array();

@@ -30,14 +30,15 @@ namespace {
 
 constexpr int kJpegQuality = 95;
 constexpr double kMaxTangent = 5.67;  // 80 degrees off axis: a plane beyond shows nothing but stretched pixels
-constexpr int kMaxPhotoSide = 32766;       // of cv::remap
+constexpr int kMaxPhotoSide = 32766;  // of cv::remap
 
 // A fisheye's border that looks too far to the side counts as having no ray.
 Camera PinholeFor(const Camera& camera) {
-  return PinholeInside({camera.width_px, camera.height_px}, camera.FocalPx(), camera.PrincipalPointPx(), [&](const Eigen::Vector2d& x_px) {
-    const auto x = camera.Normalized(x_px);
-    return x && x->norm() <= kMaxTangent ? x : std::nullopt;
-  });
+  return PinholeInside({camera.width_px, camera.height_px}, camera.FocalPx(), camera.PrincipalPointPx(),
+                       [&](const Eigen::Vector2d& x_px) {
+                         const auto x = camera.Normalized(x_px);
+                         return x && x->norm() <= kMaxTangent ? x : std::nullopt;
+                       });
 }
 
 // For each pixel of the pinhole image the photo's pixel, in cv::remap's fixed-point form.
@@ -68,7 +69,8 @@ std::string Key(const fs::path& photo, const Camera& camera) {
   const auto size = fs::file_size(photo, error);
   if (error) throw InputError(photo, "there is no such picture");
   const auto time = fs::last_write_time(photo, error).time_since_epoch().count();
-  std::string text = fmt::format("{} {} {} {}", fs::absolute(photo).lexically_normal().string(), size, time, Name(camera.model));
+  std::string text =
+      fmt::format("{} {} {} {}", fs::absolute(photo).lexically_normal().string(), size, time, Name(camera.model));
   for (const double p : camera.params) text += fmt::format(" {}", p);
   return fmt::format("{:016x}", OIIO::xxhash::XXH64(text.data(), text.size(), 0));
 }
@@ -145,7 +147,8 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
   if (scene.frame != Frame::kMetric) throw std::invalid_argument("UndistortPhotos: not a metric scene");
   std::error_code error;
   fs::create_directories(image_folder, error);
-  if (error) throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", image_folder);
+  if (error)
+    throw MachineError(fmt::format("cannot be made: {}", error.message()), "choose another output", image_folder);
   if (fs::equivalent(image_folder, scene.image_folder, error))
     throw UsageError(fmt::format("undistorted photos cannot replace their originals in {}", image_folder.string()));
   RemoveStaleTemporaries(image_folder);
@@ -154,9 +157,11 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
   result.image_folder = image_folder;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     const Camera& c = scene.cameras[i];
-    if (std::max(c.width_px, c.height_px) > kMaxPhotoSide) throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxPhotoSide));
+    if (std::max(c.width_px, c.height_px) > kMaxPhotoSide)
+      throw DataError(fmt::format("photos wider or higher than {} pixels cannot be undistorted", kMaxPhotoSide));
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
-    result.cameras[i] = c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeFor(c);
+    result.cameras[i] =
+        c.IsPinhole() ? Camera::Pinhole(c.width_px, c.height_px, f.x(), f.y(), p.x(), p.y()) : PinholeFor(c);
   }
   for (View& view : result.views)
     if (!scene.CameraOf(view).IsPinhole() && !CanKeepEnding(view.name)) view.name += ".png";
@@ -195,7 +200,9 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
     } else {
       const Image8 photo = ReadImage8(from);
       if (photo.width != camera.width_px || photo.height != camera.height_px)
-        throw InputError(from, fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", photo.width, photo.height, camera.width_px, camera.height_px),
+        throw InputError(from,
+                         fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", photo.width,
+                                     photo.height, camera.width_px, camera.height_px),
                          "scale the cameras with --rescale-cameras");
       WriteImage(to, Undistorted(photo, *maps), kJpegQuality);
     }

@@ -33,15 +33,16 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kAssumedFps = 30;   // where a container states none
-constexpr double kMaxFps = 1000;     // beyond: a container's time base, not its rate
+constexpr double kAssumedFps = 30;       // where a container states none
+constexpr double kMaxFps = 1000;         // beyond: a container's time base, not its rate
 constexpr double kHintTolerance = 0.01;  // of a count that a container computes from its duration
 
 // MPEG elementary, program or transport stream, by its first bytes.
 bool IsMpegStream(const fs::path& path) {
   char head[4] = {};
   std::ifstream(path, std::ios::binary).read(head, sizeof head);
-  return (head[0] == 0 && head[1] == 0 && head[2] == 1) || head[0] == 0x47 || (head[0] == 0 && head[1] == 0 && head[2] == 0 && head[3] == 1);
+  return (head[0] == 0 && head[1] == 0 && head[2] == 1) || head[0] == 0x47 ||
+         (head[0] == 0 && head[1] == 0 && head[2] == 0 && head[3] == 1);
 }
 
 // OpenCV and FFmpeg would print; only programs do.
@@ -56,7 +57,8 @@ void SilenceDecoders() {
 }  // namespace
 
 bool HasVideoExtension(const fs::path& path) {
-  static constexpr std::array kExtensions{".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".mts", ".m2ts", ".ts", ".wmv", ".3gp", ".ogv", ".flv"};
+  static constexpr std::array kExtensions{".mp4", ".m4v",  ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg",
+                                          ".mts", ".m2ts", ".ts",  ".wmv", ".3gp", ".ogv",  ".flv"};
   const std::string e = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
 }
@@ -66,7 +68,8 @@ struct VideoReader::Impl {
   std::unique_ptr<VideoDecoder> decoder;
   double fps = kAssumedFps;
   long hint = 0;
-  bool hint_is_stated = false;  // by the container; MPEG streams have no such field, there it is a guess from the bit rate
+  bool hint_is_stated =
+      false;  // by the container; MPEG streams have no such field, there it is a guess from the bit rate
   int width = 0, height = 0;
   int read = 0;
   bool ended = false;
@@ -102,9 +105,11 @@ VideoReader::VideoReader(const fs::path& path) : impl_(std::make_unique<Impl>())
     throw InputError(path, "is not a video that can be read");
   }
   if (!v.decoder)
-    throw InputError(path, "is not a video that can be read", "was it cut off while being copied? ffmpeg -i may tell more");
+    throw InputError(path, "is not a video that can be read",
+                     "was it cut off while being copied? ffmpeg -i may tell more");
   if (std::isfinite(claims.fps) && claims.fps > 0 && claims.fps <= kMaxFps) v.fps = claims.fps;
-  if (std::isfinite(claims.frames) && claims.frames > 0 && claims.frames < 1e9) v.hint = static_cast<long>(claims.frames);
+  if (std::isfinite(claims.frames) && claims.frames > 0 && claims.frames < 1e9)
+    v.hint = static_cast<long>(claims.frames);
   v.hint_is_stated = !IsMpegStream(path);
   v.width = claims.width;
   v.height = claims.height;
@@ -146,7 +151,10 @@ std::optional<VideoFrame> VideoReader::Next() {
   frame.index = v.read++;
   frame.rgb = Image8(v.bgr.cols, v.bgr.rows, 3);
   cv::Mat rgb(v.bgr.rows, v.bgr.cols, CV_8UC3, frame.rgb.data.data());
-  cv::cvtColor(v.bgr, rgb, v.bgr.channels() == 1 ? cv::COLOR_GRAY2RGB : v.bgr.channels() == 4 ? cv::COLOR_BGRA2RGB : cv::COLOR_BGR2RGB);
+  cv::cvtColor(v.bgr, rgb,
+               v.bgr.channels() == 1   ? cv::COLOR_GRAY2RGB
+               : v.bgr.channels() == 4 ? cv::COLOR_BGRA2RGB
+                                       : cv::COLOR_BGR2RGB);
   return frame;
 }
 
@@ -176,10 +184,39 @@ struct VideoWriter::Impl {
 void VideoWriter::Impl::Start() {
   const int padded_width = width + width % 2, padded_height = height + height % 2;
   // The matrix is stated (BT.601), so that players and decoders that assume one agree on the colours.
-  std::vector<std::string> argv{ffmpeg.string(), "-nostdin", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
-                                fmt::format("{}x{}", padded_width, padded_height), "-r", fmt::format("{}", fps), "-i", "pipe:0", "-an",
-                                "-c:v", "libx264", "-preset", "medium", "-crf", "18", "-pix_fmt", "yuv420p", "-colorspace", "smpte170m",
-                                "-color_primaries", "bt709", "-color_trc", "bt709", "-movflags", "+faststart", temporary.string()};
+  std::vector<std::string> argv{ffmpeg.string(),
+                                "-nostdin",
+                                "-y",
+                                "-loglevel",
+                                "error",
+                                "-f",
+                                "rawvideo",
+                                "-pix_fmt",
+                                "rgb24",
+                                "-s",
+                                fmt::format("{}x{}", padded_width, padded_height),
+                                "-r",
+                                fmt::format("{}", fps),
+                                "-i",
+                                "pipe:0",
+                                "-an",
+                                "-c:v",
+                                "libx264",
+                                "-preset",
+                                "medium",
+                                "-crf",
+                                "18",
+                                "-pix_fmt",
+                                "yuv420p",
+                                "-colorspace",
+                                "smpte170m",
+                                "-color_primaries",
+                                "bt709",
+                                "-color_trc",
+                                "bt709",
+                                "-movflags",
+                                "+faststart",
+                                temporary.string()};
   std::vector<char*> arguments;
   for (std::string& a : argv) arguments.push_back(a.data());
   arguments.push_back(nullptr);
@@ -248,22 +285,26 @@ void VideoWriter::Impl::Fail(const std::string& what) {
   while (!said.empty() && std::isspace(static_cast<unsigned char>(said.back()))) said.pop_back();
   std::replace(said.begin(), said.end(), '\n', ';');
   Abandon();
-  throw MachineError(said.empty() ? what : fmt::format("{}: {}", what, said), "is the disk full, and does ffmpeg have libx264?", path);
+  throw MachineError(said.empty() ? what : fmt::format("{}: {}", what, said),
+                     "is the disk full, and does ffmpeg have libx264?", path);
 }
 
 VideoWriter::VideoWriter(const fs::path& path, double fps) : impl_(std::make_unique<Impl>()) {
   Impl& v = *impl_;
-  if (!(fps > 0) || !(fps <= kMaxFps)) throw UsageError(fmt::format("a video of {} frames a second cannot be written", fps));
+  if (!(fps > 0) || !(fps <= kMaxFps))
+    throw UsageError(fmt::format("a video of {} frames a second cannot be written", fps));
   v.path = path;
   v.fps = fps;
   const auto ffmpeg = FindProgram("ffmpeg");
-  if (!ffmpeg) throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", path);
+  if (!ffmpeg)
+    throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", path);
   v.ffmpeg = fs::absolute(*ffmpeg);
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
   if (error) throw MachineError(fmt::format("cannot be written: {}", error.message()), "choose another output", path);
   // The ending tells ffmpeg the container; an absolute path cannot be taken for an option or a protocol.
-  v.temporary = fs::absolute(path.parent_path() / fmt::format(".{}.lumi-tmp-{}-v.mp4", path.stem().string(), ::getpid()));
+  v.temporary =
+      fs::absolute(path.parent_path() / fmt::format(".{}.lumi-tmp-{}-v.mp4", path.stem().string(), ::getpid()));
 }
 
 VideoWriter::~VideoWriter() {

@@ -1,5 +1,5 @@
-// Angles that keep their accuracy down to zero (Kahan 2006, "How futile are mindless assessments of roundoff", sec. 12):
-// acos(dot) loses half the digits near 0 and pi; these do not.
+// Angles that keep their accuracy down to zero (Kahan 2006, "How futile are mindless assessments of roundoff", sec.
+// 12): acos(dot) loses half the digits near 0 and pi; these do not.
 #pragma once
 
 #include <Eigen/Core>

@@ -24,7 +24,8 @@ MatrixXd SolveSymmetric(const MatrixIn& A, const MatrixIn& b) { return Eigen::LD
 
 VectorXd SolveLeastNorm(const MatrixIn& A, const VectorIn& b) {
   const SymmetricEigen eigen = EigenOfSymmetric(A);
-  const double negligible = std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows()) * eigen.values.cwiseAbs().maxCoeff();
+  const double negligible =
+      std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows()) * eigen.values.cwiseAbs().maxCoeff();
   VectorXd along = eigen.vectors.transpose() * b;
   for (Eigen::Index i = 0; i < along.size(); ++i)
     along[i] = std::abs(eigen.values[i]) <= negligible ? 0 : along[i] / eigen.values[i];

@@ -1,8 +1,8 @@
 // Dense solvers for the few dozen unknowns of a camera, a point or a transformation.
 //
 // One instantiation of each for all: Eigen unrolls its solvers anew for every fixed size and every file, which took the
-// compiler up to half a minute each and gained nothing that a user would notice. Where a solver is the inner loop, it stays
-// where it is.
+// compiler up to half a minute each and gained nothing that a user would notice. Where a solver is the inner loop, it
+// stays where it is.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,8 +30,8 @@ Eigen::MatrixXd SolveSymmetric(const MatrixIn& A, const MatrixIn& b);
 // The shortest x of the least |A x - b|, A symmetric of whatever rank.
 Eigen::VectorXd SolveLeastNorm(const MatrixIn& A, const VectorIn& b);
 
-// A = U diag(values) V^T, values descending; V is square, U too unless A is tall (then it has A's shape). Jacobi for its
-// relative accuracy: gaps of a spectrum can be read down to the rounding of its largest value.
+// A = U diag(values) V^T, values descending; V is square, U too unless A is tall (then it has A's shape). Jacobi for
+// its relative accuracy: gaps of a spectrum can be read down to the rounding of its largest value.
 struct SingularValueDecomposition {
   Eigen::MatrixXd U;
   Eigen::VectorXd values;
@@ -47,7 +47,8 @@ std::optional<Eigen::MatrixXd> InverseOf(const MatrixIn& A, double min_rcond = 0
 Eigen::MatrixXd OrthonormalColumns(const MatrixIn& A);
 Eigen::MatrixXd PerpendicularColumns(const MatrixIn& A);
 
-// The rotation R of the largest trace(R A^T): nearest to A, and the Kabsch rotation of a covariance A = sum target source^T.
+// The rotation R of the largest trace(R A^T): nearest to A, and the Kabsch rotation of a covariance A = sum target
+// source^T.
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& A);
 
 }  // namespace lumi

@@ -7,7 +7,9 @@ namespace lumi {
 
 Eigen::Vector3d Mesh::FaceNormal(std::size_t face) const {
   const auto& f = faces[face];
-  const auto v = [&](int i) -> const Eigen::Vector3d& { return vertices[static_cast<std::size_t>(f[static_cast<std::size_t>(i)])]; };
+  const auto v = [&](int i) -> const Eigen::Vector3d& {
+    return vertices[static_cast<std::size_t>(f[static_cast<std::size_t>(i)])];
+  };
   const Eigen::Vector3d n = (v(1) - v(0)).cross(v(2) - v(0));
   const double length = n.norm();
   return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();

@@ -11,9 +11,9 @@
 namespace lumi {
 
 struct Mesh {
-  std::vector<Eigen::Vector3d> vertices;             // in world units
-  std::vector<std::array<std::int32_t, 3>> faces;    // counter-clockwise seen from outside
-  std::vector<std::array<std::uint8_t, 3>> colors;   // RGB a vertex, or empty
+  std::vector<Eigen::Vector3d> vertices;            // in world units
+  std::vector<std::array<std::int32_t, 3>> faces;   // counter-clockwise seen from outside
+  std::vector<std::array<std::uint8_t, 3>> colors;  // RGB a vertex, or empty
 
   Eigen::Vector3d FaceNormal(std::size_t face) const;  // unit; zero for a face without area
 };

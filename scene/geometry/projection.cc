@@ -84,7 +84,8 @@ std::optional<Eigen::Vector4d> InverseProject(const Matrix34d& P, const Plane& p
   return x;
 }
 
-std::optional<Eigen::Matrix3d> PlaneHomography(const Matrix34d& P_target, const Matrix34d& P_source, const Plane& plane) {
+std::optional<Eigen::Matrix3d> PlaneHomography(const Matrix34d& P_target, const Matrix34d& P_source,
+                                               const Plane& plane) {
   Eigen::Matrix4d P_aug;
   P_aug << P_source, plane.transpose();
   // Rows of unit length: the condition then speaks of geometry, not of pixels against metres.

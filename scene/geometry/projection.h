@@ -41,7 +41,8 @@ using Plane = Eigen::Vector4d;
 std::optional<Eigen::Vector4d> InverseProject(const Matrix34d& P, const Plane& plane, const Eigen::Vector2d& x_px);
 
 // Homography x_target ~ H x_source induced by a plane (thesis sec. 2.2.4). nullopt as InverseProject.
-std::optional<Eigen::Matrix3d> PlaneHomography(const Matrix34d& P_target, const Matrix34d& P_source, const Plane& plane);
+std::optional<Eigen::Matrix3d> PlaneHomography(const Matrix34d& P_target, const Matrix34d& P_source,
+                                               const Plane& plane);
 
 // Image of the centre of `other` in the camera P: homogeneous, whatever the sign of w (w < 0: the centre is behind the
 // camera and the ray through the epipole, extended backwards, meets it; it sees the same radiance). nullopt where the

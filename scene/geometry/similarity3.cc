@@ -83,17 +83,19 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::ve
   const Moments m = ComputeMoments(source, target);
   if (!(m.source_variance > 0)) return failed;
   const Eigen::VectorXd singular = SingularValues(m.covariance);
-  // Centres along a path that is thinner than a thirtieth of its length say little about the turn around it: their noise over that width. The
-  // photos' rotations do, and then count as much as the centres.
+  // Centres along a path that is thinner than a thirtieth of its length say little about the turn around it: their
+  // noise over that width. The photos' rotations do, and then count as much as the centres.
   constexpr double kThinPath = 1e-3;  // of variances
   if (singular[1] > kThinPath * singular[0]) return FromRotation(m, NearestRotation(m.covariance));
-  const double centres = 1 / std::sqrt(m.source_variance * std::max(m.target_variance, std::numeric_limits<double>::min()));
+  const double centres =
+      1 / std::sqrt(m.source_variance * std::max(m.target_variance, std::numeric_limits<double>::min()));
   return FromRotation(m, NearestRotation(centres * m.covariance + turn / static_cast<double>(source.size())));
 }
 
 PoseErrors ComparePoses(const std::vector<Rigid3>& cam_from_estimate, const std::vector<Rigid3>& cam_from_truth) {
   const Similarity3 truth_from_estimate = AlignPoses(cam_from_estimate, cam_from_truth);
-  if (truth_from_estimate.scale == 0) throw std::invalid_argument("ComparePoses: the centres coincide, nothing to align");
+  if (truth_from_estimate.scale == 0)
+    throw std::invalid_argument("ComparePoses: the centres coincide, nothing to align");
   Eigen::AlignedBox3d box;
   for (const auto& pose : cam_from_truth) box.extend(pose.OriginInSource());
   const double extent = box.diagonal().norm();

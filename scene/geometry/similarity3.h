@@ -42,7 +42,7 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::ve
 // How far two sets of poses of the same photos are apart after AlignPoses. "Poses" in the sense of how quality is
 // measured everywhere here: centres in percent of the truth's extent, rotations in degrees.
 struct PoseErrors {
-  double centre_rms_percent = 0;   // of the extent of the true centres (diagonal of their bounding box)
+  double centre_rms_percent = 0;  // of the extent of the true centres (diagonal of their bounding box)
   double centre_max_percent = 0;
   double rotation_rms_deg = 0;
   double rotation_max_deg = 0;

@@ -12,7 +12,9 @@ namespace {
 
 constexpr double kEqualPsnrDb = 99.0;
 
-double PsnrOf(double mse) { return mse > 0 ? std::min(kEqualPsnrDb, 10 * std::log10(255.0 * 255.0 / mse)) : kEqualPsnrDb; }
+double PsnrOf(double mse) {
+  return mse > 0 ? std::min(kEqualPsnrDb, 10 * std::log10(255.0 * 255.0 / mse)) : kEqualPsnrDb;
+}
 
 void RequireSameShape(const Image8& a, const Image8& b) {
   if (a.width != b.width || a.height != b.height || a.channels != 3 || b.channels != 3 || a.empty())
@@ -104,8 +106,8 @@ Image8 DifferenceImage(const Image8& image, const Image8& reference, double gain
   RequireSameShape(image, reference);
   Image8 out(image.width, image.height, 3);
   for (std::size_t i = 0; i < out.data.size(); ++i)
-    out.data[i] = static_cast<std::uint8_t>(
-        std::min(255.0, gain * std::abs(int(image.data[i]) - int(reference.data[i])) + 0.5));
+    out.data[i] =
+        static_cast<std::uint8_t>(std::min(255.0, gain * std::abs(int(image.data[i]) - int(reference.data[i])) + 0.5));
   return out;
 }
 

@@ -1,5 +1,5 @@
-// How far a rendered image is from a photograph, the same everywhere: PSNR and SSIM over all pixels of 8-bit RGB, a hole
-// counts as black.
+// How far a rendered image is from a photograph, the same everywhere: PSNR and SSIM over all pixels of 8-bit RGB, a
+// hole counts as black.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,10 @@
 namespace lumi {
 
 struct ImageDifference {
-  double mse = 0;                  // mean over pixels and channels, code values squared
-  double psnr_db = 0;              // 10 log10(255^2 / mse); 99 where equal
-  double mean_absolute = 0;        // code values
-  double ssim = 0;                 // Wang et al. 2004: 11x11 Gaussian, sigma 1.5, on luma (Rec. 601)
+  double mse = 0;            // mean over pixels and channels, code values squared
+  double psnr_db = 0;        // 10 log10(255^2 / mse); 99 where equal
+  double mean_absolute = 0;  // code values
+  double ssim = 0;           // Wang et al. 2004: 11x11 Gaussian, sigma 1.5, on luma (Rec. 601)
 };
 
 // Same size, 3 channels each; throws std::invalid_argument otherwise.

@@ -164,7 +164,8 @@ Camera Camera::Scaled(int new_width_px, int new_height_px) const {
   scaled.width_px = new_width_px;
   scaled.height_px = new_height_px;
   // A rounded height (751 for 750.4) is within a pixel; then one focal length still describes both axes.
-  const bool same_aspect = std::abs(sx * height_px - new_height_px) < 1.5 || std::abs(sy * width_px - new_width_px) < 1.5;
+  const bool same_aspect =
+      std::abs(sx * height_px - new_height_px) < 1.5 || std::abs(sy * width_px - new_width_px) < 1.5;
   if (InfoOf(model).FocalCount() == 1 && !same_aspect) {
     scaled.model = CameraModel::kOpenCV;
     scaled.params = {params[0] * sx,
@@ -188,8 +189,8 @@ Camera Camera::Scaled(int new_width_px, int new_height_px) const {
 
 std::optional<std::string> Validate(const Camera& camera) {
   if (static_cast<int>(camera.params.size()) != ParameterCount(camera.model))
-    return std::string(Name(camera.model)) + " takes " + std::to_string(ParameterCount(camera.model)) + " parameters, not " +
-           std::to_string(camera.params.size());
+    return std::string(Name(camera.model)) + " takes " + std::to_string(ParameterCount(camera.model)) +
+           " parameters, not " + std::to_string(camera.params.size());
   if (camera.width_px <= 0 || camera.height_px <= 0) return std::string("image size is not positive");
   for (const double p : camera.params)
     if (!std::isfinite(p)) return std::string("a parameter is not a finite number");

@@ -110,8 +110,8 @@ struct Camera {
   double Get(CameraTerm term) const;  // 0 where the model has no such term
   Eigen::Vector2d FocalPx() const;
   Eigen::Vector2d PrincipalPointPx() const;
-  Eigen::Matrix3d K() const;          // without distortion
-  bool IsPinhole() const;             // no skew and no distortion term, or all of them zero
+  Eigen::Matrix3d K() const;  // without distortion
+  bool IsPinhole() const;     // no skew and no distortion term, or all of them zero
 
   // Pixel of a point in the camera frame; nullopt at or behind the camera (fisheye: nullopt only at the centre).
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& x_in_cam) const;

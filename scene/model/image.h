@@ -17,11 +17,15 @@ struct Image {
 
   Image() = default;
   Image(int w, int h, int c, T value = T{})
-      : width(w), height(h), channels(c),
+      : width(w),
+        height(h),
+        channels(c),
         data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c), value) {}
   bool empty() const { return data.empty(); }
   T* Row(int y) { return data.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels); }
-  const T* Row(int y) const { return data.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels); }
+  const T* Row(int y) const {
+    return data.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels);
+  }
   T& At(int x, int y, int c) { return Row(y)[x * channels + c]; }
   const T& At(int x, int y, int c) const { return Row(y)[x * channels + c]; }
 };

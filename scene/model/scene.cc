@@ -1,5 +1,5 @@
-#include "scene/geometry/median.h"
 #include "scene/model/scene.h"
+#include "scene/geometry/median.h"
 
 #include <fmt/format.h>
 
@@ -69,7 +69,10 @@ RenderView MakeRenderView(const Scene& scene, const View& view) {
     v = MakeRenderView(scene.CameraOf(view), view.cam_from_world);
   } else {
     const auto centre = FiniteCentre(view);
-    if (!centre) throw DataError(fmt::format("the centre of projection of {} lies at infinity in this {} frame", view.name, Name(scene.frame)), {}, scene.folder);
+    if (!centre)
+      throw DataError(
+          fmt::format("the centre of projection of {} lies at infinity in this {} frame", view.name, Name(scene.frame)),
+          {}, scene.folder);
     v.P = view.P;
     v.centre = *centre;
     v.size_px = view.size_px;
@@ -88,7 +91,8 @@ Eigen::Vector2i SizePx(const Scene& scene, const View& view) {
 void RequireMetric(const Scene& scene, std::string_view what) {
   if (scene.frame == Frame::kMetric) return;
   throw DataError(fmt::format("{} needs cameras and poses, and this is a {} scene", what, Name(scene.frame)),
-                  "make it again with known intrinsics: lumi-reconstruct --camera camera.yaml --require metric", scene.folder);
+                  "make it again with known intrinsics: lumi-reconstruct --camera camera.yaml --require metric",
+                  scene.folder);
 }
 
 void UpdateFrameOfReference(Scene& scene) {

@@ -40,14 +40,15 @@ std::optional<Frame> FrameFromName(std::string_view name);
 
 // One photograph with its camera.
 struct View {
-  std::string name;               // path relative to Scene::image_folder, as COLMAP names it ("a/b.jpg")
-  CameraId camera;                // into Scene::cameras (metric frames)
-  Rigid3 cam_from_world;          // metric frames
+  std::string name;                 // path relative to Scene::image_folder, as COLMAP names it ("a/b.jpg")
+  CameraId camera;                  // into Scene::cameras (metric frames)
+  Rigid3 cam_from_world;            // metric frames
   Matrix34d P = Matrix34d::Zero();  // other frames: pixels from world, w > 0 in front
-  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // other frames: the photo's (metric ones: the camera's, see SizePx)
+  Eigen::Vector2i size_px =
+      Eigen::Vector2i::Zero();  // other frames: the photo's (metric ones: the camera's, see SizePx)
   std::optional<double> time_s;
-  std::optional<int> frame_index;  // in the video it came from
-  double gain = 1.0;               // this photo's exposure relative to the scene's
+  std::optional<int> frame_index;           // in the video it came from
+  double gain = 1.0;                        // this photo's exposure relative to the scene's
   std::shared_ptr<const PhotoGrids> grids;  // what was read off its pixels; nullptr: nothing
 
   Eigen::Vector3d CentreInWorld() const { return cam_from_world.OriginInSource(); }
@@ -62,24 +63,24 @@ struct Point {
   Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();  // metric frames
   // Other frames: homogeneous, signed so that P X has w > 0 in the views that see it; quasi-affine ones: its own w > 0.
   Eigen::Vector4d X_in_world = Eigen::Vector4d::Zero();
-  std::array<std::uint8_t, 3> color{};   // RGB
-  double error_px = 0;                   // mean reprojection error
+  std::array<std::uint8_t, 3> color{};  // RGB
+  double error_px = 0;                  // mean reprojection error
   std::vector<Observation> track;
 };
 
 struct Scene {
   Frame frame = Frame::kMetric;
   std::vector<Camera> cameras;
-  std::vector<View> views;                    // sorted by name
+  std::vector<View> views;  // sorted by name
   std::vector<Point> points;
-  Eigen::Vector3d up = -Eigen::Vector3d::UnitY();  // unit, in world: against gravity, from the photos' own up
-  Similarity3 normalized_from_world;          // moves the scene to its centre, size about 1: before any float
+  Eigen::Vector3d up = -Eigen::Vector3d::UnitY();    // unit, in world: against gravity, from the photos' own up
+  Similarity3 normalized_from_world;                 // moves the scene to its centre, size about 1: before any float
   std::optional<Eigen::Vector4d> plane_at_infinity;  // other frames, where it is known or estimated: (n, d) in world
   std::optional<double> period_s;
-  std::string active_proxy;                   // name in proxies/, or empty
+  std::string active_proxy;  // name in proxies/, or empty
 
-  std::filesystem::path folder;               // where it was read from; relative paths below are resolved against it
-  std::filesystem::path image_folder;         // photos, absolute or relative to the working directory
+  std::filesystem::path folder;        // where it was read from; relative paths below are resolved against it
+  std::filesystem::path image_folder;  // photos, absolute or relative to the working directory
 
   const Camera& CameraOf(const View& view) const { return cameras[static_cast<std::size_t>(view.camera.value)]; }
   std::filesystem::path ImagePath(const View& view) const { return image_folder / view.name; }
@@ -87,8 +88,8 @@ struct Scene {
 
 // What the renderer reads of a view, metric or not.
 struct RenderView {
-  Matrix34d P = Matrix34d::Zero();                       // pixels from world, w > 0 in front
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();      // centre of projection in world
+  Matrix34d P = Matrix34d::Zero();                   // pixels from world, w > 0 in front
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // centre of projection in world
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
   std::optional<double> time_s;
   double gain = 1.0;
@@ -102,8 +103,8 @@ RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world);
 // Of a view's photo, in any frame.
 Eigen::Vector2i SizePx(const Scene& scene, const View& view);
 
-// The door of whatever needs cameras and poses: throws DataError where the scene has projection matrices only. what: who
-// needs them, "lumi-proxy" or "a fly-through".
+// The door of whatever needs cameras and poses: throws DataError where the scene has projection matrices only. what:
+// who needs them, "lumi-proxy" or "a fly-through".
 void RequireMetric(const Scene& scene, std::string_view what);
 
 // Sets up (the robust mean of the photos' own up) and normalized_from_world (robust centre and size of the points and

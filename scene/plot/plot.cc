@@ -15,7 +15,8 @@ constexpr double kLabelHeight = 12, kCharacter = 5.6;  // of a label's font, pix
 // From values to pixels, with ticks at round values.
 class Scale {
  public:
-  Scale(const PlotAxis& axis, std::vector<double> values, double from_px, double to_px) : log_(axis.log), from_(from_px), to_(to_px) {
+  Scale(const PlotAxis& axis, std::vector<double> values, double from_px, double to_px)
+      : log_(axis.log), from_(from_px), to_(to_px) {
     std::erase_if(values, [&](double v) { return !std::isfinite(v) || (log_ && !(v > 0)); });
     if (values.empty()) values = {log_ ? 1.0 : 0.0, log_ ? 10.0 : 1.0};
     low_ = *std::min_element(values.begin(), values.end());
@@ -32,7 +33,9 @@ class Scale {
     MakeTicks();
   }
   bool Has(double v) const { return std::isfinite(v) && (!log_ || v > 0); }
-  double operator()(double v) const { return from_ + (to_ - from_) * ((log_ ? std::log10(v) : v) - low_) / (high_ - low_); }
+  double operator()(double v) const {
+    return from_ + (to_ - from_) * ((log_ ? std::log10(v) : v) - low_) / (high_ - low_);
+  }
   const std::vector<double>& ticks() const { return ticks_; }
 
  private:
@@ -51,7 +54,8 @@ class Scale {
     }
     const double raw = (high_ - low_) / 6, power = std::pow(10.0, std::floor(std::log10(raw))), m = raw / power;
     const double step = power * (m < 1.5 ? 1 : m < 3.5 ? 2 : m < 7.5 ? 5 : 10);
-    for (double v = std::ceil(low_ / step) * step; v <= high_ + 1e-9 * step; v += step) ticks_.push_back(std::abs(v) < 1e-9 * step ? 0 : v);
+    for (double v = std::ceil(low_ / step) * step; v <= high_ + 1e-9 * step; v += step)
+      ticks_.push_back(std::abs(v) < 1e-9 * step ? 0 : v);
   }
   bool log_;
   double from_, to_, low_ = 0, high_ = 1;
@@ -66,14 +70,17 @@ struct Box {
 std::string MarkerSvg(Marker marker, double x, double y, const std::string& color) {
   switch (marker) {
     case Marker::kCircle:
-      return fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y, color, color);
-    case Marker::kSquare:
-      return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='7' height='7' fill='{}' fill-opacity='.75' stroke='{}'/>", x - 3.5, y - 3.5,
+      return fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y,
                          color, color);
+    case Marker::kSquare:
+      return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='7' height='7' fill='{}' fill-opacity='.75' stroke='{}'/>",
+                         x - 3.5, y - 3.5, color, color);
     case Marker::kDiamond:
-      return fmt::format("<path d='M{:.1f} {:.1f}l5 5l-5 5l-5-5z' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y - 5, color, color);
+      return fmt::format("<path d='M{:.1f} {:.1f}l5 5l-5 5l-5-5z' fill='{}' fill-opacity='.75' stroke='{}'/>", x, y - 5,
+                         color, color);
     case Marker::kCross:
-      return fmt::format("<path d='M{:.1f} {:.1f}l8 8m0-8l-8 8' stroke='{}' stroke-width='1.8' fill='none'/>", x - 4, y - 4, color);
+      return fmt::format("<path d='M{:.1f} {:.1f}l8 8m0-8l-8 8' stroke='{}' stroke-width='1.8' fill='none'/>", x - 4,
+                         y - 4, color);
     default: return {};
   }
 }
@@ -93,25 +100,31 @@ std::string Panel(const Plot& plot, double offset_x) {
   svg += fmt::format("<text x='{}' y='24' class='title'>{}</text>\n<text x='{}' y='42' class='soft'>{}</text>\n", kLeft,
                      Escaped(plot.title), kLeft, Escaped(plot.subtitle));
   for (const double t : sx.ticks())
-    svg +=
-        fmt::format("<path d='M{0:.1f} {1}V{2}' class='grid'/><text x='{0:.1f}' y='{3}' class='tick' text-anchor='middle'>{4:g}</text>\n",
-                    sx(t), y1, y0, y0 + 17, t);
+    svg += fmt::format(
+        "<path d='M{0:.1f} {1}V{2}' class='grid'/><text x='{0:.1f}' y='{3}' class='tick' "
+        "text-anchor='middle'>{4:g}</text>\n",
+        sx(t), y1, y0, y0 + 17, t);
   for (const double t : sy.ticks())
-    svg += fmt::format("<path d='M{1} {0:.1f}H{2}' class='grid'/><text x='{3}' y='{4:.1f}' class='tick' text-anchor='end'>{5:g}</text>\n",
-                       sy(t), x0, x1, x0 - 7, sy(t) + 4, t);
+    svg += fmt::format(
+        "<path d='M{1} {0:.1f}H{2}' class='grid'/><text x='{3}' y='{4:.1f}' class='tick' "
+        "text-anchor='end'>{5:g}</text>\n",
+        sy(t), x0, x1, x0 - 7, sy(t) + 4, t);
   svg += fmt::format("<path d='M{} {}V{}H{}' class='axis'/>\n", x0, y1, y0, x1);
-  svg += fmt::format("<text x='{}' y='{}' class='label' text-anchor='middle'>{}</text>\n", 0.5 * (x0 + x1), y0 + 36, Escaped(plot.x.label));
-  svg += fmt::format("<text transform='translate(17 {:.1f}) rotate(-90)' class='label' text-anchor='middle'>{}</text>\n", 0.5 * (y0 + y1),
-                     Escaped(plot.y.label));
+  svg += fmt::format("<text x='{}' y='{}' class='label' text-anchor='middle'>{}</text>\n", 0.5 * (x0 + x1), y0 + 36,
+                     Escaped(plot.x.label));
+  svg +=
+      fmt::format("<text transform='translate(17 {:.1f}) rotate(-90)' class='label' text-anchor='middle'>{}</text>\n",
+                  0.5 * (y0 + y1), Escaped(plot.y.label));
   if (empty)
-    svg += fmt::format("<text x='{}' y='{}' class='soft' text-anchor='middle'>no measurement</text>\n", 0.5 * (x0 + x1), 0.5 * (y0 + y1));
+    svg += fmt::format("<text x='{}' y='{}' class='soft' text-anchor='middle'>no measurement</text>\n", 0.5 * (x0 + x1),
+                       0.5 * (y0 + y1));
   std::vector<Box> taken;
   for (const PlotMark& m : plot.marks) {
     if (!sx.Has(m.x)) continue;
     const double x = sx(m.x);
     if (x < x0 || x > x1) continue;
-    svg += fmt::format("<path d='M{0:.1f} {1}V{2}' class='mark'/><text x='{3:.1f}' y='{4}' class='soft'>{5}</text>\n", x, y1, y0, x + 4,
-                       y0 - 6, Escaped(m.label));
+    svg += fmt::format("<path d='M{0:.1f} {1}V{2}' class='mark'/><text x='{3:.1f}' y='{4}' class='soft'>{5}</text>\n",
+                       x, y1, y0, x + 4, y0 - 6, Escaped(m.label));
     taken.push_back({x, y0 - 18, x + 8 + kCharacter * static_cast<double>(m.label.size()), y0});
   }
   for (const PlotSeries& s : plot.series) {
@@ -196,9 +209,12 @@ std::string SvgOf(const std::vector<Plot>& panels) {
   const double width = kWidth * static_cast<double>(std::max<std::size_t>(1, panels.size()));
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:g} {1:g}' width='{0:g}' height='{1:g}'>\n"
-      "<style>text{{font-family:system-ui,'DejaVu Sans',Helvetica,Arial,sans-serif;fill:#24292f}}.title{{font-size:15px;font-weight:600}}"
-      ".soft{{font-size:11px;fill:#6a737d}}.tick{{font-size:11px}}.label{{font-size:12px}}.point{{font-size:10px;fill:#444c56}}"
-      ".grid{{stroke:#e4e7ea;fill:none}}.axis{{stroke:#57606a;fill:none}}.mark{{stroke:#9aa4ae;stroke-dasharray:2 3;fill:none}}</style>\n"
+      "<style>text{{font-family:system-ui,'DejaVu "
+      "Sans',Helvetica,Arial,sans-serif;fill:#24292f}}.title{{font-size:15px;font-weight:600}}"
+      ".soft{{font-size:11px;fill:#6a737d}}.tick{{font-size:11px}}.label{{font-size:12px}}.point{{font-size:10px;fill:#"
+      "444c56}}"
+      ".grid{{stroke:#e4e7ea;fill:none}}.axis{{stroke:#57606a;fill:none}}.mark{{stroke:#9aa4ae;stroke-dasharray:2 "
+      "3;fill:none}}</style>\n"
       "<rect width='100%' height='100%' fill='#ffffff'/>\n",
       width, kHeight);
   double x = 0;

@@ -7,30 +7,30 @@
 namespace lumi {
 
 struct PlotAxis {
-  std::string label;      // with its unit
-  bool log = false;       // values must be > 0: others are left out
-  bool zero = false;      // begins at 0
+  std::string label;  // with its unit
+  bool log = false;   // values must be > 0: others are left out
+  bool zero = false;  // begins at 0
 };
 
 struct PlotPoint {
   double x = 0, y = 0;
-  std::string label;      // beside it, where there is room; empty: none
-  std::string tip;        // shown when pointed at
+  std::string label;  // beside it, where there is room; empty: none
+  std::string tip;    // shown when pointed at
 };
 
 enum class Marker { kCircle, kCross, kSquare, kDiamond, kNone };
 
 struct PlotSeries {
-  std::string name;       // in the legend; empty: not there
-  std::string color;      // "#rrggbb"
+  std::string name;   // in the legend; empty: not there
+  std::string color;  // "#rrggbb"
   Marker marker = Marker::kCircle;
   bool line = false;
-  bool steps = false;     // with `line`: horizontal, then vertical
+  bool steps = false;  // with `line`: horizontal, then vertical
   bool dashed = false;
   std::vector<PlotPoint> points;
 };
 
-struct PlotMark {         // a vertical line with a word at its top
+struct PlotMark {  // a vertical line with a word at its top
   double x = 0;
   std::string label;
 };

@@ -16,7 +16,8 @@ std::optional<ProgressLine> ParseProgressLine(const std::string& line) {
   return parsed;
 }
 
-ChildProgress::ChildProgress(ProgressSink& sink, std::string prefix) : sink_(sink), prefix_(std::move(prefix)), start_(std::chrono::steady_clock::now()) {}
+ChildProgress::ChildProgress(ProgressSink& sink, std::string prefix)
+    : sink_(sink), prefix_(std::move(prefix)), start_(std::chrono::steady_clock::now()) {}
 
 ChildProgress::~ChildProgress() { Finish(); }
 
@@ -28,8 +29,9 @@ void ChildProgress::Show(const ProgressLine& line) {
   }
   done_ = line.done;
   const double seconds = SecondsSince(start_);
-  const double left =
-      line.total > 0 && line.done > 0 ? seconds * static_cast<double>(line.total - line.done) / static_cast<double>(line.done) : -1;
+  const double left = line.total > 0 && line.done > 0
+                          ? seconds * static_cast<double>(line.total - line.done) / static_cast<double>(line.done)
+                          : -1;
   sink_.Report(prefix_ + task_, line.done, line.total, seconds, left);
 }
 

@@ -1,7 +1,7 @@
 #include "scene/program/interrupt.h"
 
-#include <csignal>
 #include <unistd.h>
+#include <csignal>
 
 namespace lumi {
 namespace {

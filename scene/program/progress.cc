@@ -18,7 +18,8 @@ constexpr double kQuietTaskSeconds = 2.0;
 
 std::string Clock(double seconds) {
   const long s = static_cast<long>(seconds + 0.5);
-  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60) : fmt::format("{}:{:02}", s / 60, s % 60);
+  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+                   : fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
 class Silent : public ProgressSink {
@@ -32,7 +33,8 @@ void Print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 class Stderr : public ProgressSink {
  public:
-  explicit Stderr(bool quiet) : quiet_(quiet), terminal_(isatty(2) != 0), pipe_(std::getenv("LUMI_PROGRESS_PIPE") != nullptr) {}
+  explicit Stderr(bool quiet)
+      : quiet_(quiet), terminal_(isatty(2) != 0), pipe_(std::getenv("LUMI_PROGRESS_PIPE") != nullptr) {}
 
   void Report(const std::string& task, long done, long total, double seconds, double seconds_left) override {
     const std::lock_guard lock(mutex_);

@@ -95,7 +95,8 @@ std::filesystem::path SiblingProgram(const std::string& name) {
     if (access(sibling.c_str(), X_OK) == 0) return sibling;
   }
   if (const auto found = FindProgram(name)) return *found;
-  throw MachineError("the program " + name + " is neither beside this one nor in PATH", "build or install the whole suite");
+  throw MachineError("the program " + name + " is neither beside this one nor in PATH",
+                     "build or install the whole suite");
 }
 
 SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const SubprocessOptions& options) {

@@ -14,9 +14,9 @@ namespace lumi {
 struct SubprocessOptions {
   // Called for each line of stdout and stderr (merged unless separate_stdout).
   std::function<void(const std::string& line)> on_line;
-  bool separate_stdout = false;                     // stdout is collected in SubprocessResult, on_line sees stderr only
-  std::map<std::string, std::string> environment;   // added to ours
-  std::optional<std::filesystem::path> log_file;    // all lines are appended to it
+  bool separate_stdout = false;                    // stdout is collected in SubprocessResult, on_line sees stderr only
+  std::map<std::string, std::string> environment;  // added to ours
+  std::optional<std::filesystem::path> log_file;   // all lines are appended to it
 };
 
 struct SubprocessResult {

@@ -47,7 +47,8 @@ bool IsViewOfAPatch(const Eigen::Matrix2d& A) {
   const double det = A.determinant();
   if (!(det > 1 / (kMaxScale * kMaxScale)) || !(det < kMaxScale * kMaxScale)) return false;
   // Largest singular value without cancellation; the smallest is det / largest.
-  const double largest = (std::hypot(A(0, 0) + A(1, 1), A(0, 1) - A(1, 0)) + std::hypot(A(0, 0) - A(1, 1), A(0, 1) + A(1, 0))) / 2;
+  const double largest =
+      (std::hypot(A(0, 0) + A(1, 1), A(0, 1) - A(1, 0)) + std::hypot(A(0, 0) - A(1, 1), A(0, 1) + A(1, 0))) / 2;
   return largest * largest < kMaxStretch * det;
 }
 
@@ -59,7 +60,9 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
   // One pixel more on each side, for differences.
   std::vector<float> raw(static_cast<std::size_t>(ring * ring));
   for (int y = 0; y < ring; ++y)
-    for (int x = 0; x < ring; ++x) raw[static_cast<std::size_t>(y * ring + x)] = Sample(grey, x_px.x() - 0.5 + x - r - 1, x_px.y() - 0.5 + y - r - 1);
+    for (int x = 0; x < ring; ++x)
+      raw[static_cast<std::size_t>(y * ring + x)] =
+          Sample(grey, x_px.x() - 0.5 + x - r - 1, x_px.y() - 0.5 + y - r - 1);
   const auto at = [&](int x, int y) { return raw[static_cast<std::size_t>((y + 1) * ring + x + 1)]; };
 
   AffinePatch patch;
@@ -92,7 +95,8 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       const auto i = static_cast<std::size_t>(y * side + x);
-      const double gx = (at(x + 1, y) - at(x - 1, y)) / (2 * deviation), gy = (at(x, y + 1) - at(x, y - 1)) / (2 * deviation);
+      const double gx = (at(x + 1, y) - at(x - 1, y)) / (2 * deviation),
+                   gy = (at(x, y + 1) - at(x, y - 1)) / (2 * deviation);
       const double dx = x - r, dy = y - r;
       patch.value[i] = static_cast<float>((at(x, y) - mean) / deviation);
       J[i] << gx * dx, gx * dy, gy * dx, gy * dy, gx, gy;
@@ -104,7 +108,8 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
   for (std::size_t i = 0; i < n; ++i) {
     J[i] -= j_mean + patch.value[i] * j_value;
     H += patch.weight[i] * J[i] * J[i].transpose();
-    for (int k = 0; k < 6; ++k) patch.steepest[6 * i + static_cast<std::size_t>(k)] = static_cast<float>(patch.weight[i] * J[i][k]);
+    for (int k = 0; k < 6; ++k)
+      patch.steepest[6 * i + static_cast<std::size_t>(k)] = static_cast<float>(patch.weight[i] * J[i][k]);
   }
   const Eigen::Matrix2d shift = H.bottomRightCorner<2, 2>();
   const double trace = shift.trace(), det = shift.determinant();
@@ -124,7 +129,8 @@ std::optional<PatchMatch> AlignPatch(const AffinePatch& patch, const ImageF& gre
   bool settled = false;
   for (int iteration = 0; iteration <= kMostAlignSteps; ++iteration) {
     PatchPose& pose = match.pose;
-    if (!pose.x_px.allFinite() || !pose.A.allFinite() || !Inside(grey, pose, r) || !IsViewOfAPatch(pose.A)) return std::nullopt;
+    if (!pose.x_px.allFinite() || !pose.A.allFinite() || !Inside(grey, pose, r) || !IsViewOfAPatch(pose.A))
+      return std::nullopt;
     double mean = 0, square = 0;
     for (int y = 0, i = 0; y < side; ++y) {
       const Eigen::Vector2d row = pose.x_px + pose.A.col(1) * (y - r) - Eigen::Vector2d(0.5, 0.5);

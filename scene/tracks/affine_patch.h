@@ -13,9 +13,9 @@ namespace lumi {
 
 struct AffinePatch {
   int radius_px = 0;
-  std::vector<float> value;       // (2 radius + 1)^2, row by row; weighted mean 0, weighted variance 1
-  std::vector<float> weight;      // the same shape, sum 1
-  std::vector<float> steepest;    // the same x 6: weight x d value / d (a11 a12 a21 a22 tx ty)
+  std::vector<float> value;     // (2 radius + 1)^2, row by row; weighted mean 0, weighted variance 1
+  std::vector<float> weight;    // the same shape, sum 1
+  std::vector<float> steepest;  // the same x 6: weight x d value / d (a11 a12 a21 a22 tx ty)
   Eigen::Matrix<double, 6, 6> inverse_hessian = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

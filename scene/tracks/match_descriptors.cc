@@ -29,7 +29,8 @@ struct BestTwo {
 
 }  // namespace
 
-std::vector<DescriptorMatch> MatchDescriptors(const Descriptors& a, const Descriptors& b, double ratio, Eigen::Index most) {
+std::vector<DescriptorMatch> MatchDescriptors(const Descriptors& a, const Descriptors& b, double ratio,
+                                              Eigen::Index most) {
   const Eigen::Index count_a = std::min(most, a.rows()), count_b = std::min(most, b.rows());
   std::vector<BestTwo> of_a(static_cast<std::size_t>(count_a)), of_b(static_cast<std::size_t>(count_b));
   Descriptors product;
@@ -47,7 +48,8 @@ std::vector<DescriptorMatch> MatchDescriptors(const Descriptors& a, const Descri
   for (std::size_t i = 0; i < of_a.size(); ++i) {
     if (!of_a[i].Passes(ratio)) continue;
     const BestTwo& back = of_b[static_cast<std::size_t>(of_a[i].at)];
-    if (back.at == static_cast<int>(i) && back.Passes(ratio)) matches.push_back({static_cast<int>(i), of_a[i].at, of_a[i].best});
+    if (back.at == static_cast<int>(i) && back.Passes(ratio))
+      matches.push_back({static_cast<int>(i), of_a[i].at, of_a[i].best});
   }
   return matches;
 }

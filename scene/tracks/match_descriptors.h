@@ -14,8 +14,9 @@ struct DescriptorMatch {
   float similarity;  // cosine
 };
 
-// Each other's nearest, whose distance is at most `ratio` (0 to 1) of that to the second nearest; of the first `most` features of each.
-// By a, ascending.
-std::vector<DescriptorMatch> MatchDescriptors(const Descriptors& a, const Descriptors& b, double ratio, Eigen::Index most);
+// Each other's nearest, whose distance is at most `ratio` (0 to 1) of that to the second nearest; of the first `most`
+// features of each. By a, ascending.
+std::vector<DescriptorMatch> MatchDescriptors(const Descriptors& a, const Descriptors& b, double ratio,
+                                              Eigen::Index most);
 
 }  // namespace lumi

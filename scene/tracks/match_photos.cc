@@ -34,8 +34,8 @@ constexpr int kPreemptiveMatches = 4;
 struct Features {
   std::vector<Eigen::Vector2d> x_px;  // of the photo itself
   std::vector<std::array<std::uint8_t, 3>> color;
-  Descriptors descriptors;            // kDescriptor columns (RootSIFT, Arandjelovic and Zisserman 2012)
-  double scale = 1;                   // scaled photo / photo
+  Descriptors descriptors;  // kDescriptor columns (RootSIFT, Arandjelovic and Zisserman 2012)
+  double scale = 1;         // scaled photo / photo
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
 };
 
@@ -51,7 +51,8 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
   const Image8& rgb = loaded.image;
   Features f;
   f.size_px = {rgb.width, rgb.height};
-  const cv::Mat view(rgb.height, rgb.width, rgb.channels == 3 ? CV_8UC3 : CV_8UC1, const_cast<std::uint8_t*>(rgb.data.data()));
+  const cv::Mat view(rgb.height, rgb.width, rgb.channels == 3 ? CV_8UC3 : CV_8UC1,
+                     const_cast<std::uint8_t*>(rgb.data.data()));
   cv::Mat grey;
   if (rgb.channels == 3)
     cv::cvtColor(view, grey, cv::COLOR_RGB2GRAY);
@@ -60,7 +61,8 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
   // SIFT's pyramid has nothing to say of a few pixels, and OpenCV's does not bear them.
   constexpr int kMinSide = 16;
   f.scale = std::min(1.0, static_cast<double>(o.max_size_px) / std::max(rgb.width, rgb.height));
-  const int width = static_cast<int>(std::lround(rgb.width * f.scale)), height = static_cast<int>(std::lround(rgb.height * f.scale));
+  const int width = static_cast<int>(std::lround(rgb.width * f.scale)),
+            height = static_cast<int>(std::lround(rgb.height * f.scale));
   if (std::min(width, height) < kMinSide) return f;
   if (f.scale < 1) cv::resize(grey, grey, cv::Size(width, height), 0, 0, cv::INTER_AREA);
   const Eigen::Vector2d back(static_cast<double>(rgb.width) / width, static_cast<double>(rgb.height) / height);
@@ -70,13 +72,15 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
   sift->detect(grey, points);
   // Strongest first, ties by place: the order of detection depends on the number of threads.
   std::sort(points.begin(), points.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) {
-    return std::tie(b.response, a.pt.y, a.pt.x, a.angle, a.size) < std::tie(a.response, b.pt.y, b.pt.x, b.angle, b.size);
+    return std::tie(b.response, a.pt.y, a.pt.x, a.angle, a.size) <
+           std::tie(a.response, b.pt.y, b.pt.x, b.angle, b.size);
   });
   std::vector<cv::KeyPoint> kept;
   std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) / 16 + 1);
   for (const cv::KeyPoint& p : points) {
     if (static_cast<int>(kept.size()) >= o.max_features) break;
-    const Eigen::Vector2d x_px = FromOpenCvPixel(Eigen::Vector2d(p.pt.x, p.pt.y).array() + kSiftShiftPx).cwiseProduct(back);
+    const Eigen::Vector2d x_px =
+        FromOpenCvPixel(Eigen::Vector2d(p.pt.x, p.pt.y).array() + kSiftShiftPx).cwiseProduct(back);
     if (!(x_px.x() >= 0 && x_px.y() >= 0 && x_px.x() < rgb.width && x_px.y() < rgb.height)) continue;
     const int u = static_cast<int>(x_px.x()), v = static_cast<int>(x_px.y());
     if (!loaded.mask.empty() && loaded.mask.At(u, v, 0) == 0) continue;
@@ -88,12 +92,14 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
     bool taken = false;
     for (int dy = -1; dy <= 1 && !taken; ++dy)
       for (int dx = -1; dx <= 1 && !taken; ++dx)
-        for (const std::size_t k : at[cell(dx, dy)]) taken = taken || std::hypot(kept[k].pt.x - p.pt.x, kept[k].pt.y - p.pt.y) < kSamePlacePx;
+        for (const std::size_t k : at[cell(dx, dy)])
+          taken = taken || std::hypot(kept[k].pt.x - p.pt.x, kept[k].pt.y - p.pt.y) < kSamePlacePx;
     if (taken) continue;
     at[cell(0, 0)].push_back(kept.size());
     kept.push_back(p);
     f.x_px.push_back(x_px);
-    f.color.push_back({rgb.At(u, v, 0), rgb.At(u, v, rgb.channels == 3 ? 1 : 0), rgb.At(u, v, rgb.channels == 3 ? 2 : 0)});
+    f.color.push_back(
+        {rgb.At(u, v, 0), rgb.At(u, v, rgb.channels == 3 ? 1 : 0), rgb.At(u, v, rgb.channels == 3 ? 2 : 0)});
   }
   if (kept.empty()) return f;
   cv::Mat descriptors;
@@ -110,14 +116,16 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
 }
 
 // The pairs in which one photo is among the other's best partners.
-std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features, const std::vector<std::pair<int, int>>& all,
-                                             const MatchPhotosOptions& o, ProgressSink& sink) {
+std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& features,
+                                             const std::vector<std::pair<int, int>>& all, const MatchPhotosOptions& o,
+                                             ProgressSink& sink) {
   std::vector<int> matches(all.size(), 0);
   Progress progress(sink, "choosing pairs of photos", static_cast<long>(all.size()));
   ParallelFor(all.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
-      matches[i] = static_cast<int>(MatchDescriptors(features[a].descriptors, features[b].descriptors, o.ratio, kPreemptiveFeatures).size());
+      matches[i] = static_cast<int>(
+          MatchDescriptors(features[a].descriptors, features[b].descriptors, o.ratio, kPreemptiveFeatures).size());
       progress.Step();
     }
   });
@@ -127,8 +135,10 @@ std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& featur
       for (const int photo : {all[i].first, all[i].second}) of_photo[static_cast<std::size_t>(photo)].push_back(i);
   std::vector<char> chosen(all.size(), 0);
   for (auto& candidates : of_photo) {
-    std::stable_sort(candidates.begin(), candidates.end(), [&](std::size_t i, std::size_t j) { return matches[i] > matches[j]; });
-    for (std::size_t k = 0; k < candidates.size() && k < static_cast<std::size_t>(o.partners); ++k) chosen[candidates[k]] = 1;
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [&](std::size_t i, std::size_t j) { return matches[i] > matches[j]; });
+    for (std::size_t k = 0; k < candidates.size() && k < static_cast<std::size_t>(o.partners); ++k)
+      chosen[candidates[k]] = 1;
   }
   std::vector<std::pair<int, int>> pairs;
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -138,11 +148,13 @@ std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& featur
 
 // Those that one fundamental matrix explains, or one homography where there is none (equal photos, a camera that only
 // turned, a plane alone: the fundamental matrix is not determined there).
-std::vector<Match> Verify(const Features& a, const Features& b, const std::vector<Match>& matches, const MatchPhotosOptions& o, std::uint64_t seed) {
+std::vector<Match> Verify(const Features& a, const Features& b, const std::vector<Match>& matches,
+                          const MatchPhotosOptions& o, std::uint64_t seed) {
   if (static_cast<int>(matches.size()) < o.min_matches) return {};
   std::vector<cv::Point2d> x, y;
   for (const Match& m : matches) {
-    const Eigen::Vector2d p = a.scale * a.x_px[static_cast<std::size_t>(m.a)], q = b.scale * b.x_px[static_cast<std::size_t>(m.b)];
+    const Eigen::Vector2d p = a.scale * a.x_px[static_cast<std::size_t>(m.a)],
+                          q = b.scale * b.x_px[static_cast<std::size_t>(m.b)];
     x.emplace_back(p.x(), p.y());
     y.emplace_back(q.x(), q.y());
   }
@@ -165,7 +177,8 @@ std::vector<Match> Verify(const Features& a, const Features& b, const std::vecto
     return kept;
   };
   std::vector<Match> best = inliers([&](cv::Mat& mask) { return cv::findFundamentalMat(x, y, mask, params); });
-  if (static_cast<int>(best.size()) < o.min_matches) best = inliers([&](cv::Mat& mask) { return cv::findHomography(x, y, mask, params); });
+  if (static_cast<int>(best.size()) < o.min_matches)
+    best = inliers([&](cv::Mat& mask) { return cv::findHomography(x, y, mask, params); });
   if (static_cast<int>(best.size()) < o.min_matches) best.clear();
   return best;
 }
@@ -181,7 +194,9 @@ class Components {
     parent_.resize(photos_.size());
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
-  std::size_t Id(int photo, int feature) const { return first_[static_cast<std::size_t>(photo)] + static_cast<std::size_t>(feature); }
+  std::size_t Id(int photo, int feature) const {
+    return first_[static_cast<std::size_t>(photo)] + static_cast<std::size_t>(feature);
+  }
   std::size_t Root(std::size_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
@@ -219,13 +234,15 @@ std::optional<std::string> Validate(const MatchPhotosOptions& o) {
   return std::nullopt;
 }
 
-Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options, ProgressSink& sink, MatchPhotosSummary* summary) {
+Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options, ProgressSink& sink,
+                   MatchPhotosSummary* summary) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
   const Stopwatch watch;
   const int n = source.count();
   std::vector<std::pair<int, int>> pairs = options.pairs;
   for (const auto& [a, b] : pairs)
-    if (a < 0 || a >= b || b >= n) throw UsageError(fmt::format("photos {} and {} are no pair of the {} photos", a, b, n));
+    if (a < 0 || a >= b || b >= n)
+      throw UsageError(fmt::format("photos {} and {} are no pair of the {} photos", a, b, n));
   if (pairs.empty())
     for (int a = 0; a < n; ++a)
       for (int b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
@@ -255,7 +272,8 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
         const auto [a, b] = pairs[i];
         const Features& fa = features[static_cast<std::size_t>(a)];
         const Features& fb = features[static_cast<std::size_t>(b)];
-        const std::vector<Match> matches = MatchDescriptors(fa.descriptors, fb.descriptors, options.ratio, std::max(fa.descriptors.rows(), fb.descriptors.rows()));
+        const std::vector<Match> matches = MatchDescriptors(fa.descriptors, fb.descriptors, options.ratio,
+                                                            std::max(fa.descriptors.rows(), fb.descriptors.rows()));
         results[i].matches = static_cast<int>(matches.size());
         results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
         progress.Step();
@@ -278,10 +296,13 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto [a, b] = pairs[i];
     s.pairs.push_back({a, b, results[i].matches, static_cast<int>(results[i].verified.size())});
-    for (const Match& m : results[i].verified) links.push_back({m.similarity, components.Id(a, m.a), components.Id(b, m.b)});
+    for (const Match& m : results[i].verified)
+      links.push_back({m.similarity, components.Id(a, m.a), components.Id(b, m.b)});
   }
   // Surest first: where two points of one photo would come together, the weaker link is the wrong one.
-  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) { return std::tie(y.similarity, x.a, x.b) < std::tie(x.similarity, y.a, y.b); });
+  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) {
+    return std::tie(y.similarity, x.a, x.b) < std::tie(x.similarity, y.a, y.b);
+  });
   for (const Link& link : links) s.conflicts += !components.Join(link.a, link.b);
 
   Tracks tracks;
@@ -298,13 +319,15 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
       tracks.tracks[static_cast<std::size_t>(track)].observations.push_back({photo, f.x_px[k]});
     }
   }
-  std::erase_if(tracks.tracks, [&](const Track& t) { return static_cast<int>(t.observations.size()) < options.min_length; });
+  std::erase_if(tracks.tracks,
+                [&](const Track& t) { return static_cast<int>(t.observations.size()) < options.min_length; });
 
   std::vector<std::string> blank;
   for (std::size_t i = 0; i < features.size(); ++i)
     if (features[i].x_px.empty()) blank.push_back(source.names[i]);
   if (!blank.empty())
-    sink.Message(fmt::format("{} photo{} without a feature, {} first: blank, blurred, masked or too small", blank.size(), blank.size() > 1 ? "s" : "", blank.front()));
+    sink.Message(fmt::format("{} photo{} without a feature, {} first: blank, blurred, masked or too small",
+                             blank.size(), blank.size() > 1 ? "s" : "", blank.front()));
   s.seconds = watch.Seconds();
   if (summary) *summary = std::move(s);
   return tracks;

@@ -67,7 +67,8 @@ std::unique_ptr<Frame> Load(const FrameSource& source, int i, const TrackVideoOp
   return f;
 }
 
-std::vector<std::unique_ptr<Frame>> LoadBatch(const FrameSource& source, int first, int count, const TrackVideoOptions& o) {
+std::vector<std::unique_ptr<Frame>> LoadBatch(const FrameSource& source, int first, int count,
+                                              const TrackVideoOptions& o) {
   std::vector<std::unique_ptr<Frame>> frames(static_cast<std::size_t>(count));
   if (source.in_order) {
     for (int i = 0; i < count; ++i) frames[static_cast<std::size_t>(i)] = Load(source, first + i, o);
@@ -83,7 +84,9 @@ std::vector<std::unique_ptr<Frame>> LoadBatch(const FrameSource& source, int fir
 class Places {
  public:
   Places(int width, int height, double distance_px)
-      : distance_(distance_px), columns_(static_cast<int>(width / distance_px) + 1), rows_(static_cast<int>(height / distance_px) + 1),
+      : distance_(distance_px),
+        columns_(static_cast<int>(width / distance_px) + 1),
+        rows_(static_cast<int>(height / distance_px) + 1),
         cells_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
   bool Free(const Eigen::Vector2d& x) const {
     const int cx = Column(x), cy = Row(x);
@@ -96,7 +99,9 @@ class Places {
   void Take(const Eigen::Vector2d& x) { cells_[static_cast<std::size_t>(Row(x) * columns_ + Column(x))].push_back(x); }
 
  private:
-  int Column(const Eigen::Vector2d& x) const { return std::clamp(static_cast<int>(x.x() / distance_), 0, columns_ - 1); }
+  int Column(const Eigen::Vector2d& x) const {
+    return std::clamp(static_cast<int>(x.x() / distance_), 0, columns_ - 1);
+  }
   int Row(const Eigen::Vector2d& x) const { return std::clamp(static_cast<int>(x.y() / distance_), 0, rows_ - 1); }
   double distance_;
   int columns_, rows_;
@@ -105,7 +110,8 @@ class Places {
 
 bool Masked(const Frame& f, const Eigen::Vector2d& x_px) {
   if (f.mask.empty()) return false;
-  const int x = std::clamp(static_cast<int>(x_px.x()), 0, f.mask.width - 1), y = std::clamp(static_cast<int>(x_px.y()), 0, f.mask.height - 1);
+  const int x = std::clamp(static_cast<int>(x_px.x()), 0, f.mask.width - 1),
+            y = std::clamp(static_cast<int>(x_px.y()), 0, f.mask.height - 1);
   return f.mask.At(x, y, 0) == 0;
 }
 
@@ -126,8 +132,8 @@ class Tracker {
     const Eigen::Vector2i size(frame->rgb.width, frame->rgb.height);
     const std::string& name = source_.names[static_cast<std::size_t>(index)];
     if (previous_ && size != tracks_.frames.front().size_px)
-      throw DataError(fmt::format("the frame is {} x {} pixels, those before it {} x {}", size.x(), size.y(), tracks_.frames.front().size_px.x(),
-                                  tracks_.frames.front().size_px.y()),
+      throw DataError(fmt::format("the frame is {} x {} pixels, those before it {} x {}", size.x(), size.y(),
+                                  tracks_.frames.front().size_px.x(), tracks_.frames.front().size_px.y()),
                       "a video's frames have one size: leave this one out or scale it", source_.folder / name);
     tracks_.frames.push_back({name, size});
     if (!previous_) {
@@ -150,7 +156,8 @@ class Tracker {
   // Nothing moves between equal frames, not even by a rounding. The mask may be another one.
   void Repeat(const Frame& frame) {
     summary_.repeated.push_back(static_cast<int>(tracks_.frames.size()) - 1);
-    summary_.ended_masked += static_cast<int>(std::erase_if(alive_, [&](const Alive& a) { return Masked(frame, a.pose.x_px); }));
+    summary_.ended_masked +=
+        static_cast<int>(std::erase_if(alive_, [&](const Alive& a) { return Masked(frame, a.pose.x_px); }));
   }
 
   struct Flow {
@@ -159,7 +166,8 @@ class Tracker {
   };
 
   // There and back, for those of `which`, from a guess of each one's step.
-  void LucasKanade(const Frame& frame, const std::vector<std::size_t>& which, const std::vector<Eigen::Vector2d>& guess, std::vector<Flow>& flow) const {
+  void LucasKanade(const Frame& frame, const std::vector<std::size_t>& which, const std::vector<Eigen::Vector2d>& guess,
+                   std::vector<Flow>& flow) const {
     if (which.empty()) return;
     std::vector<cv::Point2f> from, to, back;
     for (std::size_t k = 0; k < which.size(); ++k) {
@@ -171,13 +179,17 @@ class Tracker {
     std::vector<float> error;
     const cv::Size window(o_.window_px, o_.window_px);
     const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
-    cv::calcOpticalFlowPyrLK(previous_->pyramid, frame.pyramid, from, to, there, error, window, o_.levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(previous_->pyramid, frame.pyramid, from, to, there, error, window, o_.levels, criteria,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
     // Backward from as far away as forward, not from where it began: that would be no check.
-    for (std::size_t k = 0; k < which.size(); ++k) back.emplace_back(to[k].x - static_cast<float>(guess[k].x()), to[k].y - static_cast<float>(guess[k].y()));
-    cv::calcOpticalFlowPyrLK(frame.pyramid, previous_->pyramid, to, back, here, error, window, o_.levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+    for (std::size_t k = 0; k < which.size(); ++k)
+      back.emplace_back(to[k].x - static_cast<float>(guess[k].x()), to[k].y - static_cast<float>(guess[k].y()));
+    cv::calcOpticalFlowPyrLK(frame.pyramid, previous_->pyramid, to, back, here, error, window, o_.levels, criteria,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
     for (std::size_t k = 0; k < which.size(); ++k) {
       Flow& f = flow[which[k]];
-      f.found = there[k] && here[k] && std::hypot(back[k].x - from[k].x, back[k].y - from[k].y) < o_.forward_backward_px;
+      f.found =
+          there[k] && here[k] && std::hypot(back[k].x - from[k].x, back[k].y - from[k].y) < o_.forward_backward_px;
       f.step_px = {to[k].x - from[k].x, to[k].y - from[k].y};
     }
   }
@@ -191,13 +203,16 @@ class Tracker {
     std::vector<std::size_t> found;
     which.clear();
     for (std::size_t i = 0; i < flow.size(); ++i) (flow[i].found ? found : which).push_back(i);
-    if (found.size() < kNeighbours || static_cast<double>(found.size()) < o_.cut_share * static_cast<double>(flow.size())) return flow;
+    if (found.size() < kNeighbours ||
+        static_cast<double>(found.size()) < o_.cut_share * static_cast<double>(flow.size()))
+      return flow;
     std::vector<Eigen::Vector2d> guess(which.size());
     ParallelFor(which.size(), 16, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<double, std::size_t>> near;
       for (std::size_t k = begin; k < end; ++k) {
         near.clear();
-        for (const std::size_t j : found) near.emplace_back((alive_[j].lk_px - alive_[which[k]].lk_px).squaredNorm(), j);
+        for (const std::size_t j : found)
+          near.emplace_back((alive_[j].lk_px - alive_[which[k]].lk_px).squaredNorm(), j);
         std::partial_sort(near.begin(), near.begin() + kNeighbours, near.end());
         for (int axis = 0; axis < 2; ++axis) {
           std::array<double, kNeighbours> steps;
@@ -259,7 +274,8 @@ class Tracker {
     if (begun >= kTracksForCut) survival_ = std::max(1 / kMostNew, survived / begun);
 
     const auto followed = static_cast<std::size_t>(std::count(end.begin(), end.end(), End::kNone));
-    if (alive_.size() >= kTracksForCut && static_cast<double>(followed) < o_.cut_share * static_cast<double>(alive_.size())) {
+    if (alive_.size() >= kTracksForCut &&
+        static_cast<double>(followed) < o_.cut_share * static_cast<double>(alive_.size())) {
       summary_.cuts.push_back(index);
       summary_.ended_lost += static_cast<int>(alive_.size());
       alive_.clear();
@@ -282,14 +298,18 @@ class Tracker {
       still.push_back(std::move(alive_[i]));
     }
     // More of the new corners were found than hoped for: the weakest stand last.
-    while (still.size() > static_cast<std::size_t>(o_.features) && tracks_.tracks[still.back().track].observations.size() == 1) still.pop_back();
+    while (still.size() > static_cast<std::size_t>(o_.features) &&
+           tracks_.tracks[still.back().track].observations.size() == 1)
+      still.pop_back();
     alive_ = std::move(still);
   }
 
   struct Corner {
     float strength;
     int x, y;
-    bool operator<(const Corner& other) const { return std::tie(other.strength, y, x) < std::tie(strength, other.y, other.x); }
+    bool operator<(const Corner& other) const {
+      return std::tie(other.strength, y, x) < std::tie(strength, other.y, other.x);
+    }
   };
 
   // Fills up to o_.features: first cell by cell, then from what the cells have left, strongest first.
@@ -298,7 +318,8 @@ class Tracker {
     const auto missing = static_cast<double>(static_cast<std::size_t>(o_.features) - alive_.size());
     const auto wanted = alive_.size() + static_cast<std::size_t>(std::min(missing / survival_, kMostNew * o_.features));
     const int width = frame.grey.cols, height = frame.grey.rows, margin = o_.patch_px / 2 + 2;
-    const int cell_px = std::max(o_.patch_px, static_cast<int>(std::sqrt(static_cast<double>(width) * height * kCornersPerCell / o_.features)));
+    const int cell_px = std::max(
+        o_.patch_px, static_cast<int>(std::sqrt(static_cast<double>(width) * height * kCornersPerCell / o_.features)));
     const int columns = (width + cell_px - 1) / cell_px, rows = (height + cell_px - 1) / cell_px;
     const auto cell_count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
 
@@ -306,14 +327,16 @@ class Tracker {
     std::vector<int> has(cell_count, 0);
     for (const Alive& a : alive_) {
       places.Take(a.pose.x_px);
-      const int cx = std::clamp(static_cast<int>(a.pose.x_px.x()) / cell_px, 0, columns - 1), cy = std::clamp(static_cast<int>(a.pose.x_px.y()) / cell_px, 0, rows - 1);
+      const int cx = std::clamp(static_cast<int>(a.pose.x_px.x()) / cell_px, 0, columns - 1),
+                cy = std::clamp(static_cast<int>(a.pose.x_px.y()) / cell_px, 0, rows - 1);
       ++has[static_cast<std::size_t>(cy * columns + cx)];
     }
 
     cv::Mat strength;
     cv::cornerMinEigenVal(frame.grey, strength, kCornerBlock, 3);
     // OpenCV's eigenvalues are of the summed gradients, scaled by (4 block 255)^-2 with Sobel's factor of 8 in them.
-    constexpr double kScale = 64.0 * kCornerBlock * kCornerBlock / (4.0 * kCornerBlock * 255 * 4.0 * kCornerBlock * 255);
+    constexpr double kScale =
+        64.0 * kCornerBlock * kCornerBlock / (4.0 * kCornerBlock * 255 * 4.0 * kCornerBlock * 255);
     const float threshold = static_cast<float>(kMinCorner * kScale);
     std::vector<std::vector<Corner>> corners(cell_count);
     ParallelFor(cell_count, 4, [&](std::size_t begin, std::size_t end) {
@@ -346,8 +369,12 @@ class Tracker {
       places.Take(x_px);
       Track track;
       track.observations.push_back({index, x_px});
-      for (int k = 0; k < 3; ++k) track.color[static_cast<std::size_t>(k)] = frame.rgb.At(c.x, c.y, frame.rgb.channels == 3 ? k : 0);
-      alive_.push_back({tracks_.tracks.size(), x_px, {x_px, Eigen::Matrix2d::Identity()}, std::make_shared<const AffinePatch>(std::move(*patch))});
+      for (int k = 0; k < 3; ++k)
+        track.color[static_cast<std::size_t>(k)] = frame.rgb.At(c.x, c.y, frame.rgb.channels == 3 ? k : 0);
+      alive_.push_back({tracks_.tracks.size(),
+                        x_px,
+                        {x_px, Eigen::Matrix2d::Identity()},
+                        std::make_shared<const AffinePatch>(std::move(*patch))});
       tracks_.tracks.push_back(std::move(track));
       return true;
     };
@@ -373,7 +400,8 @@ class Tracker {
   std::unique_ptr<Frame> previous_;
   std::vector<Alive> alive_;  // oldest first
   double spacing_px_ = 0;
-  double survival_ = 1 / kMostNew;  // share of new corners that are found in the next frame; nothing is known of it at first
+  double survival_ =
+      1 / kMostNew;  // share of new corners that are found in the next frame; nothing is known of it at first
   bool fits_ = false;
 };
 
@@ -382,7 +410,8 @@ class Tracker {
 std::optional<std::string> Validate(const TrackVideoOptions& o) {
   if (o.features < 8) return "features a frame: 8 and more";
   if (o.min_length < 2) return "a track's minimum length: 2 frames and more";
-  if (o.window_px < 5 || o.window_px > 101 || o.window_px % 2 == 0) return "the window: an odd number of pixels, 5 to 101";
+  if (o.window_px < 5 || o.window_px > 101 || o.window_px % 2 == 0)
+    return "the window: an odd number of pixels, 5 to 101";
   if (o.levels < 0 || o.levels > 10) return "levels: 0 to 10";
   if (!(o.forward_backward_px > 0)) return "the forward-backward threshold: above 0 pixels";
   if (o.patch_px < 7 || o.patch_px > 61 || o.patch_px % 2 == 0) return "the patch: an odd number of pixels, 7 to 61";
@@ -391,7 +420,8 @@ std::optional<std::string> Validate(const TrackVideoOptions& o) {
   return std::nullopt;
 }
 
-Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, ProgressSink& sink, TrackVideoSummary* summary) {
+Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, ProgressSink& sink,
+                  TrackVideoSummary* summary) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
   const Stopwatch watch;
   TrackVideoSummary own;
@@ -405,7 +435,9 @@ Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, P
     // One core has no use for decoding beside it.
     const auto policy = ThreadCount() > 1 ? std::launch::async : std::launch::deferred;
     const auto load = [&](int first) {
-      return std::async(policy, [&source, &options, first, count = batch_size(first)] { return LoadBatch(source, first, count, options); });
+      return std::async(policy, [&source, &options, first, count = batch_size(first)] {
+        return LoadBatch(source, first, count, options);
+      });
     };
     std::future<std::vector<std::unique_ptr<Frame>>> next;
     if (source.count() > 0) next = load(0);
@@ -418,18 +450,22 @@ Tracks TrackVideo(const FrameSource& source, const TrackVideoOptions& options, P
       }
     }
   }
-  s.dropped_short = static_cast<int>(std::erase_if(tracks.tracks, [&](const Track& t) { return static_cast<int>(t.observations.size()) < options.min_length; }));
+  s.dropped_short = static_cast<int>(std::erase_if(
+      tracks.tracks, [&](const Track& t) { return static_cast<int>(t.observations.size()) < options.min_length; }));
   s.alive.assign(tracks.frames.size(), 0);
   for (const Track& t : tracks.tracks)
     for (const TrackObservation& o : t.observations) ++s.alive[static_cast<std::size_t>(o.frame)];
   s.seconds = watch.Seconds();
 
   if (source.count() > 0 && s.blank_frames == source.count())
-    sink.Message(fmt::format("no corner was found in any of the {} frames: they are blank, blurred, masked or too small", source.count()));
+    sink.Message(fmt::format(
+        "no corner was found in any of the {} frames: they are blank, blurred, masked or too small", source.count()));
   else if (s.blank_frames > 0)
-    sink.Message(fmt::format("{} of {} frames have no corner: they are blank, blurred or masked", s.blank_frames, source.count()));
-  if (!s.cuts.empty()) sink.Message(fmt::format("{} cut{} in the video, the first at {}: tracks end there", s.cuts.size(), s.cuts.size() > 1 ? "s" : "",
-                                                source.names[static_cast<std::size_t>(s.cuts.front())]));
+    sink.Message(fmt::format("{} of {} frames have no corner: they are blank, blurred or masked", s.blank_frames,
+                             source.count()));
+  if (!s.cuts.empty())
+    sink.Message(fmt::format("{} cut{} in the video, the first at {}: tracks end there", s.cuts.size(),
+                             s.cuts.size() > 1 ? "s" : "", source.names[static_cast<std::size_t>(s.cuts.front())]));
   return tracks;
 }
 

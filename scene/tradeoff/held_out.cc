@@ -13,7 +13,8 @@ JsonKeys SummaryOf(const std::string& program, const std::vector<std::string>& a
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
-    throw Error(e.code() == ExitCode::kBug ? ExitCode::kMachine : e.code(), program + " cannot measure it: " + e.what());
+    throw Error(e.code() == ExitCode::kBug ? ExitCode::kMachine : e.code(),
+                program + " cannot measure it: " + e.what());
   }
 }
 
@@ -36,10 +37,10 @@ HeldOutBench::HeldOutBench(const fs::path& scene_folder, int holdout, int width_
 
 HeldOutBench::Figures HeldOutBench::Measure(const std::string& proxy) const {
   const TemporaryFolder frames;
-  const auto measured = SummaryOf("lumi-render", {folder().string(), "-o", (frames / "frames").string(), "--proxy", proxy,
-                                                  "--holdout", std::to_string(holdout_), "--fold", "choose", "--width",
-                                                  std::to_string(width_px_)})
-                            .As<Measured>();
+  const auto measured =
+      SummaryOf("lumi-render", {folder().string(), "-o", (frames / "frames").string(), "--proxy", proxy, "--holdout",
+                                std::to_string(holdout_), "--fold", "choose", "--width", std::to_string(width_px_)})
+          .As<Measured>();
   if (!measured.psnr_db) throw MachineError("lumi-render gave no error of the photos left out");
   return {*measured.psnr_db, measured.ms_per_frame};
 }

@@ -16,7 +16,8 @@ constexpr double kMinAngleRad = 1e-7;
 
 }  // namespace
 
-std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P, const std::vector<Eigen::Vector2d>& x_px) {
+std::optional<TriangulatedPoint> Triangulate(const std::vector<Matrix34d>& P,
+                                             const std::vector<Eigen::Vector2d>& x_px) {
   const std::size_t n = P.size();
   if (n < 2 || x_px.size() != n) return std::nullopt;
 

@@ -12,8 +12,8 @@ namespace lumi {
 
 struct TriangulatedPoint {
   Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();
-  double rms_px = 0;           // reprojection error
-  double max_angle_rad = 0;    // largest angle between two rays at the point: what makes it well-conditioned
+  double rms_px = 0;         // reprojection error
+  double max_angle_rad = 0;  // largest angle between two rays at the point: what makes it well-conditioned
 };
 
 // nullopt: fewer than two views, rays parallel to rounding, or the point is not in front of every camera.

@@ -23,7 +23,8 @@ Eigen::Vector2d BorderPoint(const RayOfPixel& ray, const Eigen::Vector2d& c, con
 
 }  // namespace
 
-Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& f, const Eigen::Vector2d& c, const RayOfPixel& ray) {
+Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& f, const Eigen::Vector2d& c,
+                     const RayOfPixel& ray) {
   // The largest upright rectangle on z = 1 that no border of the photo cuts into.
   double left = -1e9, right = 1e9, top = -1e9, bottom = 1e9;
   const double w = size_px.x(), h = size_px.y();
@@ -36,12 +37,16 @@ Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& f, c
     bottom = std::min(bottom, BorderPoint(ray, c, {t * w, h}).y());
   }
   if (!(right - left > 1e-6) || !(bottom - top > 1e-6))
-    throw DataError("the lens distortion of a camera leaves no image to undistort", "check the camera's distortion parameters");
+    throw DataError("the lens distortion of a camera leaves no image to undistort",
+                    "check the camera's distortion parameters");
   const double scale = std::max(w / ((right - left) * f.x()), h / ((bottom - top) * f.y()));
   const double fx = scale * f.x(), fy = scale * f.y();
   // The window [-c, size - c] / f inside the rectangle, the principal point as near to the old one as that allows.
-  const auto place = [](double old, double low, double high) { return low <= high ? std::clamp(old, low, high) : (low + high) / 2; };
-  return Camera::Pinhole(size_px.x(), size_px.y(), fx, fy, place(c.x(), w - right * fx, -left * fx), place(c.y(), h - bottom * fy, -top * fy));
+  const auto place = [](double old, double low, double high) {
+    return low <= high ? std::clamp(old, low, high) : (low + high) / 2;
+  };
+  return Camera::Pinhole(size_px.x(), size_px.y(), fx, fy, place(c.x(), w - right * fx, -left * fx),
+                         place(c.y(), h - bottom * fy, -top * fy));
 }
 
 Camera PinholeInside(const Camera& camera) {
@@ -71,7 +76,8 @@ Undistorter::Undistorter(const Camera& camera, const Camera& pinhole)
 Image8 Undistorter::operator()(const Image8& photo) const {
   Image8 result(width_, height_, photo.channels);
   const cv::Mat source(photo.height, photo.width, CV_8UC(photo.channels), const_cast<std::uint8_t*>(photo.data.data()));
-  const cv::Mat x(height_, width_, CV_32F, const_cast<float*>(x_.data())), y(height_, width_, CV_32F, const_cast<float*>(y_.data()));
+  const cv::Mat x(height_, width_, CV_32F, const_cast<float*>(x_.data())),
+      y(height_, width_, CV_32F, const_cast<float*>(y_.data()));
   cv::Mat target(height_, width_, CV_8UC(photo.channels), result.data.data());
   cv::remap(source, target, x, y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return result;
@@ -79,11 +85,13 @@ Image8 Undistorter::operator()(const Image8& photo) const {
 
 Image8 Undistorter::Mask(const Image8& mask) const {
   Image8 result(width_, height_, 1);
-  const double sx = static_cast<double>(mask.width) / source_width_, sy = static_cast<double>(mask.height) / source_height_;
+  const double sx = static_cast<double>(mask.width) / source_width_,
+               sy = static_cast<double>(mask.height) / source_height_;
   ParallelFor(static_cast<std::size_t>(height_), 16, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
       for (int x = 0; x < width_; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        const std::size_t i =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
         const Eigen::Vector2d source = FromOpenCvPixel({x_[i], y_[i]});
         const int u = static_cast<int>(std::floor(sx * source.x())), v = static_cast<int>(std::floor(sy * source.y()));
         if (u >= 0 && v >= 0 && u < mask.width && v < mask.height) result.At(x, y, 0) = mask.At(u, v, 0);

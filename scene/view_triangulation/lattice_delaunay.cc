@@ -32,8 +32,8 @@ std::uint32_t HilbertIndex(std::uint32_t x, std::uint32_t y) {
   return index;
 }
 
-// In rounds of doubling size (Amenta, Choi & Rote 2003), each along Hilbert's curve: walks stay short, and no order of the input
-// makes the triangulation slow.
+// In rounds of doubling size (Amenta, Choi & Rote 2003), each along Hilbert's curve: walks stay short, and no order of
+// the input makes the triangulation slow.
 std::vector<std::int32_t> InsertionOrder(std::span<const LatticePoint> points) {
   const std::int32_t extent = std::max(points[2].x, points[2].y);
   const int shift = std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(extent))) - 16);
@@ -46,11 +46,14 @@ std::vector<std::int32_t> InsertionOrder(std::span<const LatticePoint> points) {
   for (std::size_t i = 4; i < points.size(); ++i) {
     std::uint64_t hash = (i + 1) * 0x9e3779b97f4a7c15ULL;
     hash ^= hash >> 29;
-    const auto round = 31U - static_cast<std::uint32_t>(std::min(31, std::countr_zero(hash * 0xbf58476d1ce4e5b9ULL >> 20)));
-    const std::uint32_t along = HilbertIndex(static_cast<std::uint32_t>(points[i].x) >> shift, static_cast<std::uint32_t>(points[i].y) >> shift);
+    const auto round =
+        31U - static_cast<std::uint32_t>(std::min(31, std::countr_zero(hash * 0xbf58476d1ce4e5b9ULL >> 20)));
+    const std::uint32_t along = HilbertIndex(static_cast<std::uint32_t>(points[i].x) >> shift,
+                                             static_cast<std::uint32_t>(points[i].y) >> shift);
     keys.push_back({static_cast<std::uint64_t>(round) << 32 | along, static_cast<std::int32_t>(i)});
   }
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.key != b.key ? a.key < b.key : a.point < b.point; });
+  std::sort(keys.begin(), keys.end(),
+            [](const Key& a, const Key& b) { return a.key != b.key ? a.key < b.key : a.point < b.point; });
   std::vector<std::int32_t> order;
   order.reserve(keys.size());
   for (const Key& k : keys) order.push_back(k.point);
@@ -59,7 +62,8 @@ std::vector<std::int32_t> InsertionOrder(std::span<const LatticePoint> points) {
 
 class LatticeMesh {
  public:
-  explicit LatticeMesh(std::span<const LatticePoint> points) : points_(points), starts_at_(points.size(), -1), ends_at_(points.size(), -1) {
+  explicit LatticeMesh(std::span<const LatticePoint> points)
+      : points_(points), starts_at_(points.size(), -1), ends_at_(points.size(), -1) {
     triangles_.reserve(2 * points.size() + 2);
     triangles_.push_back({{0, 1, 2}, {-1, 1, -1}});
     triangles_.push_back({{0, 2, 3}, {-1, -1, 0}});
@@ -116,8 +120,8 @@ class LatticeMesh {
   static std::size_t Slot(std::int32_t i) { return static_cast<std::size_t>(i); }
   const LatticePoint& At(std::int32_t v) const { return points_[Slot(v)]; }
 
-  // A triangle that holds x, its border included: from triangle to triangle across an edge that has x beyond it. Ends, as the
-  // triangulation is Delaunay's and the predicates are exact.
+  // A triangle that holds x, its border included: from triangle to triangle across an edge that has x beyond it. Ends,
+  // as the triangulation is Delaunay's and the predicates are exact.
   std::int32_t Locate(const LatticePoint& x) const {
     std::int32_t t = last_;
     for (;;) {
@@ -140,7 +144,8 @@ class LatticeMesh {
       const std::int32_t t = cavity_[next];
       for (std::size_t edge = 0; edge < 3; ++edge) {
         const std::int32_t n = triangles_[Slot(t)].neighbor[edge];
-        const std::int32_t a = triangles_[Slot(t)].vertex[(edge + 1) % 3], b = triangles_[Slot(t)].vertex[(edge + 2) % 3];
+        const std::int32_t a = triangles_[Slot(t)].vertex[(edge + 1) % 3],
+                           b = triangles_[Slot(t)].vertex[(edge + 2) % 3];
         if (n < 0) {
           border_.push_back({a, b, -1, 0});
           continue;
@@ -171,17 +176,20 @@ class LatticeMesh {
 }  // namespace
 
 std::int64_t TurnOf(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
-  const std::int64_t ux = std::int64_t{b.x} - a.x, uy = std::int64_t{b.y} - a.y, vx = std::int64_t{c.x} - a.x, vy = std::int64_t{c.y} - a.y;
+  const std::int64_t ux = std::int64_t{b.x} - a.x, uy = std::int64_t{b.y} - a.y, vx = std::int64_t{c.x} - a.x,
+                     vy = std::int64_t{c.y} - a.y;
   return ux * vy - uy * vx;
 }
 
 int InCircle(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c, const LatticePoint& d) {
-  const std::int64_t ax = std::int64_t{a.x} - d.x, ay = std::int64_t{a.y} - d.y, bx = std::int64_t{b.x} - d.x, by = std::int64_t{b.y} - d.y,
-                     cx = std::int64_t{c.x} - d.x, cy = std::int64_t{c.y} - d.y;
+  const std::int64_t ax = std::int64_t{a.x} - d.x, ay = std::int64_t{a.y} - d.y, bx = std::int64_t{b.x} - d.x,
+                     by = std::int64_t{b.y} - d.y, cx = std::int64_t{c.x} - d.x, cy = std::int64_t{c.y} - d.y;
   const std::int64_t bc = bx * cy - by * cx, ca = cx * ay - cy * ax, ab = ax * by - ay * bx;
   const std::int64_t aa = ax * ax + ay * ay, bb = bx * bx + by * by, cc = cx * cx + cy * cy;
-  // In doubles first. Each product is of two rounded factors and rounded itself, and two sums are rounded: 8 units are ample.
-  const double pa = static_cast<double>(aa) * static_cast<double>(bc), pb = static_cast<double>(bb) * static_cast<double>(ca),
+  // In doubles first. Each product is of two rounded factors and rounded itself, and two sums are rounded: 8 units are
+  // ample.
+  const double pa = static_cast<double>(aa) * static_cast<double>(bc),
+               pb = static_cast<double>(bb) * static_cast<double>(ca),
                pc = static_cast<double>(cc) * static_cast<double>(ab);
   const double sum = pa + pb + pc, bound = 8 * 0x1p-53 * (std::abs(pa) + std::abs(pb) + std::abs(pc));
   if (sum > bound) return 1;
@@ -193,10 +201,12 @@ int InCircle(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c
 std::vector<std::array<std::int32_t, 3>> TriangulateLattice(std::span<const LatticePoint> points) {
   if (points.size() < 4) throw std::invalid_argument("TriangulateLattice: the rectangle's four corners come first");
   const std::int32_t w = points[2].x, h = points[2].y;
-  if (w < 1 || h < 1 || w > kMaxLattice || h > kMaxLattice || points[0] != LatticePoint{0, 0} || points[1] != LatticePoint{w, 0} || points[3] != LatticePoint{0, h})
+  if (w < 1 || h < 1 || w > kMaxLattice || h > kMaxLattice || points[0] != LatticePoint{0, 0} ||
+      points[1] != LatticePoint{w, 0} || points[3] != LatticePoint{0, h})
     throw std::invalid_argument("TriangulateLattice: the first four points are no rectangle's corners");
   for (const LatticePoint& p : points)
-    if (p.x < 0 || p.y < 0 || p.x > w || p.y > h) throw std::invalid_argument("TriangulateLattice: a point outside the rectangle");
+    if (p.x < 0 || p.y < 0 || p.x > w || p.y > h)
+      throw std::invalid_argument("TriangulateLattice: a point outside the rectangle");
   LatticeMesh mesh(points);
   for (const std::int32_t p : InsertionOrder(points)) mesh.Insert(p);
   return mesh.Triangles();

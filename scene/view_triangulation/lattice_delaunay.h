@@ -24,9 +24,10 @@ std::int64_t TurnOf(const LatticePoint& a, const LatticePoint& b, const LatticeP
 // Positive where d lies inside the circle through a, b, c (which turn positively), 0 on it. Exact.
 int InCircle(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c, const LatticePoint& d);
 
-// Triangles that turn positively, as indices into `points`. points[0..3] are the rectangle's corners (0,0), (w,0), (w,h), (0,h);
-// the others lie inside it or on its border. Of points at one place the one that is inserted first is a vertex, the others are
-// in no triangle. O(n log n) expected; the same input gives the same triangles. Throws std::invalid_argument for other input.
+// Triangles that turn positively, as indices into `points`. points[0..3] are the rectangle's corners (0,0), (w,0),
+// (w,h), (0,h); the others lie inside it or on its border. Of points at one place the one that is inserted first is a
+// vertex, the others are in no triangle. O(n log n) expected; the same input gives the same triangles. Throws
+// std::invalid_argument for other input.
 std::vector<std::array<std::int32_t, 3>> TriangulateLattice(std::span<const LatticePoint> points);
 
 }  // namespace lumi

@@ -34,7 +34,8 @@ struct Domain {
     low_px.setConstant(-around);
     extent_px = size_px.cast<double>().array() + 2 * around;
     while (extent_px.maxCoeff() * units > kMaxLattice) units /= 2;
-    size = {static_cast<std::int32_t>(std::ceil(extent_px.x() * units)), static_cast<std::int32_t>(std::ceil(extent_px.y() * units))};
+    size = {static_cast<std::int32_t>(std::ceil(extent_px.x() * units)),
+            static_cast<std::int32_t>(std::ceil(extent_px.y() * units))};
   }
   bool Holds(const Eigen::Vector2d& x_px) const {
     const Eigen::Vector2d at = (x_px - low_px) * units;
@@ -50,10 +51,11 @@ struct Domain {
 // From a pixel and its kappa to the point of P^3.
 class InverseView {
  public:
-  InverseView(const Matrix34d& P, const std::optional<Plane>& plane_at_infinity) : P_(P), centre_(CentreOfProjection(P)) {
+  InverseView(const Matrix34d& P, const std::optional<Plane>& plane_at_infinity)
+      : P_(P), centre_(CentreOfProjection(P)) {
     if (!P.allFinite() || !(centre_.norm() > 0.5)) throw std::invalid_argument("TriangulateView: P has no rank 3");
-    // Where the plane at infinity holds the centre, or nothing is known of it: the plane that is farthest from the centre. The
-    // nullspace of P is found by its minors, so that the test is one of rounding.
+    // Where the plane at infinity holds the centre, or nothing is known of it: the plane that is farthest from the
+    // centre. The nullspace of P is found by its minors, so that the test is one of rounding.
     const double floor = 1e6 * kEpsilon;
     plane_ = centre_;
     if (plane_at_infinity && std::abs(plane_at_infinity->dot(centre_)) > floor * plane_at_infinity->norm()) {
@@ -91,7 +93,8 @@ class InverseView {
 };
 
 // One point a cell of a grid: the first, or the nearest where depth has a sign.
-std::vector<Projected> MergeNear(std::vector<Projected> points, const Domain& domain, double merge_px, bool nearest, std::size_t& merged) {
+std::vector<Projected> MergeNear(std::vector<Projected> points, const Domain& domain, double merge_px, bool nearest,
+                                 std::size_t& merged) {
   const double cell = std::max(merge_px, 1 / domain.units);
   struct Cell {
     std::int64_t key;
@@ -101,12 +104,14 @@ std::vector<Projected> MergeNear(std::vector<Projected> points, const Domain& do
   cells.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d at = (points[i].x_px - domain.low_px) / cell;
-    cells.push_back({static_cast<std::int64_t>(at.y()) << 32 | static_cast<std::int64_t>(at.x()), static_cast<std::int32_t>(i)});
+    cells.push_back(
+        {static_cast<std::int64_t>(at.y()) << 32 | static_cast<std::int64_t>(at.x()), static_cast<std::int32_t>(i)});
   }
   std::sort(cells.begin(), cells.end(), [&](const Cell& a, const Cell& b) {
     if (a.key != b.key) return a.key < b.key;
     if (nearest) {
-      const double ka = points[static_cast<std::size_t>(a.order)].kappa, kb = points[static_cast<std::size_t>(b.order)].kappa;
+      const double ka = points[static_cast<std::size_t>(a.order)].kappa,
+                   kb = points[static_cast<std::size_t>(b.order)].kappa;
       if (ka != kb) return ka > kb;
     }
     return a.order < b.order;
@@ -126,8 +131,10 @@ std::vector<LatticePoint> WithCorners(const Domain& domain, const std::vector<Pr
   return lattice;
 }
 
-// Points that no neighbour in the image agrees with: wrong ones, and those of a surface behind the one that is seen there.
-std::vector<Projected> WithoutOutliers(std::vector<Projected> points, const Domain& domain, double spread, std::size_t& outliers) {
+// Points that no neighbour in the image agrees with: wrong ones, and those of a surface behind the one that is seen
+// there.
+std::vector<Projected> WithoutOutliers(std::vector<Projected> points, const Domain& domain, double spread,
+                                       std::size_t& outliers) {
   constexpr std::size_t kFewest = 8;  // fewer say nothing about each other
   if (points.size() < kFewest || !(spread < std::numeric_limits<double>::infinity())) return points;
   std::vector<double> kappas;
@@ -160,7 +167,8 @@ double Extended(const Eigen::Vector2d& x_px, const std::vector<Projected>& point
   for (std::size_t i = 0; i < points.size(); ++i) order.emplace_back((points[i].x_px - x_px).squaredNorm(), i);
   const std::size_t n = std::min(order.size(), static_cast<std::size_t>(count));
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(n), order.end());
-  // Centred on the nearest points' mean: their spread, not their distance from the sample, is what a slope is known from.
+  // Centred on the nearest points' mean: their spread, not their distance from the sample, is what a slope is known
+  // from.
   double weight = 0, kappa = 0;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   const double scale = order[n - 1].first + 1;  // of squared distances, in square pixels
@@ -183,7 +191,8 @@ double Extended(const Eigen::Vector2d& x_px, const std::vector<Projected>& point
   }
   A.diagonal().array() += 0.1 * weight * (x_px - mean).squaredNorm() + 1e-12;  // far from the points a slope is a guess
   const double determinant = A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0);
-  const Eigen::Vector2d slope((A(1, 1) * b[0] - A(0, 1) * b[1]) / determinant, (A(0, 0) * b[1] - A(1, 0) * b[0]) / determinant);
+  const Eigen::Vector2d slope((A(1, 1) * b[0] - A(0, 1) * b[1]) / determinant,
+                              (A(0, 0) * b[1] - A(1, 0) * b[0]) / determinant);
   return kappa + slope.dot(x_px - mean);
 }
 
@@ -198,10 +207,12 @@ const char* Validate(const ViewTriangulationOptions& o) {
   return nullptr;
 }
 
-ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& size_px, std::span<const Eigen::Vector4d> X,
-                                  const std::optional<Plane>& plane_at_infinity, const ViewTriangulationOptions& options) {
+ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& size_px,
+                                  std::span<const Eigen::Vector4d> X, const std::optional<Plane>& plane_at_infinity,
+                                  const ViewTriangulationOptions& options) {
   if (const char* wrong = Validate(options)) throw std::invalid_argument(wrong);
-  if (size_px.minCoeff() < 1 || size_px.maxCoeff() > (1 << 20)) throw std::invalid_argument("TriangulateView: the image has no size");
+  if (size_px.minCoeff() < 1 || size_px.maxCoeff() > (1 << 20))
+    throw std::invalid_argument("TriangulateView: the image has no size");
   InverseView view(P, plane_at_infinity);
   const Domain domain(size_px, options.margin);
   ViewTriangulation out;
@@ -211,7 +222,8 @@ ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& siz
   int positive = 0;
   for (std::size_t i = 0; i < X.size(); ++i) {
     const Eigen::Vector3d x = P * X[i];
-    const double nothing = 16 * kEpsilon * P.row(2).cwiseAbs().dot(X[i].cwiseAbs());  // of rounding: on the principal plane
+    const double nothing =
+        16 * kEpsilon * P.row(2).cwiseAbs().dot(X[i].cwiseAbs());  // of rounding: on the principal plane
     if (!(x.z() > nothing) || !x.allFinite()) {
       ++out.behind;
       continue;
@@ -241,14 +253,16 @@ ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& siz
   out.used = points.size();
 
   // The border: its corners, and samples between them.
-  const auto [least, most] = std::minmax_element(points.begin(), points.end(), [](const Projected& a, const Projected& b) { return a.kappa < b.kappa; });
+  const auto [least, most] = std::minmax_element(
+      points.begin(), points.end(), [](const Projected& a, const Projected& b) { return a.kappa < b.kappa; });
   const double least_kappa = least->kappa, most_kappa = most->kappa;
   const LatticePoint s = domain.size;
   const double step = static_cast<double>(std::max(s.x, s.y)) / options.border_samples;
   std::vector<LatticePoint> lattice{{0, 0}, {s.x, 0}, s, {0, s.y}};
   for (std::size_t side = 0; side < 4; ++side) {
     const LatticePoint from = lattice[side], to = lattice[(side + 1) % 4];
-    const int pieces = std::max(1, static_cast<int>(std::lround(std::max(std::abs(to.x - from.x), std::abs(to.y - from.y)) / step)));
+    const int pieces =
+        std::max(1, static_cast<int>(std::lround(std::max(std::abs(to.x - from.x), std::abs(to.y - from.y)) / step)));
     for (int k = 1; k < pieces; ++k)
       lattice.push_back({static_cast<std::int32_t>(from.x + (std::int64_t{to.x} - from.x) * k / pieces),
                          static_cast<std::int32_t>(from.y + (std::int64_t{to.y} - from.y) * k / pieces)});
@@ -282,7 +296,10 @@ Plane PlaneOfTriangle(const ViewTriangulation& triangulation, std::size_t triang
   // The rows' minors, as CentreOfProjection has them of three planes: the dual.
   Matrix34d rows;
   for (int k = 0; k < 3; ++k)
-    rows.row(k) = triangulation.vertices[static_cast<std::size_t>(triangulation.triangles[triangle][static_cast<std::size_t>(k)])].normalized().transpose();
+    rows.row(k) =
+        triangulation.vertices[static_cast<std::size_t>(triangulation.triangles[triangle][static_cast<std::size_t>(k)])]
+            .normalized()
+            .transpose();
   const Plane plane = CentreOfProjection(rows);
   return plane.dot(C) < 0 ? Plane(-plane) : plane;
 }
@@ -327,7 +344,9 @@ std::vector<std::int32_t> TrustedPoints(const Scene& scene) {
     if (!finite || p.track.size() < 2 || !(p.error_px <= kMaxErrorPx)) continue;
     if (scene.frame == Frame::kMetric) {
       // The widest pair: from the first ray to the farthest, and from that to its farthest.
-      const auto ray = [&](std::size_t k) { return Eigen::Vector3d((eyes[static_cast<std::size_t>(p.track[k].view.value)] - p.x_in_world).normalized()); };
+      const auto ray = [&](std::size_t k) {
+        return Eigen::Vector3d((eyes[static_cast<std::size_t>(p.track[k].view.value)] - p.x_in_world).normalized());
+      };
       std::size_t at = 0;
       double cosine = 1;
       for (int round = 0; round < 2; ++round) {
@@ -343,7 +362,8 @@ std::vector<std::int32_t> TrustedPoints(const Scene& scene) {
     three += p.track.size() >= 3;
     kept.push_back({p.track.size(), i});
   }
-  if (three >= kEnough) kept.erase(std::remove_if(kept.begin(), kept.end(), [](const Kept& k) { return k.track < 3; }), kept.end());
+  if (three >= kEnough)
+    kept.erase(std::remove_if(kept.begin(), kept.end(), [](const Kept& k) { return k.track < 3; }), kept.end());
   std::stable_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.track > b.track; });
   std::vector<std::int32_t> points;
   points.reserve(kept.size());
@@ -353,7 +373,8 @@ std::vector<std::int32_t> TrustedPoints(const Scene& scene) {
 
 std::vector<Eigen::Vector4d> StructurePoints(const Scene& scene) {
   std::vector<Eigen::Vector4d> X;
-  for (const std::int32_t i : TrustedPoints(scene)) X.push_back(Homogeneous(scene, scene.points[static_cast<std::size_t>(i)]));
+  for (const std::int32_t i : TrustedPoints(scene))
+    X.push_back(Homogeneous(scene, scene.points[static_cast<std::size_t>(i)]));
   return X;
 }
 

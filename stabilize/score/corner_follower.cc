@@ -10,18 +10,21 @@
 namespace lumi::score {
 namespace {
 
-constexpr std::size_t kCorners = 300;          // aimed at in a frame
-constexpr double kRefillBelow = 0.8;           // of kCorners
-constexpr double kSpacing = 0.6;               // of sqrt(pixels / kCorners)
-constexpr double kQuality = 0.001;             // of the strongest corner's strength
-constexpr double kWeakestCorner = 6e-5;        // OpenCV's units: a mean squared gradient of 1 (grey level / px)^2; 2 levels of noise give 0.6
+constexpr std::size_t kCorners = 300;  // aimed at in a frame
+constexpr double kRefillBelow = 0.8;   // of kCorners
+constexpr double kSpacing = 0.6;       // of sqrt(pixels / kCorners)
+constexpr double kQuality = 0.001;     // of the strongest corner's strength
+constexpr double kWeakestCorner =
+    6e-5;  // OpenCV's units: a mean squared gradient of 1 (grey level / px)^2; 2 levels of noise give 0.6
 constexpr int kWindowPx = 21, kLevels = 4;
 constexpr double kForwardBackwardPx = 0.5;
-constexpr double kCutShare = 0.15;             // fewer followed than this: a cut
+constexpr double kCutShare = 0.15;  // fewer followed than this: a cut
 constexpr std::size_t kCornersForCut = 20;
 constexpr double kMarginPx = 3;
 
-cv::Mat ViewOf(const Image8& grey) { return {grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data())}; }
+cv::Mat ViewOf(const Image8& grey) {
+  return {grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data())};
+}
 
 }  // namespace
 
@@ -45,13 +48,18 @@ struct CornerFollower::Impl {
     cv::calcOpticalFlowPyrLK(pyramid, previous, to, back, here, error, window, kLevels, criteria);
     std::vector<FollowedCorner> still;
     for (std::size_t i = 0; i < alive.size(); ++i) {
-      const bool inside = to[i].x > kMarginPx && to[i].y > kMarginPx && to[i].x < static_cast<float>(size.width - 1 - kMarginPx) && to[i].y < static_cast<float>(size.height - 1 - kMarginPx);
-      if (!there[i] || !here[i] || !inside || std::hypot(back[i].x - from[i].x, back[i].y - from[i].y) > kForwardBackwardPx) continue;
+      const bool inside = to[i].x > kMarginPx && to[i].y > kMarginPx &&
+                          to[i].x < static_cast<float>(size.width - 1 - kMarginPx) &&
+                          to[i].y < static_cast<float>(size.height - 1 - kMarginPx);
+      if (!there[i] || !here[i] || !inside ||
+          std::hypot(back[i].x - from[i].x, back[i].y - from[i].y) > kForwardBackwardPx)
+        continue;
       const Eigen::Vector2d x_px = FromOpenCvPixel({to[i].x, to[i].y});
       result.steps.push_back({alive[i].x_px, x_px});
       still.push_back({alive[i].track, x_px});
     }
-    if (alive.size() >= kCornersForCut && static_cast<double>(still.size()) < kCutShare * static_cast<double>(alive.size())) {
+    if (alive.size() >= kCornersForCut &&
+        static_cast<double>(still.size()) < kCutShare * static_cast<double>(alive.size())) {
       result.cut = true;
       result.steps.clear();
       still.clear();
@@ -61,13 +69,16 @@ struct CornerFollower::Impl {
 
   void Refill(const cv::Mat& grey) {
     if (static_cast<double>(alive.size()) > kRefillBelow * kCorners) return;
-    const double spacing_px = std::max(4.0, kSpacing * std::sqrt(static_cast<double>(grey.cols) * grey.rows / kCorners));
+    const double spacing_px =
+        std::max(4.0, kSpacing * std::sqrt(static_cast<double>(grey.cols) * grey.rows / kCorners));
     cv::Mat free(grey.size(), CV_8UC1, cv::Scalar(255));
     for (const FollowedCorner& c : alive)
-      cv::circle(free, cv::Point(static_cast<int>(c.x_px.x()), static_cast<int>(c.x_px.y())), static_cast<int>(spacing_px), cv::Scalar(0), -1);
+      cv::circle(free, cv::Point(static_cast<int>(c.x_px.x()), static_cast<int>(c.x_px.y())),
+                 static_cast<int>(spacing_px), cv::Scalar(0), -1);
     std::vector<cv::Point2f> found;
     std::vector<float> strength;
-    cv::goodFeaturesToTrack(grey, found, static_cast<int>(kCorners - alive.size()), kQuality, spacing_px, free, strength, 5, 3, false, 0.04);
+    cv::goodFeaturesToTrack(grey, found, static_cast<int>(kCorners - alive.size()), kQuality, spacing_px, free,
+                            strength, 5, 3, false, 0.04);
     for (std::size_t i = 0; i < found.size(); ++i)
       if (strength[i] > kWeakestCorner) alive.push_back({next_track++, FromOpenCvPixel({found[i].x, found[i].y})});
   }

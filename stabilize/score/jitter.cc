@@ -39,8 +39,11 @@ void JitterMeter::Add(double time_s, const std::vector<FollowedCorner>& corners)
   frames_.push_back({time_s, corners});
   of_frame_px_.push_back(std::numeric_limits<double>::quiet_NaN());
   // A window is full when the next frame would lie outside.
-  while (next_ - first_ < frames_.size() && time_s + interval_s_ > frames_[next_ - first_].time_s + kHalfWindow_s + kSlack) Measure(next_++);
-  while (!frames_.empty() && next_ - first_ < frames_.size() && frames_.front().time_s < frames_[next_ - first_].time_s - kHalfWindow_s - kSlack) {
+  while (next_ - first_ < frames_.size() &&
+         time_s + interval_s_ > frames_[next_ - first_].time_s + kHalfWindow_s + kSlack)
+    Measure(next_++);
+  while (!frames_.empty() && next_ - first_ < frames_.size() &&
+         frames_.front().time_s < frames_[next_ - first_].time_s - kHalfWindow_s - kSlack) {
     frames_.pop_front();
     ++first_;
   }

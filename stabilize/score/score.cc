@@ -16,13 +16,13 @@
 namespace lumi::score {
 namespace {
 
-constexpr std::size_t kBatch = 16;         // frames of each video in memory
-constexpr double kSnap_s = 1.1e-3;         // containers round times to milliseconds
-constexpr int kShortestShot = 5;           // frames
-constexpr int kMostBridged = 15;           // frames without features, over which the path is found again
-constexpr double kStillPx = 0.1;           // of a path: what measuring a video of a tripod adds up to
-constexpr double kLeastMeasured = 0.5;     // of the frames, for a figure
-constexpr double kLeastCommon = 0.5;       // of the input's frames
+constexpr std::size_t kBatch = 16;      // frames of each video in memory
+constexpr double kSnap_s = 1.1e-3;      // containers round times to milliseconds
+constexpr int kShortestShot = 5;        // frames
+constexpr int kMostBridged = 15;        // frames without features, over which the path is found again
+constexpr double kStillPx = 0.1;        // of a path: what measuring a video of a tripod adds up to
+constexpr double kLeastMeasured = 0.5;  // of the frames, for a figure
+constexpr double kLeastCommon = 0.5;    // of the input's frames
 
 // Luma as video has it, full range.
 Image8 GreyOf(const Image8& rgb) {
@@ -89,7 +89,9 @@ class Meter {
   }
 
   VideoScore Finish(bool is_input, std::vector<std::string>& warnings) {
-    const auto warn = [&](const std::string& what) { warnings.push_back(score_.file.filename().string() + ": " + what); };
+    const auto warn = [&](const std::string& what) {
+      warnings.push_back(score_.file.filename().string() + ": " + what);
+    };
     const int steps = frames() - 1;
     score_.failed_steps = path_.failed();
     score_.path = path_.Result();
@@ -104,7 +106,8 @@ class Meter {
     } else {
       score_.distortion.reset();
     }
-    if (score_.failed_matches > 0) warn(fmt::format("{} of {} frames are not to be found in the input's", score_.failed_matches, frames()));
+    if (score_.failed_matches > 0)
+      warn(fmt::format("{} of {} frames are not to be found in the input's", score_.failed_matches, frames()));
     if (score_.failed_steps <= (1 - kLeastMeasured) * steps) {
       const double half_diagonal_px = 0.5 * size_px().cast<double>().norm();
       score_.stability_x = StabilityOf(score_.path.x_px, kStillPx);
@@ -112,13 +115,17 @@ class Meter {
       score_.stability_rotation = StabilityOf(score_.path.rotation_rad, kStillPx / half_diagonal_px);
       if (score_.stability_x) {
         score_.stability = std::min({*score_.stability_x, *score_.stability_y, *score_.stability_rotation});
-        score_.stability_detrended = std::min({*StabilityOf(WithoutLine(score_.path.x_px), kStillPx), *StabilityOf(WithoutLine(score_.path.y_px), kStillPx),
-                                               *StabilityOf(WithoutLine(score_.path.rotation_rad), kStillPx / half_diagonal_px)});
+        score_.stability_detrended =
+            std::min({*StabilityOf(WithoutLine(score_.path.x_px), kStillPx),
+                      *StabilityOf(WithoutLine(score_.path.y_px), kStillPx),
+                      *StabilityOf(WithoutLine(score_.path.rotation_rad), kStillPx / half_diagonal_px)});
       } else {
         warn("too short for a stability score: 12 frames and more");
       }
     }
-    if (score_.failed_steps > 0) warn(fmt::format("{} of {} frames have no movement from the one before: blank, blurred or without features", score_.failed_steps, steps));
+    if (score_.failed_steps > 0)
+      warn(fmt::format("{} of {} frames have no movement from the one before: blank, blurred or without features",
+                       score_.failed_steps, steps));
     score_.jitter = jitter_.Result();
     if (!score_.jitter.jitter_px) warn("no jitter: features have to be seen for 1.4 s, at 5 frames a second and more");
     return std::move(score_);
@@ -133,7 +140,9 @@ class Meter {
       score_.width_px = rgb.width;
       score_.height_px = rgb.height;
     } else if (rgb.width != score_.width_px || rgb.height != score_.height_px) {
-      throw DataError(fmt::format("frame {} is {} x {} pixels, those before it {} x {}", frame.index, rgb.width, rgb.height, score_.width_px, score_.height_px), "cut the video there", score_.file);
+      throw DataError(fmt::format("frame {} is {} x {} pixels, those before it {} x {}", frame.index, rgb.width,
+                                  rgb.height, score_.width_px, score_.height_px),
+                      "cut the video there", score_.file);
     }
     // Whole frames of the stated rate, unless it is none.
     const double interval_s = 1 / score_.fps, step = frame.index > 0 ? (frame.time_s - stated_s_) / interval_s : 0;
@@ -176,7 +185,7 @@ class Meter {
     last_seen_ = grey;
   }
 
-  Image8 last_seen_;  // the last frame on the path
+  Image8 last_seen_;                 // the last frame on the path
   int last_break_ = -kShortestShot;  // the last frame that does not follow the one before, by a cut or by failing
   VideoReader reader_;
   CornerFollower corners_;
@@ -236,15 +245,18 @@ ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
     if (lengths[i] == 0) throw InputError(file, "no frame of it can be decoded");
     if (lengths[i] == 1) throw DataError("has one frame: a video is wanted", {}, file);
     if (lengths[i] < kLeastCommon * lengths[0])
-      throw DataError(fmt::format("has {} frames, the input {}: is it made from it?", lengths[i], lengths[0]), "compare videos of the same frames", file);
+      throw DataError(fmt::format("has {} frames, the input {}: is it made from it?", lengths[i], lengths[0]),
+                      "compare videos of the same frames", file);
     if (meters[i].truncated()) result.warnings.push_back(file.filename().string() + ": is cut off");
     if (lengths[i] != lengths[0])
-      result.warnings.push_back(fmt::format("{}: has {} frames, the input {}: the first {} are compared", file.filename().string(), lengths[i], lengths[0], result.frames));
+      result.warnings.push_back(fmt::format("{}: has {} frames, the input {}: the first {} are compared",
+                                            file.filename().string(), lengths[i], lengths[0], result.frames));
   }
   for (std::size_t i = 0; i < meters.size(); ++i) result.videos.push_back(meters[i].Finish(i == 0, result.warnings));
   const VideoScore& input = result.videos[0];
   if (input.failed_steps > (1 - kLeastMeasured) * (result.frames - 1))
-    throw DataError(fmt::format("in {} of {} frames there is nothing to follow", input.failed_steps, result.frames), "is it blank, or too blurred?", options.input);
+    throw DataError(fmt::format("in {} of {} frames there is nothing to follow", input.failed_steps, result.frames),
+                    "is it blank, or too blurred?", options.input);
   for (const std::string& w : result.warnings) sink.Message(w);
   result.seconds = watch.Seconds();
   return result;

@@ -1,5 +1,5 @@
-// Stabilised videos measured against their input, as the stabilisation literature does (homography.h, stability.h), and by
-// what trembles in them (jitter.h).
+// Stabilised videos measured against their input, as the stabilisation literature does (homography.h, stability.h), and
+// by what trembles in them (jitter.h).
 //
 //   ScoreResult result = Score({.input = "shaky.mp4", .stabilised = {"a.mp4", "b.mp4"}}, progress);
 //
@@ -27,18 +27,20 @@ struct VideoScore {
   std::filesystem::path file;
   int width_px = 0, height_px = 0;
   double fps = 0;
-  // Against the input; the input's own are 1. Mean over frames; least (the worst frame's), its frame, and the mean; mean.
+  // Against the input; the input's own are 1. Mean over frames; least (the worst frame's), its frame, and the mean;
+  // mean.
   std::optional<double> cropping_ratio, distortion, distortion_mean, kept_area;
   int distortion_frame = -1;
   // Of its own path: the least of the three.
   std::optional<double> stability, stability_x, stability_y, stability_rotation;
-  // The same of the paths without their straight line: a steady walk or pan is stable, where the score above knows 0.9 at most.
+  // The same of the paths without their straight line: a steady walk or pan is stable, where the score above knows 0.9
+  // at most.
   std::optional<double> stability_detrended;
   JitterResult jitter;
   MeasuredPath::Path path;
-  std::vector<int> cuts;         // frames that begin a new shot
-  int failed_steps = 0;          // frames without a movement from the one before
-  int failed_matches = 0;        // frames that cannot be found in the input's
+  std::vector<int> cuts;   // frames that begin a new shot
+  int failed_steps = 0;    // frames without a movement from the one before
+  int failed_matches = 0;  // frames that cannot be found in the input's
   bool uneven_times = false;
 };
 

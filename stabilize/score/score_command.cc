@@ -14,14 +14,19 @@ namespace lumi::score {
 
 static void ListKeys(JsonKeys& j, VideoScore& v) {
   const auto frame = v.distortion_frame < 0 ? std::nullopt : std::optional(v.distortion_frame);
-  j("file", v.file, "cropping_ratio", v.cropping_ratio, "distortion", v.distortion, "stability", v.stability, "jitter_px", v.jitter.jitter_px);
+  j("file", v.file, "cropping_ratio", v.cropping_ratio, "distortion", v.distortion, "stability", v.stability,
+    "jitter_px", v.jitter.jitter_px);
   j("kept_area", v.kept_area, "distortion_mean", v.distortion_mean).Say("distortion_frame", frame);
   j("stability_x", v.stability_x, "stability_y", v.stability_y);
-  j("stability_rotation", v.stability_rotation, "stability_detrended", v.stability_detrended, "jitter_all_px", v.jitter.all_px, "jitter_step_px", v.jitter.step_px);
-  j("jitter_frames", v.jitter.frames, "width", v.width_px, "height", v.height_px, "fps", v.fps, "cuts", v.cuts, "failed_steps", v.failed_steps);
+  j("stability_rotation", v.stability_rotation, "stability_detrended", v.stability_detrended, "jitter_all_px",
+    v.jitter.all_px, "jitter_step_px", v.jitter.step_px);
+  j("jitter_frames", v.jitter.frames, "width", v.width_px, "height", v.height_px, "fps", v.fps, "cuts", v.cuts,
+    "failed_steps", v.failed_steps);
   j("failed_matches", v.failed_matches, "uneven_times", v.uneven_times);
 }
-void ListKeys(JsonKeys& j, ScoreResult& r) { j("frames", r.frames, "videos", r.videos, "warnings", r.warnings, "seconds", r.seconds); }
+void ListKeys(JsonKeys& j, ScoreResult& r) {
+  j("frames", r.frames, "videos", r.videos, "warnings", r.warnings, "seconds", r.seconds);
+}
 
 ScoreResult RunScore(const ScoreCommandOptions& options, ProgressSink& progress) {
   ScoreResult result = Score(options.score, progress);
@@ -33,11 +38,13 @@ std::string Describe(const ScoreResult& result) {
   std::size_t width = 5;
   for (const VideoScore& v : result.videos) width = std::max(width, v.file.filename().string().size());
   std::string table = fmt::format("{:<{}}", "video", width);
-  for (const char* title : {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y", "stab. rot.", "detrended"})
+  for (const char* title : {"cropping", "distortion", "stability", "jitter px", "kept area", "stab. x", "stab. y",
+                            "stab. rot.", "detrended"})
     table += fmt::format("  {:>10}", title);
   for (const VideoScore& v : result.videos) {
     table += fmt::format("\n{:<{}}", v.file.filename().string(), width);
-    for (const auto& x : {v.cropping_ratio, v.distortion, v.stability, v.jitter.jitter_px, v.kept_area, v.stability_x, v.stability_y, v.stability_rotation, v.stability_detrended})
+    for (const auto& x : {v.cropping_ratio, v.distortion, v.stability, v.jitter.jitter_px, v.kept_area, v.stability_x,
+                          v.stability_y, v.stability_rotation, v.stability_detrended})
       table += fmt::format("  {:>10}", x && std::isfinite(*x) ? fmt::format("{:.3f}", *x) : "-");
   }
   return table;
@@ -70,7 +77,8 @@ std::string ScorePlot(const ScoreResult& result) {
     };
     const auto plot_path = [&](Plot& plot, const std::vector<double>& values, double unit) {
       PlotSeries s = series();
-      for (std::size_t k = 0; k < values.size(); ++k) s.points.push_back({static_cast<double>(k) * v.path.interval_s, unit * values[k], {}, {}});
+      for (std::size_t k = 0; k < values.size(); ++k)
+        s.points.push_back({static_cast<double>(k) * v.path.interval_s, unit * values[k], {}, {}});
       plot.series.push_back(std::move(s));
     };
     plot_path(x, v.path.x_px, 1);
@@ -81,12 +89,14 @@ std::string ScorePlot(const ScoreResult& result) {
     const double n = static_cast<double>(v.path.x_px.size());
     PlotSeries s = series();
     for (std::size_t k = 0; k < across.size(); ++k)
-      s.points.push_back({static_cast<double>(k + 1) / (n * v.path.interval_s), 2 / n * std::sqrt(across[k] + down[k]), {}, {}});
+      s.points.push_back(
+          {static_cast<double>(k + 1) / (n * v.path.interval_s), 2 / n * std::sqrt(across[k] + down[k]), {}, {}});
     spectrum.series.push_back(std::move(s));
   }
   const VideoScore& input = result.videos[0];
   if (input.path.interval_s > 0 && !input.path.x_px.empty())
-    spectrum.marks.push_back({5.5 / (static_cast<double>(input.path.x_px.size()) * input.path.interval_s), "slow | fast"});
+    spectrum.marks.push_back(
+        {5.5 / (static_cast<double>(input.path.x_px.size()) * input.path.interval_s), "slow | fast"});
   spectrum.marks.push_back({1, "1 Hz"});
   return SvgOf({x, y, rotation, spectrum, jitter});
 }

@@ -10,10 +10,10 @@
 namespace lumi::score {
 namespace {
 
-constexpr std::size_t kSlow = 5;          // frequencies, beside 0
+constexpr std::size_t kSlow = 5;  // frequencies, beside 0
 constexpr std::size_t kLeastFrames = 2 * (kSlow + 1);
-constexpr double kUnevenInterval = 0.1;   // of the median interval
-constexpr double kUnevenShare = 0.02;     // of the intervals
+constexpr double kUnevenInterval = 0.1;  // of the median interval
+constexpr double kUnevenShare = 0.02;    // of the intervals
 
 }  // namespace
 
@@ -68,7 +68,9 @@ void MeasuredPath::Add(double time_s, Step step, const Movement& movement) {
 
 int MeasuredPath::open_gap() const {
   int steps = 0;
-  while (steps < static_cast<int>(steps_.size()) && steps_[steps_.size() - 1 - static_cast<std::size_t>(steps)] == Step::kFailed) ++steps;
+  while (steps < static_cast<int>(steps_.size()) &&
+         steps_[steps_.size() - 1 - static_cast<std::size_t>(steps)] == Step::kFailed)
+    ++steps;
   return steps;
 }
 
@@ -83,7 +85,9 @@ MeasuredPath::Path MeasuredPath::Result() const {
   Path path;
   const std::size_t n = times_s_.size();
   std::vector<Eigen::Vector3d> at(n, Eigen::Vector3d::Zero());
-  const auto movement = [&](std::size_t i) -> Eigen::Vector3d { return {movements_[i].shift_px.x(), movements_[i].shift_px.y(), movements_[i].rotation_rad}; };
+  const auto movement = [&](std::size_t i) -> Eigen::Vector3d {
+    return {movements_[i].shift_px.x(), movements_[i].shift_px.y(), movements_[i].rotation_rad};
+  };
   for (std::size_t i = 0; i + 1 < n; ++i) {
     Eigen::Vector3d step = Eigen::Vector3d::Zero();
     if (steps_[i] == Step::kMeasured || steps_[i] == Step::kBridged) {
@@ -110,7 +114,9 @@ MeasuredPath::Path MeasuredPath::Result() const {
   std::vector<double> intervals;
   for (std::size_t i = 0; i + 1 < n; ++i) intervals.push_back(times_s_[i + 1] - times_s_[i]);
   path.interval_s = Median(intervals);
-  const auto odd = std::count_if(intervals.begin(), intervals.end(), [&](double d) { return std::abs(d - path.interval_s) > kUnevenInterval * path.interval_s; });
+  const auto odd = std::count_if(intervals.begin(), intervals.end(), [&](double d) {
+    return std::abs(d - path.interval_s) > kUnevenInterval * path.interval_s;
+  });
   path.uneven = static_cast<double>(odd) > kUnevenShare * static_cast<double>(intervals.size());
   if (path.uneven) {
     std::vector<Eigen::Vector3d> even;

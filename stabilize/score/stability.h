@@ -1,7 +1,8 @@
-// How much of a camera's path is slow: the stability score of Liu, Yuan, Tan, Sun (Bundled camera paths, SIGGRAPH 2013, section 5.1).
+// How much of a camera's path is slow: the stability score of Liu, Yuan, Tan, Sun (Bundled camera paths, SIGGRAPH 2013,
+// section 5.1).
 //
-// A path of N frames has the frequencies 0, 1, ... N / 2 cycles a video. Energy of the 2nd to the 6th lowest (1 to 5 cycles)
-// over that of all but the lowest: 1 = only slow movement. Of a path of cosines a_k cos(2 pi k t / N) it is
+// A path of N frames has the frequencies 0, 1, ... N / 2 cycles a video. Energy of the 2nd to the 6th lowest (1 to 5
+// cycles) over that of all but the lowest: 1 = only slow movement. Of a path of cosines a_k cos(2 pi k t / N) it is
 // sum_1..5 a_k^2 / sum a_k^2. A constant speed is a saw tooth to it: 0.89 for a long video, not 1.
 #pragma once
 
@@ -23,7 +24,8 @@ std::optional<double> StabilityOf(const std::vector<double>& path, double still_
 std::vector<double> WithoutLine(std::vector<double> path);
 
 // The path of a camera as its picture's movement adds up: of its middle and its rotation. What cannot be measured takes
-// the mean of the steps on either side, or its share of a movement across the gap; over a cut the path goes on from where it was.
+// the mean of the steps on either side, or its share of a movement across the gap; over a cut the path goes on from
+// where it was.
 class MeasuredPath {
  public:
   enum class Step { kMeasured, kFailed, kBridged, kCut };
@@ -38,7 +40,7 @@ class MeasuredPath {
   };
   Path Result() const;
   int failed() const { return failed_; }  // the bridged ones too
-  int open_gap() const;                    // kFailed steps at the end
+  int open_gap() const;                   // kFailed steps at the end
   int frames() const { return static_cast<int>(times_s_.size()); }
 
  private:

@@ -12,7 +12,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-const std::set<std::string> kStages = {"simulate", "calibrate", "reconstruct", "proxy", "render", "timeperiodic", "stabilize", "pipeline"};
+const std::set<std::string> kStages = {"simulate", "calibrate",    "reconstruct", "proxy",
+                                       "render",   "timeperiodic", "stabilize",   "pipeline"};
 
 struct SourceLine {
   std::string file;    // relative to the root
@@ -47,7 +48,9 @@ Rule Confined(const std::string& library, std::vector<std::string> headers, std:
 const std::vector<Rule>& Rules() {
   static const std::vector<Rule> rules = {
       {"scene uses no stage",
-       [](const SourceLine& l) { return l.folder == "scene" && kStages.count(l.include.substr(0, l.include.find('/'))) > 0; }},
+       [](const SourceLine& l) {
+         return l.folder == "scene" && kStages.count(l.include.substr(0, l.include.find('/'))) > 0;
+       }},
       {"a stage uses itself and scene only",
        [](const SourceLine& l) {
          const std::string target = l.include.substr(0, l.include.find('/'));
@@ -57,19 +60,25 @@ const std::vector<Rule>& Rules() {
       {"the radiance core has no GL, no threads and no files",
        [](const SourceLine& l) {
          return l.Below("render/radiance/") &&
-                (StartsWithAny(l.include, {"GL/", "GLFW/", "EGL/", "epoxy/", "imgui", "backends/imgui", "render/gl/", "render/viewer/", "tbb/", "oneapi/",
-                                           "scene/files/", "scene/program/parallel.h", "opencv2/", "OpenImageIO/"}) ||
-                 std::set<std::string>{"thread", "mutex", "future", "condition_variable", "execution", "fstream", "filesystem", "cstdio"}.count(l.include) > 0);
+                (StartsWithAny(l.include, {"GL/", "GLFW/", "EGL/", "epoxy/", "imgui", "backends/imgui", "render/gl/",
+                                           "render/viewer/", "tbb/", "oneapi/", "scene/files/",
+                                           "scene/program/parallel.h", "opencv2/", "OpenImageIO/"}) ||
+                 std::set<std::string>{"thread", "mutex", "future", "condition_variable", "execution", "fstream",
+                                       "filesystem", "cstdio"}
+                         .count(l.include) > 0);
        }},
       {"headers of scene show Eigen and the standard library only",
        [](const SourceLine& l) {
          return l.folder == "scene" && l.IsHeader() && l.file != kJsonFields &&
-                StartsWithAny(l.include, {"opencv2/", "OpenImageIO/", "nlohmann/", "fmt/", "CLI/", "tbb/", "spdlog/", "sqlite3", "embree"});
+                StartsWithAny(l.include, {"opencv2/", "OpenImageIO/", "nlohmann/", "fmt/", "CLI/", "tbb/", "spdlog/",
+                                          "sqlite3", "embree"});
        }},
-      {"the reader of JSON fields is for scene/files", [](const SourceLine& l) { return l.include == kJsonFields && (!l.Below("scene/files/") || l.IsHeader()); }},
+      {"the reader of JSON fields is for scene/files",
+       [](const SourceLine& l) { return l.include == kJsonFields && (!l.Below("scene/files/") || l.IsHeader()); }},
       {"the frame of the programs is for main.cc",
        [](const SourceLine& l) {
-         return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) && !l.Below("scene/program/") && !l.IsMain();
+         return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) &&
+                !l.Below("scene/program/") && !l.IsMain();
        }},
       Confined("CGAL", {"CGAL/"}, {"proxy/", "render/"}),
       Confined("OpenMesh", {"OpenMesh/"}, {"proxy/"}),
@@ -79,12 +88,15 @@ const std::vector<Rule>& Rules() {
       Confined("SQLite", {"sqlite3"}, {"reconstruct/"}),
       {"a library neither prints nor exits",
        [](const SourceLine& l) {
-         static const std::regex prints(R"(std::(cout|cerr|clog)\b|\bfmt::print\(|\b(std::)?f?printf\(|\bputs\(|(^|[^_\w])(std::)?(exit|abort|quick_exit)\()");
-         return !l.IsMain() && !l.Below("scene/program/") && l.text.find("//") > l.text.find_first_not_of(' ') && std::regex_search(l.text, prints);
+         static const std::regex prints(
+             R"(std::(cout|cerr|clog)\b|\bfmt::print\(|\b(std::)?f?printf\(|\bputs\(|(^|[^_\w])(std::)?(exit|abort|quick_exit)\()");
+         return !l.IsMain() && !l.Below("scene/program/") && l.text.find("//") > l.text.find_first_not_of(' ') &&
+                std::regex_search(l.text, prints);
        }},
       {"no path of one machine",
        [](const SourceLine& l) {
-         return std::regex_search(l.text, std::regex(R"((^|["' =(])/(home|root|Users|mnt)/)")) || l.text.find(LUMI_SOURCE_DIR "/") != std::string::npos;
+         return std::regex_search(l.text, std::regex(R"((^|["' =(])/(home|root|Users|mnt)/)")) ||
+                l.text.find(LUMI_SOURCE_DIR "/") != std::string::npos;
        }},
   };
   return rules;
@@ -114,7 +126,8 @@ std::vector<std::string> BrokenRules(const fs::path& root) {
         std::smatch match;
         line.include = std::regex_search(line.text, match, include) ? match[1].str() : std::string();
         for (const Rule& rule : Rules())
-          if (rule.broken(line)) broken.push_back(line.file + ":" + std::to_string(line.number) + ": " + rule.says + ": " + line.text);
+          if (rule.broken(line))
+            broken.push_back(line.file + ":" + std::to_string(line.number) + ": " + rule.says + ": " + line.text);
       }
     }
   }

@@ -8,13 +8,18 @@
 #include "tests/benchmark/figures.h"
 
 int main(int argc, char** argv) {
-  lumi::Program program("bench_figures", "Runs the suite on a simulated desk, and on real captures where DIR is given, and prints what it measures");
+  lumi::Program program(
+      "bench_figures",
+      "Runs the suite on a simulated desk, and on real captures where DIR is given, and prints what it measures");
   std::filesystem::path data, work = "build/bench";
   std::vector<std::string> only;
   int views = 4;
   program.app().add_option("--data", data, "Folder of captures: fountain, sceaux, fox")->check(CLI::ExistingDirectory);
   program.app().add_option("--work", work, "Where scenes are kept; a second run reuses them")->capture_default_str();
-  program.app().add_option("--views", views, "Photos of each capture rendered at their own cameras")->check(CLI::Range(1, 10000))->capture_default_str();
+  program.app()
+      .add_option("--views", views, "Photos of each capture rendered at their own cameras")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
   program.app().add_option("--only", only, "Captures by name (desk, fountain ...); default: all");
 
   std::vector<lumi::CaptureFigures> figures;

@@ -1,4 +1,5 @@
-// What docs/calibrate.md quotes of real boards: DIR/boards-stereo and DIR/boards-wide, done as their published fits were and at our defaults.
+// What docs/calibrate.md quotes of real boards: DIR/boards-stereo and DIR/boards-wide, done as their published fits
+// were and at our defaults.
 //
 //   calibration_bench DIR
 #include <cstdio>
@@ -31,8 +32,9 @@ void Print(const Case& c, const fs::path& data) {
   const CalibrateSummary s = Calibrate(options, SilentProgress());
   const Calibration& fit = s.fit.calibration;
   const double fx = fit.intrinsics[kFx];
-  std::printf("| %s | %s | %s | %zu | %.2f +- %.2f | %.2f | %+.2f | %.3f | %.3f | %.1f |\n", c.photos, c.procedure, fit.model.name.c_str(), s.fit.views.size(), fx,
-              fit.Sigma(kFx, fit.noise_px), c.reference_fx_px, 100 * (fx / c.reference_fx_px - 1), fit.rms_px, s.fit.cross_validated_rms_px.value_or(-1), s.seconds);
+  std::printf("| %s | %s | %s | %zu | %.2f +- %.2f | %.2f | %+.2f | %.3f | %.3f | %.1f |\n", c.photos, c.procedure,
+              fit.model.name.c_str(), s.fit.views.size(), fx, fit.Sigma(kFx, fit.noise_px), c.reference_fx_px,
+              100 * (fx / c.reference_fx_px - 1), fit.rms_px, s.fit.cross_validated_rms_px.value_or(-1), s.seconds);
 }
 
 }  // namespace
@@ -49,11 +51,14 @@ int main(int argc, char** argv) {
   published_stereo.fit.keep_outliers = published_wide.fit.keep_outliers = true;
   published_wide.board = wide.board = "8x6";
   try {
-    std::printf("| photos | procedure | model | views | fx px | published | off %% | RMS px | cross-validated px | seconds |\n|---|---|---|---|---|---|---|---|---|---|\n");
-    for (const Case& c : {Case{"boards-stereo, left", "boards-stereo", "left", "as published", kStereoFx, published_stereo},
-                          Case{"boards-stereo, left", "boards-stereo", "left", "ours", kStereoFx, ours},
-                          Case{"boards-wide", "boards-wide", "", "as published", kWideFx, published_wide},
-                          Case{"boards-wide", "boards-wide", "", "ours", kWideFx, wide}})
+    std::printf(
+        "| photos | procedure | model | views | fx px | published | off %% | RMS px | cross-validated px | seconds "
+        "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+    for (const Case& c :
+         {Case{"boards-stereo, left", "boards-stereo", "left", "as published", kStereoFx, published_stereo},
+          Case{"boards-stereo, left", "boards-stereo", "left", "ours", kStereoFx, ours},
+          Case{"boards-wide", "boards-wide", "", "as published", kWideFx, published_wide},
+          Case{"boards-wide", "boards-wide", "", "ours", kWideFx, wide}})
       if (fs::exists(fs::path(argv[1]) / c.folder)) Print(c, argv[1]);
   } catch (const Error& e) {
     return std::fprintf(stderr, "calibration_bench: %s\n", e.what()), static_cast<int>(e.code());

@@ -2,7 +2,8 @@
 
 namespace lumi {
 
-std::vector<BenchCapture> BenchCaptures(const std::filesystem::path& data, const std::filesystem::path& simulated_desk) {
+std::vector<BenchCapture> BenchCaptures(const std::filesystem::path& data,
+                                        const std::filesystem::path& simulated_desk) {
   std::vector<BenchCapture> captures{{"desk (simulated)", simulated_desk / "images", simulated_desk / "truth"}};
   if (data.empty()) return captures;
   for (const BenchCapture& real : {BenchCapture{"fountain", data / "fountain/images", data / "fountain/truth"},

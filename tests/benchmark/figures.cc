@@ -58,14 +58,17 @@ struct OwnCameraRender {
 };
 
 // nullopt: there is no OpenGL here.
-std::optional<OwnCameraRender> RenderAtOwnCamera(const fs::path& scene, const std::string& view, const std::string& backend, bool leave_out,
-                                                 const fs::path& out, ProgressSink& progress) {
+std::optional<OwnCameraRender> RenderAtOwnCamera(const fs::path& scene, const std::string& view,
+                                                 const std::string& backend, bool leave_out, const fs::path& out,
+                                                 ProgressSink& progress) {
   fs::remove_all(out);
-  std::vector<std::string> arguments{scene.string(), "--view", view, "--backend", backend, "-o", out.string(), "--quiet"};
+  std::vector<std::string> arguments{scene.string(), "--view", view,         "--backend",
+                                     backend,        "-o",     out.string(), "--quiet"};
   if (leave_out) arguments.emplace_back("--leave-out");
   const Answer answer = Ask("lumi-render", arguments, progress);
   if (answer.exit_code == static_cast<int>(ExitCode::kMachine) && backend == "gl") return std::nullopt;
-  if (answer.exit_code != 0) throw DataError(fmt::format("lumi-render --view {} ended with code {}", view, answer.exit_code));
+  if (answer.exit_code != 0)
+    throw DataError(fmt::format("lumi-render --view {} ended with code {}", view, answer.exit_code));
   OwnCameraRender render;
   render.mean_absolute = answer.summary["views"][0]["mean_absolute_difference_seen"].get<double>();
   for (const auto& entry : fs::directory_iterator(out))
@@ -73,7 +76,8 @@ std::optional<OwnCameraRender> RenderAtOwnCamera(const fs::path& scene, const st
   return render;
 }
 
-void MeasureReproduction(const fs::path& scene_folder, const fs::path& work, int most, CaptureFigures& f, ProgressSink& progress) {
+void MeasureReproduction(const fs::path& scene_folder, const fs::path& work, int most, CaptureFigures& f,
+                         ProgressSink& progress) {
   OpenOptions open;
   open.check_photos = false;
   const Scene scene = OpenScene(scene_folder, open, SilentProgress());
@@ -115,7 +119,9 @@ CaptureFigures MeasureCapture(const BenchCapture& capture, const fs::path& work,
   CaptureFigures f;
   f.name = capture.name;
   const fs::path scene = work / capture.name.substr(0, capture.name.find(' '));
-  const json pipeline = AskDone("lumi-pipeline", {capture.photos.string(), "-o", scene.string(), "--holdout", std::to_string(kHoldout), "--no-video"}, progress);
+  const json pipeline = AskDone(
+      "lumi-pipeline",
+      {capture.photos.string(), "-o", scene.string(), "--holdout", std::to_string(kHoldout), "--no-video"}, progress);
   for (const json& stage : pipeline["stages"]) {
     const json& summary = stage.contains("summary") ? stage["summary"] : json::object();
     if (stage["name"] == "reconstruct") {
@@ -143,44 +149,72 @@ CaptureFigures MeasureCapture(const BenchCapture& capture, const fs::path& work,
 }
 
 std::string ToMarkdown(const std::vector<CaptureFigures>& figures) {
-  std::string text = fmt::format("Held out: photos 0, {0}, {1} ... rendered from the others; PSNR and SSIM over all pixels, a hole counts as black.\n\n",
-                                 kHoldout, 2 * kHoldout);
-  text += "| capture | photos | reprojection px | proxy | PSNR dB | SSIM | coverage | nearest photo dB | margin dB | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  std::string text = fmt::format(
+      "Held out: photos 0, {0}, {1} ... rendered from the others; PSNR and SSIM over all pixels, a hole counts as "
+      "black.\n\n",
+      kHoldout, 2 * kHoldout);
+  text +=
+      "| capture | photos | reprojection px | proxy | PSNR dB | SSIM | coverage | nearest photo dB | margin dB | ms a "
+      "frame |\n|---|---|---|---|---|---|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
-    text += fmt::format("| {} | {}/{} | {:.2f} | {} | {:.2f} | {:.3f} | {:.1f} % | {:.2f} | {:+.2f} | {:.0f} |\n", f.name, f.images_registered, f.images_total,
-                        f.reprojection_px, f.proxy, f.psnr_db, f.ssim, 100 * f.coverage, f.nearest_psnr_db, f.psnr_db - f.nearest_psnr_db, f.ms_per_frame);
-  text += "\nPoses against the truth, after a similarity (centres in percent of the truth's extent).\n\n"
-          "| capture | centres rms % | centres max % | rotations rms deg | rotations max deg |\n|---|---|---|---|---|\n";
+    text += fmt::format("| {} | {}/{} | {:.2f} | {} | {:.2f} | {:.3f} | {:.1f} % | {:.2f} | {:+.2f} | {:.0f} |\n",
+                        f.name, f.images_registered, f.images_total, f.reprojection_px, f.proxy, f.psnr_db, f.ssim,
+                        100 * f.coverage, f.nearest_psnr_db, f.psnr_db - f.nearest_psnr_db, f.ms_per_frame);
+  text +=
+      "\nPoses against the truth, after a similarity (centres in percent of the truth's extent).\n\n"
+      "| capture | centres rms % | centres max % | rotations rms deg | rotations max deg |\n|---|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
     if (f.poses)
-      text += fmt::format("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", f.name, f.poses->centre_rms_percent, f.poses->centre_max_percent,
-                          f.poses->rotation_rms_deg, f.poses->rotation_max_deg);
-  text += "\nPhotos at their own cameras: mean absolute difference wherever the proxy is seen, in code values of 255 (mean over photos / worst photo).\n"
-          "The same views without their own photos, CPU against GL: the worst view's PSNR.\n\n"
-          "| capture | photos | CPU | GL | CPU against GL, dB |\n|---|---|---|---|---|\n";
+      text += fmt::format("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", f.name, f.poses->centre_rms_percent,
+                          f.poses->centre_max_percent, f.poses->rotation_rms_deg, f.poses->rotation_max_deg);
+  text +=
+      "\nPhotos at their own cameras: mean absolute difference wherever the proxy is seen, in code values of 255 (mean "
+      "over photos / worst photo).\n"
+      "The same views without their own photos, CPU against GL: the worst view's PSNR.\n\n"
+      "| capture | photos | CPU | GL | CPU against GL, dB |\n|---|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
-    text += fmt::format("| {} | {} | {:.3f} / {:.3f} | {} | {} |\n", f.name, f.reproduced_views, f.cpu.mean_absolute, f.cpu.worst_mean_absolute,
-                        f.gl ? fmt::format("{:.3f} / {:.3f}", f.gl->mean_absolute, f.gl->worst_mean_absolute) : "no OpenGL here",
-                        f.cpu_gl_worst_psnr_db ? fmt::format("{:.1f}", *f.cpu_gl_worst_psnr_db) : "");
-  text += "\nTime beside COLMAP: preparation, proxy and report.\n\n| capture | COLMAP s | around it s | share |\n|---|---|---|---|\n";
+    text += fmt::format(
+        "| {} | {} | {:.3f} / {:.3f} | {} | {} |\n", f.name, f.reproduced_views, f.cpu.mean_absolute,
+        f.cpu.worst_mean_absolute,
+        f.gl ? fmt::format("{:.3f} / {:.3f}", f.gl->mean_absolute, f.gl->worst_mean_absolute) : "no OpenGL here",
+        f.cpu_gl_worst_psnr_db ? fmt::format("{:.1f}", *f.cpu_gl_worst_psnr_db) : "");
+  text +=
+      "\nTime beside COLMAP: preparation, proxy and report.\n\n| capture | COLMAP s | around it s | share "
+      "|\n|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
-    text += fmt::format("| {} | {:.1f} | {:.1f} | {:.1f} % |\n", f.name, f.colmap_s, f.around_colmap_s, f.colmap_s > 0 ? 100 * f.around_colmap_s / f.colmap_s : 0.0);
+    text += fmt::format("| {} | {:.1f} | {:.1f} | {:.1f} % |\n", f.name, f.colmap_s, f.around_colmap_s,
+                        f.colmap_s > 0 ? 100 * f.around_colmap_s / f.colmap_s : 0.0);
   return text;
 }
 
 std::string ToJson(const std::vector<CaptureFigures>& figures) {
   json captures = json::array();
   for (const CaptureFigures& f : figures) {
-    json c = {{"name", f.name}, {"images_total", f.images_total}, {"images_registered", f.images_registered},
-              {"mean_reprojection_error_px", f.reprojection_px}, {"proxy", f.proxy}, {"holdout", kHoldout}, {"psnr_mean_db", f.psnr_db},
-              {"ssim_mean", f.ssim}, {"coverage", f.coverage}, {"nearest_photo_psnr_mean_db", f.nearest_psnr_db}, {"ms_per_frame", f.ms_per_frame},
-              {"colmap_seconds", f.colmap_s}, {"around_colmap_seconds", f.around_colmap_s}, {"own_camera_views", f.reproduced_views},
-              {"own_camera_cpu_mean_absolute", f.cpu.mean_absolute}, {"own_camera_cpu_worst_mean_absolute", f.cpu.worst_mean_absolute}};
-    if (f.gl) c.update({{"own_camera_gl_mean_absolute", f.gl->mean_absolute}, {"own_camera_gl_worst_mean_absolute", f.gl->worst_mean_absolute}});
+    json c = {{"name", f.name},
+              {"images_total", f.images_total},
+              {"images_registered", f.images_registered},
+              {"mean_reprojection_error_px", f.reprojection_px},
+              {"proxy", f.proxy},
+              {"holdout", kHoldout},
+              {"psnr_mean_db", f.psnr_db},
+              {"ssim_mean", f.ssim},
+              {"coverage", f.coverage},
+              {"nearest_photo_psnr_mean_db", f.nearest_psnr_db},
+              {"ms_per_frame", f.ms_per_frame},
+              {"colmap_seconds", f.colmap_s},
+              {"around_colmap_seconds", f.around_colmap_s},
+              {"own_camera_views", f.reproduced_views},
+              {"own_camera_cpu_mean_absolute", f.cpu.mean_absolute},
+              {"own_camera_cpu_worst_mean_absolute", f.cpu.worst_mean_absolute}};
+    if (f.gl)
+      c.update({{"own_camera_gl_mean_absolute", f.gl->mean_absolute},
+                {"own_camera_gl_worst_mean_absolute", f.gl->worst_mean_absolute}});
     if (f.cpu_gl_worst_psnr_db) c["cpu_gl_worst_psnr_db"] = *f.cpu_gl_worst_psnr_db;
     if (f.poses)
-      c["poses"] = {{"centre_rms_percent", f.poses->centre_rms_percent}, {"centre_max_percent", f.poses->centre_max_percent},
-                    {"rotation_rms_deg", f.poses->rotation_rms_deg}, {"rotation_max_deg", f.poses->rotation_max_deg}};
+      c["poses"] = {{"centre_rms_percent", f.poses->centre_rms_percent},
+                    {"centre_max_percent", f.poses->centre_max_percent},
+                    {"rotation_rms_deg", f.poses->rotation_rms_deg},
+                    {"rotation_max_deg", f.poses->rotation_max_deg}};
     captures.push_back(c);
   }
   return json{{"captures", captures}}.dump();

@@ -23,7 +23,7 @@ struct CaptureFigures {
   int images_total = 0, images_registered = 0;
   double reprojection_px = 0;
   std::string proxy;
-  double psnr_db = 0, ssim = 0, coverage = 0, nearest_psnr_db = 0;   // held out, N = 8
+  double psnr_db = 0, ssim = 0, coverage = 0, nearest_psnr_db = 0;  // held out, N = 8
   double ms_per_frame = 0;
   double colmap_s = 0, around_colmap_s = 0;
   std::optional<PoseErrors> poses;
@@ -35,7 +35,8 @@ struct CaptureFigures {
 
 // Runs lumi-pipeline into work/NAME (what is there is reused) and lumi-render at up to `views` of the photos' own
 // cameras. Throws Error where a program fails.
-CaptureFigures MeasureCapture(const BenchCapture& capture, const std::filesystem::path& work, int views, ProgressSink& progress);
+CaptureFigures MeasureCapture(const BenchCapture& capture, const std::filesystem::path& work, int views,
+                              ProgressSink& progress);
 
 // The desk of 24 photos, 640 pixels wide, simulated into `folder` (reused where it is there).
 void SimulateDesk(const std::filesystem::path& folder, ProgressSink& progress);

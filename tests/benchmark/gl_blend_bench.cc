@@ -1,5 +1,6 @@
-// What a frame from sparse samples costs on this machine's OpenGL, against the least that blending as many layers costs: a
-// shader that does nothing but project, look up, weigh and add. Milliseconds are medians; the ratios are the figures.
+// What a frame from sparse samples costs on this machine's OpenGL, against the least that blending as many layers
+// costs: a shader that does nothing but project, look up, weigh and add. Milliseconds are medians; the ratios are the
+// figures.
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 
@@ -64,7 +65,8 @@ World MakeWorld(int views) {
     view.cam_from_world = LookAt(eye, {4 * u, 3 * v, 0}, -Eigen::Vector3d::UnitY());
     w.scene.views.push_back(view);
     Image8 image(kPhotoWidth, kPhotoHeight, 3);
-    for (std::size_t n = 0; n < image.data.size(); ++n) image.data[n] = static_cast<std::uint8_t>((n * 2654435761U) >> 13);
+    for (std::size_t n = 0; n < image.data.size(); ++n)
+      image.data[n] = static_cast<std::uint8_t>((n * 2654435761U) >> 13);
     w.photos.push_back({BuildPyramid(image), 0});
   }
   UpdateFrameOfReference(w.scene);
@@ -91,7 +93,8 @@ double Layers(const SparsePlan& plan) {
 // Nothing but the blending: homographies and weights in uniforms, one bilinear look-up a layer.
 class BareBlend {
  public:
-  explicit BareBlend(const World& world) : photos_(std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))) {
+  explicit BareBlend(const World& world)
+      : photos_(std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))) {
     for (std::size_t i = 0; i < world.photos.size(); ++i) photos_.Upload(i, world.photos[i]);
     array_ = GlVertexArray::Make();
   }
@@ -116,7 +119,8 @@ void main() {{
     program_ = GlProgram("bare", FullScreenVertexShader(), text);
     const GlProgram& program = program_;
     program.Use();
-    std::vector<float> homographies, weights(static_cast<std::size_t>(layers), 1.0F / static_cast<float>(layers)), places;
+    std::vector<float> homographies, weights(static_cast<std::size_t>(layers), 1.0F / static_cast<float>(layers)),
+        places;
     const SparseTriangle& middle = plan.triangles[plan.triangles.size() / 2];
     const RelativeSources& s = setup.sources;
     for (int i = 0; i < layers; ++i) {
@@ -157,7 +161,8 @@ void main() {{
 class Drawing {
  public:
   Drawing(const World& world, const RadianceSettings& settings)
-      : lumigraph_(MakeSources(world.scene), std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
+      : lumigraph_(MakeSources(world.scene),
+                   std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
         proxy_(world.proxy, world.scene.normalized_from_world) {
     lumigraph_.SetProxy(world.proxy);
     for (std::size_t i = 0; i < world.photos.size(); ++i) lumigraph_.Upload({static_cast<int>(i)}, world.photos[i]);
@@ -201,10 +206,14 @@ int Run() {
       BareBlend bare(few);
       const SparsePlan plan = drawing.Plan();
       const double layers = Layers(plan);
-      const auto ms = MedianMs({[&] { drawing.Frame(); }, bare.Frame(drawing.Setup(), plan, drawing.target(), static_cast<int>(std::lround(layers))),
-                                [&] { drawing.Plan(); }});
-      fmt::print("k 4, 50 views, prefilter {}, field of view {}: frame {:.2f} ms (of it planning {:.2f}), bare blending of {:.1f} layers {:.2f} ms: ratio {:.2f}\n",
-                 prefilter ? "on" : "off", field_of_view ? "on" : "off", ms[0], ms[2], layers, ms[1], ms[0] / ms[1]);
+      const auto ms =
+          MedianMs({[&] { drawing.Frame(); },
+                    bare.Frame(drawing.Setup(), plan, drawing.target(), static_cast<int>(std::lround(layers))),
+                    [&] { drawing.Plan(); }});
+      fmt::print(
+          "k 4, 50 views, prefilter {}, field of view {}: frame {:.2f} ms (of it planning {:.2f}), bare blending of "
+          "{:.1f} layers {:.2f} ms: ratio {:.2f}\n",
+          prefilter ? "on" : "off", field_of_view ? "on" : "off", ms[0], ms[2], layers, ms[1], ms[0] / ms[1]);
     }
   settings.field_of_view = true;
   {
@@ -213,14 +222,18 @@ int Run() {
     pixel.grid_columns = pixel.grid_rows = 0;
     Drawing a(few, settings), b(few, candidates), c(few, pixel);
     const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
-    fmt::print("k 4, 50 views: interpolated weights {:.2f} ms, candidates {:.2f} ms, all photos at every pixel {:.2f} ms: ratios 1, {:.2f}, {:.2f}\n", ms[0],
-               ms[1], ms[2], ms[1] / ms[0], ms[2] / ms[0]);
+    fmt::print(
+        "k 4, 50 views: interpolated weights {:.2f} ms, candidates {:.2f} ms, all photos at every pixel {:.2f} ms: "
+        "ratios 1, {:.2f}, {:.2f}\n",
+        ms[0], ms[1], ms[2], ms[1] / ms[0], ms[2] / ms[0]);
   }
   settings.k = 5;
   Drawing a(few, settings), b(many, settings);
   const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});
-  fmt::print("k 5: 50 views {:.2f} ms, 262 views {:.2f} ms (planning {:.2f} and {:.2f}; layers {:.1f} and {:.1f}): ratio {:.2f}\n", ms[0], ms[1], ms[2],
-             ms[3], Layers(a.Plan()), Layers(b.Plan()), ms[1] / ms[0]);
+  fmt::print(
+      "k 5: 50 views {:.2f} ms, 262 views {:.2f} ms (planning {:.2f} and {:.2f}; layers {:.1f} and {:.1f}): ratio "
+      "{:.2f}\n",
+      ms[0], ms[1], ms[2], ms[3], Layers(a.Plan()), Layers(b.Plan()), ms[1] / ms[0]);
   return 0;
 }
 

@@ -1,4 +1,5 @@
-// Visual hulls: volumes of bodies whose volume is known, hulls of captures, detail against time. As docs/proxy.md quotes.
+// Visual hulls: volumes of bodies whose volume is known, hulls of captures, detail against time. As docs/proxy.md
+// quotes.
 //
 //   hull_bench volumes
 //   hull_bench captures|detail [DIR]   on dinosaur and dino-rings below DIR
@@ -36,7 +37,8 @@ void PrintVolumes() {
   for (const Shape& shape : shapes) {
     const std::vector<SilhouetteView> around = test::Around(shape.body, 64);
     std::vector<SilhouetteView> all;
-    for (std::size_t n = 0; n < around.size(); ++n) all.push_back(around[n * 27 % around.size()]);  // 27 has no divisor in common with 64
+    for (std::size_t n = 0; n < around.size(); ++n)
+      all.push_back(around[n * 27 % around.size()]);  // 27 has no divisor in common with 64
     fmt::print("| {} |", shape.name);
     for (const int views : {4, 8, 16, 32, 64}) {
       HullSummary s;
@@ -65,30 +67,36 @@ void PrintCapture(const char* name, const std::vector<SilhouetteView>& views) {
   const HullSummary& s = m.summary;
   double most = 0;
   for (const auto& mended : s.mended) most = std::max(most, mended.share);
-  fmt::print("| {} | {} | {} | {} | {:.2f} | {} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", name, views.size(), s.used.size(),
-             s.mended.empty() ? "-" : fmt::format("{}, {:.1f} %", s.mended.size(), 100 * most), s.dilation_px, m.mesh.faces.size(),
-             100 * s.fit.coverage_min, s.fit.deepest_uncovered_px, s.fit.iou_median, m.seconds);
+  fmt::print("| {} | {} | {} | {} | {:.2f} | {} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", name, views.size(),
+             s.used.size(), s.mended.empty() ? "-" : fmt::format("{}, {:.1f} %", s.mended.size(), 100 * most),
+             s.dilation_px, m.mesh.faces.size(), 100 * s.fit.coverage_min, s.fit.deepest_uncovered_px, s.fit.iou_median,
+             m.seconds);
 }
 
 void PrintCaptures(const std::filesystem::path& data) {
   fmt::print(
-      "| | views | used | mended, by at most | dilation px | faces | coverage least | deepest px | IoU median | seconds "
+      "| | views | used | mended, by at most | dilation px | faces | coverage least | deepest px | IoU median | "
+      "seconds "
       "|\n|---|---|---|---|---|---|---|---|---|---|\n");
   if (std::filesystem::exists(data / "dinosaur")) PrintCapture("dinosaur, 720x576", test::DinosaurSilhouettes(data));
   if (!std::filesystem::exists(data / "dino-rings")) return;
-  PrintCapture("dino-rings, 640x480, every second photo with a good silhouette", test::DinoRingsSilhouettes(data, 2, true));
+  PrintCapture("dino-rings, 640x480, every second photo with a good silhouette",
+               test::DinoRingsSilhouettes(data, 2, true));
   PrintCapture("dino-rings, every fourth photo, shadows and all", test::DinoRingsSilhouettes(data, 4, false));
 }
 
 void PrintDetail(const std::filesystem::path& data) {
   const std::vector<SilhouetteView> views = test::DinosaurSilhouettes(data);
-  fmt::print("| cell px | faces | dilation px | coverage least | deepest px | IoU median | seconds |\n|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| cell px | faces | dilation px | coverage least | deepest px | IoU median | seconds "
+      "|\n|---|---|---|---|---|---|---|\n");
   for (const double cell : {8.0, 4.0, 2.0, 1.0}) {
     HullOptions options;
     options.cell_px = cell;
     const MadeHull m = Make(views, options);
-    fmt::print("| {:g} | {} | {:.2f} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", cell, m.mesh.faces.size(), m.summary.dilation_px,
-               100 * m.summary.fit.coverage_min, m.summary.fit.deepest_uncovered_px, m.summary.fit.iou_median, m.seconds);
+    fmt::print("| {:g} | {} | {:.2f} | {:.2f} % | {:.1f} | {:.3f} | {:.1f} |\n", cell, m.mesh.faces.size(),
+               m.summary.dilation_px, 100 * m.summary.fit.coverage_min, m.summary.fit.deepest_uncovered_px,
+               m.summary.fit.iou_median, m.seconds);
   }
 }
 

@@ -1,7 +1,9 @@
-// What the optimum costs, and how exact it is (docs/optimum.md quotes it): the thesis's Example #1 in its proportions, 262 photos,
-// a plane for a proxy, 640x480, on two threads. Errors are the largest over a sample's photos, against the full system.
+// What the optimum costs, and how exact it is (docs/optimum.md quotes it): the thesis's Example #1 in its proportions,
+// 262 photos, a plane for a proxy, 640x480, on two threads. Errors are the largest over a sample's photos, against the
+// full system.
 //   optimum_bench [--quick | --widths]
-// --widths: the narrower registers of other machines only. Measures and the real-time weights are compiled for this one all the same.
+// --widths: the narrower registers of other machines only. Measures and the real-time weights are compiled for this one
+// all the same.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -26,7 +28,8 @@ constexpr int kWidth = 640, kHeight = 480, kTileWidth = 64, kTileHeight = 16;
 
 struct Time {
   double median_ms = 0;
-  double cpu_ms = 0;  // the process's time on its cores, a thread, median: what the wall shows where no one else is at work
+  double cpu_ms =
+      0;  // the process's time on its cores, a thread, median: what the wall shows where no one else is at work
 };
 
 Time Measure(const std::function<void()>& body, int repeats) {
@@ -65,7 +68,8 @@ std::vector<RaySamples> Tiles(const DeskLike& desk, const ViewSetup& setup) {
   return tiles;
 }
 
-OptimumCounts WeighAllTiles(const ViewSetup& setup, const std::vector<RaySamples>& tiles, LaneWidth width = LaneWidths().front()) {
+OptimumCounts WeighAllTiles(const ViewSetup& setup, const std::vector<RaySamples>& tiles,
+                            LaneWidth width = LaneWidths().front()) {
   std::vector<OptimumCounts> counts(tiles.size());
   ParallelFor(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     WeightTable table;
@@ -93,7 +97,8 @@ Truth<Real> MakeTruth(const ViewSetup& setup, const RaySamples& rays, std::size_
   Truth<Real> truth;
   truth.samples.resize(count);
   ParallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) truth.samples[i] = OracleOptimum<Real>(setup, nullptr, rays.direction[i], rays.t[i], leaves);
+    for (std::size_t i = begin; i < end; ++i)
+      truth.samples[i] = OracleOptimum<Real>(setup, nullptr, rays.direction[i], rays.t[i], leaves);
   });
   for (const auto& s : truth.samples) truth.correlated += s.correlated / static_cast<double>(count);
   return truth;
@@ -123,7 +128,9 @@ Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count
             Eigen::Matrix3Xd u(3, n);
             for (Eigen::Index j = 0; j < n; ++j) {
               const auto k = static_cast<std::size_t>(j);
-              u.col(j) = (Eigen::Vector3f(setup.sources.dx[k], setup.sources.dy[k], setup.sources.dz[k]).cast<double>() - p).normalized();
+              u.col(j) =
+                  (Eigen::Vector3f(setup.sources.dx[k], setup.sources.dy[k], setup.sources.dz[k]).cast<double>() - p)
+                      .normalized();
             }
             Eigen::MatrixXd S = Eigen::MatrixXd::Identity(n, n);
             Eigen::VectorXd y(n);
@@ -163,7 +170,8 @@ Speed MeasureSpeed(const DeskLike& desk, const ViewSetup& setup, int frames, int
     parts.back().direction.push_back(on_grid.direction[order[i]]);
     parts.back().t.push_back(on_grid.t[order[i]]);
   }
-  return {Measure([&] { WeighAllTiles(setup, tiles, width); }, frames), Measure([&] { WeighAllTiles(setup, parts, width); }, grids)};
+  return {Measure([&] { WeighAllTiles(setup, tiles, width); }, frames),
+          Measure([&] { WeighAllTiles(setup, parts, width); }, grids)};
 }
 
 std::vector<Eigen::Vector2d> RandomPixels(std::size_t count) {
@@ -189,8 +197,8 @@ void Widths() {
       OptimumCounts counts;
       WeighOptimal(setup, nullptr, random, table, counts, width);
       const Speed speed = MeasureSpeed(desk, setup, 1, 21, width);
-      fmt::print("  {:8g} {:6g} {:5}   {:8.1e}   {:8.0f}  {:8.2f}\n", accuracy, cutoff, static_cast<int>(width), Compare(table, truth).largest,
-                 speed.frame.cpu_ms, speed.sparse.cpu_ms);
+      fmt::print("  {:8g} {:6g} {:5}   {:8.1e}   {:8.0f}  {:8.2f}\n", accuracy, cutoff, static_cast<int>(width),
+                 Compare(table, truth).largest, speed.frame.cpu_ms, speed.sparse.cpu_ms);
     }
   }
 }
@@ -213,8 +221,8 @@ void Main(bool quick) {
   for (std::size_t i = 0; i < decimal_samples; ++i)
     for (std::size_t j = 0; j < decimal.samples[i].w.size(); ++j)
       if (!decimal.samples[i].weight.empty())
-        worst =
-            std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) - static_cast<double>(truth.samples[i].weight[j])));
+        worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) -
+                                         static_cast<double>(truth.samples[i].weight[j])));
   fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample\n", samples, truth.correlated);
   fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n", worst, decimal_samples);
   {
@@ -226,20 +234,23 @@ void Main(bool quick) {
       for (std::size_t i = begin; i < end; ++i) {
         ExactRay ray{&D, (base.ray_from_pixel * pixels[i].homogeneous()).normalized(), 0};
         ray.t = desk.Distance(ray.direction);
-        const auto exact = OracleOptimum<long double>(base, nullptr, random.direction[i], random.t[i], leaves, 0.0L, &ray);
+        const auto exact =
+            OracleOptimum<long double>(base, nullptr, random.direction[i], random.t[i], leaves, 0.0L, &ray);
         for (std::size_t j = 0; j < exact.weight.size(); ++j)
           moved[i] = std::max(moved[i], static_cast<double>(std::abs(exact.weight[j] - truth.samples[i].weight[j])));
       }
     });
     std::sort(moved.begin(), moved.end());
-    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n", moved.back(),
-               moved[samples / 2]);
+    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n",
+               moved.back(), moved[samples / 2]);
   }
 
   const Time plain = PlainTime(base, random, quick ? 40 : 200);
   const double frame_samples = kWidth * kHeight;
-  fmt::print("plain dense Cholesky in double, {:.3f} ms a sample ({:.3f} on the cores): {:.0f} s at {}x{}, {:.0f} ms on 25x25\n\n",
-             plain.median_ms, plain.cpu_ms, plain.cpu_ms * frame_samples / 1000, kWidth, kHeight, plain.cpu_ms * 625);
+  fmt::print(
+      "plain dense Cholesky in double, {:.3f} ms a sample ({:.3f} on the cores): {:.0f} s at {}x{}, {:.0f} ms on "
+      "25x25\n\n",
+      plain.median_ms, plain.cpu_ms, plain.cpu_ms * frame_samples / 1000, kWidth, kHeight, plain.cpu_ms * 625);
 
   fmt::print("error of the cutoff (double, against the full system)\n  degrees     max   median\n");
   for (const double cutoff : {10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 40.0, 180.0}) {
@@ -250,8 +261,8 @@ void Main(bool quick) {
     fmt::print("  {:7g}  {:6.0e}   {:6.0e}\n", cutoff, e.largest, e.median);
   }
 
-  for (const auto& [what, r_min_deg, accuracy] :
-       std::vector<std::tuple<std::string, double, double>>{{"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
+  for (const auto& [what, r_min_deg, accuracy] : std::vector<std::tuple<std::string, double, double>>{
+           {"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
     RadianceSettings s = Settings(accuracy, 20);
     s.r_min_rad = r_min_deg * kRadiansPerDegree;
     const ViewSetup setup = setup_for(s);
@@ -260,12 +271,15 @@ void Main(bool quick) {
     some.t.resize(64);
     WeightTable table;
     OptimumCounts counts;
-    const double ms = Measure([&] { WeighOptimal(setup, nullptr, some, table, counts); }, 3).cpu_ms * ThreadCount() / 64;
+    const double ms =
+        Measure([&] { WeighOptimal(setup, nullptr, some, table, counts); }, 3).cpu_ms * ThreadCount() / 64;
     fmt::print("\nray by ray ({}): {:.2f} ms a sample, one thread\n", what, ms);
   }
 
   fmt::print("\nms: the wall's median (on the cores, a thread); x: plain over it, both on the cores\n");
-  fmt::print("  accuracy cutoff sum          error max   median      640x480 ms           x          25x25 ms       x   dense\n");
+  fmt::print(
+      "  accuracy cutoff sum          error max   median      640x480 ms           x          25x25 ms       x   "
+      "dense\n");
   const auto row = [&](double accuracy, double cutoff, WeightSum sum) {
     RadianceSettings s = Settings(accuracy, cutoff);
     s.sum = sum;
@@ -275,9 +289,10 @@ void Main(bool quick) {
     WeighOptimal(setup, nullptr, random, table, counts);
     const Errors e = Compare(table, truth);
     const auto [frame, sparse] = MeasureSpeed(desk, setup, quick ? 1 : 3, quick ? 7 : 41, LaneWidths().front());
-    fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n", accuracy, cutoff,
-               Name(sum), e.largest, e.median, frame.median_ms, frame.cpu_ms, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms,
-               sparse.cpu_ms, plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
+    fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n",
+               accuracy, cutoff, Name(sum), e.largest, e.median, frame.median_ms, frame.cpu_ms,
+               plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms, sparse.cpu_ms,
+               plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
   };
   for (const auto& [accuracy, cutoff] :
        std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}})
@@ -288,7 +303,8 @@ void Main(bool quick) {
     SetThreadCount(0);
     truth = MakeTruth<long double>(setup_for(full), random, samples);
     SetThreadCount(2);
-    for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 180.0}})
+    for (const auto& [accuracy, cutoff] :
+         std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 180.0}})
       row(accuracy, cutoff, sum);
   }
 }

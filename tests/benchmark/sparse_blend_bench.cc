@@ -1,8 +1,9 @@
-// What sparse samples cost and lose, on a scene like the thesis's Example #1: 262 photographs of a desk from clusters on a
-// dome, a plane for a proxy. Prints tables; no figure here is a test.
-//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR] [--proxy NAME]    all three tables without an argument
-// --scene takes its photographs and proxy from a scene, for psnr and --pictures: three views are compared, without their own
-// photos; where the scene has silhouettes (truth/silhouettes, silhouettes), their white pixels only.
+// What sparse samples cost and lose, on a scene like the thesis's Example #1: 262 photographs of a desk from clusters
+// on a dome, a plane for a proxy. Prints tables; no figure here is a test.
+//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR] [--proxy NAME]    all three tables without
+//   an argument
+// --scene takes its photographs and proxy from a scene, for psnr and --pictures: three views are compared, without
+// their own photos; where the scene has silhouettes (truth/silhouettes, silhouettes), their white pixels only.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -86,13 +87,16 @@ World ReadWorld(const std::string& folder, const std::string& proxy) {
     const Camera& camera = w.scene.CameraOf(view);
     // The photo's own shape, as many pixels as the other tables' views.
     const double scale = std::sqrt(static_cast<double>(kWidth) * kHeight / camera.width_px / camera.height_px);
-    const Camera scaled = camera.Scaled(static_cast<int>(std::lround(scale * camera.width_px)), static_cast<int>(std::lround(scale * camera.height_px)));
+    const Camera scaled = camera.Scaled(static_cast<int>(std::lround(scale * camera.width_px)),
+                                        static_cast<int>(std::lround(scale * camera.height_px)));
     TestView t{MakeRenderView(scaled, view.cam_from_world), std::vector<bool>(n, true), {}};
     t.use[i] = false;
     for (const char* silhouettes : {"truth/silhouettes", "silhouettes"}) {
-      const auto file = w.scene.folder / silhouettes / (view.name + ".png"), bare = w.scene.folder / silhouettes / std::filesystem::path(view.name).replace_extension(".png");
+      const auto file = w.scene.folder / silhouettes / (view.name + ".png"),
+                 bare = w.scene.folder / silhouettes / std::filesystem::path(view.name).replace_extension(".png");
       for (const auto& mask : {file, bare})
-        if (t.mask.empty() && std::filesystem::exists(mask)) t.mask = Resize(ReadImage8(mask, 3), scaled.width_px, scaled.height_px);
+        if (t.mask.empty() && std::filesystem::exists(mask))
+          t.mask = Resize(ReadImage8(mask, 3), scaled.width_px, scaled.height_px);
     }
     w.views.push_back(std::move(t));
   }
@@ -106,7 +110,11 @@ World ReadWorld(const std::string& folder, const std::string& proxy) {
   pose.translation.z() += back;
   const Camera& camera = w.scene.CameraOf(middle);
   const double scale = std::sqrt(static_cast<double>(kWidth) * kHeight / camera.width_px / camera.height_px);
-  w.behind = {MakeRenderView(camera.Scaled(static_cast<int>(std::lround(scale * camera.width_px)), static_cast<int>(std::lround(scale * camera.height_px))), pose), {}, {}};
+  w.behind = {MakeRenderView(camera.Scaled(static_cast<int>(std::lround(scale * camera.width_px)),
+                                           static_cast<int>(std::lround(scale * camera.height_px))),
+                             pose),
+              {},
+              {}};
   return w;
 }
 
@@ -129,7 +137,8 @@ World MakeWorld(int views, int width) {
     View v;
     v.name = "view" + std::to_string(1000 + i) + ".png";
     v.camera = {0};
-    const Eigen::Vector3d at = foot + Eigen::Vector3d(0.02 * normal(engine), 0.12 * (i % 6 - 2.5), 0.02 * normal(engine));
+    const Eigen::Vector3d at =
+        foot + Eigen::Vector3d(0.02 * normal(engine), 0.12 * (i % 6 - 2.5), 0.02 * normal(engine));
     v.cam_from_world = Looking(at, {0.15 * normal(engine), 0.15 * normal(engine), 0});
     w.scene.views.push_back(v);
     Point p;
@@ -180,8 +189,8 @@ double CpuMilliseconds(const std::function<void()>& body) {
   return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-// The least that a blend of `layers` photos a pixel must do: a homography, a bilinear sample, fixed weights. The same inner
-// loops as the renderer's, over whole rows.
+// The least that a blend of `layers` photos a pixel must do: a homography, a bilinear sample, fixed weights. The same
+// inner loops as the renderer's, over whole rows.
 void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels, int layers, ImageF& image) {
   const PhotoMaps maps(setup);
   const LinearD inverse_depth = [&] {
@@ -207,7 +216,8 @@ void BareLoop(const World& w, const ViewSetup& setup, const PhotoLevels& levels,
         std::fill_n(b.scale, b.padded(), 1.0F / (255.0F * kWeightOne));
         for (int l = 0; l < layers; ++l) {
           const auto photo = static_cast<std::size_t>(l * 17) % w.photos.size();
-          MapToLevel(b, 0, b.n, maps.On(photo, inverse_depth, x, static_cast<int>(y)), levels.level(photo, 0), b.weight, kWeightOne);
+          MapToLevel(b, 0, b.n, maps.On(photo, inverse_depth, x, static_cast<int>(y)), levels.level(photo, 0), b.weight,
+                     kWeightOne);
           FetchLayer(b, 0, b.n, levels.level(photo, 0));
         }
         StoreColors(b, image.data.data());
@@ -229,7 +239,8 @@ Timing Time(const World& w, const RenderRequest& request, double layers) {
   Timing t{};
   for (int i = -2; i < kRepeats; ++i) {
     double f = 0, low = 0, high = 0;
-    const double f_cpu = CpuMilliseconds([&] { f = Milliseconds([&] { const ImageF image = renderer->Render(request); }); });
+    const double f_cpu =
+        CpuMilliseconds([&] { f = Milliseconds([&] { const ImageF image = renderer->Render(request); }); });
     // Between whole numbers of layers: linear.
     const auto bare_with = [&](int n, double& ms) {
       return CpuMilliseconds([&] {
@@ -289,10 +300,12 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 
 void TimeTable(const World& w) {
   std::printf(
-      "Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 photos, %d threads, "
+      "Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 "
+      "photos, %d threads, "
       "median of %d\n",
       kWidth, kHeight, kThreads, kRepeats);
-  std::printf("  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
+  std::printf(
+      "  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
       RenderRequest r = Request(w, 4, 25);
@@ -301,8 +314,9 @@ void TimeTable(const World& w) {
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
       const Timing t = Time(w, r, layers);
-      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off", epipoles ? "on" : "off",
-                  t.statistics.samples, layers, t.frame, t.plan, t.blend, t.bare, t.ratio, t.cpu_ratio);
+      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off",
+                  epipoles ? "on" : "off", t.statistics.samples, layers, t.frame, t.plan, t.blend, t.bare, t.ratio,
+                  t.cpu_ratio);
     }
 }
 
@@ -334,8 +348,9 @@ void ViewsTable(const World& many) {
     }
     for (int i = 0; i < 2; ++i) {
       const RenderStatistics s = renderers[i]->Statistics();
-      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off", worlds[i]->photos.size(),
-                  s.samples, s.triangles, LayersAPixel(*worlds[i], requests[i]), Median(plan[i]), Median(blend[i]), Median(frame[i]),
+      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off",
+                  worlds[i]->photos.size(), s.samples, s.triangles, LayersAPixel(*worlds[i], requests[i]),
+                  Median(plan[i]), Median(blend[i]), Median(frame[i]),
                   i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
     }
   }
@@ -361,9 +376,13 @@ void PsnrTable(const World& w, std::vector<TestView> views) {
     exact_false.push_back(renderer->Render(r));
   }
   const double exact_ms = Median(exact_times);
-  std::printf("Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on, worst of %zu views%s, %d threads\n",
-              exact_ms, w.photos.size(), w.proxy.faces.size(), views.size(), views.front().mask.empty() ? "" : ", foreground only", kThreads);
-  std::printf("  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
+  std::printf(
+      "Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on, worst of "
+      "%zu views%s, %d threads\n",
+      exact_ms, w.photos.size(), w.proxy.faces.size(), views.size(),
+      views.front().mask.empty() ? "" : ", foreground only", kThreads);
+  std::printf(
+      "  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
       for (const int grid : {8, 16, 25, 32, 64}) {
@@ -381,9 +400,10 @@ void PsnrTable(const World& w, std::vector<TestView> views) {
           r.show = Show::kFalseColor;
           false_colour = std::min(false_colour, Psnr(renderer->Render(r), exact_false[v], views[v].mask));
         }
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n", std::string(Name(sampling)).c_str(),
-                    (std::to_string(grid) + "x" + std::to_string(grid)).c_str(), epipoles ? "on" : "off", colour, false_colour, statistics.samples,
-                    statistics.plan_ms, statistics.blend_ms, Median(ms), exact_ms / Median(ms));
+        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n",
+                    std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
+                    epipoles ? "on" : "off", colour, false_colour, statistics.samples, statistics.plan_ms,
+                    statistics.blend_ms, Median(ms), exact_ms / Median(ms));
       }
 }
 
@@ -394,17 +414,18 @@ void Repeat(const World& w, Sampling sampling) {
   r.settings.sampling = sampling;
   std::vector<double> ms, plan, cpu;
   for (int i = 0; i < 60; ++i) {
-    cpu.push_back(CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
+    cpu.push_back(
+        CpuMilliseconds([&] { ms.push_back(Milliseconds([&] { const ImageF image = renderer->Render(r); })); }));
     plan.push_back(renderer->Statistics().plan_ms);
   }
-  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(), Median(ms), Median(plan),
-              Median(cpu));
+  std::printf("%s 25x25: frame %.2f ms, plan %.2f ms, %.2f ms of CPU time\n", std::string(Name(sampling)).c_str(),
+              Median(ms), Median(plan), Median(cpu));
 }
 
 void Pictures(const World& w, const std::string& folder) {
   const auto renderer = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
-  for (const auto& [name, show] :
-       {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor), std::pair("tessellation", Show::kTessellation)})
+  for (const auto& [name, show] : {std::pair("color", Show::kColor), std::pair("false-color", Show::kFalseColor),
+                                   std::pair("tessellation", Show::kTessellation)})
     for (const int sampling : {0, 1, 2}) {
       RenderRequest r = Request(w, 4, sampling == 0 ? 0 : 25);
       r.settings.sampling = sampling == 2 ? Sampling::kCandidates : Sampling::kInterpolated;
@@ -423,13 +444,16 @@ void Pictures(const World& w, const std::string& folder) {
 
 int main(int argc, char** argv) {
   std::vector<std::string> what(argv + 1, argv + argc);
-  const auto wanted = [&](const char* name) { return what.empty() || std::find(what.begin(), what.end(), name) != what.end(); };
+  const auto wanted = [&](const char* name) {
+    return what.empty() || std::find(what.begin(), what.end(), name) != what.end();
+  };
   lumi::SetThreadCount(lumi::kThreads);
   const auto scene = std::find(what.begin(), what.end(), "--scene");
   const auto proxy = std::find(what.begin(), what.end(), "--proxy");
-  const lumi::World world = scene != what.end() && scene + 1 != what.end()
-                                ? lumi::ReadWorld(scene[1], proxy != what.end() && proxy + 1 != what.end() ? proxy[1] : "")
-                                : lumi::MakeWorld(262, 640);
+  const lumi::World world =
+      scene != what.end() && scene + 1 != what.end()
+          ? lumi::ReadWorld(scene[1], proxy != what.end() && proxy + 1 != what.end() ? proxy[1] : "")
+          : lumi::MakeWorld(262, 640);
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
   if (wanted("psnr")) lumi::PsnrTable(world, world.views);

@@ -1,10 +1,11 @@
-// A stabilised path against the ideal one of a simulated walk: feature jitter above 1 Hz, an object's size, frames against the frames of
-// the walk without its shake.
+// A stabilised path against the ideal one of a simulated walk: feature jitter above 1 Hz, an object's size, frames
+// against the frames of the walk without its shake.
 //
 //   steady_path_bench CAPTURE SCENE PATH.json [VIDEO.mp4 STEADY.mp4] [--object X,Y,WIDTH,HEIGHT]
 //
-// The projective world of SCENE is brought to the simulation's by the one 4x4 transformation that takes its points to where truth/depth
-// has them; the simulation's own points are then seen by the stabilised matrices and by the ideal cameras.
+// The projective world of SCENE is brought to the simulation's by the one 4x4 transformation that takes its points to
+// where truth/depth has them; the simulation's own points are then seen by the stabilised matrices and by the ideal
+// cameras.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -17,13 +18,13 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/matrix_path.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/progress.h"
-#include "scene/files/matrix_path.h"
 
 namespace {
 
@@ -56,9 +57,10 @@ Vector2d ImageOf(const Matrix34d& P, const Vector4d& X) {
   return q.z() > 0 ? Vector2d(q.hnormalized()) : Vector2d::Constant(std::nan(""));
 }
 
-// T with X_scene ~ T X_true: x ~ P T G at the points' sights, linear in T, weighed by 1 / w and Huber's weights of the round before. The
-// world's numbers of the order of one, and images in picture widths.
-Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& truth, const std::vector<Matrix34d>& P_px, const std::vector<std::pair<int, Vector2d>>& seen, const Eigen::Vector2i& size_px) {
+// T with X_scene ~ T X_true: x ~ P T G at the points' sights, linear in T, weighed by 1 / w and Huber's weights of the
+// round before. The world's numbers of the order of one, and images in picture widths.
+Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& truth, const std::vector<Matrix34d>& P_px,
+                               const std::vector<std::pair<int, Vector2d>>& seen, const Eigen::Vector2i& size_px) {
   Vector3d centre = Vector3d::Zero();
   for (const Vector4d& g : truth) centre += g.head<3>() / static_cast<double>(truth.size());
   double spread = 0;
@@ -77,7 +79,8 @@ Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& truth, const std::ve
     gram += P.back().transpose() * P.back();
   }
   const auto eigen = lumi::EigenOfSymmetric(gram);
-  const Eigen::Matrix4d balance = eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();  // world from balanced
+  const Eigen::Matrix4d balance =
+      eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();  // world from balanced
   Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
   std::vector<double> weight(truth.size(), 1);
   for (int round = 0; round < 20; ++round) {
@@ -102,12 +105,14 @@ Eigen::Matrix4d SceneFromTruth(const std::vector<Vector4d>& truth, const std::ve
       w.push_back(std::abs(q.z()));
     }
     const double usual = 2 * lumi::Median(errors), depth = lumi::Median(w);
-    for (std::size_t i = 0; i < truth.size(); ++i) weight[i] = std::sqrt(std::min(1.0, usual / std::max(errors[i], 1e-12))) * depth / std::max(w[i], 1e-3 * depth);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      weight[i] = std::sqrt(std::min(1.0, usual / std::max(errors[i], 1e-12))) * depth / std::max(w[i], 1e-3 * depth);
   }
   const Eigen::Matrix4d scene_from_truth = balance * T * normal_from_truth;
   // In front is in front.
   int front = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) front += P_px[static_cast<std::size_t>(seen[i].first)].row(2).dot(scene_from_truth * truth[i]) > 0 ? 1 : -1;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    front += P_px[static_cast<std::size_t>(seen[i].first)].row(2).dot(scene_from_truth * truth[i]) > 0 ? 1 : -1;
   return front < 0 ? Eigen::Matrix4d(-scene_from_truth) : scene_from_truth;
 }
 
@@ -130,7 +135,8 @@ void AddAboveOneHz(const std::vector<Vector2d>& d, int reach, double& sum, long&
 
 int Run(const std::vector<std::string>& arguments) {
   if (arguments.size() < 3) {
-    std::fprintf(stderr, "steady_path_bench CAPTURE SCENE PATH.json [VIDEO.mp4 STEADY.mp4] [--object X,Y,WIDTH,HEIGHT]\n");
+    std::fprintf(stderr,
+                 "steady_path_bench CAPTURE SCENE PATH.json [VIDEO.mp4 STEADY.mp4] [--object X,Y,WIDTH,HEIGHT]\n");
     return 2;
   }
   const fs::path capture = arguments[0];
@@ -143,7 +149,8 @@ int Run(const std::vector<std::string>& arguments) {
     } else {
       videos.emplace_back(arguments[i]);
     }
-  const std::vector<Matrix34d> shaken = Cameras(capture / "truth" / "cameras.json"), ideal = Cameras(capture / "truth" / "steady.json");
+  const std::vector<Matrix34d> shaken = Cameras(capture / "truth" / "cameras.json"),
+                               ideal = Cameras(capture / "truth" / "steady.json");
   lumi::OpenOptions open;
   open.check_photos = false;
   const lumi::Scene scene = lumi::OpenScene(arguments[1], open, lumi::SilentProgress());
@@ -188,13 +195,15 @@ int Run(const std::vector<std::string>& arguments) {
     seen.emplace_back(it->second, o.x_px);
     std::vector<int> frames;
     for (const lumi::Observation& s : point.track)
-      if (const auto f = frame_of.find(scene.views[static_cast<std::size_t>(s.view.value)].name); f != frame_of.end()) frames.push_back(f->second);
+      if (const auto f = frame_of.find(scene.views[static_cast<std::size_t>(s.view.value)].name); f != frame_of.end())
+        frames.push_back(f->second);
     frames_of_point.push_back(std::move(frames));
   }
   if (G.size() < 20) throw lumi::DataError(fmt::format("{} points have a place in the simulation", G.size()));
   const Eigen::Matrix4d T = SceneFromTruth(G, P, seen, path.size_px());
   std::vector<double> errors;
-  for (std::size_t i = 0; i < G.size(); ++i) errors.push_back((ImageOf(P[static_cast<std::size_t>(seen[i].first)], T * G[i]) - seen[i].second).norm());
+  for (std::size_t i = 0; i < G.size(); ++i)
+    errors.push_back((ImageOf(P[static_cast<std::size_t>(seen[i].first)], T * G[i]) - seen[i].second).norm());
 
   // Along each point, over the frames around those that saw it, as long as both see it well inside.
   const int reach = std::max(1, static_cast<int>(std::lround(path.fps)));
@@ -203,13 +212,16 @@ int Run(const std::vector<std::string>& arguments) {
   const double width = path.size_px().x();
   for (std::size_t i = 0; i < G.size(); ++i) {
     if (errors[i] > 1.5) continue;
-    const int first = std::max(0, frames_of_point[i].front() - reach), last = std::min(static_cast<int>(path.keys.size()) - 1, frames_of_point[i].back() + reach);
+    const int first = std::max(0, frames_of_point[i].front() - reach),
+              last = std::min(static_cast<int>(path.keys.size()) - 1, frames_of_point[i].back() + reach);
     std::vector<Vector2d> d, shake;
     for (int t = first; t <= last; ++t) {
-      const Vector2d wanted = ImageOf(ideal[static_cast<std::size_t>(t)], G[i]), is = ImageOf(path.keys[static_cast<std::size_t>(t)].P, T * G[i]);
+      const Vector2d wanted = ImageOf(ideal[static_cast<std::size_t>(t)], G[i]),
+                     is = ImageOf(path.keys[static_cast<std::size_t>(t)].P, T * G[i]);
       const bool inside = (wanted - 0.5 * path.size_px().cast<double>()).norm() < width;
       d.push_back(inside ? Vector2d(is - wanted) : Vector2d::Constant(std::nan("")));
-      shake.push_back(inside ? Vector2d(ImageOf(shaken[static_cast<std::size_t>(t)], G[i]) - wanted) : Vector2d::Constant(std::nan("")));
+      shake.push_back(inside ? Vector2d(ImageOf(shaken[static_cast<std::size_t>(t)], G[i]) - wanted)
+                             : Vector2d::Constant(std::nan("")));
       if (inside && (is - wanted).allFinite()) {
         offset += (is - wanted).squaredNorm();
         ++offsets;
@@ -219,8 +231,11 @@ int Run(const std::vector<std::string>& arguments) {
     AddAboveOneHz(shake, reach, before, counted_before);
   }
   std::printf("points %zu, median distance of their places %.3f px\n", G.size(), lumi::Median(errors));
-  std::printf("jitter above 1 Hz against the ideal path: %.3f px RMS (as filmed %.3f px); distance from it, all frequencies %.2f px RMS\n", std::sqrt(jitter / std::max(1L, counted)),
-              std::sqrt(before / std::max(1L, counted_before)), std::sqrt(offset / std::max(1L, offsets)));
+  std::printf(
+      "jitter above 1 Hz against the ideal path: %.3f px RMS (as filmed %.3f px); distance from it, all frequencies "
+      "%.2f px RMS\n",
+      std::sqrt(jitter / std::max(1L, counted)), std::sqrt(before / std::max(1L, counted_before)),
+      std::sqrt(offset / std::max(1L, offsets)));
 
   // The object's size: RMS distance of its points from their middle, in each frame over the first's.
   if (box.size() == 4) {
@@ -235,7 +250,8 @@ int Run(const std::vector<std::string>& arguments) {
     for (int y = static_cast<int>(box[1]); y < std::min<int>(depth.height, static_cast<int>(box[1] + box[3])); y += 3)
       for (int x = static_cast<int>(box[0]); x < std::min<int>(depth.width, static_cast<int>(box[0] + box[2])); x += 3)
         if (mask.At(x, y, 0) > 127 && depth.At(x, y, 0) > 0)
-          object.emplace_back((inverse * (depth.At(x, y, 0) * Vector3d(x + 0.5, y + 0.5, 1) - shaken.front().col(3))).homogeneous());
+          object.emplace_back(
+              (inverse * (depth.At(x, y, 0) * Vector3d(x + 0.5, y + 0.5, 1) - shaken.front().col(3))).homogeneous());
     if (object.size() < 20) throw lumi::DataError("no part of a silhouette lies in the object's box");
     const auto size = [&](const Matrix34d& M, const Eigen::Matrix4d& world) {
       Vector2d mean = Vector2d::Zero();
@@ -245,13 +261,16 @@ int Run(const std::vector<std::string>& arguments) {
       return std::sqrt(sum);
     };
     double largest = 0, filmed = 0, meant = 0;
-    const double at_first = size(path.keys.front().P, T), filmed_first = size(shaken.front(), Eigen::Matrix4d::Identity()), ideal_first = size(ideal.front(), Eigen::Matrix4d::Identity());
+    const double at_first = size(path.keys.front().P, T),
+                 filmed_first = size(shaken.front(), Eigen::Matrix4d::Identity()),
+                 ideal_first = size(ideal.front(), Eigen::Matrix4d::Identity());
     for (std::size_t t = 0; t < path.keys.size(); ++t) {
       largest = std::max(largest, std::abs(size(path.keys[t].P, T) / at_first - 1));
       filmed = std::max(filmed, std::abs(size(shaken[t], Eigen::Matrix4d::Identity()) / filmed_first - 1));
       meant = std::max(meant, std::abs(size(ideal[t], Eigen::Matrix4d::Identity()) / ideal_first - 1));
     }
-    std::printf("object of %zu points: its size changes by up to %.2f %% (as filmed %.2f %%, ideal cameras %.2f %%)\n", object.size(), 100 * largest, 100 * filmed, 100 * meant);
+    std::printf("object of %zu points: its size changes by up to %.2f %% (as filmed %.2f %%, ideal cameras %.2f %%)\n",
+                object.size(), 100 * largest, 100 * filmed, 100 * meant);
   }
   if (videos.size() == 2) {
     lumi::VideoReader a(videos[0]), b(videos[1]);
@@ -261,11 +280,13 @@ int Run(const std::vector<std::string>& arguments) {
       const auto x = a.Next(), y = b.Next();
       if (!x || !y) break;
       double square = 0;
-      for (std::size_t i = 0; i < x->rgb.data.size() && i < y->rgb.data.size(); ++i) square += std::pow(static_cast<double>(x->rgb.data[i]) - y->rgb.data[i], 2);
+      for (std::size_t i = 0; i < x->rgb.data.size() && i < y->rgb.data.size(); ++i)
+        square += std::pow(static_cast<double>(x->rgb.data[i]) - y->rgb.data[i], 2);
       psnr += 10 * std::log10(255.0 * 255 * static_cast<double>(x->rgb.data.size()) / std::max(square, 1.0));
       ++frames;
     }
-    std::printf("PSNR against the walk without its shake: %.2f dB over %d frames\n", psnr / std::max(1, frames), frames);
+    std::printf("PSNR against the walk without its shake: %.2f dB over %d frames\n", psnr / std::max(1, frames),
+                frames);
   }
   return 0;
 }

@@ -1,8 +1,9 @@
-// What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures at
-// unseen places and phases against the width of the time window.
+// What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures
+// at unseen places and phases against the width of the time window.
 //
-//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's video
-//   timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with pendulum/
+//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's
+//   video timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with
+//   pendulum/
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,13 +49,15 @@ struct UnseenView {
   double phase = 0;
 };
 
-// Seen through a reconstruction's own lens: its photos were, and its cameras' turn is known no better than where their axis passes.
+// Seen through a reconstruction's own lens: its photos were, and its cameras' turn is known no better than where their
+// axis passes.
 json Key(const UnseenView& view, const Camera& camera) {
   const Eigen::Vector3d at = view.cam_from_world.OriginInSource();
   const Eigen::Quaterniond& q = view.cam_from_world.rotation;
-  json key{{"position", {at.x(), at.y(), at.z()}},
-           {"cam_from_world_xyzw", {q.x(), q.y(), q.z(), q.w()}},
-           {"vertical_fov_deg", 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()) * 180 / 3.141592653589793}};
+  json key{
+      {"position", {at.x(), at.y(), at.z()}},
+      {"cam_from_world_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+      {"vertical_fov_deg", 2 * std::atan(0.5 * camera.height_px / camera.FocalPx().y()) * 180 / 3.141592653589793}};
   const Eigen::Vector2d axis = camera.PrincipalPointPx().array() / Eigen::Array2d(camera.width_px, camera.height_px);
   if (axis != Eigen::Vector2d(0.5, 0.5)) key["principal_point"] = {axis.x(), axis.y()};
   return key;
@@ -63,7 +66,8 @@ json Key(const UnseenView& view, const Camera& camera) {
 // What the simulation shows from places and at phases where no photo is.
 class Unseen {
  public:
-  Unseen(std::string example, const Scene& capture, const std::vector<UnseenView>& views) : example_(std::move(example)) {
+  Unseen(std::string example, const Scene& capture, const std::vector<UnseenView>& views)
+      : example_(std::move(example)) {
     json path{{"width", capture.cameras[0].width_px}, {"height", capture.cameras[0].height_px}};
     for (const UnseenView& view : views) {
       json key = Key(view, capture.cameras[0]);
@@ -71,8 +75,8 @@ class Unseen {
       path["keys"].push_back(key);
     }
     WriteTextAtomically(work_ / "truth.json", path.dump());
-    Run("lumi-simulate", {"--example", example_, "--at", (work_ / "truth.json").string(), "-o", (work_ / "truth").string(), "--width",
-                          std::to_string(capture.cameras[0].width_px)});
+    Run("lumi-simulate", {"--example", example_, "--at", (work_ / "truth.json").string(), "-o",
+                          (work_ / "truth").string(), "--width", std::to_string(capture.cameras[0].width_px)});
     for (std::size_t i = 0; i < views.size(); ++i) {
       const std::string name = fmt::format("{}_{:04d}.png", example_, i);
       is_.push_back(ReadImage8(work_ / "truth" / "images" / name));
@@ -80,8 +84,10 @@ class Unseen {
     }
   }
 
-  // Of lumi-render with these options on a scene, from `views` in the scene's own world, over the pixels where something moves at any time.
-  double Psnr(const Scene& scene, const std::vector<UnseenView>& views, bool time, const std::vector<std::string>& options) const {
+  // Of lumi-render with these options on a scene, from `views` in the scene's own world, over the pixels where
+  // something moves at any time.
+  double Psnr(const Scene& scene, const std::vector<UnseenView>& views, bool time,
+              const std::vector<std::string>& options) const {
     double square = 0, count = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
       json key = Key(views[i], scene.cameras[0]);
@@ -94,7 +100,8 @@ class Unseen {
                                                     {"keys", {key}}}
                                                    .dump());
       fs::remove_all(work_ / "out");
-      std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path", (work_ / "path.json").string()};
+      std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path",
+                                         (work_ / "path.json").string()};
       arguments.insert(arguments.end(), options.begin(), options.end());
       if (!time)
         arguments.insert(arguments.end(), {"--time", "off"});
@@ -107,12 +114,13 @@ class Unseen {
   }
 
   struct Turn {
-    double psnr_db = 0;      // over the pixels where something moves at any time
-    double off_px = 0;       // by how much the rest is shifted, rms of the views: what lens and cameras are off as a whole
+    double psnr_db = 0;  // over the pixels where something moves at any time
+    double off_px = 0;   // by how much the rest is shifted, rms of the views: what lens and cameras are off as a whole
   };
 
   // The same where view i of n is at phase i / n: one path whose frames are the views.
-  Turn OfTurn(const Scene& scene, const std::vector<UnseenView>& views, bool time, const std::vector<std::string>& options) const {
+  Turn OfTurn(const Scene& scene, const std::vector<UnseenView>& views, bool time,
+              const std::vector<std::string>& options) const {
     const double step_s = *scene.period_s / static_cast<double>(views.size());
     json path{{"format", "lumigraph-path"},
               {"version", 1},
@@ -134,7 +142,8 @@ class Unseen {
     for (const auto& entry : fs::directory_iterator(work_ / "out" / "frames"))
       if (entry.path().extension() == ".png") frames.push_back(entry.path());
     std::sort(frames.begin(), frames.end());
-    if (frames.size() != views.size()) throw MachineError(fmt::format("{} frames of {} views", frames.size(), views.size()));
+    if (frames.size() != views.size())
+      throw MachineError(fmt::format("{} frames of {} views", frames.size(), views.size()));
     double square = 0, count = 0, off = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const Image8 out = ReadImage8(frames[i]);
@@ -145,10 +154,13 @@ class Unseen {
   }
 
  private:
-  // The shift (px) that brings a picture onto the truth where nothing ever moves: least squares over the gradient, a few steps.
+  // The shift (px) that brings a picture onto the truth where nothing ever moves: least squares over the gradient, a
+  // few steps.
   Eigen::Vector2d Shift(std::size_t i, const Image8& out) const {
     constexpr int kSteps = 8, kBorder = 12;
-    const auto grey = [](const Image8& image, int x, int y) { return (image.At(x, y, 0) + image.At(x, y, 1) + image.At(x, y, 2)) / 3.0; };
+    const auto grey = [](const Image8& image, int x, int y) {
+      return (image.At(x, y, 0) + image.At(x, y, 1) + image.At(x, y, 2)) / 3.0;
+    };
     const auto at = [&](double x, double y) {
       const int u = static_cast<int>(std::floor(x)), v = static_cast<int>(std::floor(y));
       const double a = x - u, b = y - v;
@@ -176,7 +188,8 @@ class Unseen {
   void Add(std::size_t i, const Image8& out, double& square, double& count) const {
     for (int y = 0; y < out.height; ++y)
       for (int x = 0; x < out.width; ++x)
-        for (int c = 0; c < 3 && moving_[i].At(x, y, 0) > 0; ++c, ++count) square += std::pow(is_[i].At(x, y, c) - out.At(x, y, c), 2);
+        for (int c = 0; c < 3 && moving_[i].At(x, y, 0) > 0; ++c, ++count)
+          square += std::pow(is_[i].At(x, y, c) - out.At(x, y, c), 2);
   }
 
   std::string example_;
@@ -184,7 +197,8 @@ class Unseen {
   TemporaryFolder work_;
 };
 
-// Over the simulation's own cameras and billboard, against the window's width: five views a step beside a photo's camera.
+// Over the simulation's own cameras and billboard, against the window's width: five views a step beside a photo's
+// camera.
 void Pictures(const std::string& example, const fs::path& capture) {
   const Scene scene = OpenScene(capture, {}, SilentProgress());
   const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s;
@@ -206,8 +220,8 @@ void Pictures(const std::string& example, const fs::path& capture) {
   }
 }
 
-// Views midway between two frames' cameras, looking as the first of them does: the same ones in the simulation's world and in a
-// reconstruction's, whatever its errors are as a whole.
+// Views midway between two frames' cameras, looking as the first of them does: the same ones in the simulation's world
+// and in a reconstruction's, whatever its errors are as a whole.
 std::vector<UnseenView> ViewsBetween(const Scene& scene) {
   constexpr std::size_t kViews = 10;
   std::vector<const Rigid3*> of_frame(scene.views.size(), nullptr);
@@ -235,17 +249,21 @@ void Reconstructed(const std::string& example, const fs::path& capture, const fs
   }
   const PoseErrors errors = ComparePoses(of_scene, of_truth);
   std::printf(
-      "%s: period %.4f frames, %zu of %zu frames posed, centres %.2f %%, turned %.3f degrees (rms)\n\n| unseen views | without time | "
+      "%s: period %.4f frames, %zu of %zu frames posed, centres %.2f %%, turned %.3f degrees (rms)\n\n| unseen views | "
+      "without time | "
       "window of 1 frame | 2 frames | the still part is off, px |\n|---|---|---|---|---|\n",
-      example.c_str(), *scene.period_s * 30, scene.views.size(), truth.views.size(), errors.centre_rms_percent, errors.rotation_rms_deg);
+      example.c_str(), *scene.period_s * 30, scene.views.size(), truth.views.size(), errors.centre_rms_percent,
+      errors.rotation_rms_deg);
   const std::vector<UnseenView> in_truth = ViewsBetween(truth), in_scene = ViewsBetween(scene);
   const Unseen unseen(example, truth, in_truth);
   std::vector<double> times;
   for (const View& v : scene.views) times.push_back(*v.time_s);
   std::sort(times.begin(), times.end());
   const double frame_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
-  const auto row = [&](const std::string& what, const Scene& s, const std::vector<UnseenView>& views, const std::string& proxy) {
-    std::printf("| %s, %s, %s%s |", example.c_str(), what.c_str(), proxy.c_str(), proxy == s.active_proxy ? " (chosen)" : "");
+  const auto row = [&](const std::string& what, const Scene& s, const std::vector<UnseenView>& views,
+                       const std::string& proxy) {
+    std::printf("| %s, %s, %s%s |", example.c_str(), what.c_str(), proxy.c_str(),
+                proxy == s.active_proxy ? " (chosen)" : "");
     Unseen::Turn turn = unseen.OfTurn(s, views, false, {"--proxy", proxy});
     std::printf(" %.2f |", turn.psnr_db);
     for (const double frames : {1.0, 2.0}) {
@@ -263,10 +281,12 @@ void Reconstructed(const std::string& example, const fs::path& capture, const fs
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "timeperiodic_bench WORK [DATA] | reconstructed EXAMPLE CAPTURE SCENE [PROXY]\n"), 2;
+  if (argc < 2)
+    return std::fprintf(stderr, "timeperiodic_bench WORK [DATA] | reconstructed EXAMPLE CAPTURE SCENE [PROXY]\n"), 2;
   const fs::path work = argv[1];
   try {
-    if (argc > 4 && std::string(argv[1]) == "reconstructed") return Reconstructed(argv[2], argv[3], argv[4], argc > 5 ? argv[5] : ""), 0;
+    if (argc > 4 && std::string(argv[1]) == "reconstructed")
+      return Reconstructed(argv[2], argv[3], argv[4], argc > 5 ? argv[5] : ""), 0;
     std::printf("| video | frames | true period | found | error %% | seconds |\n|---|---|---|---|---|---|\n");
     for (const auto& [name, truth] : {std::pair{"lamp", 150.37}, std::pair{"helicopter", 15.37}}) {
       Row(fmt::format("{}, tripod", name), work / name / "fixed.mp4", false, truth);
@@ -274,7 +294,8 @@ int main(int argc, char** argv) {
     }
     if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum"))
       Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
-    std::printf("\n| pixels where something moves, five unseen views and phases | window, frames | PSNR dB |\n|---|---|---|\n");
+    std::printf(
+        "\n| pixels where something moves, five unseen views and phases | window, frames | PSNR dB |\n|---|---|---|\n");
     for (const char* name : {"lamp", "helicopter"}) Pictures(name, work / name);
   } catch (const Error& e) {
     return std::fprintf(stderr, "timeperiodic_bench: %s\n", e.what()), static_cast<int>(e.code());

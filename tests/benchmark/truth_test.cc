@@ -6,9 +6,9 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "tests/support/small_scene.h"
-#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {

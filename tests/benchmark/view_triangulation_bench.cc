@@ -1,5 +1,5 @@
-// A view's own proxy: milliseconds to triangulate structure points in it, beside two libraries' Delaunay triangulations of the
-// same image points, which neither project, merge, clean nor close the image.
+// A view's own proxy: milliseconds to triangulate structure points in it, beside two libraries' Delaunay triangulations
+// of the same image points, which neither project, merge, clean nor close the image.
 //
 //   view_triangulation_bench [--scene SCENE ...]
 #include <CGAL/Delaunay_triangulation_2.h>
@@ -34,7 +34,8 @@ double MedianMs(const std::function<void()>& run) {
   return Median(ms);
 }
 
-void Row(const char* name, const Matrix34d& P, const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector4d>& X, const std::optional<Plane>& infinity) {
+void Row(const char* name, const Matrix34d& P, const Eigen::Vector2i& size_px, const std::vector<Eigen::Vector4d>& X,
+         const std::optional<Plane>& infinity) {
   const ViewTriangulation t = TriangulateView(P, size_px, X, infinity);
   std::vector<CgalDelaunay::Point> cgal;
   std::vector<cv::Point2f> opencv;
@@ -44,7 +45,8 @@ void Row(const char* name, const Matrix34d& P, const Eigen::Vector2i& size_px, c
     if (t.point[i] < 0) continue;
     cgal.emplace_back(t.x_px[i].x(), t.x_px[i].y());
     opencv.emplace_back(static_cast<float>(t.x_px[i].x()), static_cast<float>(t.x_px[i].y()));
-    lattice.push_back({static_cast<std::int32_t>((t.x_px[i].x() + 1000) * 256), static_cast<std::int32_t>((t.x_px[i].y() + 1000) * 256)});
+    lattice.push_back({static_cast<std::int32_t>((t.x_px[i].x() + 1000) * 256),
+                       static_cast<std::int32_t>((t.x_px[i].y() + 1000) * 256)});
   }
   const double whole = MedianMs([&] { TriangulateView(P, size_px, X, infinity); });
   const double delaunay = MedianMs([&] { TriangulateLattice(lattice); });
@@ -53,17 +55,20 @@ void Row(const char* name, const Matrix34d& P, const Eigen::Vector2i& size_px, c
     d.insert(cgal.begin(), cgal.end());
   });
   const double by_opencv = MedianMs([&] {
-    cv::Subdiv2D d(cv::Rect(static_cast<int>(bounds.x), static_cast<int>(bounds.y), static_cast<int>(bounds.width), static_cast<int>(bounds.height)));
+    cv::Subdiv2D d(cv::Rect(static_cast<int>(bounds.x), static_cast<int>(bounds.y), static_cast<int>(bounds.width),
+                            static_cast<int>(bounds.height)));
     d.insert(opencv);
   });
-  std::printf("| %s | %zu | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n", name, X.size(), t.used, t.triangles.size(), whole, delaunay, by_cgal, by_opencv,
-              whole / by_cgal, whole / by_opencv);
+  std::printf("| %s | %zu | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n", name, X.size(), t.used,
+              t.triangles.size(), whole, delaunay, by_cgal, by_opencv, whole / by_cgal, whole / by_opencv);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::printf("| points | given | used | triangles | whole ms | Delaunay ms | CGAL ms | OpenCV ms | whole / CGAL | whole / OpenCV |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| points | given | used | triangles | whole ms | Delaunay ms | CGAL ms | OpenCV ms | whole / CGAL | whole / "
+      "OpenCV |\n|---|---|---|---|---|---|---|---|---|---|\n");
   Matrix34d P;
   P << 800, 0, 640, 0, 0, 800, 360, 0, 0, 0, 1, 0;
   for (const int count : {500, 2000, 8000, 20000}) {
@@ -82,7 +87,8 @@ int main(int argc, char** argv) {
       options.check_photos = false;
       const Scene scene = OpenScene(argv[i], options, SilentProgress());
       const RenderView view = MakeRenderView(scene, scene.views[scene.views.size() / 2]);
-      Row(std::filesystem::path(argv[i]).filename().c_str(), view.P, view.size_px, StructurePoints(scene), PlaneAtInfinity(scene));
+      Row(std::filesystem::path(argv[i]).filename().c_str(), view.P, view.size_px, StructurePoints(scene),
+          PlaneAtInfinity(scene));
     }
   } catch (const Error& e) {
     return std::fprintf(stderr, "view_triangulation_bench: %s\n", e.what()), static_cast<int>(e.code());

@@ -1,4 +1,5 @@
-// Sets that do not determine a camera, approached step by step: a right answer with an honest standard deviation, or a refusal by name.
+// Sets that do not determine a camera, approached step by step: a right answer with an honest standard deviation, or a
+// refusal by name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +53,8 @@ std::vector<TruePose> Tilted(double share) {
 TEST(DegenerateSets, FrontalBoardsAreRefusedByNameAndTiltedOnesAnswered) {
   for (const double noise_px : {0.0, 0.2}) {
     EXPECT_EQ(RefusalOf(SeenBoards(Truth(), Tilted(1), noise_px)), "");
-    for (const double share : {0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) EXPECT_THAT(RefusalOf(SeenBoards(Truth(), Tilted(share), noise_px)), HasSubstr("parallel")) << share;
+    for (const double share : {0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2})
+      EXPECT_THAT(RefusalOf(SeenBoards(Truth(), Tilted(share), noise_px)), HasSubstr("parallel")) << share;
     // Between: either, but never a wrong answer.
     for (const double share : {0.03, 0.1, 0.2, 0.4}) RefusalOf(SeenBoards(Truth(), Tilted(share), noise_px));
   }
@@ -85,20 +87,23 @@ TEST(DegenerateSets, FewViewsAreRefusedByNumber) {
 TEST(DegenerateSets, BoardsInOneCornerAreRefusedByPlace) {
   std::vector<TruePose> poses = GoodPoses();
   for (TruePose& p : poses) p.x = -0.55 + 0.1 * p.x, p.y = -0.55 + 0.1 * p.y, p.distance_mm *= 2.2;
-  EXPECT_THAT(RefusalOf(SeenBoards(Truth(), poses, 0.1)), testing::AllOf(HasSubstr("cover"), HasSubstr("upper left corner")));
+  EXPECT_THAT(RefusalOf(SeenBoards(Truth(), poses, 0.1)),
+              testing::AllOf(HasSubstr("cover"), HasSubstr("upper left corner")));
 }
 
 TEST(DegenerateSets, AMirroredBoardIsRefusedByName) {
   auto views = SeenBoards(Truth(), GoodPoses(), 0.1);
   for (BoardView& view : views)
     for (std::size_t row = 0; row < view.corners_px.size(); row += 9)
-      std::reverse(view.corners_px.begin() + static_cast<std::ptrdiff_t>(row), view.corners_px.begin() + static_cast<std::ptrdiff_t>(row + 9));
+      std::reverse(view.corners_px.begin() + static_cast<std::ptrdiff_t>(row),
+                   view.corners_px.begin() + static_cast<std::ptrdiff_t>(row + 9));
   EXPECT_THAT(RefusalOf(views), HasSubstr("mirrored"));
 }
 
 TEST(DegenerateSets, CornersOnALineAreRefused) {
   auto views = SeenBoards(Truth(), GoodPoses(), 0.1);
-  for (std::size_t i = 0; i < views[2].corners_px.size(); ++i) views[2].corners_px[i] = {3.0 * static_cast<double>(i), 100};
+  for (std::size_t i = 0; i < views[2].corners_px.size(); ++i)
+    views[2].corners_px[i] = {3.0 * static_cast<double>(i), 100};
   EXPECT_THAT(RefusalOf(views), HasSubstr("line"));
 }
 
@@ -137,7 +142,9 @@ TEST(Uncertainty, FollowsTheNoise) {
   FitOptions options;
   options.model = "thesis";
   const auto map = [&](double noise_px) {
-    return ProjectionUncertainty(Fit(kBoard, SeenBoards(TrueIntrinsics(), GoodPoses(), noise_px, 9), kWidthPx, kHeightPx, options).calibration, kWidthPx, kHeightPx);
+    return ProjectionUncertainty(
+        Fit(kBoard, SeenBoards(TrueIntrinsics(), GoodPoses(), noise_px, 9), kWidthPx, kHeightPx, options).calibration,
+        kWidthPx, kHeightPx);
   };
   const UncertaintyMap coarse = map(0.2), fine = map(0.02);
   for (const double sigma : coarse.sigma_px) EXPECT_TRUE(std::isfinite(sigma));

@@ -69,7 +69,8 @@ TEST(Detection, HasNoAnswerWithoutABoard) {
   EXPECT_FALSE(FindBoard(Image8(8, 8, 3, 128), kBoard).found);
 }
 
-// Distortion and skew included; photos with noise, corners by the detector: within three of its own standard deviations.
+// Distortion and skew included; photos with noise, corners by the detector: within three of its own standard
+// deviations.
 TEST(RenderedBoards, GiveTheIntrinsicsWithinThreeSigma) {
   const Intrinsics k = TrueIntrinsics();
   std::vector<BoardSearch> searches(GoodPoses().size());
@@ -92,7 +93,8 @@ TEST(RenderedBoards, GiveTheIntrinsicsWithinThreeSigma) {
   for (const Term term : {kFx, kCx, kCy, kSkew, kK1, kK2}) {
     EXPECT_TRUE(c.model.free[static_cast<std::size_t>(term)]) << term;
     const double sigma = c.Sigma(term, c.noise_px);
-    std::printf("term %d: %.5f, truth %.5f, off by %.2f sigma\n", static_cast<int>(term), c.intrinsics[term], k[term], (c.intrinsics[term] - k[term]) / sigma);
+    std::printf("term %d: %.5f, truth %.5f, off by %.2f sigma\n", static_cast<int>(term), c.intrinsics[term], k[term],
+                (c.intrinsics[term] - k[term]) / sigma);
     EXPECT_LT(std::abs(c.intrinsics[term] - k[term]), 3 * sigma) << term;
   }
   EXPECT_LT(std::abs(c.Fy() - k[kFx] * k[kAspect]), 3 * c.SigmaFy(c.noise_px));
@@ -106,13 +108,15 @@ TEST(Undistorted, ShowsAPinholeWithoutSkew) {
   const BoardSearch search = FindBoard(Undistorter(camera, pinhole)(Renderer()(pose)), kBoard);
   ASSERT_TRUE(search.found) << search.why_not;
   std::vector<Eigen::Vector2d> expected;
-  for (const Eigen::Vector2d& x : kBoard.Corners()) expected.push_back(*pinhole.Project(pose * Eigen::Vector3d(x.x(), x.y(), 0)));
+  for (const Eigen::Vector2d& x : kBoard.Corners())
+    expected.push_back(*pinhole.Project(pose * Eigen::Vector3d(x.x(), x.y(), 0)));
   EXPECT_LT(MeanError(search.found->corners_px, expected), 0.1);
   // Every pixel of it comes from inside the photo.
   for (const double x : {0.5, kWidthPx / 2.0, kWidthPx - 0.5})
     for (const double y : {0.5, kHeightPx / 2.0, kHeightPx - 0.5}) {
       const Eigen::Vector2d source = ProjectNormalized(k, *pinhole.Normalized({x, y}));
-      EXPECT_TRUE(source.x() >= 0 && source.y() >= 0 && source.x() <= kWidthPx && source.y() <= kHeightPx) << x << " " << y;
+      EXPECT_TRUE(source.x() >= 0 && source.y() >= 0 && source.x() <= kWidthPx && source.y() <= kHeightPx)
+          << x << " " << y;
     }
 }
 

@@ -23,27 +23,30 @@ TEST(Refinement, FindsAllTermsOfNoiseFreeCorners) {
   options.model = "skew-k1k2pk3";
   const FitResult fit = Fit(kBoard, SeenBoards(k, GoodPoses()), kWidthPx, kHeightPx, options);
   // The solver stops where the error falls by less than 1e-12 of itself.
-  for (int term = 0; term < kTermCount; ++term) EXPECT_NEAR(fit.calibration.intrinsics[term], k[term], 1e-6 * std::max(1.0, std::abs(k[term]))) << term;
+  for (int term = 0; term < kTermCount; ++term)
+    EXPECT_NEAR(fit.calibration.intrinsics[term], k[term], 1e-6 * std::max(1.0, std::abs(k[term]))) << term;
   EXPECT_LT(fit.calibration.rms_px, 1e-6);
 }
 
-// 100 captures of one camera: what is reported against how the answers scatter. With 100 samples a standard deviation is itself known to
-// 7 %, so 0.8..1.25 is three of those.
+// 100 captures of one camera: what is reported against how the answers scatter. With 100 samples a standard deviation
+// is itself known to 7 %, so 0.8..1.25 is three of those.
 TEST(Refinement, StandardDeviationsHoldUpAgainstTheSpread) {
   constexpr int kSets = 100;
   constexpr double kNoisePx = 0.2;
   const Intrinsics k = TrueIntrinsics();
-  const std::vector<std::pair<const char*, Term>> terms = {{"fx", kFx}, {"cx", kCx}, {"cy", kCy}, {"skew", kSkew}, {"k1", kK1}, {"k2", kK2}};
+  const std::vector<std::pair<const char*, Term>> terms = {{"fx", kFx},     {"cx", kCx}, {"cy", kCy},
+                                                           {"skew", kSkew}, {"k1", kK1}, {"k2", kK2}};
   std::vector<Calibration> fits(kSets);
   const LensModel model = *LensModelFromName("thesis");
   std::vector<Rigid3> poses;
   for (const TruePose& p : GoodPoses()) poses.push_back(PoseOf(p, k));
   ParallelFor(kSets, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s)
-      fits[s] = Refine(kBoard, SeenBoards(k, GoodPoses(), kNoisePx, static_cast<unsigned>(100 + s)), {model, 0, 200}, {k, poses});
+      fits[s] = Refine(kBoard, SeenBoards(k, GoodPoses(), kNoisePx, static_cast<unsigned>(100 + s)), {model, 0, 200},
+                       {k, poses});
   });
-  const auto check = [&](const char* name, const std::function<double(const Calibration&)>& value, const std::function<double(const Calibration&)>& sigma,
-                         double truth) {
+  const auto check = [&](const char* name, const std::function<double(const Calibration&)>& value,
+                         const std::function<double(const Calibration&)>& sigma, double truth) {
     double mean = 0, square = 0, reported = 0;
     for (const Calibration& c : fits) {
       ASSERT_TRUE(c.usable) << c.why;
@@ -58,8 +61,12 @@ TEST(Refinement, StandardDeviationsHoldUpAgainstTheSpread) {
     EXPECT_LT(std::abs(mean - truth), 4 * reported / std::sqrt(kSets)) << name << " is biased";
   };
   for (const auto& [name, term] : terms)
-    check(name, [&, term = term](const Calibration& c) { return c.intrinsics[term]; }, [&, term = term](const Calibration& c) { return c.Sigma(term, c.noise_px); }, k[term]);
-  check("fy", [](const Calibration& c) { return c.Fy(); }, [](const Calibration& c) { return c.SigmaFy(c.noise_px); }, k[kFx] * k[kAspect]);
+    check(
+        name, [&, term = term](const Calibration& c) { return c.intrinsics[term]; },
+        [&, term = term](const Calibration& c) { return c.Sigma(term, c.noise_px); }, k[term]);
+  check(
+      "fy", [](const Calibration& c) { return c.Fy(); }, [](const Calibration& c) { return c.SigmaFy(c.noise_px); },
+      k[kFx] * k[kAspect]);
 }
 
 TEST(ModelChoice, TakesTheFewestTermsThatTheDataCallFor) {
@@ -74,7 +81,8 @@ TEST(ModelChoice, TakesTheFewestTermsThatTheDataCallFor) {
       {"skew-k1k2", {{kAspect, 1.02}, {kSkew, 3}, {kK1, -0.25}, {kK2, 0.12}}},
       {"square-k1k2p", {{kK1, -0.25}, {kK2, 0.12}, {kP1, 4e-3}, {kP2, -3e-3}}},
   };
-  // A term without need is taken now and then, where noise makes it three of its standard deviations; one that is needed is never left out.
+  // A term without need is taken now and then, where noise makes it three of its standard deviations; one that is
+  // needed is never left out.
   int exact = 0, all = 0;
   for (const Case& c : cases) {
     Intrinsics k = NominalIntrinsics(600, kWidthPx, kHeightPx);
@@ -83,8 +91,10 @@ TEST(ModelChoice, TakesTheFewestTermsThatTheDataCallFor) {
       const FitResult fit = Fit(kBoard, SeenBoards(k, GoodPoses(), 0.15, seed), kWidthPx, kHeightPx, {});
       const LensModel wanted = *LensModelFromName(c.wanted);
       for (std::size_t term = 0; term < kTermCount; ++term)
-        EXPECT_TRUE(!wanted.free[term] || fit.calibration.model.free[term]) << c.wanted << " needs term " << term << ": " << fit.calibration.model.name;
-      EXPECT_LE(fit.calibration.model.FreeCount(), wanted.FreeCount() + 1) << c.wanted << ": " << fit.calibration.model.name;
+        EXPECT_TRUE(!wanted.free[term] || fit.calibration.model.free[term])
+            << c.wanted << " needs term " << term << ": " << fit.calibration.model.name;
+      EXPECT_LE(fit.calibration.model.FreeCount(), wanted.FreeCount() + 1)
+          << c.wanted << ": " << fit.calibration.model.name;
       exact += fit.calibration.model.name == c.wanted;
       ++all;
       EXPECT_EQ(fit.trials.size(), LensModels().size());
@@ -127,7 +137,8 @@ TEST(Outliers, AViewOfAnotherCameraIsRefused) {
   EXPECT_NEAR(fit.calibration.intrinsics[kFx], k[kFx], 3 * fit.calibration.Sigma(kFx, fit.calibration.noise_px) + 1e-9);
 }
 
-// The mirror image of a camera is a camera, only its principal point lies on the other side of the middle: that gives it away.
+// The mirror image of a camera is a camera, only its principal point lies on the other side of the middle: that gives
+// it away.
 TEST(Outliers, AMirroredPhotoIsNamed) {
   Intrinsics k = TrueIntrinsics();
   k[kCx] = 345;

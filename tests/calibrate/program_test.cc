@@ -37,7 +37,8 @@ const fs::path& Photos() {
       for (std::size_t i = begin; i < end; ++i) {
         TruePose p = poses[i];
         p.distance_mm *= 1.15;
-        WriteImage(folder / "photos" / ("photo" + std::to_string(i) + ".png"), renderer(PoseOf(p, SquareLens()), kBoard, 4, static_cast<unsigned>(i)));
+        WriteImage(folder / "photos" / ("photo" + std::to_string(i) + ".png"),
+                   renderer(PoseOf(p, SquareLens()), kBoard, 4, static_cast<unsigned>(i)));
       }
     });
     WriteImage(folder / "photos" / "empty.png", Image8(kWidthPx, kHeightPx, 3, 90));
@@ -49,8 +50,8 @@ const fs::path& Photos() {
 
 TEST(Program, WritesCameraReportUndistortedPhotosAndSummary) {
   const TemporaryFolder out;
-  const ProgramResult run = RunProgram({"lumi-calibrate", Photos(), "--board", "9x6", "--square-mm", "25", "-o", out / "camera.yaml", "--undistort", out / "plain",
-                                        "--tradeoff", "--json"});
+  const ProgramResult run = RunProgram({"lumi-calibrate", Photos(), "--board", "9x6", "--square-mm", "25", "-o",
+                                        out / "camera.yaml", "--undistort", out / "plain", "--tradeoff", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
   EXPECT_EQ(j["schema"], "lumi-calibrate");
@@ -87,7 +88,8 @@ TEST(Program, PicksFramesOfAVideo) {
     for (int n = 0; n < 3; ++n) video.Add(ReadImage8(Photos() / "empty.png"));
     video.Finish();
   }
-  const ProgramResult run = RunProgram({"lumi-calibrate", out / "boards.mp4", "-o", out / "camera.yaml", "--json", "--model", "square-k1k2"});
+  const ProgramResult run =
+      RunProgram({"lumi-calibrate", out / "boards.mp4", "-o", out / "camera.yaml", "--json", "--model", "square-k1k2"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
   EXPECT_EQ(j["pictures"], 24);
@@ -139,7 +141,11 @@ TEST(Program, RefusesWithOneLineAndTheRightCode) {
 TEST(Program, LeavesAnothersReportAlone) {
   const TemporaryFolder out;
   WriteTextAtomically(out / "report.html", "mine");
-  ExpectRefusal({{"lumi-calibrate", Photos(), "-o", out / "camera.yaml"}, 2, {"report.html"}, out / "camera.yaml", {out / "report.html"}});
+  ExpectRefusal({{"lumi-calibrate", Photos(), "-o", out / "camera.yaml"},
+                 2,
+                 {"report.html"},
+                 out / "camera.yaml",
+                 {out / "report.html"}});
 }
 
 }  // namespace

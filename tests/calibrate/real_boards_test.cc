@@ -37,8 +37,8 @@ class RealBoards : public testing::Test {
 
 constexpr double kPublishedFocalPx = 535.9157;  // left_intrinsics.yml: flags 2 (fixed aspect), five coefficients
 
-// The published fit is OpenCV's least squares over all 13 views, one of which (left02, RMS 1.18 px in its own file) has corners spoiled by a
-// window of 11 pixels that reaches their neighbours. Done the same way, the same comes out.
+// The published fit is OpenCV's least squares over all 13 views, one of which (left02, RMS 1.18 px in its own file) has
+// corners spoiled by a window of 11 pixels that reaches their neighbours. Done the same way, the same comes out.
 TEST_F(RealBoards, StereoLeftReproducesThePublishedFitWhenDoneItsWay) {
   const fs::path data = Data("boards-stereo");
   if (data.empty()) GTEST_SKIP() << "../shared/data/boards-stereo is not there";
@@ -52,7 +52,8 @@ TEST_F(RealBoards, StereoLeftReproducesThePublishedFitWhenDoneItsWay) {
   EXPECT_NEAR(s.fit.calibration.intrinsics[kFx] / kPublishedFocalPx, 1, 0.003);
 }
 
-// By default the window fits the board: the error is less than half, and the focal length is another one by six of its standard deviations.
+// By default the window fits the board: the error is less than half, and the focal length is another one by six of its
+// standard deviations.
 TEST_F(RealBoards, StereoLeftIsFittedBetterThanPublished) {
   const fs::path data = Data("boards-stereo");
   if (data.empty()) GTEST_SKIP() << "../shared/data/boards-stereo is not there";

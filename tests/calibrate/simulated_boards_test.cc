@@ -1,5 +1,5 @@
-// Boards that lumi-simulate photographs, a ray for every sample of every pixel through distortion and skew: what is found in the pictures
-// against what is true.
+// Boards that lumi-simulate photographs, a ray for every sample of every pixel through distortion and skew: what is
+// found in the pictures against what is true.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,16 +43,19 @@ std::vector<TrueView> Simulate(const std::filesystem::path& capture) {
                    {p[0], p[1], p[2], p[3], v["skew_px"], p[4], p[5], p[6], p[7], 0}},
                   {},
                   {}};
-    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose =
+        Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());
     for (int row = 0; row < kBoard.rows; ++row)
       for (int column = 0; column < kBoard.columns; ++column) {
-        const Eigen::Vector4d x(0.025 * (column - 0.5 * (kBoard.columns - 1)), 0.025 * (row - 0.5 * (kBoard.rows - 1)), 0, 1);
+        const Eigen::Vector4d x(0.025 * (column - 0.5 * (kBoard.columns - 1)), 0.025 * (row - 0.5 * (kBoard.rows - 1)),
+                                0, 1);
         view.corners_px.push_back(*view.camera.Project(pose * x));
       }
     views.push_back(view);
   }
   ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) views[i].found = FindBoard(ReadImage8(capture / "images" / views[i].name), kBoard).found;
+    for (std::size_t i = begin; i < end; ++i)
+      views[i].found = FindBoard(ReadImage8(capture / "images" / views[i].name), kBoard).found;
   });
   return views;
 }
@@ -79,14 +82,18 @@ double RmsError(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::
 
 TEST_F(SimulatedBoards, AreAllFoundAndTheirCornersAreRight) {
   ASSERT_GE(views_.size(), 10U);
-  // Measured: 0.02 to 0.06 px. Half a pixel would be a convention of pixel centres gone wrong, a pixel a skew with the wrong sign.
+  // Measured: 0.02 to 0.06 px. Half a pixel would be a convention of pixel centres gone wrong, a pixel a skew with the
+  // wrong sign.
   constexpr double kTolerancePx = 0.1;
   for (const TrueView& view : views_) {
     ASSERT_TRUE(view.found) << view.name;
     std::vector<Eigen::Vector2d> mirrored = view.corners_px;  // seen from above, rows of the board run the other way
     for (std::size_t row = 0; row < mirrored.size(); row += 9)
-      std::reverse(mirrored.begin() + static_cast<std::ptrdiff_t>(row), mirrored.begin() + static_cast<std::ptrdiff_t>(row + 9));
-    EXPECT_LT(std::min(RmsError(view.found->corners_px, view.corners_px), RmsError(view.found->corners_px, mirrored)), kTolerancePx) << view.name;
+      std::reverse(mirrored.begin() + static_cast<std::ptrdiff_t>(row),
+                   mirrored.begin() + static_cast<std::ptrdiff_t>(row + 9));
+    EXPECT_LT(std::min(RmsError(view.found->corners_px, view.corners_px), RmsError(view.found->corners_px, mirrored)),
+              kTolerancePx)
+        << view.name;
   }
 }
 
@@ -99,11 +106,14 @@ TEST_F(SimulatedBoards, GiveIntrinsicsWithinThreeOfTheirStandardDeviations) {
   const Calibration& c = fit.calibration;
   std::printf("%zu views, model %s, RMS %.4f px\n", fit.views.size(), c.model.name.c_str(), c.rms_px);
   const auto check = [](const char* name, double value, double sigma, double true_value) {
-    std::printf("%-4s %10.5f +- %.5f, truth %10.5f: off by %.2f sigma\n", name, value, sigma, true_value, (value - true_value) / sigma);
+    std::printf("%-4s %10.5f +- %.5f, truth %10.5f: off by %.2f sigma\n", name, value, sigma, true_value,
+                (value - true_value) / sigma);
     EXPECT_GT(sigma, 0) << name << " is not free";
     EXPECT_LT(std::abs(value - true_value), 3 * sigma) << name;
   };
-  const auto term = [&](const char* name, Term t, double true_value) { check(name, c.intrinsics[t], c.Sigma(t, c.noise_px), true_value); };
+  const auto term = [&](const char* name, Term t, double true_value) {
+    check(name, c.intrinsics[t], c.Sigma(t, c.noise_px), true_value);
+  };
   term("fx", kFx, truth.Get(CameraTerm::kFx));
   check("fy", c.Fy(), c.SigmaFy(c.noise_px), truth.Get(CameraTerm::kFy));
   term("cx", kCx, truth.Get(CameraTerm::kCx));

@@ -35,8 +35,10 @@ class BadInput : public testing::Test {
  protected:
   fs::path photos() const { return folder_ / "photos"; }
   fs::path scene() const { return folder_ / "scene"; }
-  Refusal Run(const fs::path& input, int exit_code, std::vector<std::string> names, std::vector<std::string> more = {}) const {
-    Refusal refusal{{"lumi-pipeline", input.string(), "-o", scene().string()}, exit_code, std::move(names), scene(), {input}};
+  Refusal Run(const fs::path& input, int exit_code, std::vector<std::string> names,
+              std::vector<std::string> more = {}) const {
+    Refusal refusal{
+        {"lumi-pipeline", input.string(), "-o", scene().string()}, exit_code, std::move(names), scene(), {input}};
     refusal.argv.insert(refusal.argv.end(), more.begin(), more.end());
     return refusal;
   }
@@ -93,7 +95,10 @@ TEST_F(BadInput, AVideoCutOffBeforeItsIndex) {
   const fs::path video = folder_ / "walk.mp4";
   const auto ffmpeg = FindProgram("ffmpeg");
   ASSERT_TRUE(ffmpeg);
-  ASSERT_EQ(RunProgram({ffmpeg->string(), "-v", "error", "-f", "lavfi", "-i", "testsrc=duration=2:size=320x240", video.string()}).exit_code, 0);
+  ASSERT_EQ(RunProgram({ffmpeg->string(), "-v", "error", "-f", "lavfi", "-i", "testsrc=duration=2:size=320x240",
+                        video.string()})
+                .exit_code,
+            0);
   fs::resize_file(video, fs::file_size(video) / 2);
   ExpectRefusal(Run(video, 3, {"walk.mp4"}));
 }

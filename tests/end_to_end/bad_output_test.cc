@@ -24,7 +24,11 @@ class BadOutput : public testing::Test {
     WriteColmapModel(scene, workspace_ / "sparse");
   }
   Refusal Run(const fs::path& output, int exit_code, std::vector<std::string> names) const {
-    return {{"lumi-pipeline", workspace_.string(), "-o", output.string()}, exit_code, std::move(names), output, {workspace_}};
+    return {{"lumi-pipeline", workspace_.string(), "-o", output.string()},
+            exit_code,
+            std::move(names),
+            output,
+            {workspace_}};
   }
   TemporaryFolder folder_;
   fs::path workspace_ = folder_ / "workspace";
@@ -139,7 +143,11 @@ TEST_F(BadOutput, AFullDiskWhileFramesAreRendered) {
   WriteScene(s, scene);
   WriteMesh(ProxyPath(scene, "plane"), wall);
   const fs::path frames = disk.path() / "frames";
-  ExpectRefusal({{"lumi-render", scene.string(), "-o", frames.string(), "--width", "500", "--seconds", "1"}, 4, {disk.path().string()}, {}, {scene}});
+  ExpectRefusal({{"lumi-render", scene.string(), "-o", frames.string(), "--width", "500", "--seconds", "1"},
+                 4,
+                 {disk.path().string()},
+                 {},
+                 {scene}});
   // What is there is whole.
   for (const auto& entry : fs::recursive_directory_iterator(disk.path()))
     if (entry.path().extension() == ".png") {

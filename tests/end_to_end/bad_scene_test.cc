@@ -46,7 +46,8 @@ class BadWorkspace : public testing::Test {
 TEST_F(BadWorkspace, CountsLargerThanTheFile) {
   for (const char* file : {"cameras.bin", "images.bin", "points3D.bin"}) {
     WriteColmapModel(scene_, workspace_ / "sparse");
-    for (const std::uint64_t lie : {std::uint64_t(1) << 60, std::uint64_t(100000), std::numeric_limits<std::uint64_t>::max()}) {
+    for (const std::uint64_t lie :
+         {std::uint64_t(1) << 60, std::uint64_t(100000), std::numeric_limits<std::uint64_t>::max()}) {
       Overwrite(workspace_ / "sparse" / file, 0, &lie, sizeof lie);
       ExpectCorrupt(file);
     }
@@ -64,14 +65,22 @@ TEST_F(BadWorkspace, FilesCutOff) {
 
 TEST_F(BadWorkspace, IsRefusedByLumiRenderToo) {
   fs::resize_file(workspace_ / "sparse/images.bin", 40);
-  ExpectRefusal({{"lumi-render", workspace_.string(), "-o", (folder_ / "out").string()}, 3, {"images.bin"}, folder_ / "out", {workspace_}});
+  ExpectRefusal({{"lumi-render", workspace_.string(), "-o", (folder_ / "out").string()},
+                 3,
+                 {"images.bin"},
+                 folder_ / "out",
+                 {workspace_}});
 }
 
 TEST_F(BadWorkspace, CamerasThatDoNotFitTheirPhotos) {
   scene_.cameras[0] = scene_.cameras[0].Scaled(128, 96);
   WriteColmapModel(scene_, workspace_ / "sparse");
   const fs::path output = folder_ / "scene";
-  ExpectRefusal({{"lumi-pipeline", workspace_.string(), "-o", output.string()}, 3, {"photo10.png", "--rescale-cameras"}, output, {workspace_}});
+  ExpectRefusal({{"lumi-pipeline", workspace_.string(), "-o", output.string()},
+                 3,
+                 {"photo10.png", "--rescale-cameras"},
+                 output,
+                 {workspace_}});
 }
 
 TEST_F(BadWorkspace, APhotoThatIsMissing) {
@@ -81,7 +90,11 @@ TEST_F(BadWorkspace, APhotoThatIsMissing) {
 
 TEST_F(BadWorkspace, ReconstructionOptionsForAWorkspaceAreRefused) {
   const fs::path output = folder_ / "scene";
-  ExpectRefusal({{"lumi-pipeline", workspace_.string(), "-o", output.string(), "--backend", "colmap"}, 2, {"--backend"}, output, {workspace_}});
+  ExpectRefusal({{"lumi-pipeline", workspace_.string(), "-o", output.string(), "--backend", "colmap"},
+                 2,
+                 {"--backend"},
+                 output,
+                 {workspace_}});
 }
 
 class BadScene : public testing::Test {
@@ -108,7 +121,11 @@ TEST_F(BadScene, AManifestOfANewerVersion) {
   WriteTextAtomically(manifest, ReplaceOnce(ReadText(manifest), "\"version\": 1", "\"version\": 2"));
   ExpectRenderRefuses("lumigraph.json");
   ExpectRefusal({{"lumi-pipeline", path_.string()}, 3, {"lumigraph.json", "version"}, path_, {}});
-  ExpectRefusal({{"lumi-pipeline", path_.string(), "-o", (folder_ / "copy").string()}, 3, {"lumigraph.json"}, folder_ / "copy", {path_}});
+  ExpectRefusal({{"lumi-pipeline", path_.string(), "-o", (folder_ / "copy").string()},
+                 3,
+                 {"lumigraph.json"},
+                 folder_ / "copy",
+                 {path_}});
   ExpectRefusal({{"lumi-proxy", "plane", path_.string()}, 3, {"lumigraph.json"}, path_, {}});
 }
 
@@ -120,25 +137,28 @@ TEST_F(BadScene, AManifestThatIsNoJson) {
 }
 
 TEST_F(BadScene, AMeshWithNaN) {
-  WriteTextAtomically(path_ / "proxies/wall.ply",
-                      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
-                      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 1 0\n1 0 0\n3 0 1 2\n");
+  WriteTextAtomically(
+      path_ / "proxies/wall.ply",
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 1 0\n1 0 0\n3 0 1 2\n");
   ExpectRenderRefuses("wall.ply");
 }
 
 TEST_F(BadScene, AMeshWithIndicesOutOfRange) {
   for (const char* face : {"3 0 1 3", "3 0 1 -1", "3 0 1 2147483647"}) {
-    WriteTextAtomically(path_ / "proxies/wall.ply",
-                        std::string("ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
-                                    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0 1 0\n1 0 0\n") +
-                            face + "\n");
+    WriteTextAtomically(
+        path_ / "proxies/wall.ply",
+        std::string("ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+                    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0 1 0\n1 0 0\n") +
+            face + "\n");
     ExpectRenderRefuses("wall.ply");
   }
 }
 
 TEST_F(BadScene, AMeshThatClaimsMoreThanItsFileHolds) {
   WriteTextAtomically(path_ / "proxies/wall.ply",
-                      "ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty double x\nproperty double y\nproperty double z\n"
+                      "ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty double x\nproperty "
+                      "double y\nproperty double z\n"
                       "element face 1\nproperty list uchar int vertex_indices\nend_header\n");
   ExpectRenderRefuses("wall.ply");
 }
@@ -151,7 +171,11 @@ TEST_F(BadScene, APhotoCutOff) {
 
 TEST_F(BadScene, AProxyThatIsNotThere) {
   const fs::path output = folder_ / "out";
-  ExpectRefusal({{"lumi-render", path_.string(), "-o", output.string(), "--proxy", "hull"}, 2, {"hull", "wall"}, output, {path_}});
+  ExpectRefusal({{"lumi-render", path_.string(), "-o", output.string(), "--proxy", "hull"},
+                 2,
+                 {"hull", "wall"},
+                 output,
+                 {path_}});
 }
 
 TEST_F(BadScene, OptionsThatCannotBeAreRefusedBeforeAnythingIsRead) {
@@ -210,12 +234,15 @@ TEST_F(BadScene, ASettingsFileIsHeldToWhatTheLineIsHeldTo) {
   for (const auto& [text, exit_code, named] : cases) {
     WriteTextAtomically(file, text);
     ExpectRefusal({{"lumi-render", path_.string(), "-o", output.string(), "--settings", file.string()},
-                   exit_code, {named}, output, {path_}});
+                   exit_code,
+                   {named},
+                   output,
+                   {path_}});
   }
   // A summary's settings say everything; the line's --similarity full is said of all of it.
   WriteTextAtomically(file, "{\"similarity\": \"identity\", \"correlation\": \"inverse\"}");
-  const ProgramResult done = RunProgram({"lumi-render", path_.string(), "-o", output.string(), "--settings", file.string(),
-                                         "--similarity", "full", "--view", "photo12", "--width", "16"});
+  const ProgramResult done = RunProgram({"lumi-render", path_.string(), "-o", output.string(), "--settings",
+                                         file.string(), "--similarity", "full", "--view", "photo12", "--width", "16"});
   EXPECT_EQ(done.exit_code, 0) << done.err;
 }
 

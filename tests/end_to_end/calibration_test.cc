@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 
-// Twice what was measured (0.03 %, 0.07 degrees, of which the calibration's own error of 0.4 px in the principal point makes 0.04).
+// Twice what was measured (0.03 %, 0.07 degrees, of which the calibration's own error of 0.4 px in the principal point
+// makes 0.04).
 constexpr double kCentreRmsPercent = 0.1, kRotationRmsDeg = 0.15;
 
 class Calibration : public testing::Test {
@@ -45,7 +46,9 @@ class Calibration : public testing::Test {
   }
   static std::string Path(const std::string& name) { return (*folder_ / name).string(); }
   static std::vector<std::string> Command(const std::string& scene, const std::vector<std::string>& more) {
-    std::vector<std::string> argv{"lumi-pipeline", Path("desk/images"), "-o", Path(scene), "--quality", "low", "--holdout", "0", "--no-video", "--proxy", "plane"};
+    std::vector<std::string> argv{"lumi-pipeline", Path("desk/images"), "-o", Path(scene),  "--quality",
+                                  "low",           "--holdout",         "0",  "--no-video", "--proxy",
+                                  "plane"};
     argv.insert(argv.end(), more.begin(), more.end());
     return argv;
   }
@@ -57,7 +60,8 @@ class Calibration : public testing::Test {
       for (const View& view : scene.views)
         if (view.name == v["name"]) {
           const auto m = v["cam_from_world"].get<std::vector<double>>();
-          const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());
+          const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose =
+              Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());
           true_poses.push_back({Eigen::Quaterniond(Eigen::Matrix3d(pose.leftCols<3>())), pose.col(3)});
           estimated.push_back(view.cam_from_world);
         }
@@ -69,7 +73,8 @@ class Calibration : public testing::Test {
 std::unique_ptr<TemporaryFolder> Calibration::folder_;
 
 TEST_F(Calibration, BoardsGiveTheCameraThatThePhotosAreReconstructedWith) {
-  auto argv = Command("scene", {"--calibration", Path("boards/images"), "--board", "9x6", "--square-mm", "25", "--json"});
+  auto argv =
+      Command("scene", {"--calibration", Path("boards/images"), "--board", "9x6", "--square-mm", "25", "--json"});
   const std::string boards_before = Contents(Path("boards/images")), photos_before = Contents(Path("desk/images"));
   const ProgramResult run = RunProgram(argv);
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -113,9 +118,11 @@ TEST_F(Calibration, WhatDoesNotCalibrateLeavesNothing) {
   refuse({"--calibration", Path("desk/images")}, 1, {"calibrate", "9x6"});
   refuse({"--calibration", Path("absent")}, 3, {"absent"});
   // A camera is handed on as it is: lumi-reconstruct refuses it, by its own rules.
-  const std::string yaml = "image_width: 480\nimage_height: 360\ncamera_matrix:\n  data: [450, 0, 240, 0, 450, 180, 0, 0, 1]\n";
+  const std::string yaml =
+      "image_width: 480\nimage_height: 360\ncamera_matrix:\n  data: [450, 0, 240, 0, 450, 180, 0, 0, 1]\n";
   WriteTextAtomically(Path("nan.yaml"), std::string(yaml).replace(yaml.find("450"), 3, "nan"));
-  WriteTextAtomically(Path("turned.yaml"), "image_width: 360\nimage_height: 480\n" + yaml.substr(yaml.find("camera_matrix")));
+  WriteTextAtomically(Path("turned.yaml"),
+                      "image_width: 360\nimage_height: 480\n" + yaml.substr(yaml.find("camera_matrix")));
   refuse({"--calibration", Path("nan.yaml")}, 3, {"nan.yaml", "no number"});
   refuse({"--calibration", Path("turned.yaml")}, 1, {"turned.yaml", "360x480", "480x360", "turned"});
   refuse({"--calibration", Path("boards/images"), "--camera", "c.yaml"}, 2, {"--calibration", "--camera"});

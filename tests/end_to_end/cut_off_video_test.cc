@@ -26,8 +26,8 @@ TEST(CutOffVideo, IsUsedAsFarAsItGoes) {
   writer.Finish();
   fs::resize_file(video, fs::file_size(video) * 2 / 3);
 
-  const ProgramResult result =
-      RunProgram({"lumi-pipeline", video.string(), "-o", scene.string(), "--holdout", "0", "--no-video", "--quality", "low", "--json"});
+  const ProgramResult result = RunProgram({"lumi-pipeline", video.string(), "-o", scene.string(), "--holdout", "0",
+                                           "--no-video", "--quality", "low", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, testing::HasSubstr("walk.mp4 is cut off"));
   const json reconstruct = json::parse(result.out)["stages"][0]["summary"];

@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 
 constexpr int kDeskPhotos = 24, kDeskWidthPx = 640;
 constexpr double kDeskRotationDeg = 0.1,
-                 kDeskCentrePercent = 0.3;  // of the worst photo; of the centres' extent, which is less than the scene's
+                 kDeskCentrePercent =
+                     0.3;  // of the worst photo; of the centres' extent, which is less than the scene's
 
 TEST(DeskByFactorisation, IsWithinATenthOfADegreeAndThreePerMille) {
   const SimulatedCapture desk("desk", kDeskPhotos, kDeskWidthPx);
@@ -23,9 +24,9 @@ TEST(DeskByFactorisation, IsWithinATenthOfADegreeAndThreePerMille) {
   fs::create_directories(desk / "photos");
   for (std::size_t i = 0; i < truth.views.size(); ++i)
     fs::copy_file(truth.ImagePath(truth.views[i]), desk / "photos" / (std::to_string(100 + shuffled(i)) + ".jpg"));
-  const ProgramResult run =
-      RunProgram({"lumi-reconstruct", (desk / "photos").string(), "-o", (desk / "scene").string(), "--backend", "factorization",
-                  "--matching", "exhaustive", "--focal-px", std::to_string(truth.cameras.front().FocalPx().x()), "--json"});
+  const ProgramResult run = RunProgram({"lumi-reconstruct", (desk / "photos").string(), "-o", (desk / "scene").string(),
+                                        "--backend", "factorization", "--matching", "exhaustive", "--focal-px",
+                                        std::to_string(truth.cameras.front().FocalPx().x()), "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto summary = nlohmann::json::parse(run.out);
   EXPECT_EQ(summary["upgrade"], "metric");

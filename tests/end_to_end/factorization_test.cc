@@ -1,4 +1,5 @@
-// A video becomes a lumigraph without COLMAP: lumi-pipeline --backend factorization; and what happens where the lens is unknown.
+// A video becomes a lumigraph without COLMAP: lumi-pipeline --backend factorization; and what happens where the lens is
+// unknown.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +41,8 @@ PoseErrors ErrorsOf(const Scene& scene, const Scene& truth) {
     true_poses.push_back(truth.views.at(static_cast<std::size_t>(view.frame_index.value())).cam_from_world);
   }
   const PoseErrors errors = ComparePoses(found, true_poses);
-  std::printf("%zu cameras: centres %.4f %%, rotations %.4f degrees\n", found.size(), errors.centre_rms_percent, errors.rotation_rms_deg);
+  std::printf("%zu cameras: centres %.4f %%, rotations %.4f degrees\n", found.size(), errors.centre_rms_percent,
+              errors.rotation_rms_deg);
   return errors;
 }
 
@@ -69,8 +71,9 @@ std::unique_ptr<SimulatedCapture> FactorizedVideo::capture_;
 double FactorizedVideo::focal_px_ = 0;
 
 TEST_F(FactorizedVideo, BecomesALumigraphThatCanBeLookedAt) {
-  const std::vector<std::string> argv{"lumi-pipeline", Path("plaza.mp4"), "-o", Path("scene"), "--backend", "factorization", "--focal-px", Focal(), "--keyframes", "24",
-                                      "--no-video", "--json"};
+  const std::vector<std::string> argv{"lumi-pipeline", Path("plaza.mp4"), "-o",    Path("scene"), "--backend",
+                                      "factorization", "--focal-px",      Focal(), "--keyframes", "24",
+                                      "--no-video",    "--json"};
   const ProgramResult run = RunProgram(argv);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json summary = json::parse(run.out);
@@ -114,7 +117,8 @@ TEST_F(FactorizedVideo, OfAnUnknownLensIsQuasiAffineAndSaysSo) {
   EXPECT_EQ(scene.frame, Frame::kQuasiAffine);
   EXPECT_TRUE(fs::exists(Path("unknown") + "/" + std::string(kProjectiveName)));
   for (const Point& point : scene.points)
-    for (const Observation& o : point.track) ASSERT_GT((scene.views[static_cast<std::size_t>(o.view.value)].P * point.X_in_world).z(), 0);
+    for (const Observation& o : point.track)
+      ASSERT_GT((scene.views[static_cast<std::size_t>(o.view.value)].P * point.X_in_world).z(), 0);
 
   // What needs a metric scene says so.
   const ProgramResult proxy = RunProgram({"lumi-proxy", "plane", Path("unknown")});
@@ -129,7 +133,8 @@ TEST_F(FactorizedVideo, IsRefusedWhereTheOptionsContradict) {
     ExpectRefusal({argv, code, std::move(names), Path("refused"), {Path("plaza.mp4")}});
   };
   refuse({"--projective"}, 2, {"--projective", "--backend factorization"});
-  refuse({"--backend", "factorization", "--projective", "--require", "metric"}, 2, {"--projective", "--require metric"});
+  refuse({"--backend", "factorization", "--projective", "--require", "metric"}, 2,
+         {"--projective", "--require metric"});
   refuse({"--backend", "factorization", "--rig", "ring"}, 2, {"--rig"});
   refuse({"--backend", "factorization", "--features", "3"}, 2, {"--features"});
   refuse({"--backend", "factorization", "--window", "2"}, 2, {"--window"});
@@ -138,7 +143,8 @@ TEST_F(FactorizedVideo, IsRefusedWhereTheOptionsContradict) {
 }
 
 TEST_F(FactorizedVideo, MustBeMetricWhereThatIsRequired) {
-  const ProgramResult run = Reconstruct("required", {"--backend", "factorization", "--keyframes", "16", "--require", "metric"});
+  const ProgramResult run =
+      Reconstruct("required", {"--backend", "factorization", "--keyframes", "16", "--require", "metric"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, HasSubstr("known intrinsics"));
   EXPECT_FALSE(fs::exists(Path("required/lumigraph.json")));
@@ -151,8 +157,9 @@ TEST(FactorizedDrive, IsHeldToTheSameFromEndToEnd) {
   const Scene truth = OpenScene(capture.path(), {}, SilentProgress());
   const std::string video = (capture / "hallway.mp4").string(), out = (capture / "scene").string();
   MakeVideo(truth, video);
-  const ProgramResult run = RunProgram({"lumi-reconstruct", video, "-o", out, "--backend", "factorization", "--focal-px",
-                                        std::to_string(truth.cameras.front().FocalPx().x()), "--require", "metric", "--json"});
+  const ProgramResult run =
+      RunProgram({"lumi-reconstruct", video, "-o", out, "--backend", "factorization", "--focal-px",
+                  std::to_string(truth.cameras.front().FocalPx().x()), "--require", "metric", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json summary = json::parse(run.out);
   EXPECT_EQ(summary["images_registered"], summary["images_total"]);

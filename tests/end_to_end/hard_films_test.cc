@@ -1,5 +1,6 @@
-// lumi-pipeline FILM --stabilize on films of what is hard for it, from pictures to pictures: simulated, tracked, drawn and scored by the
-// real programs. What single steps do with such motions is in tests/stabilize; here nothing but the film is known.
+// lumi-pipeline FILM --stabilize on films of what is hard for it, from pictures to pictures: simulated, tracked, drawn
+// and scored by the real programs. What single steps do with such motions is in tests/stabilize; here nothing but the
+// film is known.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,9 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kFrames = 60;             // 2 s: the jitter needs features seen for 1.4
-constexpr double kTrembleBoundPx = 0.15;  // of 240 px wide films; measured 0.05 to 0.08, of which 0.05 is the corner follower's own
-constexpr double kTrembleShare = 0.2;     // of the film's own tremble, at most
+constexpr int kFrames = 60;  // 2 s: the jitter needs features seen for 1.4
+constexpr double kTrembleBoundPx =
+    0.15;  // of 240 px wide films; measured 0.05 to 0.08, of which 0.05 is the corner follower's own
+constexpr double kTrembleShare = 0.2;  // of the film's own tremble, at most
 
 json Parsed(const char* text) { return json::parse(text); }
 
@@ -35,21 +37,34 @@ json Place(bool planar = false) {
       {"name": "bus", "texture": {"kind": "cells", "size": 0.12, "colors": ["#c02020", "#f0f0f0", "#202020"]}}],
     "objects": [{"kind": "quad", "size": [30, 12], "position": [0, 3, 1], "rotate_deg": [90, 0, 0], "material": "wall"}]})");
   if (planar) return scene;
-  scene["objects"].push_back(Parsed(R"({"kind": "quad", "size": [30, 20], "position": [0, -4, 0], "material": "floor"})"));
-  const double crates[][3] = {{-2.2, 1.5, 1.2}, {-0.9, 0.2, 0.7}, {0.6, 1.0, 1.0}, {1.7, -0.3, 0.6}, {3, 1.8, 1.4}, {-3.4, 0.5, 0.9}};
+  scene["objects"].push_back(
+      Parsed(R"({"kind": "quad", "size": [30, 20], "position": [0, -4, 0], "material": "floor"})"));
+  const double crates[][3] = {{-2.2, 1.5, 1.2}, {-0.9, 0.2, 0.7}, {0.6, 1.0, 1.0},
+                              {1.7, -0.3, 0.6}, {3, 1.8, 1.4},    {-3.4, 0.5, 0.9}};
   for (const auto& [x, y, height] : crates)
-    scene["objects"].push_back({{"kind", "box"}, {"size", {0.7, 0.7, height}}, {"position", {x, y, height / 2}}, {"rotate_deg", {0, 0, 20 * x}}, {"material", "crate"}});
+    scene["objects"].push_back({{"kind", "box"},
+                                {"size", {0.7, 0.7, height}},
+                                {"position", {x, y, height / 2}},
+                                {"rotate_deg", {0, 0, 20 * x}},
+                                {"material", "crate"}});
   return scene;
 }
 
 const json kGait = {{"bob", 0.03}, {"sway", 0.02}, {"shake_deg", 0.8}};
 
 json Walk(int frames = kFrames) {
-  return {{"kind", "walk"}, {"views", frames}, {"from", {-1.0 * frames / 90, -4, 1.4}}, {"to", {1.0 * frames / 90, -4, 1.4}}, {"direction", {0, 1, -0.1}}, {"gait", kGait}};
+  return {{"kind", "walk"},
+          {"views", frames},
+          {"from", {-1.0 * frames / 90, -4, 1.4}},
+          {"to", {1.0 * frames / 90, -4, 1.4}},
+          {"direction", {0, 1, -0.1}},
+          {"gait", kGait}};
 }
 
 json InHand(double shake_deg) {
-  return {{"kind", "wave"}, {"views", kFrames}, {"centre", {0, -4, 1.4}}, {"direction", {0, 1, -0.1}}, {"amplitude", {0, 0, 0}}, {"hand", {{"drift", 0}, {"shake_deg", shake_deg}}}};
+  return {{"kind", "wave"},         {"views", kFrames},
+          {"centre", {0, -4, 1.4}}, {"direction", {0, 1, -0.1}},
+          {"amplitude", {0, 0, 0}}, {"hand", {{"drift", 0}, {"shake_deg", shake_deg}}}};
 }
 
 // What lumi-pipeline says of such a film; the film stays in `folder`.
@@ -57,9 +72,11 @@ json Steadied(const TemporaryFolder& folder, json scene, const json& path) {
   scene["name"] = "film";
   scene["path"] = path;
   WriteTextAtomically(folder / "film.json", scene.dump());
-  const auto made = RunProgram({"lumi-simulate", (folder / "film.json").string(), "--video", "--quiet", "-o", (folder / "film").string()});
+  const auto made = RunProgram(
+      {"lumi-simulate", (folder / "film.json").string(), "--video", "--quiet", "-o", (folder / "film").string()});
   EXPECT_EQ(made.exit_code, 0) << made.err;
-  const auto run = RunProgram({"lumi-pipeline", (folder / "film" / "video.mp4").string(), "--stabilize", "smooth", "-o", (folder / "steady.mp4").string(), "--json", "--quiet"});
+  const auto run = RunProgram({"lumi-pipeline", (folder / "film" / "video.mp4").string(), "--stabilize", "smooth", "-o",
+                               (folder / "steady.mp4").string(), "--json", "--quiet"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return run.exit_code == 0 ? json::parse(run.out) : json();
 }
@@ -91,7 +108,8 @@ TEST(HardFilm, ARollingShutterIsNoShake) {
 TEST(HardFilm, SomethingLargePassesBetweenCameraAndScene) {
   const TemporaryFolder folder;
   json scene = Place();
-  scene["objects"].push_back(Parsed(R"({"kind": "box", "size": [1.5, 0.4, 1.5], "position": [-1.2, -1.6, 1.3], "material": "bus", "spin": {"axis": [0, 0, 1], "centre": [0, 18, 0], "period_s": 120}})"));
+  scene["objects"].push_back(Parsed(
+      R"({"kind": "box", "size": [1.5, 0.4, 1.5], "position": [-1.2, -1.6, 1.3], "material": "bus", "spin": {"axis": [0, 0, 1], "centre": [0, 18, 0], "period_s": 120}})"));
   ExpectSteady(Steadied(folder, scene, Walk()), "points");
 }
 
@@ -114,7 +132,8 @@ TEST(HardFilm, OfAZoomInAShakingHand) {
 
 TEST(HardFilm, ADriveWhoseFocusOfExpansionLeavesThePicture) {
   const TemporaryFolder folder;
-  const json path = {{"kind", "drive"}, {"views", kFrames}, {"from", {-1.5, -6, 1.4}}, {"to", {0.3, -4, 1.4}}, {"look_at", {-0.8, 1, 1}}, {"gait", kGait}};
+  const json path = {{"kind", "drive"},      {"views", kFrames},        {"from", {-1.5, -6, 1.4}},
+                     {"to", {0.3, -4, 1.4}}, {"look_at", {-0.8, 1, 1}}, {"gait", kGait}};
   ExpectSteady(Steadied(folder, Place(), path), "points");
 }
 
@@ -142,7 +161,10 @@ TEST(HardFilm, OfTenFramesIsMadeWithoutTheFiguresItIsTooShortFor) {
 TEST(HardFilm, WithoutAnythingToFollowIsKeptAsItIsAndSaysSo) {
   const TemporaryFolder folder;
   const fs::path blank = folder / "blank.avi", out = folder / "steady.mp4";
-  ASSERT_EQ(RunSubprocess({"ffmpeg", "-v", "error", "-f", "lavfi", "-i", "color=c=gray:s=160x120:r=30:d=1", "-c:v", "mpeg4", blank.string()}).exit_code, 0);
+  ASSERT_EQ(RunSubprocess({"ffmpeg", "-v", "error", "-f", "lavfi", "-i", "color=c=gray:s=160x120:r=30:d=1", "-c:v",
+                           "mpeg4", blank.string()})
+                .exit_code,
+            0);
   const auto run = RunProgram({"lumi-pipeline", blank.string(), "--stabilize", "smooth", "-o", out.string(), "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, testing::HasSubstr("nothing to follow"));

@@ -30,8 +30,8 @@ constexpr double kRotationRmsDeg = 0.5;
 // The two runs' cameras differ by COLMAP's own randomness.
 constexpr double kSamePsnrDb = 2.0;
 
-std::vector<std::string> Command(const fs::path& input, const fs::path& output, const std::vector<std::string>& more = {},
-                                 int holdout = 4) {
+std::vector<std::string> Command(const fs::path& input, const fs::path& output,
+                                 const std::vector<std::string>& more = {}, int holdout = 4) {
   std::vector<std::string> argv{"lumi-pipeline", input.string()};
   if (!output.empty()) argv.insert(argv.end(), {"-o", output.string()});
   argv.insert(argv.end(), {"--holdout", std::to_string(holdout), "--width", "240", "--seconds", "1", "--json"});
@@ -78,7 +78,8 @@ class MainJob : public testing::Test {
   }
   static void TearDownTestSuite() { capture_.reset(); }
   // Small photos have few features: the fewer are sought the sooner they are matched.
-  static std::vector<std::string> FromPhotos(const fs::path& scene, std::vector<std::string> more = {}, int holdout = 4) {
+  static std::vector<std::string> FromPhotos(const fs::path& scene, std::vector<std::string> more = {},
+                                             int holdout = 4) {
     more.insert(more.end(), {"--quality", "low"});
     return Command(capture_->photos(), scene, more, holdout);
   }
@@ -121,7 +122,8 @@ TEST_F(MainJob, RendersHeldOutPhotosBetterThanTheNearestPhoto) {
 TEST_F(MainJob, LeavesAReportAVideoAndAContactSheet) {
   EXPECT_EQ(first_["scene"], ScenePath().string());
   const std::string html = ReadText(first_["report"].get<std::string>());
-  for (const char* part : {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view"}) EXPECT_THAT(html, HasSubstr(part));
+  for (const char* part : {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view"})
+    EXPECT_THAT(html, HasSubstr(part));
   const json report = json::parse(ReadText(ScenePath() / "report.json"));
   EXPECT_GE(report["stages"].size(), 4U);
   EXPECT_FALSE(ReadImage8(first_["contact_sheet"].get<std::string>()).empty());
@@ -146,7 +148,8 @@ TEST_F(MainJob, ASecondRunRedoesNothing) {
   for (const auto& [stage, reused] : Reused(second)) EXPECT_TRUE(reused) << stage;
   EXPECT_EQ(second["stages"].size(), first_["stages"].size());
   EXPECT_EQ(Contents(ScenePath()), before);
-  EXPECT_NEAR(second["colmap_seconds"].get<double>(), first_["colmap_seconds"].get<double>(), 1e-9) << "of the run that did the work";
+  EXPECT_NEAR(second["colmap_seconds"].get<double>(), first_["colmap_seconds"].get<double>(), 1e-9)
+      << "of the run that did the work";
 }
 
 TEST_F(MainJob, AnotherOptionRedoesOnlyWhatDependsOnIt) {
@@ -180,8 +183,10 @@ TEST_F(MainJob, AWorkspaceIsImportedAndLeftAsItWas) {
   const json summary = RunDone(Command(workspace, imported, {"--no-video"}));
   EXPECT_EQ(Contents(workspace), before);
   EXPECT_EQ(summary["stages"][0]["name"], "import");
-  EXPECT_NEAR(StageSummary(summary, "holdout")["psnr_mean_db"].get<double>(), StageSummary(first_, "holdout")["psnr_mean_db"].get<double>(), kSamePsnrDb);
-  for (const auto& [stage, reused] : Reused(RunDone(Command(workspace, imported, {"--no-video"})))) EXPECT_TRUE(reused) << stage;
+  EXPECT_NEAR(StageSummary(summary, "holdout")["psnr_mean_db"].get<double>(),
+              StageSummary(first_, "holdout")["psnr_mean_db"].get<double>(), kSamePsnrDb);
+  for (const auto& [stage, reused] : Reused(RunDone(Command(workspace, imported, {"--no-video"}))))
+    EXPECT_TRUE(reused) << stage;
 }
 
 // One scene, interrupted and killed at every stage, each time gone on with.
@@ -196,13 +201,17 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
     std::string program;
   };
   const std::string photos_before = Contents(capture_->photos());
-  for (const Blow& blow : {Blow{"reconstruct: finding features", SIGINT, Who::kPipeline, ""}, Blow{"reconstruct: matching photos", SIGKILL, Who::kPipeline, ""},
-                           Blow{"reconstruct: matching photos", SIGKILL, Who::kStage, "lumi-reconstruct"}, Blow{"reconstruct: placing cameras", SIGINT, Who::kPipeline, ""},
-                           Blow{"reconstruct: placing cameras", SIGKILL, Who::kPipeline, ""}, Blow{"proxy: ", SIGINT, Who::kPipeline, ""},
-                           Blow{"proxy: ", SIGKILL, Who::kPipeline, ""}, Blow{"holdout: ", SIGKILL, Who::kStage, "lumi-render"},
-                           Blow{"holdout: ", SIGINT, Who::kPipeline, ""}, Blow{"video: ", SIGKILL, Who::kPipeline, ""},
-                           Blow{"video: ", SIGINT, Who::kPipeline, ""}}) {
-    SCOPED_TRACE(blow.at + " signal " + std::to_string(blow.signal) + " to " + (blow.program.empty() ? "lumi-pipeline" : blow.program));
+  for (const Blow& blow :
+       {Blow{"reconstruct: finding features", SIGINT, Who::kPipeline, ""},
+        Blow{"reconstruct: matching photos", SIGKILL, Who::kPipeline, ""},
+        Blow{"reconstruct: matching photos", SIGKILL, Who::kStage, "lumi-reconstruct"},
+        Blow{"reconstruct: placing cameras", SIGINT, Who::kPipeline, ""},
+        Blow{"reconstruct: placing cameras", SIGKILL, Who::kPipeline, ""}, Blow{"proxy: ", SIGINT, Who::kPipeline, ""},
+        Blow{"proxy: ", SIGKILL, Who::kPipeline, ""}, Blow{"holdout: ", SIGKILL, Who::kStage, "lumi-render"},
+        Blow{"holdout: ", SIGINT, Who::kPipeline, ""}, Blow{"video: ", SIGKILL, Who::kPipeline, ""},
+        Blow{"video: ", SIGINT, Who::kPipeline, ""}}) {
+    SCOPED_TRACE(blow.at + " signal " + std::to_string(blow.signal) + " to " +
+                 (blow.program.empty() ? "lumi-pipeline" : blow.program));
     ChildProgram run(FromPhotos(scene), environment);
     ASSERT_TRUE(run.WaitForErrorText(blow.at)) << run.Wait().err;
     if (blow.who == Who::kPipeline) {
@@ -239,7 +248,8 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
   EXPECT_TRUE(reused.at("holdout"));
   EXPECT_FALSE(reused.at("video"));
   EXPECT_EQ(Files(scene), Files(ScenePath()));
-  EXPECT_NEAR(StageSummary(last, "holdout")["psnr_mean_db"].get<double>(), StageSummary(first_, "holdout")["psnr_mean_db"].get<double>(), kSamePsnrDb);
+  EXPECT_NEAR(StageSummary(last, "holdout")["psnr_mean_db"].get<double>(),
+              StageSummary(first_, "holdout")["psnr_mean_db"].get<double>(), kSamePsnrDb);
 }
 
 }  // namespace

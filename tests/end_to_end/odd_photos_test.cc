@@ -30,7 +30,8 @@ void WriteWithType(const fs::path& path, const Image8& image, OIIO::TypeDesc typ
 Image8 Grey(const Image8& rgb) {
   Image8 grey(rgb.width, rgb.height, 1);
   for (std::size_t i = 0; i < grey.data.size(); ++i)
-    grey.data[i] = static_cast<std::uint8_t>((rgb.data[3 * i] * 299 + rgb.data[3 * i + 1] * 587 + rgb.data[3 * i + 2] * 114) / 1000);
+    grey.data[i] = static_cast<std::uint8_t>(
+        (rgb.data[3 * i] * 299 + rgb.data[3 * i + 1] * 587 + rgb.data[3 * i + 2] * 114) / 1000);
   return grey;
 }
 
@@ -69,8 +70,8 @@ TEST(OddPhotos, SizesDepthsGreyAlphaTextAndABrokenOneInOneFolder) {
   WriteTextAtomically(photos / "list.csv", "a,b\n");
   const std::string before = Contents(photos);
 
-  const ProgramResult result =
-      RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--holdout", "0", "--no-video", "--quality", "low", "--json"});
+  const ProgramResult result = RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--holdout", "0",
+                                           "--no-video", "--quality", "low", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(Contents(photos), before);
   const json reconstruct = json::parse(result.out)["stages"][0]["summary"];
@@ -82,7 +83,8 @@ TEST(OddPhotos, SizesDepthsGreyAlphaTextAndABrokenOneInOneFolder) {
 
   // Each with a picture of its camera's size, as any reader takes it.
   const Scene opened = OpenScene(scene, {}, SilentProgress());
-  for (const View& view : opened.views) EXPECT_EQ(ReadImage8(opened.ImagePath(view)).width, opened.CameraOf(view).width_px) << view.name;
+  for (const View& view : opened.views)
+    EXPECT_EQ(ReadImage8(opened.ImagePath(view)).width, opened.CameraOf(view).width_px) << view.name;
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// lumi-reconstruct --tradeoff, and a desk photographed in no order, by factorisation: simulated photos, whose cameras are known.
+// lumi-reconstruct --tradeoff, and a desk photographed in no order, by factorisation: simulated photos, whose cameras
+// are known.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -78,7 +79,8 @@ TEST_F(MeasuredDesk, EachSettingHasItsErrorAgainstTheTruthAndItsSeconds) {
   EXPECT_EQ(OpenScene(Path("scene"), {}, SilentProgress()).views.size(), static_cast<std::size_t>(kPhotos));
   EXPECT_EQ(json::parse(ReadText(Path("scene/tradeoff/factorization.json")))["points"], t["points"]);
   EXPECT_THAT(ReadText(Path("scene/tradeoff/factorization.svg")), HasSubstr("</svg>"));
-  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(ReadText(Path("scene/tradeoff/factorization.csv")), '\n')), t["points"].size() + 1);
+  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(ReadText(Path("scene/tradeoff/factorization.csv")), '\n')),
+            t["points"].size() + 1);
   EXPECT_TRUE(fs::is_empty(Path("tmp")));
   EXPECT_FALSE(fs::exists(Path("scene/LOCK")));
   EXPECT_EQ(Contents(desk_->path()), users);
@@ -102,7 +104,8 @@ TEST_F(MeasuredDesk, ContradictionsAndStrangeReferencesAreRefused) {
   };
   refuse({"--rig", "ring"}, 2, {"--tradeoff", "--rig"});
   refuse({"--database", desk_->photos().string()}, 2, {"--tradeoff", "--database"});
-  refuse({"--backend", "factorization", "--projective", "--reference", desk_->path().string()}, 2, {"--reference", "--projective"});
+  refuse({"--backend", "factorization", "--projective", "--reference", desk_->path().string()}, 2,
+         {"--reference", "--projective"});
   refuse({"--reference", Path("absent")}, 3, {"absent"});
   refuse({"--reference", desk_->photos().string()}, 2, {"is no scene"});
   std::vector<std::string> argv = Command("refused", {"--reference", desk_->path().string()});

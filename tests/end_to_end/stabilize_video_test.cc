@@ -41,7 +41,10 @@ int FramesOf(const fs::path& video) {
 bool HasSound(const fs::path& video) {
   SubprocessOptions options;
   options.separate_stdout = true;
-  return !RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries", "stream=codec_name", "-of", "csv=p=0", video.string()}, options).out.empty();
+  return !RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries", "stream=codec_name", "-of",
+                         "csv=p=0", video.string()},
+                        options)
+              .out.empty();
 }
 
 class StabilizeVideo : public ::testing::Test {
@@ -49,11 +52,13 @@ class StabilizeVideo : public ::testing::Test {
   static void SetUpTestSuite() {
     work_ = new TemporaryFolder;
     for (const auto& [example, views] : {std::pair{"plaza", kFirstShot}, {"hallway", kSecondShot}}) {
-      const auto made = RunProgram({"lumi-simulate", "--example", example, "--video", "--views", std::to_string(views), "--width", "256", "--shake", "2", "-o", (*work_ / example).string(), "--quiet"});
+      const auto made = RunProgram({"lumi-simulate", "--example", example, "--video", "--views", std::to_string(views),
+                                    "--width", "256", "--shake", "2", "-o", (*work_ / example).string(), "--quiet"});
       ASSERT_EQ(made.exit_code, 0) << made.err;
     }
-    Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(), "-f", "lavfi", "-i", "sine=frequency=440:duration=3", "-filter_complex",
-            "[0:v][1:v]concat=n=2:v=1[v]", "-map", "[v]", "-map", "2:a", "-r", "30", "-shortest", (*work_ / "film.mp4").string()});
+    Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(), "-f",
+            "lavfi", "-i", "sine=frequency=440:duration=3", "-filter_complex", "[0:v][1:v]concat=n=2:v=1[v]", "-map",
+            "[v]", "-map", "2:a", "-r", "30", "-shortest", (*work_ / "film.mp4").string()});
   }
   static void TearDownTestSuite() {
     delete work_;
@@ -65,7 +70,18 @@ TemporaryFolder* StabilizeVideo::work_ = nullptr;
 
 TEST_F(StabilizeVideo, AFilmOfTwoShotsIsSteadiedShotByShotAndKeepsItsSound) {
   const fs::path out = *work_ / "steady.mp4";
-  const std::vector<std::string> arguments{"lumi-pipeline", (*work_ / "film.mp4").string(), "--stabilize", "smooth", "-o", out.string(), "--window-frames", "40", "--split-screen", "--no-score", "--json", "--quiet"};
+  const std::vector<std::string> arguments{"lumi-pipeline",
+                                           (*work_ / "film.mp4").string(),
+                                           "--stabilize",
+                                           "smooth",
+                                           "-o",
+                                           out.string(),
+                                           "--window-frames",
+                                           "40",
+                                           "--split-screen",
+                                           "--no-score",
+                                           "--json",
+                                           "--quiet"};
   const auto run = RunProgram(arguments);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json summary = json::parse(run.out);
@@ -112,7 +128,8 @@ Stamps StampsOf(const fs::path& folder, const std::string& parent, const std::st
   std::error_code gone;
   for (fs::recursive_directory_iterator it(folder, gone), end; !gone && it != end; it.increment(gone)) {
     struct stat status = {};
-    if (it->path().extension() == extension && !it->path().filename().string().starts_with(".") && it->path().parent_path().parent_path().filename() == parent && ::stat(it->path().c_str(), &status) == 0)
+    if (it->path().extension() == extension && !it->path().filename().string().starts_with(".") &&
+        it->path().parent_path().parent_path().filename() == parent && ::stat(it->path().c_str(), &status) == 0)
       stamps[fs::relative(it->path(), folder).string()] = {status.st_ino, it->last_write_time()};
   }
   return stamps;
@@ -121,9 +138,11 @@ Stamps StampsOf(const fs::path& folder, const std::string& parent, const std::st
 TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHasRendered) {
   constexpr int kFrames = 36;
   const fs::path out = *work_ / "killed.mp4", folder = *work_ / "killed-work", film = *work_ / "walk.mp4";
-  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-frames:v", std::to_string(kFrames), "-c", "copy", film.string()});
+  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-frames:v", std::to_string(kFrames), "-c", "copy",
+          film.string()});
   const auto command = [&](const fs::path& to) {
-    return std::vector<std::string>{"lumi-pipeline", film.string(), "--stabilize", "smooth", "-o", to.string(), "--window-frames", "30", "--no-score", "--json"};
+    return std::vector<std::string>{"lumi-pipeline", film.string(),     "--stabilize", "smooth",     "-o",
+                                    to.string(),     "--window-frames", "30",          "--no-score", "--json"};
   };
   const auto whole = RunProgram(command(*work_ / "whole.mp4"));
   ASSERT_EQ(whole.exit_code, 0) << whole.err;
@@ -139,12 +158,14 @@ TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHas
     EXPECT_TRUE(WaitForNoProcessNaming(folder));
     EXPECT_FALSE(fs::exists(out));
     if (code == 130) {
-      EXPECT_TRUE(!result.ErrorLines().empty() && result.ErrorLines().back().starts_with("lumi-pipeline: ")) << result.err;
+      EXPECT_TRUE(!result.ErrorLines().empty() && result.ErrorLines().back().starts_with("lumi-pipeline: "))
+          << result.err;
     }
   };
   const auto rendered = [&](const char* window) { return StampsOf(folder / window, "steady", ".png"); };
   const auto wait_for_frames = [&](const char* window, std::size_t frames) {
-    for (int i = 0; i < 60000 && rendered(window).size() < frames; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    for (int i = 0; i < 60000 && rendered(window).size() < frames; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     EXPECT_GE(rendered(window).size(), frames);
   };
   {
@@ -179,16 +200,20 @@ TEST_F(StabilizeVideo, KilledInTheMiddleOfAWindowItGoesOnWithEveryFrameThatItHas
   none_is_lost();
   EXPECT_EQ(kept.size(), static_cast<std::size_t>(kFrames));
   // As if nothing had happened.
-  for (const auto& [name, stamp] : kept) EXPECT_EQ(ReadText(folder / name), ReadText(*work_ / "whole-work" / name)) << name;
+  for (const auto& [name, stamp] : kept)
+    EXPECT_EQ(ReadText(folder / name), ReadText(*work_ / "whole-work" / name)) << name;
   EXPECT_EQ(ReadText(out), ReadText(*work_ / "whole.mp4"));
   for (const auto& entry : fs::recursive_directory_iterator(work_->path()))
-    EXPECT_FALSE(entry.path().filename().string().starts_with(".") && entry.path().filename() != ".undistorted") << entry.path() << " was left half-written";
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".") && entry.path().filename() != ".undistorted")
+        << entry.path() << " was left half-written";
 }
 
 TEST_F(StabilizeVideo, ALaterShotThatIsTooShortForItsModelIsSmoothAndTheFilmIsNotLost) {
-  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(), "-filter_complex",
-          "[0:v]trim=end_frame=30[a];[1:v]trim=end_frame=2[b];[a][b]concat=n=2:v=1[v]", "-map", "[v]", "-r", "30", (*work_ / "end.mp4").string()});
-  const auto run = RunProgram({"lumi-pipeline", (*work_ / "end.mp4").string(), "--stabilize", "linear", "-o", (*work_ / "end-steady.mp4").string(), "--no-score", "--json"});
+  Ffmpeg({"-i", (*work_ / "plaza" / "video.mp4").string(), "-i", (*work_ / "hallway" / "video.mp4").string(),
+          "-filter_complex", "[0:v]trim=end_frame=30[a];[1:v]trim=end_frame=2[b];[a][b]concat=n=2:v=1[v]", "-map",
+          "[v]", "-r", "30", (*work_ / "end.mp4").string()});
+  const auto run = RunProgram({"lumi-pipeline", (*work_ / "end.mp4").string(), "--stabilize", "linear", "-o",
+                               (*work_ / "end-steady.mp4").string(), "--no-score", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json windows = json::parse(run.out)["windows"];
   ASSERT_EQ(windows.size(), 2U);
@@ -200,7 +225,8 @@ TEST_F(StabilizeVideo, ALaterShotThatIsTooShortForItsModelIsSmoothAndTheFilmIsNo
 
 TEST_F(StabilizeVideo, WhatIsNoVideoIsRefusedInOneLine) {
   const auto refused = [&](const fs::path& film, int code, const std::string& word) {
-    const auto run = RunProgram({"lumi-pipeline", film.string(), "--stabilize", "smooth", "-o", (*work_ / "no.mp4").string(), "--quiet"});
+    const auto run = RunProgram(
+        {"lumi-pipeline", film.string(), "--stabilize", "smooth", "-o", (*work_ / "no.mp4").string(), "--quiet"});
     EXPECT_EQ(run.exit_code, code) << film;
     EXPECT_NE(run.err.find(word), std::string::npos) << run.err;
     EXPECT_FALSE(fs::exists(*work_ / "no.mp4"));
@@ -211,14 +237,18 @@ TEST_F(StabilizeVideo, WhatIsNoVideoIsRefusedInOneLine) {
   refused(*work_ / "sound.mp4", static_cast<int>(ExitCode::kCorruptInput), "sound.mp4");
   Ffmpeg({"-i", (*work_ / "film.mp4").string(), "-frames:v", "1", "-an", (*work_ / "one.mp4").string()});
   refused(*work_ / "one.mp4", static_cast<int>(ExitCode::kDataRefused), "one frame");
-  Ffmpeg({"-i", (*work_ / "film.mp4").string(), "-an", "-vf", "select='not(eq(mod(n,7),3))'", "-vsync", "vfr", (*work_ / "uneven.mp4").string()});
+  Ffmpeg({"-i", (*work_ / "film.mp4").string(), "-an", "-vf", "select='not(eq(mod(n,7),3))'", "-vsync", "vfr",
+          (*work_ / "uneven.mp4").string()});
   refused(*work_ / "uneven.mp4", static_cast<int>(ExitCode::kDataRefused), "variable frame rate");
 }
 
 TEST_F(StabilizeVideo, AnOddSizedFilmOfAStillCameraComesOutAsItWentIn) {
-  Ffmpeg({"-framerate", "30", "-loop", "1", "-i", (*work_ / "plaza" / "images" / "plaza_0000.jpg").string(), "-frames:v", "24", "-vf", "crop=201:151:20:20", "-c:v", "mpeg4", "-q:v", "2", (*work_ / "still.avi").string()});
+  Ffmpeg({"-framerate", "30", "-loop", "1", "-i", (*work_ / "plaza" / "images" / "plaza_0000.jpg").string(),
+          "-frames:v", "24", "-vf", "crop=201:151:20:20", "-c:v", "mpeg4", "-q:v", "2",
+          (*work_ / "still.avi").string()});
   const fs::path out = *work_ / "still.mp4";
-  const auto run = RunProgram({"lumi-pipeline", (*work_ / "still.avi").string(), "--stabilize", "smooth", "-o", out.string(), "--no-score", "--json", "--quiet"});
+  const auto run = RunProgram({"lumi-pipeline", (*work_ / "still.avi").string(), "--stabilize", "smooth", "-o",
+                               out.string(), "--no-score", "--json", "--quiet"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json summary = json::parse(run.out);
   EXPECT_EQ(summary["windows"][0]["structure"], "homographies");

@@ -1,5 +1,5 @@
-// From a folder of videos that fixed cameras took at once to a picture of any moment: small, and ray-traced, so that it is known when each
-// began.
+// From a folder of videos that fixed cameras took at once to a picture of any moment: small, and ray-traced, so that it
+// is known when each began.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,12 +49,12 @@ fs::path Videos(const TemporaryFolder& folder) {
 TEST(SynchronisedVideos, BecomeALumigraphOfEveryMoment) {
   const TemporaryFolder folder;
   const fs::path videos = Videos(folder), scene_folder = folder / "scene";
-  const ProgramResult made =
-      RunProgram({"lumi-pipeline", videos, "-o", scene_folder, "--proxy", "plane", "--holdout", "0", "--no-video", "--json"});
+  const ProgramResult made = RunProgram(
+      {"lumi-pipeline", videos, "-o", scene_folder, "--proxy", "plane", "--holdout", "0", "--no-video", "--json"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
 
-  // When each video began, but for where the clock begins: exact, or for one of them a frame off, as COLMAP places the cameras of so small
-  // pictures differently from run to run.
+  // When each video began, but for where the clock begins: exact, or for one of them a frame off, as COLMAP places the
+  // cameras of so small pictures differently from run to run.
   const Scene scene = OpenScene(scene_folder, {}, SilentProgress());
   ASSERT_EQ(scene.views.size(), static_cast<std::size_t>(kCameras * kFrames));
   std::map<std::string, double> began;
@@ -66,7 +66,8 @@ TEST(SynchronisedVideos, BecomeALumigraphOfEveryMoment) {
   }
   ASSERT_EQ(began.size(), static_cast<std::size_t>(kCameras));
   std::vector<int> off;
-  for (int c = 0; c < kCameras; ++c) off.push_back(static_cast<int>(std::lround(began["camera_0" + std::to_string(c)])) - kStarts[c]);
+  for (int c = 0; c < kCameras; ++c)
+    off.push_back(static_cast<int>(std::lround(began["camera_0" + std::to_string(c)])) - kStarts[c]);
   std::vector<int> sorted = off;
   std::sort(sorted.begin(), sorted.end());
   int exact = 0;
@@ -80,15 +81,16 @@ TEST(SynchronisedVideos, BecomeALumigraphOfEveryMoment) {
   // A camera's place at a moment that --time-s names, whatever the frame whose place it is: what that camera saw then.
   const auto render = [&](const std::string& time_s) {
     fs::remove_all(folder / "out");
-    const ProgramResult r = RunProgram(
-        {"lumi-render", scene_folder, "-o", folder / "out", "--view", "camera_03/frame_000005.jpg", "--time-s", time_s, "--json"});
+    const ProgramResult r = RunProgram({"lumi-render", scene_folder, "-o", folder / "out", "--view",
+                                        "camera_03/frame_000005.jpg", "--time-s", time_s, "--json"});
     EXPECT_EQ(r.exit_code, 0) << r.err;
     for (const auto& file : fs::recursive_directory_iterator(folder / "out"))
       if (file.path().extension() == ".png") return ReadImage8(file.path(), 3);
     return Image8();
   };
   constexpr double kItself_db = 35,
-                   kOtherMoment_db = 5;  // of what H.264 and JPEG leave; the stage's two turning things fill a tenth of the picture
+                   kOtherMoment_db =
+                       5;  // of what H.264 and JPEG leave; the stage's two turning things fill a tenth of the picture
   for (const int frame : {20, 36}) {
     const Image8 picture = render(std::to_string(began["camera_03"] / kFps + frame / kFps));
     const auto seen = [&](int index) {

@@ -10,8 +10,8 @@
 #include "pipeline/report/contact_sheet.h"
 #include "pipeline/report/html.h"
 #include "scene/files/atomic_file.h"
-#include "tests/support/small_scene.h"
 #include "scene/files/temporary_folder.h"
+#include "tests/support/small_scene.h"
 
 namespace lumi {
 namespace {
@@ -40,14 +40,17 @@ struct Fixture {
   Fixture() {
     WriteScene(MakeSmallScene(scene / "images", 5), scene);
     for (const char* name : {"photo10", "photo13"})
-      for (const char* kind : {"_render.jpg", "_difference.jpg"}) WriteImage(scene / "holdout" / (std::string(name) + kind), Image8(64, 48, 3, 90));
+      for (const char* kind : {"_render.jpg", "_difference.jpg"})
+        WriteImage(scene / "holdout" / (std::string(name) + kind), Image8(64, 48, 3, 90));
     input.scene_folder = scene;
     input.source = "photos of <mine>";
-    input.stages.push_back(WorkedStage("reconstruct", 61.5,
-                                 R"({"images_total":6,"images_registered":5,"mean_reprojection_error_px":0.53,"backend":"colmap",
+    input.stages.push_back(
+        WorkedStage("reconstruct", 61.5,
+                    R"({"images_total":6,"images_registered":5,"mean_reprojection_error_px":0.53,"backend":"colmap",
                                 "missing":[{"name":"<script>alert(1)</script>.jpg","reason":"too few matches"}]})"));
-    input.stages.push_back(WorkedStage("holdout", 2.5,
-                                 R"({"psnr_mean_db":31.25,"ssim_mean":0.91,"nearest_photo_psnr_mean_db":24.5,"coverage":0.987,"views":[
+    input.stages.push_back(WorkedStage(
+        "holdout", 2.5,
+        R"({"psnr_mean_db":31.25,"ssim_mean":0.91,"nearest_photo_psnr_mean_db":24.5,"coverage":0.987,"views":[
                                 {"name":"photo10.png","psnr_db":30.5,"ssim":0.9,"coverage":0.98,"nearest_photo_psnr_db":24.0,"file":"photo10"},
                                 {"name":"photo13.png","psnr_db":32.0,"ssim":0.92,"coverage":0.99,"nearest_photo_psnr_db":25.0,"file":"photo13"}]})"));
     input.colmap_seconds = 58;
@@ -73,7 +76,8 @@ TEST(Report, IsOnePageThatNeedsNothingElse) {
 TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
   const Fixture f;
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
-  for (const char* part : {"5 of 6", "0.53 px", "31.2", "+6.8 dB", "0.910", "98.7 %", "too few matches", "lumi-view", "61.5", "58.0 s", "photo13.png"})
+  for (const char* part : {"5 of 6", "0.53 px", "31.2", "+6.8 dB", "0.910", "98.7 %", "too few matches", "lumi-view",
+                           "61.5", "58.0 s", "photo13.png"})
     EXPECT_THAT(html, HasSubstr(part));
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(1)&lt;/script&gt;.jpg"));
   EXPECT_THAT(html, HasSubstr("garden &amp; &lt;gate&gt;"));
@@ -84,7 +88,8 @@ TEST(Report, ACalibrationIsShownWithItsSigmaAndLinked) {
   EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html), Not(HasSubstr("calibrated")));
   f.input.stages.insert(f.input.stages.begin(), WorkedStage("calibrate", 1.5, R"({"fx":612.345,"sigma_fx":0.22})"));
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
-  for (const char* part : {"612.3 &#177; 0.2 px", "href=\"calibration/report.html\"", "5 of 6"}) EXPECT_THAT(html, HasSubstr(part));
+  for (const char* part : {"612.3 &#177; 0.2 px", "href=\"calibration/report.html\"", "5 of 6"})
+    EXPECT_THAT(html, HasSubstr(part));
 }
 
 TEST(Report, JsonHoldsTheStagesAndTheirSummaries) {
@@ -112,13 +117,16 @@ TEST(Report, WithoutEvaluationShowsThePhotos) {
 
 TEST(Report, OfAPeriodicSceneShowsItsSampling) {
   Fixture f;
-  nlohmann::json timed = nlohmann::json::parse(R"({"period_frames":150.37,"period_sigma_frames":0.01,"period_s":5.01,"period_from":"moving video",
+  nlohmann::json timed = nlohmann::json::parse(
+      R"({"period_frames":150.37,"period_sigma_frames":0.01,"period_s":5.01,"period_from":"moving video",
       "masks":{"found":true,"moving_share":0.25},"warnings":["the camera keeps <step>"],"images_registered":5,
       "sampling":{"samples_per_window":13.3,"window_least":9,"window_most":14,"uniformity":0.83,"covered":0.7,"gaps":[]}})");
   timed["reconstruct"] = nlohmann::json::parse(f.input.stages[0].summary.Text());
-  for (int i = 0; i < 15; ++i) timed["sampling"]["gaps"].push_back({{"what_to_film", "film phase " + std::to_string(i)}});
+  for (int i = 0; i < 15; ++i)
+    timed["sampling"]["gaps"].push_back({{"what_to_film", "film phase " + std::to_string(i)}});
   f.input.stages[0] = WorkedStage("timeperiodic", 61.5, timed.dump());
-  WriteTextAtomically(f.scene / "timeperiodic/sampling.svg", "<svg xmlns='http://www.w3.org/2000/svg'><style>.soft{}</style></svg>");
+  WriteTextAtomically(f.scene / "timeperiodic/sampling.svg",
+                      "<svg xmlns='http://www.w3.org/2000/svg'><style>.soft{}</style></svg>");
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
   EXPECT_THAT(html, HasSubstr("150.37"));
   EXPECT_THAT(html, HasSubstr("13.3 on average, 9 to 14"));
@@ -171,7 +179,7 @@ TEST(ContactSheet, SetsPicturesInRows) {
   const Image8 sheet = ComposeSheet(rows, 4);
   EXPECT_EQ(sheet.width, 6 + 3 * 16);
   EXPECT_EQ(sheet.height, 6 + 2 * 18);
-  EXPECT_EQ(sheet.At(6, 6 + 2, 0), 1);             // centred in a cell of the tallest
+  EXPECT_EQ(sheet.At(6, 6 + 2, 0), 1);  // centred in a cell of the tallest
   EXPECT_EQ(sheet.At(6 + 32, 6 + 18, 0), 6);
   EXPECT_EQ(sheet.At(0, 0, 0), 255);
 }

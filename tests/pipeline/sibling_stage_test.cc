@@ -5,9 +5,9 @@
 #include <stdlib.h>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/child_progress.h"
 #include "scene/program/error.h"
-#include "scene/files/temporary_folder.h"
 
 namespace lumi {
 namespace {
@@ -27,7 +27,8 @@ TEST(ProgressLine, UnknownTotalsAreKept) {
 }
 
 TEST(ProgressLine, OtherLinesAreNone) {
-  for (const char* line : {"", "@progress", "@progress x 5 task", "progress 1 2 task", "a remark about @progress 1 2 x"})
+  for (const char* line :
+       {"", "@progress", "@progress x 5 task", "progress 1 2 task", "a remark about @progress 1 2 x"})
     EXPECT_FALSE(ParseProgressLine(line)) << line;
 }
 
@@ -59,9 +60,12 @@ class Recorder : public ProgressSink {
 TEST_F(Stage, ShowsTheProgramsProgressUnderItsNumber) {
   Recorder recorder;
   const StageResult result =
-      Run("echo \"@progress 1 4 cutting $1\" >&2; echo 'a remark' >&2; echo '@progress 2 2 saving' >&2; echo '{\"faces\": 12}'", recorder);
-  EXPECT_THAT(recorder.lines, testing::ElementsAre("stage 2/5 proxy: cutting a b 1/4", "proxy: a remark", "end of stage 2/5 proxy: cutting a b",
-                                                   "stage 2/5 proxy: saving 2/2", "end of stage 2/5 proxy: saving"));
+      Run("echo \"@progress 1 4 cutting $1\" >&2; echo 'a remark' >&2; echo '@progress 2 2 saving' >&2; echo "
+          "'{\"faces\": 12}'",
+          recorder);
+  EXPECT_THAT(recorder.lines, testing::ElementsAre("stage 2/5 proxy: cutting a b 1/4", "proxy: a remark",
+                                                   "end of stage 2/5 proxy: cutting a b", "stage 2/5 proxy: saving 2/2",
+                                                   "end of stage 2/5 proxy: saving"));
   EXPECT_EQ(result.summary.Text(), "{\"faces\":12}");
   EXPECT_FALSE(result.reused);
 }
@@ -76,7 +80,8 @@ TEST_F(Stage, SaysWhatWasReused) {
 TEST_F(Stage, AFailureIsThrownAsTheProgramToldIt) {
   try {
     Run("echo 'fake-stage: x.ply: is no mesh (make it anew)' >&2; "
-        "echo '{\"error\": {\"code\": 3, \"file\": \"x.ply\", \"message\": \"is no mesh\", \"hint\": \"make it anew\"}}'; exit 3");
+        "echo '{\"error\": {\"code\": 3, \"file\": \"x.ply\", \"message\": \"is no mesh\", \"hint\": \"make it "
+        "anew\"}}'; exit 3");
     FAIL() << "nothing was thrown";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::kCorruptInput);

@@ -13,11 +13,11 @@
 #include "scene/files/image_io.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "tests/proxy/synthetic_scene.h"
 #include "tests/support/child_program.h"
 #include "tests/support/summary_json.h"
-#include "scene/files/temporary_folder.h"
 
 namespace lumi::test {
 namespace {
@@ -63,7 +63,8 @@ TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   Scene scene = WritePlateScene(folder / "scene");
   const ProxyTarget target{folder / "scene", "moving", {}, false};
   EXPECT_THROW(RunMoving(target, {}, SilentProgress()), DataError);  // no masks
-  for (const View& view : scene.views) WriteImage(folder / "scene" / "masks" / (view.name + ".png"), Image8(160, 120, 1));
+  for (const View& view : scene.views)
+    WriteImage(folder / "scene" / "masks" / (view.name + ".png"), Image8(160, 120, 1));
   EXPECT_THROW(RunMoving(target, {}, SilentProgress()), DataError);  // no times
   // Filmed once a period: all photos show one moment.
   scene.period_s = 0.7;
@@ -71,10 +72,12 @@ TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   WriteManifest(scene, folder / "scene");
   EXPECT_THROW(RunMoving(target, {.over = "wall"}, SilentProgress()), UsageError);
   RunPlane({folder / "scene", "plane", {}, false}, SilentProgress());
-  const json over_plane = AsJson(RunMoving({folder / "scene", "before-plane", {}, false}, {.over = "plane"}, SilentProgress()));
+  const json over_plane =
+      AsJson(RunMoving({folder / "scene", "before-plane", {}, false}, {.over = "plane"}, SilentProgress()));
   EXPECT_GT(over_plane["faces"], 100);
   EXPECT_EQ(over_plane["moments"], 1);
-  const json moving = AsJson(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
+  const json moving =
+      AsJson(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
   EXPECT_EQ(moving["over"], "mesh");
   EXPECT_THAT(ListProxies(folder / "scene"), testing::UnorderedElementsAre("plane", "before-plane", "moving"));
   EXPECT_EQ(AsJson(RunMoving(target, {}, SilentProgress()))["reused"], true);
@@ -129,7 +132,8 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   WriteColmapModel(scene, folder / "workspace" / "sparse");
   const auto files = [&] {
     std::vector<std::string> names;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / "workspace")) names.push_back(entry.path().string());
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "workspace"))
+      names.push_back(entry.path().string());
     std::sort(names.begin(), names.end());
     return names;
   };
@@ -140,11 +144,14 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   } catch (const UsageError& e) {
     EXPECT_THAT(e.hint(), HasSubstr("--output"));
   }
-  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .candidates = {}}, SilentProgress()), UsageError);
-  const json made = AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
+  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .candidates = {}}, SilentProgress()),
+               UsageError);
+  const json made =
+      AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
   EXPECT_EQ(ReadMesh(folder / "mesh.ply").faces.size(), made["faces"].get<std::size_t>());
   EXPECT_EQ(files(), before);
-  EXPECT_THROW(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.txt", false}, 4, SilentProgress()), UsageError);
+  EXPECT_THROW(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.txt", false}, 4, SilentProgress()),
+               UsageError);
 }
 
 ImportRequest Importing(const fs::path& file) {
@@ -212,11 +219,14 @@ TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
 
   request.scale = -1;
   EXPECT_THROW(RunImport(request, {folder / "scene", "x", {}, false}, SilentProgress()), UsageError);
-  EXPECT_THROW(RunImport(Importing(folder / "absent.ply"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  EXPECT_THROW(RunImport(Importing(folder / "absent.ply"), {folder / "scene", "x", {}, false}, SilentProgress()),
+               InputError);
   WriteTextAtomically(folder / "points.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\n");
-  EXPECT_THROW(RunImport(Importing(folder / "points.obj"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  EXPECT_THROW(RunImport(Importing(folder / "points.obj"), {folder / "scene", "x", {}, false}, SilentProgress()),
+               InputError);
   WriteTextAtomically(folder / "nan.obj", "v nan 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n");
-  EXPECT_THROW(RunImport(Importing(folder / "nan.obj"), {folder / "scene", "x", {}, false}, SilentProgress()), InputError);
+  EXPECT_THROW(RunImport(Importing(folder / "nan.obj"), {folder / "scene", "x", {}, false}, SilentProgress()),
+               InputError);
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "x")));
 }
 
@@ -228,8 +238,12 @@ TEST(ProxyCommands, ImportTakesBinaryFilesOfBothByteOrdersAndNumbersThatAreNone)
     std::reverse(bytes.begin(), bytes.end());
     return bytes;
   };
-  std::string ply = "ply\nformat binary_big_endian 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const float v : {-9.0F, -9.0F, 4.0F, 9.0F, -9.0F, 4.0F, 9.0F, 9.0F, 4.0F, -9.0F, 9.0F, 4.0F, std::nanf(""), 0.0F, 0.0F}) ply += big(v);
+  std::string ply =
+      "ply\nformat binary_big_endian 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const float v :
+       {-9.0F, -9.0F, 4.0F, 9.0F, -9.0F, 4.0F, 9.0F, 9.0F, 4.0F, -9.0F, 9.0F, 4.0F, std::nanf(""), 0.0F, 0.0F})
+    ply += big(v);
   ply += '\4';
   for (const std::int32_t v : {0, 3, 2, 1}) ply += big(v);
   ply += '\3';
@@ -251,21 +265,25 @@ TEST(ProxyCommands, ImportIsPlacedByPairsAndByIcp) {
   WriteScene(room, folder / "scene");
   Mesh truth;  // the room's walls, fronts inwards
   for (int i = 0; i < 8; ++i) truth.vertices.emplace_back(i & 1 ? 2 : -2, i & 2 ? 1.5 : -1.5, i & 4 ? 2 : -2);
-  truth.faces = {{0, 1, 2}, {1, 3, 2}, {4, 6, 5}, {5, 6, 7}, {0, 4, 1}, {1, 4, 5}, {2, 3, 6}, {3, 7, 6}, {0, 2, 4}, {2, 6, 4}, {1, 5, 3}, {3, 5, 7}};
-  const Similarity3 file_from_scene{0.2, Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized())), {0.1, 0.05, -0.1}};
+  truth.faces = {{0, 1, 2}, {1, 3, 2}, {4, 6, 5}, {5, 6, 7}, {0, 4, 1}, {1, 4, 5},
+                 {2, 3, 6}, {3, 7, 6}, {0, 2, 4}, {2, 6, 4}, {1, 5, 3}, {3, 5, 7}};
+  const Similarity3 file_from_scene{
+      0.2, Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized())), {0.1, 0.05, -0.1}};
   Mesh moved = truth;
   for (Eigen::Vector3d& v : moved.vertices) v = file_from_scene * v;
   WriteMesh(folder / "moved.ply", moved);
   const auto off = [&](const std::string& name) {
     const Mesh mesh = ReadMesh(ProxyPath(folder / "scene", name));
     double worst = 0;
-    for (std::size_t i = 0; i < truth.vertices.size(); ++i) worst = std::max(worst, (mesh.vertices.at(i) - truth.vertices[i]).norm());
+    for (std::size_t i = 0; i < truth.vertices.size(); ++i)
+      worst = std::max(worst, (mesh.vertices.at(i) - truth.vertices[i]).norm());
     return worst;
   };
   std::string pairs_text = "{\"pairs\": [";
   for (const std::size_t i : {0U, 3U, 5U, 6U}) {
     const Eigen::Vector3d &a = moved.vertices[i], &b = truth.vertices[i];
-    pairs_text += json{{"mesh", {a.x(), a.y(), a.z()}}, {"scene", {b.x(), b.y(), b.z()}}}.dump() + (i == 6 ? "]}" : ",");
+    pairs_text +=
+        json{{"mesh", {a.x(), a.y(), a.z()}}, {"scene", {b.x(), b.y(), b.z()}}}.dump() + (i == 6 ? "]}" : ",");
   }
   WriteTextAtomically(folder / "pairs.json", pairs_text);
   ImportRequest pairs = Importing(folder / "moved.ply");
@@ -337,17 +355,20 @@ const json* Row(const json& table, const std::string& name) {
 TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
-  const std::vector<std::string> argv = {"lumi-proxy", "auto", (folder / "scene").string(), "--choose-width", "160", "--holdout", "4", "--json"};
+  const std::vector<std::string> argv = {
+      "lumi-proxy", "auto", (folder / "scene").string(), "--choose-width", "160", "--holdout", "4", "--json"};
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = json::parse(first.out);
   ASSERT_EQ(chosen["candidates"].size(), 7u);
   for (const char* name : {"plane", "planes", "mesh"})
-    for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"}) EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
+    for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"})
+      EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
   EXPECT_TRUE(Row(chosen, "box")->contains("refused"));
   EXPECT_THAT((*Row(chosen, "hull"))["refused"].get<std::string>(), HasSubstr("silhouettes"));
   EXPECT_THAT((*Row(chosen, "moving"))["refused"].get<std::string>(), HasSubstr("nothing is masked"));
-  EXPECT_GT((*Row(chosen, "mesh"))["psnr_mean_db"].get<double>(), (*Row(chosen, "plane"))["psnr_mean_db"].get<double>() + 1);
+  EXPECT_GT((*Row(chosen, "mesh"))["psnr_mean_db"].get<double>(),
+            (*Row(chosen, "plane"))["psnr_mean_db"].get<double>() + 1);
   double best = 0;
   for (const json& c : chosen["candidates"])
     if (!c.contains("refused")) best = std::max(best, c["psnr_mean_db"].get<double>());
@@ -378,7 +399,8 @@ TEST(ProxyProgram, AutoTakesWhatIsThereAndKeepsToItsList) {
   request.scale = 2;
   RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress());
   WriteTextAtomically(ProxyPath(folder / "scene", "plane"), "somebody's own, and no mesh");
-  const ProgramResult result = RunProgram({"lumi-proxy", "auto", path, "--choose-width", "160", "--holdout", "4", "--candidates", "mesh,wall,plane", "--json"});
+  const ProgramResult result = RunProgram({"lumi-proxy", "auto", path, "--choose-width", "160", "--holdout", "4",
+                                           "--candidates", "mesh,wall,plane", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json chosen = json::parse(result.out);
   ASSERT_EQ(chosen["candidates"].size(), 3u);

@@ -67,7 +67,8 @@ TEST(Surface, IsClosedForRandomLabels) {
       if (!free[c]) continue;
       Eigen::Matrix3d m;
       for (int i = 0; i < 3; ++i) {
-        m.col(i) = tets.vertices[static_cast<std::size_t>(cell.vertex[static_cast<std::size_t>(i) + 1])] - tets.vertices[static_cast<std::size_t>(cell.vertex[0])];
+        m.col(i) = tets.vertices[static_cast<std::size_t>(cell.vertex[static_cast<std::size_t>(i) + 1])] -
+                   tets.vertices[static_cast<std::size_t>(cell.vertex[0])];
       }
       EXPECT_GT(m.determinant(), 0);
       volume += m.determinant() / 6;
@@ -101,7 +102,8 @@ TEST(Walk, CrossesTheSameCellsAsDenseSamplingSays) {
       EXPECT_GE(distance, last);
       // The middle of the stretch within a cell lies inside all of its facets.
       const Eigen::Vector3d middle = x + 0.5 * (last + distance) * (target - x).normalized();
-      for (const auto& plane : tets.planes[static_cast<std::size_t>(cell)]) EXPECT_LE(plane.n.dot(middle) - plane.offset, 1e-9);
+      for (const auto& plane : tets.planes[static_cast<std::size_t>(cell)])
+        EXPECT_LE(plane.n.dot(middle) - plane.offset, 1e-9);
       EXPECT_TRUE(previous < 0 || cell == previous);
       previous = tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
       last = distance;

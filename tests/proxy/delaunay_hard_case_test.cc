@@ -33,7 +33,8 @@ SceneBuilder Row(std::uint64_t seed) {
 TEST(DelaunayHardCase, CoplanarPointsApproachedStepByStep) {
   for (double depth = 1e-2; depth > 1e-16; depth *= 0.1) {
     SceneBuilder builder = Row(1);
-    for (int i = 0; i < 200; ++i) builder.AddPoint({2 * builder.Random() - 1, 2 * builder.Random() - 1, 4 + depth * builder.Random()});
+    for (int i = 0; i < 200; ++i)
+      builder.AddPoint({2 * builder.Random() - 1, 2 * builder.Random() - 1, 4 + depth * builder.Random()});
     ExpectUsable(builder.Build(), {}, "depth " + std::to_string(depth));
   }
 }
@@ -123,7 +124,8 @@ TEST(DelaunayHardCase, CamerasAmongThePoints) {
 TEST(DelaunayHardCase, NotANumberNeverReachesTheMesh) {
   Scene scene = PlateBeforeWall(200, 30, 10);
   for (std::size_t i = 0; i < scene.points.size(); i += 7) {
-    scene.points[i].x_in_world[static_cast<int>(i % 3)] = i % 2 ? std::nan("") : std::numeric_limits<double>::infinity();
+    scene.points[i].x_in_world[static_cast<int>(i % 3)] =
+        i % 2 ? std::nan("") : std::numeric_limits<double>::infinity();
   }
   ExpectUsable(scene);
 }
@@ -136,13 +138,16 @@ TEST(DelaunayHardCase, FarFromTheOriginItIsTheSameMesh) {
     ExpectUsable(far, {}, "offset " + std::to_string(offset));
     const Mesh there = BuildDelaunayProxy(far, {}, SilentProgress());
     // The wall is coplanar to rounding only, so slivers may differ; the amount of surface may not.
-    EXPECT_NEAR(static_cast<double>(there.faces.size()), static_cast<double>(here.faces.size()), 0.02 * static_cast<double>(here.faces.size())) << offset;
+    EXPECT_NEAR(static_cast<double>(there.faces.size()), static_cast<double>(here.faces.size()),
+                0.02 * static_cast<double>(here.faces.size()))
+        << offset;
   }
 }
 
 TEST(DelaunayHardCase, AnySizeOfTheWorld) {
   const Scene scene = PlateBeforeWall(300, 50, 12);
-  for (const double scale : {1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9}) ExpectUsable(Moved(scene, scale, {0, 0, 0}), {}, "scale " + std::to_string(scale));
+  for (const double scale : {1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9})
+    ExpectUsable(Moved(scene, scale, {0, 0, 0}), {}, "scale " + std::to_string(scale));
 }
 
 TEST(DelaunayHardCase, APointVeryFarAway) {

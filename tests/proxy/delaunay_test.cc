@@ -83,7 +83,7 @@ TEST(Delaunay, NoSheetAcrossSpaceThatACameraSawAPointThrough) {
   EXPECT_EQ(blocked, 0) << "of " << clear;
   const MeshFit fit = FitOf(mesh, scene);
   EXPECT_NEAR(fit.blocked_ray_fraction, summary.blocked_ray_fraction, 0.005);  // two ways to count the same
-  EXPECT_LT(fit.distance_median, 1e-9);  // the mesh passes through the points
+  EXPECT_LT(fit.distance_median, 1e-9);                                        // the mesh passes through the points
 
   // And the plate is there: rays at its middle meet it, not the wall.
   const Eigen::Vector3d eye(0, 0, 0);

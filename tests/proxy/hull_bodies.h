@@ -37,7 +37,9 @@ inline Body Block(const Eigen::Vector3d& half, const Eigen::Vector3d& centre = E
 }
 
 inline Body Union(Body a, Body b) {
-  return [a = std::move(a), b = std::move(b)](const Eigen::Vector3d& eye, const Eigen::Vector3d& d) { return a(eye, d) || b(eye, d); };
+  return [a = std::move(a), b = std::move(b)](const Eigen::Vector3d& eye, const Eigen::Vector3d& d) {
+    return a(eye, d) || b(eye, d);
+  };
 }
 
 // A ring around the z axis, walked along the ray.
@@ -64,7 +66,8 @@ struct Shot {
 
 inline Matrix34d LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Shot& shot = {}) {
   const Eigen::Vector3d z = (target - eye).normalized();
-  const Eigen::Vector3d x = (std::abs(z.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY()).cross(z).normalized();
+  const Eigen::Vector3d x =
+      (std::abs(z.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY()).cross(z).normalized();
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity(), R;
   K.diagonal() << shot.focal_px, shot.focal_px, 1;
   K.col(2).head<2>() = shot.principal_px;
@@ -75,8 +78,8 @@ inline Matrix34d LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& targe
   return P;
 }
 
-inline SilhouetteView Photograph(const Body& body, const Eigen::Vector3d& eye, const Eigen::Vector3d& target = Eigen::Vector3d::Zero(),
-                                 const Shot& shot = {}) {
+inline SilhouetteView Photograph(const Body& body, const Eigen::Vector3d& eye,
+                                 const Eigen::Vector3d& target = Eigen::Vector3d::Zero(), const Shot& shot = {}) {
   SilhouetteView view;
   view.P = LookAt(eye, target, shot);
   view.mask = Image8(shot.width, shot.height, 1);
@@ -93,15 +96,18 @@ inline SilhouetteView Photograph(const Body& body, const Eigen::Vector3d& eye, c
 inline std::vector<SilhouetteView> Around(const Body& body, int count, double distance = 5, const Shot& shot = {}) {
   std::vector<SilhouetteView> views;
   for (int n = 0; n < count; ++n) {
-    const double z = 1 - (2 * n + 1.0) / count, r = std::sqrt(1 - z * z), turn = n * std::numbers::pi * (3 - std::sqrt(5.0));
-    views.push_back(Photograph(body, distance * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z), Eigen::Vector3d::Zero(), shot));
+    const double z = 1 - (2 * n + 1.0) / count, r = std::sqrt(1 - z * z),
+                 turn = n * std::numbers::pi * (3 - std::sqrt(5.0));
+    views.push_back(Photograph(body, distance * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z),
+                               Eigen::Vector3d::Zero(), shot));
     views.back().name = "view" + std::to_string(n);
   }
   return views;
 }
 
 // The same photos of a world of another unit and origin.
-inline std::vector<SilhouetteView> Moved(std::vector<SilhouetteView> views, double scale, const Eigen::Vector3d& translation) {
+inline std::vector<SilhouetteView> Moved(std::vector<SilhouetteView> views, double scale,
+                                         const Eigen::Vector3d& translation) {
   for (SilhouetteView& v : views) {
     // x_old = (x_new - translation) / scale
     v.P.col(3) -= v.P.leftCols<3>() * translation / scale;

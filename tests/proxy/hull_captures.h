@@ -24,7 +24,8 @@ inline SilhouetteView CaptureView(const std::filesystem::path& photo, const Matr
   view.name = photo.filename().string();
   view.P = WithSign(P, inside.homogeneous());
   view.mask = Clean(SilhouetteFromRule(ReadImage8(photo), rule), clean);
-  if (const char* folder = std::getenv("HULL_OUT")) WriteImage(std::filesystem::path(folder) / (view.name + ".png"), view.mask);
+  if (const char* folder = std::getenv("HULL_OUT"))
+    WriteImage(std::filesystem::path(folder) / (view.name + ".png"), view.mask);
   return view;
 }
 
@@ -44,12 +45,14 @@ inline std::vector<SilhouetteView> DinosaurSilhouettes(const std::filesystem::pa
       for (int c = 0; c < 4; ++c) words >> P(r, c);
     if (!words || name == "viff.036.png") continue;  // the last is a copy of the first
     const std::string number = name.substr(5, 3);
-    views.push_back(CaptureView(data / "dinosaur" / "images" / ("viff" + number + ".jpg"), P, {0, -0.03, -0.63}, rule, clean));
+    views.push_back(
+        CaptureView(data / "dinosaur" / "images" / ("viff" + number + ".jpg"), P, {0, -0.03, -0.63}, rule, clean));
   }
   return views;
 }
 
-// The photos whose silhouettes the data set's authors could find, in others a shadow of the gantry lies on the object; or all.
+// The photos whose silhouettes the data set's authors could find, in others a shadow of the gantry lies on the object;
+// or all.
 inline std::vector<SilhouetteView> DinoRingsSilhouettes(const std::filesystem::path& data, int every, bool good_ones) {
   std::vector<SilhouetteView> views;
   std::set<std::string> good;
@@ -80,8 +83,8 @@ inline std::vector<SilhouetteView> DinoRingsSilhouettes(const std::filesystem::p
     Matrix34d P;
     P.leftCols<3>() = K * R;
     P.col(3) = K * t;
-    views.push_back(CaptureView(data / "dino-rings" / "images" / std::filesystem::path(name).replace_extension(".jpg"), P,
-                                {-0.005, 0.045, 0}, rule, clean));
+    views.push_back(CaptureView(data / "dino-rings" / "images" / std::filesystem::path(name).replace_extension(".jpg"),
+                                P, {-0.005, 0.045, 0}, rule, clean));
   }
   return views;
 }

@@ -1,9 +1,9 @@
 // Hulls of photographs of real things.
 #include <gtest/gtest.h>
 
-#include <ctime>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "proxy/hull/soundness.h"
@@ -30,17 +30,21 @@ Made Hull(const char* what, const std::vector<SilhouetteView>& views, HullOption
   made.mesh = BuildVisualHull(views, options, SilentProgress(), &made.summary);
   made.processor_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   const HullSummary& s = made.summary;
-  std::printf("%s: %zu views, %zu used, dilation %.2f px, cell %.2f px, %zu faces, coverage min %.4f, deepest %.2f px, IoU median %.4f min %.4f, "
-              "%.1f s of processors (agreement %.1f, mending %.1f, contour %.1f, measure %.1f)\n",
-              what, views.size(), s.used.size(), s.dilation_px, s.cell_px, made.mesh.faces.size(), s.fit.coverage_min, s.fit.deepest_uncovered_px,
-              s.fit.iou_median, s.fit.iou_min, made.processor_s, s.agreement_s, s.mend_s, s.contour_s, s.measure_s);
+  std::printf(
+      "%s: %zu views, %zu used, dilation %.2f px, cell %.2f px, %zu faces, coverage min %.4f, deepest %.2f px, IoU "
+      "median %.4f min %.4f, "
+      "%.1f s of processors (agreement %.1f, mending %.1f, contour %.1f, measure %.1f)\n",
+      what, views.size(), s.used.size(), s.dilation_px, s.cell_px, made.mesh.faces.size(), s.fit.coverage_min,
+      s.fit.deepest_uncovered_px, s.fit.iou_median, s.fit.iou_min, made.processor_s, s.agreement_s, s.mend_s,
+      s.contour_s, s.measure_s);
   if (!s.mended.empty()) {
     double most = 0;
     for (const auto& m : s.mended) most = std::max(most, m.share);
     std::printf("  %zu mended, by %.1f %% at most\n", s.mended.size(), 100 * most);
   }
   for (const auto& l : s.left_out) std::printf("  left out %s: %s\n", l.name.c_str(), l.reason.c_str());
-  if (const char* folder = std::getenv("HULL_OUT")) WriteMesh(fs::path(folder) / (std::string(what) + ".ply"), made.mesh);
+  if (const char* folder = std::getenv("HULL_OUT"))
+    WriteMesh(fs::path(folder) / (std::string(what) + ".ply"), made.mesh);
   return made;
 }
 

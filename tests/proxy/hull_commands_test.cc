@@ -24,7 +24,8 @@ using nlohmann::json;
 // A red ellipsoid before a grey wall, photographed from eight sides.
 void WriteEllipsoidScene(const fs::path& folder) {
   SceneBuilder builder(5);
-  for (int n = 0; n < 8; ++n) builder.AddCamera({4 * std::cos(n * 0.785), 4 * std::sin(n * 0.785), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
+  for (int n = 0; n < 8; ++n)
+    builder.AddCamera({4 * std::cos(n * 0.785), 4 * std::sin(n * 0.785), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
   Scene scene = builder.Build();
   scene.cameras[0] = scene.cameras[0].Scaled(320, 240);
   scene.folder = folder;
@@ -98,7 +99,8 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   const HullTradeoff tradeoff = RunHullTradeoff(request, folder / "scene", {}, SilentProgress());
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "hull")));
   const json t = AsJson(tradeoff)["hull_tradeoff"];
-  ASSERT_EQ(t["points"].size(), 8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
+  ASSERT_EQ(t["points"].size(),
+            8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
   EXPECT_EQ(t["points"][0]["name"], "as given");
   bool front = false;
   for (const json& p : t["points"]) {
@@ -127,7 +129,9 @@ TEST(HullCommands, OtherSourcesFindTheSameSilhouettes) {
   border.border_colour = true;
   colour.colour = Eigen::Vector3d(110, 110, 110);
   masks.masks = folder / "by_rule";
-  const auto of = [&](const SilhouetteSource& source, const fs::path& to) { return AsJson(RunSilhouettes(folder / "scene", source, {}, to, SilentProgress()))["silhouettes"]; };
+  const auto of = [&](const SilhouetteSource& source, const fs::path& to) {
+    return AsJson(RunSilhouettes(folder / "scene", source, {}, to, SilentProgress()))["silhouettes"];
+  };
   const json expected = of(rule, folder / "by_rule");
   EXPECT_EQ(of(border, folder / "a"), expected);
   EXPECT_EQ(of(colour, folder / "b"), expected);

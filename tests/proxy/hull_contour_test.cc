@@ -80,7 +80,9 @@ TEST(Contour, TheGridsBoundaryCutsWhatGoesOn) {
 }
 
 TEST(Contour, VerticesLieOnTheSolid) {
-  const Solid ball = [](const Eigen::Vector3d& x, std::int32_t) { return static_cast<float>(std::pow(x.norm(), 3) - 0.2); };
+  const Solid ball = [](const Eigen::Vector3d& x, std::int32_t) {
+    return static_cast<float>(std::pow(x.norm(), 3) - 0.2);
+  };
   const double radius = std::cbrt(0.2);
   const GridFrame grid = Grid(30);
   for (const Eigen::Vector3d& v : Contour(grid, AllCubes(30), ball).vertices) {
@@ -89,7 +91,8 @@ TEST(Contour, VerticesLieOnTheSolid) {
 }
 
 TEST(Soundness, EachFlawIsNamed) {
-  Mesh mesh = Contour(Grid(8), AllCubes(8), [](const Eigen::Vector3d& x, std::int32_t) { return static_cast<float>(x.norm() - 0.5); });
+  Mesh mesh = Contour(Grid(8), AllCubes(8),
+                      [](const Eigen::Vector3d& x, std::int32_t) { return static_cast<float>(x.norm() - 0.5); });
   Mesh turned = mesh;
   for (auto& f : turned.faces) std::swap(f[0], f[1]);
   EXPECT_FALSE(CheckSoundness(turned).outward);

@@ -20,7 +20,8 @@ struct Made {
   HullSummary summary;
   Soundness soundness;
 };
-Made SoundHull(const std::vector<SilhouetteView>& views, const HullOptions& options = {}, const std::optional<Eigen::Vector3d>& near = {}) {
+Made SoundHull(const std::vector<SilhouetteView>& views, const HullOptions& options = {},
+               const std::optional<Eigen::Vector3d>& near = {}) {
   Made made;
   made.mesh = BuildVisualHull(views, options, SilentProgress(), &made.summary, near);
   made.soundness = CheckSoundness(made.mesh);
@@ -37,7 +38,7 @@ long Euler(const Mesh& mesh) {
 
 TEST(HullHardCase, ASilhouetteMayTouchTheBorder) {
   Shot close;
-  close.width = 200;   // of a ball of 200 pixels' diameter, off the middle: cut at one side
+  close.width = 200;  // of a ball of 200 pixels' diameter, off the middle: cut at one side
   close.principal_px = {60, 160};
   std::vector<SilhouetteView> views = Around(kBall, 12);
   const double whole = SoundHull(views).summary.volume;
@@ -45,11 +46,13 @@ TEST(HullHardCase, ASilhouetteMayTouchTheBorder) {
   views.push_back(Photograph(kBall, eye, Eigen::Vector3d::Zero(), close));
   const Made made = SoundHull(views);
   EXPECT_EQ(made.summary.left_out.size(), 0u);
-  EXPECT_GT(made.summary.volume, kBallVolume);       // what lies beyond the frame is not carved
+  EXPECT_GT(made.summary.volume, kBallVolume);  // what lies beyond the frame is not carved
   EXPECT_LE(made.summary.volume, whole * 1.001);
   // Cut in every view: closed all the same, and what the frames show is covered.
   std::vector<SilhouetteView> cut;
-  for (int n = 0; n < 8; ++n) cut.push_back(Photograph(kBall, {5 * std::cos(n * kPi / 4), 5 * std::sin(n * kPi / 4), 1}, Eigen::Vector3d::Zero(), close));
+  for (int n = 0; n < 8; ++n)
+    cut.push_back(
+        Photograph(kBall, {5 * std::cos(n * kPi / 4), 5 * std::sin(n * kPi / 4), 1}, Eigen::Vector3d::Zero(), close));
   SoundHull(cut);
 }
 
@@ -73,7 +76,8 @@ TEST(HullHardCase, SilhouettesOfAFewPixelsMakeASmallHull) {
   for (const double radius : {0.1, 0.03, 0.015, 0.006}) {  // 20 pixels across to one
     std::vector<SilhouetteView> views = Around(Ellipsoid(Eigen::Vector3d::Constant(radius)), 10);
     std::size_t pixels = 0;
-    for (const SilhouetteView& v : views) pixels += static_cast<std::size_t>(std::count(v.mask.data.begin(), v.mask.data.end(), 255));
+    for (const SilhouetteView& v : views)
+      pixels += static_cast<std::size_t>(std::count(v.mask.data.begin(), v.mask.data.end(), 255));
     if (pixels == 0) continue;
     const Made made = SoundHull(views);
     for (const Eigen::Vector3d& v : made.mesh.vertices) EXPECT_LT(v.norm(), 2 * radius + 0.04) << radius;
@@ -186,7 +190,8 @@ TEST(HullHardCase, SilhouettesThatAgreeNowhereAreRefusedNotAnEmptyHull) {
 TEST(HullHardCase, ACameraThatIsOffByLittleToMuchNeverEmptiesTheHull) {
   for (double off = 1e-4; off < 3; off *= 4) {
     std::vector<SilhouetteView> views = Around(kBall, 6);
-    views[1].P.col(3) += views[1].P.leftCols<3>() * (off * Eigen::Vector3d(views[1].P.block<1, 3>(0, 0).transpose()).normalized());
+    views[1].P.col(3) +=
+        views[1].P.leftCols<3>() * (off * Eigen::Vector3d(views[1].P.block<1, 3>(0, 0).transpose()).normalized());
     const Made made = SoundHull(views);
     EXPECT_GT(made.summary.volume, 0.95 * kBallVolume) << off;
     EXPECT_LE(made.summary.left_out.size(), 1u) << off;

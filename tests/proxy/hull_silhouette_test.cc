@@ -70,7 +70,8 @@ TEST(Silhouettes, FromMasksAlphaAndBackgrounds) {
   EXPECT_EQ(SilhouetteFromMask(mask).data, (std::vector<std::uint8_t>{255, 0}));
 
   Image8 background(40, 30, 3, 200), photo = background;
-  for (int y = 10; y < 20; ++y) for (int x = 5; x < 25; ++x) photo.At(x, y, 1) = 120;
+  for (int y = 10; y < 20; ++y)
+    for (int x = 5; x < 25; ++x) photo.At(x, y, 1) = 120;
   const Image8 by_image = SilhouetteFromBackground(photo, background, 40);
   EXPECT_EQ(Describe(by_image).pixels, 200u);
   EXPECT_EQ(SilhouetteFromBackground(photo, BorderColour(photo), 40).data, by_image.data);
@@ -100,9 +101,9 @@ TEST(Silhouettes, CleaningKeepsShapesAndDropsSpecks) {
   Image8 mask(200, 150, 1);
   Disc(mask, 80, 75, 40);
   const Image8 shape = mask;
-  mask.At(180, 20, 0) = 255;                                        // a speck
-  for (int y = 0; y < 150; ++y) mask.At(198, y, 0) = 255;            // a seam along a side
-  Disc(mask, 80, 75, 3, 0);                                         // a highlight
+  mask.At(180, 20, 0) = 255;                               // a speck
+  for (int y = 0; y < 150; ++y) mask.At(198, y, 0) = 255;  // a seam along a side
+  Disc(mask, 80, 75, 3, 0);                                // a highlight
   CleanOptions clean;
   clean.min_radius_px = 4;
   clean.min_hole_px = 60;

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-HullSummary ExpectSolidHull(const std::vector<SilhouetteView>& views, const HullOptions& options = {}, Mesh* mesh_out = nullptr) {
+HullSummary ExpectSolidHull(const std::vector<SilhouetteView>& views, const HullOptions& options = {},
+                            Mesh* mesh_out = nullptr) {
   HullSummary summary;
   const Mesh mesh = BuildVisualHull(views, options, SilentProgress(), &summary);
   const Soundness s = CheckSoundness(mesh);
@@ -53,9 +54,9 @@ TEST(VisualHull, VolumesApproachTheBodysFromAbove) {
   ExpectVolumesFromAbove("cube", Block({0.6, 0.6, 0.6}), 8 * 0.216, 1.25);
 }
 
-// Six cameras on a cube's axes at distance D see squares. The cones' intersection has volume 8 (k D)^3 / (1 + k)^2, k the
-// tangent of half the angle at which a face is seen (8 a^3 D / (D - a) for a half edge a): the ordered region
-// x >= y >= z >= 0, x + k y <= k D, times 48.
+// Six cameras on a cube's axes at distance D see squares. The cones' intersection has volume 8 (k D)^3 / (1 + k)^2, k
+// the tangent of half the angle at which a face is seen (8 a^3 D / (D - a) for a half edge a): the ordered region x >=
+// y >= z >= 0, x + k y <= k D, times 48.
 TEST(VisualHull, OfACubeFromItsAxesHasTheExactVolume) {
   const double D = 5, k = 0.25;  // half edge 1; 100 px at f = 400, the sides between two pixels
   Shot shot;
@@ -91,7 +92,8 @@ TEST(VisualHull, AViewWhoseCameraIsOffIsFoundAndLeftOut) {
   for (const double off : {0.01, 0.03, 0.1}) {
     std::vector<SilhouetteView> views = Around(Union(Ellipsoid({1, 0.6, 0.5}), Block({0.2, 0.2, 0.9})), 16);
     // Moved sideways by a share of its distance: five pixels at 1 %.
-    views[5].P.col(3) += views[5].P.leftCols<3>() * (off * 5 * Eigen::Vector3d(views[5].P.block<1, 3>(0, 0).transpose()).normalized());
+    views[5].P.col(3) +=
+        views[5].P.leftCols<3>() * (off * 5 * Eigen::Vector3d(views[5].P.block<1, 3>(0, 0).transpose()).normalized());
     const HullSummary s = ExpectSolidHull(views);
     ASSERT_EQ(s.left_out.size(), 1u) << off;
     EXPECT_EQ(s.left_out[0].name, "view5") << off;
@@ -101,9 +103,10 @@ TEST(VisualHull, AViewWhoseCameraIsOffIsFoundAndLeftOut) {
 
 TEST(VisualHull, SeveralWrongViewsAreFoundToo) {
   std::vector<SilhouetteView> views = Around(Ellipsoid({1, 0.6, 0.5}), 20);
-  views[3].P = LookAt({5, 0.3, 0}, {0.2, 0, 0});                       // another place altogether
-  std::swap(views[7].mask, views[12].mask);                           // two masks mixed up
-  for (int y = 0; y < 320; ++y) for (int x = 0; x < 150; ++x) views[16].mask.At(x, y, 0) = 0;  // half of it lost
+  views[3].P = LookAt({5, 0.3, 0}, {0.2, 0, 0});  // another place altogether
+  std::swap(views[7].mask, views[12].mask);       // two masks mixed up
+  for (int y = 0; y < 320; ++y)
+    for (int x = 0; x < 150; ++x) views[16].mask.At(x, y, 0) = 0;  // half of it lost
   const HullSummary s = ExpectSolidHull(views);
   std::vector<std::string> names;
   for (const auto& l : s.left_out) names.push_back(l.name);
@@ -164,7 +167,9 @@ TEST(VisualHull, OptionsOutOfRangeAreRefused) {
 
 TEST(HullTradeoff, ViewsAreChosenFarFromEachOther) {
   std::vector<SilhouetteView> ring;
-  for (int n = 0; n < 12; ++n) ring.push_back({std::to_string(n), LookAt({5 * std::cos(n * kPi / 6), 5 * std::sin(n * kPi / 6), 0}, {0, 0, 0}), {}});
+  for (int n = 0; n < 12; ++n)
+    ring.push_back(
+        {std::to_string(n), LookAt({5 * std::cos(n * kPi / 6), 5 * std::sin(n * kPi / 6), 0}, {0, 0, 0}), {}});
   const std::vector<std::size_t> order = SpreadDirections(ring, {0, 0, 0});
   ASSERT_EQ(order.size(), 12u);
   EXPECT_EQ(order[0], 0u);
@@ -188,12 +193,13 @@ TEST(HullTradeoff, AReducedSilhouetteHoldsTheWholeOneWhereItWas) {
 TEST(Outline, ATriangleCoversThePixelsWhoseCentresItHolds) {
   Mesh mesh;
   mesh.vertices = {{1, 1, 1}, {5, 1, 1}, {1, 5, 1}};  // pixels of a camera with f = 1
-  mesh.faces = {{0, 1, 2}, {0, 2, 1}};  // front and back
+  mesh.faces = {{0, 1, 2}, {0, 2, 1}};                // front and back
   Matrix34d P = Matrix34d::Zero();
   P.leftCols<3>().setIdentity();
   const Image8 outline = RenderOutline(mesh, P, 8, 8);
   for (int y = 0; y < 8; ++y) {
-    for (int x = 0; x < 8; ++x) EXPECT_EQ(outline.At(x, y, 0) != 0, x >= 1 && y >= 1 && x + y + 1 <= 6) << x << " " << y;
+    for (int x = 0; x < 8; ++x)
+      EXPECT_EQ(outline.At(x, y, 0) != 0, x >= 1 && y >= 1 && x + y + 1 <= 6) << x << " " << y;
   }
 }
 
@@ -204,7 +210,8 @@ TEST(Outline, FrontAndBackFacesDrawTheSame) {
   ExpectSolidHull(views, {}, &mesh);
   Mesh turned = mesh;
   for (auto& f : turned.faces) std::swap(f[0], f[1]);
-  for (const SilhouetteView& v : views) EXPECT_EQ(RenderOutline(mesh, v.P, 320, 320).data, RenderOutline(turned, v.P, 320, 320).data);
+  for (const SilhouetteView& v : views)
+    EXPECT_EQ(RenderOutline(mesh, v.P, 320, 320).data, RenderOutline(turned, v.P, 320, 320).data);
 }
 
 }  // namespace

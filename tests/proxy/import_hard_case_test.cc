@@ -57,7 +57,8 @@ TEST(ImportHardCase, SeamsUponSeams) {
   Mesh m = Wedge();
   for (const double x : {0.75, 1.5, 2.25}) m.vertices.emplace_back(x, 0, 0);
   m.faces[0] = {0, 2, 6};
-  for (const auto& f : {std::array<std::int32_t, 3>{6, 2, 7}, {7, 2, 8}, {8, 2, 1}, {0, 6, 7}, {0, 7, 8}, {0, 8, 1}}) m.faces.push_back(f);
+  for (const auto& f : {std::array<std::int32_t, 3>{6, 2, 7}, {7, 2, 8}, {8, 2, 1}, {0, 6, 7}, {0, 7, 8}, {0, 8, 1}})
+    m.faces.push_back(f);
   ExpectSoundRepair(m, "seams");
   EXPECT_TRUE(IsClosed(RepairMesh(m).mesh));
 }
@@ -78,18 +79,21 @@ TEST(ImportHardCase, IcpInAnyUnitAndFarFromTheOrigin) {
   const Mesh wedge = Wedge();
   for (const double unit : {1e-6, 1.0, 1e6})
     for (const double offset : {0.0, 1e4}) {
-      const Similarity3 truth{unit, Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 1).normalized())), unit * offset * Eigen::Vector3d(1, -1, 1)};
+      const Similarity3 truth{unit, Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 1).normalized())),
+                              unit * offset * Eigen::Vector3d(1, -1, 1)};
       Similarity3 guess = truth;
       guess.scale *= 1.1;
       guess.rotation = Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY()) * guess.rotation;
       guess.translation += 0.2 * unit * Eigen::Vector3d(1, 1, 0);
       const IcpResult r = AlignByIcp(wedge, Samples(wedge, truth), guess);
       ASSERT_TRUE(r.converged) << unit << " " << offset << ": " << r.why_not;
-      for (const Eigen::Vector3d& v : wedge.vertices) EXPECT_LT((r.scene_from_mesh * v - truth * v).norm(), 1e-4 * unit) << unit << " " << offset;
+      for (const Eigen::Vector3d& v : wedge.vertices)
+        EXPECT_LT((r.scene_from_mesh * v - truth * v).norm(), 1e-4 * unit) << unit << " " << offset;
     }
 }
 
-// A box that flattens to a sheet: aligned while its height can be told from noise, then named for sliding; never wrong in silence.
+// A box that flattens to a sheet: aligned while its height can be told from noise, then named for sliding; never wrong
+// in silence.
 TEST(ImportHardCase, BodiesThatFlattenSlideInTheEnd) {
   bool slid = false;
   for (double height = 1; height > 1e-13; height *= 0.1) {
@@ -111,11 +115,14 @@ TEST(ImportHardCase, PairsOnTheWayToOneLine) {
   const Similarity3 truth{2, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())), {1, 2, 3}};
   for (double off = 1e-1; off > 1e-17; off *= 0.1) {
     std::vector<PointPair> pairs;
-    for (const Eigen::Vector3d& x : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, off, 0), Eigen::Vector3d(2, 0, 0)}) pairs.push_back({x, truth * x});
+    for (const Eigen::Vector3d& x : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, off, 0), Eigen::Vector3d(2, 0, 0)})
+      pairs.push_back({x, truth * x});
     try {
       const PairAlignment a = AlignPairs(pairs);
       // The turn about the line is known to the coordinates' rounding over the width.
-      EXPECT_LT((a.scene_from_mesh * Eigen::Vector3d(0, 0, 1) - truth * Eigen::Vector3d(0, 0, 1)).norm(), 1e-13 / off + 1e-12) << off;
+      EXPECT_LT((a.scene_from_mesh * Eigen::Vector3d(0, 0, 1) - truth * Eigen::Vector3d(0, 0, 1)).norm(),
+                1e-13 / off + 1e-12)
+          << off;
     } catch (const DataError&) {
       EXPECT_LT(off, 1e-5);
     }

@@ -22,7 +22,8 @@ using testing::HasSubstr;
 Mesh UnitCube() {
   Mesh m;
   for (int i = 0; i < 8; ++i) m.vertices.emplace_back(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-  m.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  m.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return m;
 }
 
@@ -32,14 +33,18 @@ Mesh Potato(int rings = 24) {
   const int around = 2 * rings;
   const auto at = [](double theta, double phi) {
     const Eigen::Vector3d d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-    const double r = 1 + 0.25 * std::sin(3 * d.x() + 1) * std::cos(2 * d.y()) + 0.15 * d.z() * d.x() + 0.2 * std::exp(-8 * (d - Eigen::Vector3d(0.6, 0.0, 0.8)).squaredNorm());
+    const double r = 1 + 0.25 * std::sin(3 * d.x() + 1) * std::cos(2 * d.y()) + 0.15 * d.z() * d.x() +
+                     0.2 * std::exp(-8 * (d - Eigen::Vector3d(0.6, 0.0, 0.8)).squaredNorm());
     return Eigen::Vector3d(1.3 * r * d.x(), r * d.y(), 0.7 * r * d.z());
   };
   m.vertices.push_back(at(0, 0));
   for (int i = 1; i < rings; ++i)
-    for (int j = 0; j < around; ++j) m.vertices.push_back(at(std::numbers::pi * i / rings, 2 * std::numbers::pi * j / around));
+    for (int j = 0; j < around; ++j)
+      m.vertices.push_back(at(std::numbers::pi * i / rings, 2 * std::numbers::pi * j / around));
   m.vertices.push_back(at(std::numbers::pi, 0));
-  const auto index = [&](int i, int j) { return i == 0 ? 0 : i == rings ? static_cast<int>(m.vertices.size()) - 1 : 1 + (i - 1) * around + j % around; };
+  const auto index = [&](int i, int j) {
+    return i == 0 ? 0 : i == rings ? static_cast<int>(m.vertices.size()) - 1 : 1 + (i - 1) * around + j % around;
+  };
   for (int i = 0; i < rings; ++i)
     for (int j = 0; j < around; ++j) {
       if (i > 0) m.faces.push_back({index(i, j), index(i + 1, j), index(i, j + 1)});
@@ -98,13 +103,13 @@ TEST(MeshRepair, SeparateTrianglesBecomeASolid) {
 
 TEST(MeshRepair, EachFlawIsMendedAndCounted) {
   Mesh m = UnitCube();
-  m.faces.push_back(m.faces[0]);                                       // twice
-  m.faces.push_back({m.faces[1][0], m.faces[1][2], m.faces[1][1]});    // twice, the other way round
-  std::swap(m.faces[5][1], m.faces[5][2]);                             // turned
-  m.faces.push_back({3, 3, 5});                                        // no area
+  m.faces.push_back(m.faces[0]);                                     // twice
+  m.faces.push_back({m.faces[1][0], m.faces[1][2], m.faces[1][1]});  // twice, the other way round
+  std::swap(m.faces[5][1], m.faces[5][2]);                           // turned
+  m.faces.push_back({3, 3, 5});                                      // no area
   m.vertices.emplace_back(std::nan(""), 0, 0);
-  m.faces.push_back({0, 1, 8});                                        // no number
-  m.vertices.emplace_back(1, 1, 1);                                    // vertex 7 again
+  m.faces.push_back({0, 1, 8});      // no number
+  m.vertices.emplace_back(1, 1, 1);  // vertex 7 again
   m.faces[11] = {3, 9, 5};
   const RepairedMesh r = RepairMesh(m);
   EXPECT_EQ(r.flaws.duplicate_faces, 2U);
@@ -192,7 +197,9 @@ TEST(MeshRepair, AnySoupBecomesAManifold) {
     for (int i = 0; i < vertices; ++i)  // on a small grid: many collinear, coplanar and coinciding ones
       m.vertices.emplace_back(random() % 3, random() % 3, random() % 2);
     for (int i = 0; i < 30; ++i)
-      m.faces.push_back({static_cast<int>(random() % static_cast<unsigned>(vertices)), static_cast<int>(random() % static_cast<unsigned>(vertices)), static_cast<int>(random() % static_cast<unsigned>(vertices))});
+      m.faces.push_back({static_cast<int>(random() % static_cast<unsigned>(vertices)),
+                         static_cast<int>(random() % static_cast<unsigned>(vertices)),
+                         static_cast<int>(random() % static_cast<unsigned>(vertices))});
     RepairedMesh r = RepairMesh(m);
     OrientParts(r, {});
     const Soundness s = CheckSoundness(r.mesh);
@@ -214,7 +221,8 @@ TEST(Placement, UnitsAndAxes) {
   EXPECT_LT((AxesFromText("-y-up", up) * p - p).norm(), 1e-12);
   EXPECT_EQ(AxesFromText("x,-z,y", up) * p, Eigen::Vector3d(1, -3, 2));
   EXPECT_LT(AxesFromText("x,y,-z", up).determinant(), 0);  // a left-handed frame
-  for (const char* wrong : {"", "up", "w-up", "x,y", "x,y,z,x", "x,x,z", "x;y;z", "2x,y,z"}) EXPECT_THROW(AxesFromText(wrong, up), UsageError) << wrong;
+  for (const char* wrong : {"", "up", "w-up", "x,y", "x,y,z,x", "x,x,z", "x;y;z", "2x,y,z"})
+    EXPECT_THROW(AxesFromText(wrong, up), UsageError) << wrong;
 }
 
 TEST(Placement, PairsAreReadFromJsonAndFromText) {
@@ -238,9 +246,12 @@ TEST(Placement, PairsAreReadFromJsonAndFromText) {
 }
 
 TEST(Placement, PairsGiveTheSimilarityAndWhatIsLeft) {
-  const Similarity3 truth{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -1, 2).normalized())), {1, 2, 3}};
+  const Similarity3 truth{
+      2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -1, 2).normalized())), {1, 2, 3}};
   std::vector<PointPair> pairs;
-  for (const Eigen::Vector3d& x : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)}) pairs.push_back({x, truth * x});
+  for (const Eigen::Vector3d& x :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)})
+    pairs.push_back({x, truth * x});
   const PairAlignment exact = AlignPairs(pairs);
   EXPECT_NEAR(exact.scene_from_mesh.scale, 2.5, 1e-12);
   EXPECT_LT(exact.rms, 1e-12);
@@ -255,7 +266,8 @@ TEST(Placement, PairsGiveTheSimilarityAndWhatIsLeft) {
 
 // --- ICP -----------------------------------------------------------------------------------------------------------
 
-const Similarity3 kTruth{3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.9, Eigen::Vector3d(0.2, 1, -0.4).normalized())), {10, -4, 2}};
+const Similarity3 kTruth{
+    3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.9, Eigen::Vector3d(0.2, 1, -0.4).normalized())), {10, -4, 2}};
 
 Similarity3 Disturbed(double scale, double angle, double shift) {
   Similarity3 s = kTruth;
@@ -275,7 +287,8 @@ TEST(Icp, FindsThePlaceOfABodyFromARoughGuess) {
   const Mesh potato = Potato();
   std::vector<Eigen::Vector3d> points = PointsOn(potato, 1500, 0, 1);
   for (Eigen::Vector3d& p : points) p = kTruth * p;
-  for (const auto& [scale, angle, shift] : {std::tuple(1.0, 0.0, 0.0), {1.2, 0.3, 0.5}, {0.8, -0.3, 0.5}, {1.0, 0.5, 0.0}}) {
+  for (const auto& [scale, angle, shift] :
+       {std::tuple(1.0, 0.0, 0.0), {1.2, 0.3, 0.5}, {0.8, -0.3, 0.5}, {1.0, 0.5, 0.0}}) {
     const IcpResult r = AlignByIcp(potato, points, Disturbed(scale, angle, shift));
     ASSERT_TRUE(r.converged) << r.why_not << " scale " << scale << " angle " << angle;
     EXPECT_LT(Off(r.scene_from_mesh, potato), 1e-4) << scale << " " << angle;

@@ -65,7 +65,8 @@ TEST(MovingHardCase, TheRegionLiesBehindAllPoints) {
   world.wall_depth = 6;
   world.still_depth = 3;
   const Mesh mesh = Built(world);
-  for (const double x : {-0.4, 0.0, 0.4}) EXPECT_NEAR(world.DepthTowards(mesh, x, 0, 4), 4, 0.5) << x;  // a plane is 0.4 deep there
+  for (const double x : {-0.4, 0.0, 0.4})
+    EXPECT_NEAR(world.DepthTowards(mesh, x, 0, 4), 4, 0.5) << x;  // a plane is 0.4 deep there
   // Elsewhere it hides what it hid.
   EXPECT_NEAR(world.DepthTowards(mesh, 0, 2.2, 4), 3, 1e-9);
 }
@@ -77,7 +78,8 @@ TEST(MovingHardCase, ASinglePhaseIsAStillScene) {
 }
 
 TEST(MovingHardCase, CamerasThatComeTogetherSayNothing) {
-  // All of a moment's photos approach one place, step by step: the depth gets worse, the mesh stays one, or there is none.
+  // All of a moment's photos approach one place, step by step: the depth gets worse, the mesh stays one, or there is
+  // none.
   for (double apart = 1e-2; apart > 1e-16; apart *= 0.01) {
     const MovingWorld world{.moments = 2, .views = 3};
     std::vector<MovingPhoto> photos = world.Photos();
@@ -113,7 +115,8 @@ TEST(MovingHardCase, FarFromTheOriginItIsTheSame) {
   for (double offset = 1; offset <= 1e6; offset *= 100) {
     MovingWorld there;
     there.offset = {offset, -offset, offset};
-    // A pixel's place moves by epsilon * offset * focal length: at 1e6 by 2e-8 pixels, which a choice between planes may take as a tie.
+    // A pixel's place moves by epsilon * offset * focal length: at 1e6 by 2e-8 pixels, which a choice between planes
+    // may take as a tie.
     EXPECT_NEAR(there.DepthTowards(Built(there), 0, 0, 2), depth, 1e-3) << offset;
   }
 }

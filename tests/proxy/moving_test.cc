@@ -6,8 +6,8 @@
 namespace lumi::test {
 namespace {
 
-// A plane is a pixel of parallax between the outermost cameras, 0.5 apart, 90 pixels focal length: 0.09 at depth 2. Photos of one
-// moment are compared to a fraction of that.
+// A plane is a pixel of parallax between the outermost cameras, 0.5 apart, 90 pixels focal length: 0.09 at depth 2.
+// Photos of one moment are compared to a fraction of that.
 constexpr double kDepth = 0.12;
 
 TEST(Moving, WhatMovesStandsWhereItIsAndTheRestWhereItWas) {
@@ -23,7 +23,8 @@ TEST(Moving, WhatMovesStandsWhereItIsAndTheRestWhereItWas) {
   EXPECT_EQ(s.photos, 25U);
   EXPECT_EQ(s.moments, 5);
   EXPECT_NEAR(s.median_depth, 2, kDepth);
-  EXPECT_GT(s.gain, 100);  // code values squared: two textures that differ by tens of code values do not lie on one another
+  EXPECT_GT(s.gain,
+            100);  // code values squared: two textures that differ by tens of code values do not lie on one another
   // Front faces look at the cameras' middle: every one of the surface's, those that reach back to the wall edge on.
   constexpr double kEdgeOn = 1e-9;
   const Eigen::Vector3d eye(0.026, 0, 0.04);

@@ -16,10 +16,12 @@ struct MovingWorld {
   double plate_x = 0;                                       // middle of its way
   bool plate_texture = true, wall_texture = true;
   int moments = 5, views = 5;
-  double mask_margin = 0.15;                         // about the plate's way; negative: nothing is masked; > 10: everything
+  double mask_margin = 0.15;  // about the plate's way; negative: nothing is masked; > 10: everything
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of everything
 
-  static double Shade(double u, double v, int c) { return 127 + 45 * std::sin(9 * u + 1.3 * c) + 45 * std::sin(13 * v + 5 * u + c); }
+  static double Shade(double u, double v, int c) {
+    return 127 + 45 * std::sin(9 * u + 1.3 * c) + 45 * std::sin(13 * v + 5 * u + c);
+  }
 
   std::vector<MovingPhoto> Photos() const {
     constexpr int kWidth = 96, kHeight = 72;
@@ -33,8 +35,8 @@ struct MovingWorld {
         camera.params = {90, 90, kWidth / 2.0, kHeight / 2.0};
         camera.model = CameraModel::kPinhole;
         Rigid3 pose;
-        const Eigen::Vector3d eye =
-            offset + Eigen::Vector3d(0.11 * (k - (views - 1) / 2.0) + 0.013 * m, 0.05 * ((k * 2 + m) % 3 - 1), 0.02 * k);
+        const Eigen::Vector3d eye = offset + Eigen::Vector3d(0.11 * (k - (views - 1) / 2.0) + 0.013 * m,
+                                                             0.05 * ((k * 2 + m) % 3 - 1), 0.02 * k);
         pose.translation = -eye;
         p.render = MakeRenderView(camera, pose);
         p.photo = Image8(kWidth, kHeight, 3);
@@ -44,7 +46,9 @@ struct MovingWorld {
         for (int y = 0; y < kHeight; ++y)
           for (int x = 0; x < kWidth; ++x) {
             const Eigen::Vector3d d = *RayDirection(p.render.P, {x + 0.5, y + 0.5});
-            const auto on = [&](double depth) -> Eigen::Vector3d { return eye - offset + d * ((depth - (eye - offset).z()) / d.z()); };
+            const auto on = [&](double depth) -> Eigen::Vector3d {
+              return eye - offset + d * ((depth - (eye - offset).z()) / d.z());
+            };
             const Eigen::Vector3d plate = on(plate_depth), wall = on(wall_depth);
             const bool hit = std::abs(plate.x() - at) < 0.25 * plate_depth && std::abs(plate.y()) < 0.2 * plate_depth;
             for (int c = 0; c < 3; ++c) {
@@ -53,7 +57,8 @@ struct MovingWorld {
               p.photo.At(x, y, c) = static_cast<std::uint8_t>(std::lround(value));
             }
             const double reach = 0.25 * plate_depth + 0.3 + mask_margin;
-            const bool way = std::abs(plate.x() - plate_x) < reach && std::abs(plate.y()) < 0.2 * plate_depth + mask_margin;
+            const bool way =
+                std::abs(plate.x() - plate_x) < reach && std::abs(plate.y()) < 0.2 * plate_depth + mask_margin;
             p.moves.At(x, y, 0) = mask_margin >= 0 && way ? 255 : 0;
           }
         photos.push_back(p);

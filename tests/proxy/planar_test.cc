@@ -22,21 +22,24 @@ using Eigen::Vector3d;
 
 constexpr double kHalfWidth = 1.1, kHalfHeight = 1.4, kLength = 20;
 
-// A hallway along z of 2.2 x 2.8, its end wall at 20; cameras drive down its first half, a hand's breadth off the middle.
-// `clutter`: points that stand about in it. `walls`: of left, right, upper and lower.
+// A hallway along z of 2.2 x 2.8, its end wall at 20; cameras drive down its first half, a hand's breadth off the
+// middle. `clutter`: points that stand about in it. `walls`: of left, right, upper and lower.
 Scene Hallway(int points_a_wall, int clutter, std::array<bool, 4> walls = {true, true, true, true}, double noise = 0) {
   SceneBuilder builder(11);
   for (int i = 0; i < 30; ++i) builder.AddCamera({0.1, 0.05, 0.35 * i}, {0.1, 0.05, 0.35 * i + 5});
-  const Vector3d x = kHalfWidth * Vector3d::UnitX(), y = kHalfHeight * Vector3d::UnitY(), z = kLength / 2 * Vector3d::UnitZ();
+  const Vector3d x = kHalfWidth * Vector3d::UnitX(), y = kHalfHeight * Vector3d::UnitY(),
+                 z = kLength / 2 * Vector3d::UnitZ();
   if (walls[0]) builder.AddSurface({z - x, y, z}, points_a_wall);
   if (walls[1]) builder.AddSurface({z + x, y, z}, points_a_wall);
   if (walls[2]) builder.AddSurface({z - y, x, z}, points_a_wall);
   if (walls[3]) builder.AddSurface({z + y, x, z}, points_a_wall);
   builder.AddSurface({2 * z, x, y}, points_a_wall / 4);
   for (int i = 0; i < clutter; ++i)
-    builder.AddPoint({(2 * builder.Random() - 1) * kHalfWidth, (2 * builder.Random() - 1) * kHalfHeight, builder.Random() * kLength});
+    builder.AddPoint({(2 * builder.Random() - 1) * kHalfWidth, (2 * builder.Random() - 1) * kHalfHeight,
+                      builder.Random() * kLength});
   Scene scene = builder.Build();
-  for (Point& p : scene.points) p.x_in_world += noise * Vector3d(builder.Random() - 0.5, builder.Random() - 0.5, builder.Random() - 0.5);
+  for (Point& p : scene.points)
+    p.x_in_world += noise * Vector3d(builder.Random() - 0.5, builder.Random() - 0.5, builder.Random() - 0.5);
   return scene;
 }
 
@@ -60,7 +63,8 @@ TEST(Box, StandsWhereTheWallsOfAHallwayStand) {
   const Mesh mesh = BuildBoxProxy(scene, {}, &summary);
   EXPECT_EQ(mesh.faces.size(), 12u);
   EXPECT_TRUE(IsClosed(mesh));
-  EXPECT_LT(FarthestCorner(mesh, Eigen::Quaterniond::Identity(), kHalfWidth, kHalfHeight), 1e-3) << "the end wall's points along its border have a say";
+  EXPECT_LT(FarthestCorner(mesh, Eigen::Quaterniond::Identity(), kHalfWidth, kHalfHeight), 1e-3)
+      << "the end wall's points along its border have a say";
   EXPECT_NEAR(summary.box_from_world.determinant(), 1, 1e-9);
   EXPECT_NEAR(summary.high.z(), kLength - 5.075, 0.5) << "relative to the mean camera: the end wall";
   const MeshFit fit = MeasureFit(mesh, MakeProxyViews(scene), {});
@@ -70,14 +74,16 @@ TEST(Box, StandsWhereTheWallsOfAHallwayStand) {
 
 TEST(Box, LeavesOutWhatStandsAbout) {
   const Scene scene = Hallway(500, 1000, {true, true, true, true}, 0.02);
-  EXPECT_LT(FarthestCorner(BuildBoxProxy(scene, {}), Eigen::Quaterniond::Identity(), kHalfWidth, kHalfHeight), 0.02) << "the points' own noise";
+  EXPECT_LT(FarthestCorner(BuildBoxProxy(scene, {}), Eigen::Quaterniond::Identity(), kHalfWidth, kHalfHeight), 0.02)
+      << "the points' own noise";
 }
 
 TEST(Box, TurnsAndMovesWithTheWorld) {
   const Eigen::Quaterniond q(Eigen::AngleAxisd(1.1, Vector3d(0.3, -0.8, 0.5).normalized()));
   EXPECT_LT(FarthestCorner(BuildBoxProxy(Turned(Hallway(600, 200), q), {}), q, kHalfWidth, kHalfHeight), 0.01);
   const Vector3d far(1e6, -2e6, 3e6);
-  const Mesh here = BuildBoxProxy(Hallway(600, 200), {}), there = BuildBoxProxy(Moved(Hallway(600, 200), 1e-3, far), {});
+  const Mesh here = BuildBoxProxy(Hallway(600, 200), {}),
+             there = BuildBoxProxy(Moved(Hallway(600, 200), 1e-3, far), {});
   for (std::size_t i = 0; i < 8; ++i) EXPECT_LT((there.vertices[i] - far - 1e-3 * here.vertices[i]).norm(), 1e-8) << i;
 }
 
@@ -104,7 +110,8 @@ TEST(BoxHardCase, AWallWithoutPointsStandsWhereTheFarthestEnd) {
   EXPECT_FALSE(Validate(mesh).has_value());
   EXPECT_LT(summary.wall_points[2], 20u);
   double left = 0, right = 0, lower = 0;
-  for (const Vector3d& v : mesh.vertices) left = std::min(left, v.x()), right = std::max(right, v.x()), lower = std::max(lower, v.y());
+  for (const Vector3d& v : mesh.vertices)
+    left = std::min(left, v.x()), right = std::max(right, v.x()), lower = std::max(lower, v.y());
   EXPECT_NEAR(left, -kHalfWidth, 0.02);
   EXPECT_NEAR(right, kHalfWidth, 0.02);
   EXPECT_NEAR(lower, kHalfHeight, 0.02);
@@ -126,10 +133,12 @@ TEST(BoxHardCase, FewOrCollinearPointsAreRefusedOrFinite) {
 // A square before a wall: ground at y = 1.5 (y points down), backdrop at z = 12.
 Scene Square(int ground, int wall, int clutter, double tilt_rad = 0) {
   SceneBuilder builder(5);
-  for (int i = 0; i < 12; ++i) builder.AddCamera({0.25 * i - 1.4, 0.1 * (i % 3), 0.1 * (i % 2)}, {0.25 * i - 1.4, 0.6, 10});
+  for (int i = 0; i < 12; ++i)
+    builder.AddCamera({0.25 * i - 1.4, 0.1 * (i % 3), 0.1 * (i % 2)}, {0.25 * i - 1.4, 0.6, 10});
   builder.AddSurface({{0, 1.5, 6}, {6, 0, 0}, {0, 0, 6}}, ground);
   builder.AddSurface({{0, -1.5, 12}, {9, 0, 0}, {0, 3, 3 * std::tan(tilt_rad)}}, wall);
-  for (int i = 0; i < clutter; ++i) builder.AddPoint({(builder.Random() - 0.5) * 8, builder.Random() * 3 - 1.5, 4 + 7 * builder.Random()});
+  for (int i = 0; i < clutter; ++i)
+    builder.AddPoint({(builder.Random() - 0.5) * 8, builder.Random() * 3 - 1.5, 4 + 7 * builder.Random()});
   return builder.Build();
 }
 
@@ -168,7 +177,8 @@ TEST(Planes, SamplesOfAnySeedFindTheSame) {
     ASSERT_GE(summary.planes.size(), 2u) << seed;
     const std::size_t ground = std::abs(summary.planes[0].normal.y()) > 0.5 ? 0 : 1;
     EXPECT_LT(AngleBetween(summary.planes[ground].normal, Vector3d(0, -1, 0)), 4e-3) << seed;
-    EXPECT_LT(AngleBetween(summary.planes[1 - ground].normal, Vector3d(0, std::sin(0.2), -std::cos(0.2))), 4e-3) << seed;
+    EXPECT_LT(AngleBetween(summary.planes[1 - ground].normal, Vector3d(0, std::sin(0.2), -std::cos(0.2))), 4e-3)
+        << seed;
   }
 }
 
@@ -217,7 +227,8 @@ TEST(PlanesHardCase, ScaleAndOriginDoNotMatter) {
   const Vector3d far(1e5, 2e5, -3e5);
   BuildPlanesProxy(Moved(Square(600, 600, 100), 1e-6, Vector3d::Zero()), {}, {}, &there);
   ASSERT_EQ(here.planes.size(), there.planes.size());
-  for (std::size_t i = 0; i < here.planes.size(); ++i) EXPECT_NEAR(there.planes[i].offset, 1e-6 * here.planes[i].offset, 1e-12);
+  for (std::size_t i = 0; i < here.planes.size(); ++i)
+    EXPECT_NEAR(there.planes[i].offset, 1e-6 * here.planes[i].offset, 1e-12);
   BuildPlanesProxy(Moved(Square(600, 600, 100), 1, far), {}, {}, &there);
   ASSERT_EQ(here.planes.size(), there.planes.size());
   for (std::size_t i = 0; i < here.planes.size(); ++i)
@@ -242,10 +253,11 @@ TEST(PlanesJson, TakesQuadsAndPlanesAndRefusesOthers) {
   const Mesh mesh = BuildPlanesProxy(scene, {}, given.planes, &summary);
   for (const Vector3d& v : mesh.vertices) EXPECT_TRUE(v.y() < 1.501 && v.z() < 12.001);
   EXPECT_EQ(MeasureFit(mesh, MakeProxyViews(scene), {}).front_fraction, 1.0);
-  for (const char* bad : {"[1]", "{}", R"({"quads": [[[0,0,1],[1,0,1],[1,1,1]]]})", R"({"quads": [[[0,0,1],[1,1,1],[1,0,1],[0,1,1]]]})",
-                          R"({"quads": [[[0,0,1],[1,0,2],[1,1,1],[0,1,2]]]})", R"({"planes": [{"points": [[0,0,0],[1,1,1],[2,2,2]]}]})",
-                          R"({"planes": [{"normal": [0,0,0], "offset": 1}]})", R"({"planes": [{"normal": [0,0,1]}]})", R"({"planes": [{"points": [[0,0,"x"]]}]})",
-                          R"({"quads": [[[1e999,0,1],[1,0,1],[1,1,1],[0,1,1]]]})"})
+  for (const char* bad :
+       {"[1]", "{}", R"({"quads": [[[0,0,1],[1,0,1],[1,1,1]]]})", R"({"quads": [[[0,0,1],[1,1,1],[1,0,1],[0,1,1]]]})",
+        R"({"quads": [[[0,0,1],[1,0,2],[1,1,1],[0,1,2]]]})", R"({"planes": [{"points": [[0,0,0],[1,1,1],[2,2,2]]}]})",
+        R"({"planes": [{"normal": [0,0,0], "offset": 1}]})", R"({"planes": [{"normal": [0,0,1]}]})",
+        R"({"planes": [{"points": [[0,0,"x"]]}]})", R"({"quads": [[[1e999,0,1],[1,0,1],[1,1,1],[0,1,1]]]})"})
     EXPECT_THROW(read(bad), InputError) << bad;
 }
 

@@ -25,7 +25,8 @@ using testing::HasSubstr;
 // An ellipsoid with stripes before a grey wall, from ten sides, with a mesh that is its hull.
 void WriteHullScene(const fs::path& folder) {
   SceneBuilder builder(5);
-  for (int n = 0; n < 10; ++n) builder.AddCamera({4 * std::cos(n * 0.628), 4 * std::sin(n * 0.628), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
+  for (int n = 0; n < 10; ++n)
+    builder.AddCamera({4 * std::cos(n * 0.628), 4 * std::sin(n * 0.628), n % 2 == 0 ? 2.0 : -1.0}, {0, 0, 0});
   Scene scene = builder.Build();
   scene.cameras[0] = scene.cameras[0].Scaled(160, 120);
   scene.folder = folder;
@@ -51,7 +52,9 @@ void WriteHullScene(const fs::path& folder) {
   scene.active_proxy = "hull";
   WriteManifest(scene, folder);
   // In the visual hull's place a coarse mesh around the body: what is measured here is the command.
-  WriteMesh(ProxyPath(folder, "hull"), MappedVertices(BallMesh(7), [](const Eigen::Vector3d& x) { return Eigen::Vector3d(1.05 * x.normalized().cwiseProduct(Eigen::Vector3d(0.8, 0.6, 0.5))); }));
+  WriteMesh(ProxyPath(folder, "hull"), MappedVertices(BallMesh(7), [](const Eigen::Vector3d& x) {
+              return Eigen::Vector3d(1.05 * x.normalized().cwiseProduct(Eigen::Vector3d(0.8, 0.6, 0.5)));
+            }));
 }
 
 TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
@@ -114,7 +117,8 @@ TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   EXPECT_GT(points[1]["mean_distance_px"].get<double>(), points[2]["mean_distance_px"].get<double>());
   EXPECT_EQ(points[6]["method"], "all");
   EXPECT_EQ(points[6]["mean_distance_px"].get<double>() < 1e-6, true);
-  for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(scene / "tradeoff" / ("simplify-hull" + std::string(ending)))) << ending;
+  for (const char* ending : {".json", ".csv", ".svg"})
+    EXPECT_TRUE(fs::exists(scene / "tradeoff" / ("simplify-hull" + std::string(ending)))) << ending;
   EXPECT_THAT(Describe(tradeoff), HasSubstr("keep-hull"));
   EXPECT_EQ(ListProxies(scene).size(), 1u);  // nothing is left behind
 }

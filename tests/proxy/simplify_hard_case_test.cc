@@ -20,7 +20,9 @@ using testing::HasSubstr;
 
 constexpr double kBodySlack = 1e-6;  // of the body's size, see simplify_test.cc
 
-SimplifiedMesh Reduced(const Mesh& mesh, std::size_t faces, SimplifyMethod method) { return Simplify(mesh, {faces}, method, SilentProgress()).front(); }
+SimplifiedMesh Reduced(const Mesh& mesh, std::size_t faces, SimplifyMethod method) {
+  return Simplify(mesh, {faces}, method, SilentProgress()).front();
+}
 constexpr std::array<SimplifyMethod, 2> kBothWays = {SimplifyMethod::kQuadric, SimplifyMethod::kKeepHull};
 
 std::string WhatIsRefused(const std::function<void()>& what) {
@@ -71,7 +73,9 @@ TEST(SimplifyHardCase, SliversDownToRounding) {
   // Rows of the ring's faces pressed together, until two rows are one to the last digit.
   for (const double pressed : {1e-2, 1e-5, 1e-8, 1e-10, 1e-12, 1e-15, 0.0}) {
     Mesh ring = TorusMesh(24, 12);
-    for (std::size_t j = 0; j < 12; ++j) ring.vertices[5 * 12 + j] = ring.vertices[4 * 12 + j] + pressed * (ring.vertices[5 * 12 + j] - ring.vertices[4 * 12 + j]);
+    for (std::size_t j = 0; j < 12; ++j)
+      ring.vertices[5 * 12 + j] =
+          ring.vertices[4 * 12 + j] + pressed * (ring.vertices[5 * 12 + j] - ring.vertices[4 * 12 + j]);
     for (const SimplifyMethod method : kBothWays) {
       const Mesh simple = Reduced(ring, 120, method).mesh;
       const Soundness sound = CheckSoundness(simple);
@@ -106,12 +110,14 @@ TEST(SimplifyHardCase, TrianglesWrittenOneByOne) {
 
 TEST(SimplifyHardCase, PartsThatTouchInAVertexStayTwoParts) {
   Mesh two = SubdividedCube(6);
-  const Mesh other = MappedVertices(SubdividedCube(6), [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d::Ones()); });
+  const Mesh other = MappedVertices(
+      SubdividedCube(6), [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d::Ones()); });
   Append(two, other);
   const auto first = static_cast<std::int32_t>(SubdividedCube(6).vertices.size());
   std::int32_t corner = -1, touching = -1;
   for (std::int32_t v = 0; v < static_cast<std::int32_t>(two.vertices.size()); ++v)
-    if ((two.vertices[static_cast<std::size_t>(v)] - Eigen::Vector3d::Ones()).norm() < 1e-12) (v < first ? corner : touching) = v;
+    if ((two.vertices[static_cast<std::size_t>(v)] - Eigen::Vector3d::Ones()).norm() < 1e-12)
+      (v < first ? corner : touching) = v;
   for (auto& f : two.faces)
     for (std::int32_t& v : f)
       if (v == touching) v = corner;
@@ -136,7 +142,8 @@ TEST(SimplifyHardCase, NothingToDoChangesNothing) {
 TEST(SimplifyHardCase, TooFewFacesAreNamed) {
   const Mesh ball = BallMesh(6), ring = TorusMesh(20, 10);
   Mesh two = ball;
-  Append(two, MappedVertices(ball, [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d(3, 0, 0)); }));
+  Append(two,
+         MappedVertices(ball, [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d(3, 0, 0)); }));
   for (const SimplifyMethod method : kBothWays) {
     EXPECT_THAT(WhatIsRefused([&] { Reduced(ball, 3, method); }), HasSubstr("enclose nothing"));
     EXPECT_THAT(WhatIsRefused([&] { Reduced(ball, 0, method); }), HasSubstr("at least 1"));
@@ -169,7 +176,9 @@ TEST(SimplifyHardCase, NoiseOnFlatSidesDownToRounding) {
   for (const double noise : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15}) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> shake(-noise, noise);
-    const Mesh cube = MappedVertices(SubdividedCube(6), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(x + Eigen::Vector3d(shake(random), shake(random), shake(random))); });
+    const Mesh cube = MappedVertices(SubdividedCube(6), [&](const Eigen::Vector3d& x) {
+      return Eigen::Vector3d(x + Eigen::Vector3d(shake(random), shake(random), shake(random)));
+    });
     const Mesh hull = Reduced(cube, 40, SimplifyMethod::kKeepHull).mesh;
     EXPECT_TRUE(CheckSoundness(hull).IsSolid()) << noise;
     EXPECT_EQ(Escaped(cube, hull, kBodySlack), 0u) << noise;

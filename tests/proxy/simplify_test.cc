@@ -22,7 +22,9 @@ namespace {
 // A millionth of a body's size: what EnclosedSurface::kMargin allows ten times over, and far below any pixel.
 constexpr double kSlack = 1e-6;
 
-SimplifiedMesh Simplified(const Mesh& mesh, std::size_t faces, SimplifyMethod method) { return Simplify(mesh, {faces}, method, SilentProgress()).front(); }
+SimplifiedMesh Simplified(const Mesh& mesh, std::size_t faces, SimplifyMethod method) {
+  return Simplify(mesh, {faces}, method, SilentProgress()).front();
+}
 
 TEST(HalfspaceProgram, FindsTheCornerThatALinearProgramMeans) {
   // Three planes that meet at (1, 2, 3), and a fourth that says nothing.
@@ -84,7 +86,9 @@ TEST(KeepHull, ACubeOfManyFacesBecomesTheCubeItself) {
   EXPECT_TRUE(CheckSoundness(cube.mesh).IsSolid()) << CheckSoundness(cube.mesh).Describe();
   // Turned, so that no plane is exact.
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  const SimplifiedMesh turned = Simplified(MappedVertices(SubdividedCube(8), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(turn * x); }), 12, SimplifyMethod::kKeepHull);
+  const SimplifiedMesh turned =
+      Simplified(MappedVertices(SubdividedCube(8), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(turn * x); }),
+                 12, SimplifyMethod::kKeepHull);
   EXPECT_EQ(turned.mesh.faces.size(), 12u);
   EXPECT_NEAR(EnclosedVolume(turned.mesh), 1, 1e-9);
 }
@@ -95,7 +99,8 @@ TEST(KeepHull, EnclosesTheFormerAndStaysTight) {
     Mesh mesh;
     double most_volume;  // measured 1.03, 1.05, 1.10: a third of the excess more
   };
-  for (const Case& c : {Case{"ball", BallMesh(14), 1.04}, Case{"bumpy ball", BumpyBall(16), 1.08}, Case{"ring", TorusMesh(40, 20), 1.14}}) {
+  for (const Case& c : {Case{"ball", BallMesh(14), 1.04}, Case{"bumpy ball", BumpyBall(16), 1.08},
+                        Case{"ring", TorusMesh(40, 20), 1.14}}) {
     const SimplifiedMesh hull = Simplified(c.mesh, 200, SimplifyMethod::kKeepHull);
     EXPECT_TRUE(hull.reached) << c.name;
     EXPECT_LE(hull.mesh.faces.size(), 200u) << c.name;
@@ -104,7 +109,8 @@ TEST(KeepHull, EnclosesTheFormerAndStaysTight) {
     EXPECT_TRUE(sound.IsSolid()) << c.name << ": " << sound.Describe();
     EXPECT_FALSE(IntersectsItself(hull.mesh)) << c.name;
     const double ratio = EnclosedVolume(hull.mesh) / EnclosedVolume(c.mesh);
-    std::printf("%s: %zu faces of %zu, volume ratio %.4f\n", c.name, hull.mesh.faces.size(), c.mesh.faces.size(), ratio);
+    std::printf("%s: %zu faces of %zu, volume ratio %.4f\n", c.name, hull.mesh.faces.size(), c.mesh.faces.size(),
+                ratio);
     EXPECT_GE(ratio, 1) << c.name;
     EXPECT_LE(ratio, c.most_volume) << c.name;
   }

@@ -1,5 +1,5 @@
-// Every mesh that is made is 2-manifold, oriented and without degenerate faces, and closed where its kind promises it: judged by
-// CGAL.
+// Every mesh that is made is 2-manifold, oriented and without degenerate faces, and closed where its kind promises it:
+// judged by CGAL.
 #include <gtest/gtest.h>
 
 #include "proxy/box/box_proxy.h"
@@ -24,7 +24,8 @@ void ExpectSoundMesh(const Mesh& mesh, bool closed, const std::string& what) {
 // Clutter: rectangles of all turns amid a room, so that sheets meet at edges and corners.
 Scene Clutter(std::uint64_t seed, int rectangles) {
   SceneBuilder builder(seed);
-  for (int i = 0; i < 12; ++i) builder.AddCamera({2.5 * std::cos(i * 0.5), 0.3 * (i % 3), 2.5 * std::sin(i * 0.5)}, {0, 0, 0});
+  for (int i = 0; i < 12; ++i)
+    builder.AddCamera({2.5 * std::cos(i * 0.5), 0.3 * (i % 3), 2.5 * std::sin(i * 0.5)}, {0, 0, 0});
   for (int i = 0; i < rectangles; ++i) {
     Eigen::Vector3d c, a, b;
     for (Eigen::Vector3d* v : {&c, &a, &b})
@@ -36,16 +37,23 @@ Scene Clutter(std::uint64_t seed, int rectangles) {
 
 TEST(Soundness, DelaunayMeshesOfManyScenes) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    ExpectSoundMesh(BuildDelaunayProxy(Clutter(seed, 8), {}, SilentProgress()), true, "clutter " + std::to_string(seed));
-    ExpectSoundMesh(BuildDelaunayProxy(BoxRoom(20 + 10 * static_cast<int>(seed), seed), {}, SilentProgress()), true, "room " + std::to_string(seed));
+    ExpectSoundMesh(BuildDelaunayProxy(Clutter(seed, 8), {}, SilentProgress()), true,
+                    "clutter " + std::to_string(seed));
+    ExpectSoundMesh(BuildDelaunayProxy(BoxRoom(20 + 10 * static_cast<int>(seed), seed), {}, SilentProgress()), true,
+                    "room " + std::to_string(seed));
   }
-  for (const double scale : {1e-6, 1e6}) ExpectSoundMesh(BuildDelaunayProxy(Moved(Clutter(3, 8), scale, {0, 0, 0}), {}, SilentProgress()), true, "scale " + std::to_string(scale));
-  for (const double offset : {1e3, 1e6}) ExpectSoundMesh(BuildDelaunayProxy(Moved(Clutter(4, 8), 1, {offset, -offset, offset}), {}, SilentProgress()), true, "offset " + std::to_string(offset));
+  for (const double scale : {1e-6, 1e6})
+    ExpectSoundMesh(BuildDelaunayProxy(Moved(Clutter(3, 8), scale, {0, 0, 0}), {}, SilentProgress()), true,
+                    "scale " + std::to_string(scale));
+  for (const double offset : {1e3, 1e6})
+    ExpectSoundMesh(BuildDelaunayProxy(Moved(Clutter(4, 8), 1, {offset, -offset, offset}), {}, SilentProgress()), true,
+                    "offset " + std::to_string(offset));
 }
 
 TEST(Soundness, PlanePlanesAndBox) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
-    const Scene plate = Moved(PlateBeforeWall(600, 150, 5), scale, {0, 0, 0}), room = Moved(BoxRoom(120, 6), scale, {0, 0, 0});
+    const Scene plate = Moved(PlateBeforeWall(600, 150, 5), scale, {0, 0, 0}),
+                room = Moved(BoxRoom(120, 6), scale, {0, 0, 0});
     ExpectSoundMesh(BuildPlaneProxy(plate, {}), false, "plane");
     ExpectSoundMesh(BuildPlanesProxy(plate, {}), false, "planes");
     ExpectSoundMesh(BuildPlanesProxy(room, {}), false, "planes of a room");

@@ -54,7 +54,8 @@ Scene SceneBuilder::Build() {
       const auto x_px = scene.CameraOf(view).Project(view.cam_from_world * x);
       if (!x_px || (x_px->array() < 0).any() || x_px->x() > 640 || x_px->y() > 480) continue;
       const Eigen::Vector3d eye = view.CentreInWorld();
-      const bool hidden = std::any_of(rectangles_.begin(), rectangles_.end(), [&](const Rectangle& r) { return r.Meets(eye, x) < 1 - 1e-9; });
+      const bool hidden = std::any_of(rectangles_.begin(), rectangles_.end(),
+                                      [&](const Rectangle& r) { return r.Meets(eye, x) < 1 - 1e-9; });
       if (hidden) continue;
       point.track.push_back({ViewId{static_cast<std::int32_t>(v)}, *x_px});
     }
@@ -70,7 +71,8 @@ Scene BoxRoom(int points_a_wall, std::uint64_t seed) {
     const Eigen::Vector3d out(std::cos(angle), 0, std::sin(angle));
     builder.AddCamera(-0.8 * out, 2 * out + Eigen::Vector3d(0, (i % 3 - 1) * 1.5, 0));
   }
-  const Eigen::Vector3d x = 2 * Eigen::Vector3d::UnitX(), y = 1.5 * Eigen::Vector3d::UnitY(), z = 2 * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d x = 2 * Eigen::Vector3d::UnitX(), y = 1.5 * Eigen::Vector3d::UnitY(),
+                        z = 2 * Eigen::Vector3d::UnitZ();
   for (const double s : {-1.0, 1.0}) {
     builder.AddSurface({s * x, y, z}, points_a_wall);
     builder.AddSurface({s * y, x, z}, points_a_wall);

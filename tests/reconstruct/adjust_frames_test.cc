@@ -9,8 +9,8 @@
 namespace lumi {
 namespace {
 
-// Cameras waved and rolled (which tells a principal point from a turn) before points in a room, one lens; keyframes and points
-// as a first mapping leaves them, its lens a little off.
+// Cameras waved and rolled (which tells a principal point from a turn) before points in a room, one lens; keyframes and
+// points as a first mapping leaves them, its lens a little off.
 class FramesAdjust : public ::testing::Test {
  protected:
   static constexpr int kKeyframes = 8, kFrames = 40, kPoints = 150;
@@ -26,7 +26,8 @@ class FramesAdjust : public ::testing::Test {
     Camera started = truth_;
     started.params = {406, 160, 120, 0, 0};
     scene_.cameras = {started};
-    for (int i = 0; i < kPoints; ++i) scene_.points.emplace_back().x_in_world = points_[static_cast<std::size_t>(i)] + 0.01 * Any();
+    for (int i = 0; i < kPoints; ++i)
+      scene_.points.emplace_back().x_in_world = points_[static_cast<std::size_t>(i)] + 0.01 * Any();
     for (int k = 0; k < kKeyframes; ++k) {
       View view;
       view.name = "frame_" + std::to_string(k) + ".jpg";
@@ -35,7 +36,8 @@ class FramesAdjust : public ::testing::Test {
       view.cam_from_world = pose;
       view.cam_from_world.translation += 0.003 * Any();
       scene_.views.push_back(view);
-      for (const auto& [point, x] : Seen(pose)) scene_.points[static_cast<std::size_t>(point)].track.push_back({ViewId{k}, x});
+      for (const auto& [point, x] : Seen(pose))
+        scene_.points[static_cast<std::size_t>(point)].track.push_back({ViewId{k}, x});
     }
     for (const Point& point : scene_.points) ASSERT_GE(point.track.size(), 2U);
     for (int f = 0; f < kFrames; ++f) {
@@ -51,8 +53,8 @@ class FramesAdjust : public ::testing::Test {
   Eigen::Vector3d Any() { return {normal_(random_), normal_(random_), normal_(random_)}; }
   static Rigid3 Pose(int f) {
     const double t = 0.35 * f;
-    return LookAt(Eigen::Vector3d(1.5 * std::sin(t), 0.8 * std::cos(0.7 * t), 0.8 * std::sin(0.4 * t)), Eigen::Vector3d(0, 0, 5),
-                  Eigen::Vector3d(0.6 * std::sin(0.9 * t), -1, 0));
+    return LookAt(Eigen::Vector3d(1.5 * std::sin(t), 0.8 * std::cos(0.7 * t), 0.8 * std::sin(0.4 * t)),
+                  Eigen::Vector3d(0, 0, 5), Eigen::Vector3d(0.6 * std::sin(0.9 * t), -1, 0));
   }
   // One sighting in fifty is of something else.
   std::vector<std::pair<std::int32_t, Eigen::Vector2d>> Seen(const Rigid3& pose) {
@@ -80,8 +82,8 @@ TEST_F(FramesAdjust, LensIsFoundAndOnlyKeyframesStay) {
   AdjustWithFrames(scene_, placed_, false, {ReconstructOptions{}, folder_.path(), colmap, SilentProgress()});
   EXPECT_EQ(scene_.views.size(), static_cast<std::size_t>(kKeyframes));
   EXPECT_EQ(scene_.points.size(), static_cast<std::size_t>(kPoints));
-  // 6 and 5 px off before. What 0.3 px of noise leaves is mostly what focal length and distortion, principal point and turns share:
-  // 2.4 and 0.8 px with these numbers.
+  // 6 and 5 px off before. What 0.3 px of noise leaves is mostly what focal length and distortion, principal point and
+  // turns share: 2.4 and 0.8 px with these numbers.
   EXPECT_NEAR(scene_.cameras[0].FocalPx().x(), truth_.FocalPx().x(), 4);
   EXPECT_LT((scene_.cameras[0].PrincipalPointPx() - truth_.PrincipalPointPx()).norm(), 1.5);
   for (const Point& point : scene_.points)

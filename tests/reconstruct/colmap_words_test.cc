@@ -27,18 +27,24 @@ TEST(ColmapLog, ReadsTheProgressLinesOfEveryStage) {
 }
 
 TEST(ColmapLog, OtherLinesAreNoProgress) {
-  for (const char* line : {"", "  Name:            0001.jpg", "Elapsed time: 0.995 [minutes]", "Processed file [", "Processed file [x/y]", "Processed file [12/11]",
-                           "Matching block [1/3, 2]", "  => Image sees 3814 / 8854 points", "Registering image #5", "TIFFFieldWithTag: Internal error, unknown tag 0xa217."})
+  for (const char* line :
+       {"", "  Name:            0001.jpg", "Elapsed time: 0.995 [minutes]", "Processed file [", "Processed file [x/y]",
+        "Processed file [12/11]", "Matching block [1/3, 2]", "  => Image sees 3814 / 8854 points",
+        "Registering image #5", "TIFFFieldWithTag: Internal error, unknown tag 0xa217."})
     EXPECT_FALSE(ParseColmapProgress(line)) << line;
 }
 
 constexpr const char* kHelp38 =
-    "COLMAP 3.8 (Commit Unknown on Unknown without CUDA)\n\nOptions can either be specified via command-line or by defining\n"
-    "them in a .ini project file passed to `--project_path`.\n\n  -h [ --help ] \n  --random_seed arg (=0)\n  --image_list_path arg\n"
+    "COLMAP 3.8 (Commit Unknown on Unknown without CUDA)\n\nOptions can either be specified via command-line or by "
+    "defining\n"
+    "them in a .ini project file passed to `--project_path`.\n\n  -h [ --help ] \n  --random_seed arg (=0)\n  "
+    "--image_list_path arg\n"
     "  --SiftExtraction.use_gpu arg (=1)\n  --SiftExtraction.max_num_features arg (=8192)\n";
 constexpr const char* kHelp313 =
-    "COLMAP 3.13.0 (Commit abc on 2025-11-07 with CUDA)\n\n  -h [ --help ]\n  --default_random_seed arg (=0)\n  --image_list_path arg\n"
-    "  --FeatureExtraction.type arg (=SIFT)\n  --FeatureExtraction.use_gpu arg (=1)\n  --FeatureExtraction.max_image_size arg (=3200)\n"
+    "COLMAP 3.13.0 (Commit abc on 2025-11-07 with CUDA)\n\n  -h [ --help ]\n  --default_random_seed arg (=0)\n  "
+    "--image_list_path arg\n"
+    "  --FeatureExtraction.type arg (=SIFT)\n  --FeatureExtraction.use_gpu arg (=1)\n  "
+    "--FeatureExtraction.max_image_size arg (=3200)\n"
     "  --SiftExtraction.max_num_features arg (=8192)\n  --FeatureMatching.use_gpu arg (=1)\n";
 
 TEST(ColmapOptions, NamesOfTheInstalledVersionAreUsed) {
@@ -57,7 +63,8 @@ TEST(ColmapOptions, OnlyOptionsAreRead) {
   const auto names = ParseColmapOptionNames(kHelp38);
   EXPECT_EQ(names.count("help"), 1u);
   EXPECT_EQ(names.count("arg"), 0u);
-  EXPECT_EQ(names.size(), 5u);  // help, random_seed, image_list_path and two of Sift; not the `--project_path` in the prose
+  EXPECT_EQ(names.size(),
+            5u);  // help, random_seed, image_list_path and two of Sift; not the `--project_path` in the prose
 }
 
 }  // namespace

@@ -29,7 +29,12 @@ class RealCapture : public ::testing::Test {
   void TearDown() override { fs::remove_all(scene_); }
 
   nlohmann::json Reconstruct(const std::string& input, std::vector<std::string> more, int expected_code = 0) {
-    std::vector<std::string> arguments{std::string(LUMI_BIN_DIR) + "/lumi-reconstruct", (kData / input).string(), "-o", scene_.string(), "--json", "--quiet"};
+    std::vector<std::string> arguments{std::string(LUMI_BIN_DIR) + "/lumi-reconstruct",
+                                       (kData / input).string(),
+                                       "-o",
+                                       scene_.string(),
+                                       "--json",
+                                       "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     SubprocessOptions options;
     options.separate_stdout = true;
@@ -73,7 +78,8 @@ std::map<std::string, Rigid3> FountainTruth() {
 // poses.txt: world_from_cam, twelve numbers a photo in the order of their names.
 std::map<std::string, Rigid3> RoadTruth() {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(kData / "road" / "images")) names.push_back(entry.path().stem().string());
+  for (const auto& entry : fs::directory_iterator(kData / "road" / "images"))
+    names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   std::map<std::string, Rigid3> truth;
   std::ifstream file(kData / "road" / "poses.txt");
@@ -103,7 +109,8 @@ TEST_F(RealCapture, FoxAgreesWithItsAuthorsCameras) {
   const auto j = Reconstruct("fox/images", {});
   EXPECT_EQ(j["images_registered"], 50);
   std::map<std::string, Rigid3> truth;
-  for (const View& view : ReadTransformsJson(kData / "fox" / "transforms.json").views) truth[fs::path(view.name).stem().string()] = view.cam_from_world;
+  for (const View& view : ReadTransformsJson(kData / "fox" / "transforms.json").views)
+    truth[fs::path(view.name).stem().string()] = view.cam_from_world;
   std::size_t compared = 0;
   const PoseErrors e = Compare(truth, &compared);
   ASSERT_EQ(compared, 50u);
@@ -124,7 +131,8 @@ TEST_F(RealCapture, CubesGivenCamerasAreRefusedThenRescaled) {
 
 TEST_F(RealCapture, TheDinosaursProjectionMatricesWithSkewAreUsable) {
   if (!fs::exists(kData / "dinosaur")) GTEST_SKIP() << "no ../shared/data/dinosaur here";
-  const auto j = Reconstruct("dinosaur/images", {"--poses", (kData / "dinosaur" / "dino_P.txt").string(), "--poses-format", "projection", "--quality", "low"});
+  const auto j = Reconstruct("dinosaur/images", {"--poses", (kData / "dinosaur" / "dino_P.txt").string(),
+                                                 "--poses-format", "projection", "--quality", "low"});
   EXPECT_EQ(j["images_registered"], 36);
   EXPECT_GT(j["points"].get<int>(), 3000);
   EXPECT_LT(j["mean_reprojection_error_px"].get<double>(), 0.6);
@@ -133,21 +141,24 @@ TEST_F(RealCapture, TheDinosaursProjectionMatricesWithSkewAreUsable) {
 // The given focal length fits these photos 2 % worse than their own: held, the centres miss by 1.1 %.
 TEST_F(RealCapture, ARoadDrivenForwardIsFactorised) {
   if (!fs::exists(kData / "road")) GTEST_SKIP() << "no ../shared/data/road here";
-  const auto j = Reconstruct("road/images", {"--backend", "factorization", "--matching", "sequential", "--intrinsics", "718.856,718.856,607.1928,185.2157",
-                                             "--refine", "focal"});
+  const auto j = Reconstruct("road/images", {"--backend", "factorization", "--matching", "sequential", "--intrinsics",
+                                             "718.856,718.856,607.1928,185.2157", "--refine", "focal"});
   EXPECT_EQ(j["images_registered"], 51);
   EXPECT_EQ(j["upgrade"], "metric");
   std::size_t compared = 0;
   const PoseErrors errors = Compare(RoadTruth(), &compared);
   ASSERT_EQ(compared, 51u);
-  std::printf("road: centres %.3f %% rms, rotations %.3f degrees rms\n", errors.centre_rms_percent, errors.rotation_rms_deg);
+  std::printf("road: centres %.3f %% rms, rotations %.3f degrees rms\n", errors.centre_rms_percent,
+              errors.rotation_rms_deg);
   EXPECT_LT(errors.centre_rms_percent, 1.0);
 }
 
 TEST_F(RealCapture, ARoadDrivenForwardKeepsItsGivenCameras) {
   if (!fs::exists(kData / "road")) GTEST_SKIP() << "no ../shared/data/road here";
-  const auto j = Reconstruct("road/images", {"--poses", (kData / "road" / "poses.txt").string(), "--poses-format", "world_from_cam", "--pixel-origin", "centre",
-                                             "--intrinsics", "718.856,718.856,607.1928,185.2157", "--quality", "low", "--matching", "sequential"});
+  const auto j =
+      Reconstruct("road/images", {"--poses", (kData / "road" / "poses.txt").string(), "--poses-format",
+                                  "world_from_cam", "--pixel-origin", "centre", "--intrinsics",
+                                  "718.856,718.856,607.1928,185.2157", "--quality", "low", "--matching", "sequential"});
   EXPECT_EQ(j["images_registered"], 51);
   EXPECT_GT(j["points"].get<int>(), 5000);
   EXPECT_LT(j["mean_reprojection_error_px"].get<double>(), 1.0);

@@ -21,11 +21,11 @@ void Row(const std::string& name, const SimulatedTracks& s, const FactorizationO
     centre = 100 * errors.centre_max_share;
   }
   const StageSeconds& t = r.seconds;
-  std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n", name.c_str(),
-      s.tracks.tracks.size(), sights,
-              std::string(Name(r.upgrade)).c_str(), static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)),
-                  r.projective_rms_px, r.rms_px, rotation,
-              centre, 1e3 * t.windows, 1e3 * t.merging, 1e3 * t.projective, 1e3 * t.upgrade, 1e3 * t.metric, 1e3 * t.total);
+  std::printf("%-28s %5zu %6ld  %-12s %3ld  %5.3f %5.3f  %6.3f %6.3f  %5.0f %5.0f %5.0f %5.0f %5.0f %6.0f\n",
+              name.c_str(), s.tracks.tracks.size(), sights, std::string(Name(r.upgrade)).c_str(),
+              static_cast<long>(std::count(r.placed.begin(), r.placed.end(), 1)), r.projective_rms_px, r.rms_px,
+              rotation, centre, 1e3 * t.windows, 1e3 * t.merging, 1e3 * t.projective, 1e3 * t.upgrade, 1e3 * t.metric,
+              1e3 * t.total);
 }
 
 // Homographies: px between where truth and result put a neighbour's and a far frame's pixels, rms.
@@ -34,20 +34,22 @@ void TurningRow(const char* name, const TurningOptions& options, std::size_t far
   long sights = 0;
   for (const Track& t : video.sight.tracks.tracks) sights += static_cast<long>(t.observations.size());
   const FactorizationResult r = ReconstructByHomographies(video.sight.tracks, {}, SilentProgress());
-  std::printf("%-28s %5zu %6ld  %5d  %6.3f %6.3f (%zu)  %5.3f %6.0f\n", name, video.sight.tracks.tracks.size(), sights, options.frames, TransferErrorPx(video, r, 1),
-              TransferErrorPx(video, r, far), far, r.rms_px, 1e3 * r.seconds.total);
+  std::printf("%-28s %5zu %6ld  %5d  %6.3f %6.3f (%zu)  %5.3f %6.0f\n", name, video.sight.tracks.tracks.size(), sights,
+              options.frames, TransferErrorPx(video, r, 1), TransferErrorPx(video, r, far), far, r.rms_px,
+              1e3 * r.seconds.total);
 }
 
 }  // namespace
 
 int main() {
   SetThreadCount(2);
-  std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade", "cam", "rms P",
-      "rms M", "deg", "%",
-              "win", "merge", "proj", "upgr", "metr", "ms");
+  std::printf("%-28s %5s %6s  %-12s %3s  %5s %5s  %6s %6s  %5s %5s %5s %5s %5s %6s\n", "", "track", "sights", "upgrade",
+              "cam", "rms P", "rms M", "deg", "%", "win", "merge", "proj", "upgr", "metr", "ms");
   const Noise noise = Tracked(0.3, 40);
-  const SimulatedTracks plaza = See(PlazaPath(100), PlazaPoints(600), noise), hallway = See(HallwayPath(100), HallwayPoints(600), noise),
-                        desk = See(DeskPath(100), DeskPoints(300), noise), round = See(DeskPath(100, 360), DeskPoints(300), noise);
+  const SimulatedTracks plaza = See(PlazaPath(100), PlazaPoints(600), noise),
+                        hallway = See(HallwayPath(100), HallwayPoints(600), noise),
+                        desk = See(DeskPath(100), DeskPoints(300), noise),
+                        round = See(DeskPath(100, 360), DeskPoints(300), noise);
   Row("plaza", plaza, {});
   Row("hallway", hallway, {});
   Row("desk", desk, {});
@@ -71,7 +73,8 @@ int main() {
   o.adjust = false;
   Row("plaza, no adjustment", plaza, o);
 
-  std::printf("\n%-28s %5s %6s  %5s  %6s %6s        %5s %6s\n", "Homographies", "track", "sights", "frame", "next", "far px", "rms", "ms");
+  std::printf("\n%-28s %5s %6s  %5s  %6s %6s        %5s %6s\n", "Homographies", "track", "sights", "frame", "next",
+              "far px", "rms", "ms");
   TurningOptions turning;
   turning.frames = 435;
   turning.points = 4500;

@@ -21,8 +21,8 @@ using test::See;
 using test::SimulatedTracks;
 using test::Tracked;
 
-constexpr double kNoisePx = 0.3;         // Tracked()'s
-constexpr double kRotationDeg = 0.1;     // what is promised of ordinary scenes
+constexpr double kNoisePx = 0.3;      // Tracked()'s
+constexpr double kRotationDeg = 0.1;  // what is promised of ordinary scenes
 constexpr double kCentreShareOfScene = 0.003;
 
 struct Outcome {
@@ -30,7 +30,8 @@ struct Outcome {
   std::optional<FactorizationRefusal> refusal;
   std::string message;
 };
-Outcome Reconstruct(const SimulatedTracks& s, const std::optional<Camera>& camera, const FactorizationOptions& options = {}) {
+Outcome Reconstruct(const SimulatedTracks& s, const std::optional<Camera>& camera,
+                    const FactorizationOptions& options = {}) {
   Outcome outcome;
   try {
     outcome.result = ReconstructFromTracks(s.tracks, camera, options, SilentProgress());
@@ -54,7 +55,8 @@ Outcome Reconstruct(const SimulatedTracks& s, const std::optional<Camera>& camer
   return outcome;
 }
 
-void ExpectTruth(const Outcome& outcome, const SimulatedTracks& s, double rotation_deg = kRotationDeg, double share = kCentreShareOfScene) {
+void ExpectTruth(const Outcome& outcome, const SimulatedTracks& s, double rotation_deg = kRotationDeg,
+                 double share = kCentreShareOfScene) {
   ASSERT_TRUE(outcome.result) << outcome.message;
   const FactorizationResult& r = *outcome.result;
   ASSERT_EQ(r.upgrade, UpgradeKind::kMetric) << r.upgrade_reason;
@@ -65,7 +67,9 @@ void ExpectTruth(const Outcome& outcome, const SimulatedTracks& s, double rotati
 }
 
 void ExpectRefusal(const Outcome& outcome, FactorizationRefusal expected) {
-  ASSERT_TRUE(outcome.refusal) << (outcome.result ? std::string(Name(outcome.result->upgrade)) + " " + outcome.result->upgrade_reason : "");
+  ASSERT_TRUE(outcome.refusal) << (outcome.result ? std::string(Name(outcome.result->upgrade)) + " " +
+                                                        outcome.result->upgrade_reason
+                                                  : "");
   EXPECT_EQ(*outcome.refusal, expected) << outcome.message;
 }
 
@@ -127,7 +131,8 @@ TEST(HardCase, TowardsAPlaneStepByStep) {
         EXPECT_EQ(*outcome.refusal, FactorizationRefusal::kPlanarScene);
         EXPECT_LT(thickness, 0.5);
       } else if (outcome.result->upgrade == UpgradeKind::kMetric) {
-        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg, thickness == 1 ? kRotationDeg : 5 * kRotationDeg);
+        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg,
+                  thickness == 1 ? kRotationDeg : 5 * kRotationDeg);
       }
     }
 }
@@ -141,10 +146,12 @@ TEST(HardCase, TowardsPureRotationStepByStep) {
       const SimulatedTracks s = See(path, PlazaPoints(300), Tracked(sigma));
       const Outcome outcome = Reconstruct(s, s.camera);
       if (outcome.refusal) {
-        EXPECT_TRUE(*outcome.refusal == FactorizationRefusal::kPureRotation || *outcome.refusal == FactorizationRefusal::kPlanarScene);
+        EXPECT_TRUE(*outcome.refusal == FactorizationRefusal::kPureRotation ||
+                    *outcome.refusal == FactorizationRefusal::kPlanarScene);
         EXPECT_LT(baseline, 0.5);
       } else if (outcome.result->upgrade == UpgradeKind::kMetric) {
-        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg, baseline == 1 ? kRotationDeg : 5 * kRotationDeg);
+        EXPECT_LT(ErrorsAgainst(s, *outcome.result).neighbour_rotation_max_deg,
+                  baseline == 1 ? kRotationDeg : 5 * kRotationDeg);
       }
     }
 }
@@ -154,7 +161,8 @@ TEST(HardCase, ForwardMotionWithTheEpipoleInView) {
   ExpectTruth(Reconstruct(s, s.camera), s);
   // Straight ahead without any turn: the epipole is one and the same pixel throughout.
   std::vector<Rigid3> straight;
-  for (int i = 0; i < 30; ++i) straight.push_back(LookAt({0, 0, 0.2 * i}, {0, 0, 0.2 * i + 1}, -Eigen::Vector3d::UnitY()));
+  for (int i = 0; i < 30; ++i)
+    straight.push_back(LookAt({0, 0, 0.2 * i}, {0, 0, 0.2 * i + 1}, -Eigen::Vector3d::UnitY()));
   const SimulatedTracks t = See(straight, HallwayPoints(600), Tracked());
   ExpectTruth(Reconstruct(t, t.camera), t);
 }
@@ -198,7 +206,7 @@ TEST(HardCase, AFocalLengthWrongByAThousandIsNamedAndTheSceneStaysQuasiAffine) {
     EXPECT_EQ(outcome.result->upgrade, UpgradeKind::kQuasiAffine);
     EXPECT_LT(outcome.result->rms_px, 0.5);
     EXPECT_TRUE(outcome.result->upgrade_reason.find("intrinsics") != std::string::npos ||
-        outcome.result->upgrade_reason.find("ill-conditioned") != std::string::npos)
+                outcome.result->upgrade_reason.find("ill-conditioned") != std::string::npos)
         << outcome.result->upgrade_reason;
     EXPECT_FALSE(outcome.result->warnings.empty());
   }
@@ -236,7 +244,9 @@ TEST(HardCase, PointsAtInfinityStayThere) {
     if (s.x_in_world[static_cast<std::size_t>(p.track)].w() == 0) {
       ++at_infinity;
       // Farther than a hundred times the walk's length, on either side of infinity.
-      EXPECT_LT(std::abs(p.X.w()) * (outcome.result->cam_from_world.front().OriginInSource() - outcome.result->cam_from_world.back().OriginInSource()).norm(),
+      EXPECT_LT(std::abs(p.X.w()) * (outcome.result->cam_from_world.front().OriginInSource() -
+                                     outcome.result->cam_from_world.back().OriginInSource())
+                                        .norm(),
                 0.01 * p.X.head<3>().norm());
     }
   EXPECT_GT(at_infinity, 50);
@@ -273,7 +283,8 @@ TEST(HardCase, ConstantOrientationIsSolvedWithKnownIntrinsicsAndNamedWithout) {
   const Outcome unknown = Reconstruct(s, std::nullopt);
   ASSERT_TRUE(unknown.result) << unknown.message;
   EXPECT_EQ(unknown.result->upgrade, UpgradeKind::kQuasiAffine);
-  EXPECT_NE(unknown.result->upgrade_reason.find("constant orientation"), std::string::npos) << unknown.result->upgrade_reason;
+  EXPECT_NE(unknown.result->upgrade_reason.find("constant orientation"), std::string::npos)
+      << unknown.result->upgrade_reason;
 }
 
 TEST(HardCase, NothingNothingToSeeAndNonsense) {
@@ -288,7 +299,8 @@ TEST(HardCase, NothingNothingToSeeAndNonsense) {
   for (Track& track : noise.tracks.tracks)
     for (auto& o : track.observations) o.x_px = {uniform(random), uniform(random)};
   const Outcome outcome = Reconstruct(noise, noise.camera);
-  EXPECT_TRUE(outcome.refusal || outcome.result->upgrade != UpgradeKind::kMetric || outcome.result->missing.size() >= 6);
+  EXPECT_TRUE(outcome.refusal || outcome.result->upgrade != UpgradeKind::kMetric ||
+              outcome.result->missing.size() >= 6);
 }
 
 // A stroll filmed by hand: neighbours show hardly any parallax, and many tracks last as long as the video.
@@ -296,7 +308,8 @@ SimulatedTracks Stroll(int frames) {
   std::vector<Rigid3> path;
   for (int i = 0; i < frames; ++i) {
     const double s = i / static_cast<double>(frames - 1);
-    const Eigen::Vector3d eye(0.5 * s, 0.01 * std::sin(1.1 * i), 0.1 * std::sin(4 * s)), shake(0.3 * std::sin(0.7 * i), 0.2 * std::cos(0.9 * i), 9);
+    const Eigen::Vector3d eye(0.5 * s, 0.01 * std::sin(1.1 * i), 0.1 * std::sin(4 * s)),
+        shake(0.3 * std::sin(0.7 * i), 0.2 * std::cos(0.9 * i), 9);
     path.push_back(LookAt(eye, shake, Eigen::Vector3d(0.02 * std::sin(0.5 * i), -1, 0)));
   }
   return See(path, PlazaPoints(900), Tracked(0.2, 350));
@@ -312,7 +325,7 @@ TEST(HardCase, AStrollsWindowsLeaveFramesOutAndAllFramesArePlaced) {
   EXPECT_EQ(r.upgrade, UpgradeKind::kQuasiAffine) << r.upgrade_reason;
   EXPECT_TRUE(r.missing.empty());
   for (const WindowDiagnostics& w : r.windows) EXPECT_LE(w.frames, 61);
-  EXPECT_LT(r.sigma_px, 0.22);   // 0.2 px of noise
+  EXPECT_LT(r.sigma_px, 0.22);  // 0.2 px of noise
 }
 
 TEST(HardCase, AStrollIsMetricWithItsCamera) {

@@ -34,7 +34,7 @@ using test::PlazaPoints;
 using test::See;
 using test::SimulatedTracks;
 
-constexpr double kExact = 1e-9;          // noise-free, pixels
+constexpr double kExact = 1e-9;  // noise-free, pixels
 constexpr double kNoisePx = 0.3;
 
 // The truth as a projective model, moved by a frame change far from the identity.
@@ -113,7 +113,8 @@ TEST(Windows, EveryFrameIsInOneAndNeighboursOverlap) {
   ASSERT_GT(windows.size(), 3U);
   EXPECT_EQ(windows.front().frames.front(), 0);
   EXPECT_EQ(windows.back().frames.back(), 96);
-  for (std::size_t i = 1; i < windows.size(); ++i) EXPECT_LE(windows[i].frames.front(), windows[i - 1].frames.back() - 4);
+  for (std::size_t i = 1; i < windows.size(); ++i)
+    EXPECT_LE(windows[i].frames.front(), windows[i - 1].frames.back() - 4);
 }
 
 TEST(Windows, FramesLeftOutAreInNoneButTheLastOneIs) {
@@ -156,7 +157,8 @@ struct PairOfFrames {
   double unit_a, unit_b;
 };
 PairOfFrames TakePair(const ImagePoints& points, int i, int j) {
-  PairOfFrames pair{{}, {}, points.px_per_unit[static_cast<std::size_t>(i)], points.px_per_unit[static_cast<std::size_t>(j)]};
+  PairOfFrames pair{
+      {}, {}, points.px_per_unit[static_cast<std::size_t>(i)], points.px_per_unit[static_cast<std::size_t>(j)]};
   for (const auto& track : points.tracks) {
     const Sight *a = nullptr, *b = nullptr;
     for (const Sight& s : track) {
@@ -268,7 +270,8 @@ TEST(Intersection, OutliersAmongTheSightsAreNamed) {
     if (points.tracks[t].size() <= 8) continue;
     model.solved[t] = 0;
     ASSERT_TRUE(IntersectTrack(points, model, t, {}));
-    for (std::size_t k = 0; k < points.tracks[t].size(); ++k) EXPECT_EQ(model.inlier[t][k] != 0, k != 1 && k != 5 && k != 7);
+    for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
+      EXPECT_EQ(model.inlier[t][k] != 0, k != 1 && k != 5 && k != 7);
   }
 }
 
@@ -369,7 +372,8 @@ TEST(ProjectiveBundle, BringsADisturbedModelBack) {
 
 TEST(ProjectiveBundle, OutliersPullLittleUnderARobustLoss) {
   SimulatedTracks s = See(DeskPath(8), DeskPoints(60), {});
-  for (std::size_t t = 0; t < s.tracks.tracks.size(); t += 6) s.tracks.tracks[t].observations[0].x_px += Eigen::Vector2d(15, 9);
+  for (std::size_t t = 0; t < s.tracks.tracks.size(); t += 6)
+    s.tracks.tracks[t].observations[0].x_px += Eigen::Vector2d(15, 9);
   const ImagePoints points = Normalise(s.tracks, std::nullopt);
   const auto median = [&](BundleOptions::Loss loss) {
     ProjectiveModel model = TrueModel(s, points);
@@ -421,7 +425,8 @@ TEST(MetricBundle, CutTracksStillTieEachCameraToItsNeighbours) {
   metric.X = s.x_in_world;
   std::mt19937_64 random(6);
   std::normal_distribution<double> gauss(0, 3e-3);
-  for (auto& pose : metric.cam_from_world) pose.translation += Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
+  for (auto& pose : metric.cam_from_world)
+    pose.translation += Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
   BundleOptions options;
   options.loss = BundleOptions::Loss::kNone;
   options.max_iterations = 100;
@@ -538,7 +543,8 @@ TEST(LinearProgram, FiveUnknownsAndManyConstraintsReachTheKnownOptimum) {
     }
     Eigen::VectorXd c(5);
     for (int k = 0; k < 5; ++k) c[k] = gauss(random);
-    // A simplex around the optimum's direction, so that the optimum is a vertex that is known: all five meet at c / |c|.
+    // A simplex around the optimum's direction, so that the optimum is a vertex that is known: all five meet at c /
+    // |c|.
     const Eigen::VectorXd u = c.normalized();
     for (int k = 0; k < 5; ++k) A.row(n + k) = (u + 0.3 * (Eigen::VectorXd::Unit(5, k) - u[k] * u)).transpose();
     Eigen::VectorXd b = Eigen::VectorXd::Constant(n + 5, 1.5);
@@ -568,7 +574,8 @@ TEST(QuasiAffine, EverythingIsInFrontAndOnOneSideOfInfinity) {
   EXPECT_GT(result.margin, 0);
   for (std::size_t t = 0; t < points.tracks.size(); ++t) {
     EXPECT_GT(model.X[t].w(), 0);
-    for (const Sight& x : points.tracks[t]) EXPECT_GT(model.P[static_cast<std::size_t>(x.frame)].row(2).dot(model.X[t]), 0);
+    for (const Sight& x : points.tracks[t])
+      EXPECT_GT(model.P[static_cast<std::size_t>(x.frame)].row(2).dot(model.X[t]), 0);
   }
   // Centres of projection are finite and the left blocks keep their handedness: in front means det > 0 and w > 0.
   for (const auto& P : model.P) EXPECT_GT(P.leftCols<3>().determinant(), 0);
@@ -583,11 +590,12 @@ TEST(QuasiAffine, TheHullOfPointsAndCamerasIsNotCut) {
   std::mt19937_64 random(19);
   for (int trial = 0; trial < 200; ++trial) {
     const std::size_t i = random() % model.X.size(), j = random() % model.X.size();
-    // The midpoint in the world, carried into the frame by the line's own cross ratio: on the segment, not through infinity.
+    // The midpoint in the world, carried into the frame by the line's own cross ratio: on the segment, not through
+    // infinity.
     const Eigen::Vector4d middle = (s.x_in_world[i] / s.x_in_world[i].w() + s.x_in_world[j] / s.x_in_world[j].w()) / 2;
     // Its image in two cameras lies between the images of the ends.
-    const Eigen::Vector3d image = NormalisedFromPixels(points,
-        0) * s.camera.K() * (s.cam_from_world[0] * Eigen::Vector3d(middle.head<3>()));
+    const Eigen::Vector3d image =
+        NormalisedFromPixels(points, 0) * s.camera.K() * (s.cam_from_world[0] * Eigen::Vector3d(middle.head<3>()));
     const Eigen::Vector3d a = model.P[0] * model.X[i], b = model.P[0] * model.X[j];
     const Eigen::Vector2d from = a.hnormalized(), to = b.hnormalized(), at = image.hnormalized();
     const double share = (at - from).dot(to - from) / std::max(1e-12, (to - from).squaredNorm());
@@ -605,7 +613,8 @@ TEST(Upgrade, TheTrueFrameIsFoundExactly) {
   EXPECT_LT(upgrade.residual, 1e-8);
   EXPECT_EQ(upgrade.front_share, 1);
   for (std::size_t f = 1; f < 12; ++f) {
-    const Eigen::Quaterniond found = upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[0].rotation.conjugate();
+    const Eigen::Quaterniond found =
+        upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[0].rotation.conjugate();
     const Eigen::Quaterniond truth = s.cam_from_world[f].rotation * s.cam_from_world[0].rotation.conjugate();
     EXPECT_LT(found.angularDistance(truth), 1e-7);
   }
@@ -635,7 +644,8 @@ TEST(Upgrade, TheUncertaintyFollowsTheNoiseAndOneBadCameraDoesNoHarm) {
   const Upgrade upgrade = UpgradeToEuclidean(points, model, K);
   ASSERT_TRUE(upgrade.found);
   for (std::size_t f = 4; f < 12; ++f) {
-    const Eigen::Quaterniond found = upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[3].rotation.conjugate();
+    const Eigen::Quaterniond found =
+        upgrade.cam_from_world[f].rotation * upgrade.cam_from_world[3].rotation.conjugate();
     const Eigen::Quaterniond truth = s.cam_from_world[f].rotation * s.cam_from_world[3].rotation.conjugate();
     EXPECT_LT(found.angularDistance(truth), 0.02);  // a camera that is off altogether still pulls a little
   }
@@ -704,7 +714,8 @@ TEST(WindowUpgrade, AFrameThatNoWindowReachesLeavesNoAnswer) {
     for (int f = begin; f < begin + 15; ++f) frames.push_back(f);
     windows.push_back(MakeWindow(points, frames));
   }
-  const WindowUpgrade joined = UpgradeByWindows(points, TrueModel(s, points), windows, Eigen::Vector4d(560, 560, 322.5, 238.5), {});
+  const WindowUpgrade joined =
+      UpgradeByWindows(points, TrueModel(s, points), windows, Eigen::Vector4d(560, 560, 322.5, 238.5), {});
   EXPECT_FALSE(joined.found);
   EXPECT_EQ(joined.windows, 1);
 }

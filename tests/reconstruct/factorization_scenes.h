@@ -20,20 +20,20 @@ inline Camera TrueCamera() { return Camera::Pinhole(kWidthPx, kHeightPx, 560, 56
 struct SimulatedTracks {
   Camera camera = TrueCamera();
   std::vector<Rigid3> cam_from_world;
-  std::vector<Eigen::Vector4d> x_in_world;      // homogeneous, one a track
+  std::vector<Eigen::Vector4d> x_in_world;  // homogeneous, one a track
   Tracks tracks;
-  double scene_size = 0;                        // diagonal of the bounding box of points and cameras, world units
-  std::vector<std::vector<char>> outlier;       // as Tracks' observations
+  double scene_size = 0;                   // diagonal of the bounding box of points and cameras, world units
+  std::vector<std::vector<char>> outlier;  // as Tracks' observations
 };
 
 inline constexpr int kForever = 1 << 30;
 
 struct Noise {
   double sigma_px = 0;
-  double missing = 0;          // share of sights left out
-  double outliers = 0;         // share of sights moved anywhere in the photo
-  Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();   // added to every sight and to the principal point
-  int max_track_frames = kForever;   // a track is cut after so many frames, and a new one begins
+  double missing = 0;                                   // share of sights left out
+  double outliers = 0;                                  // share of sights moved anywhere in the photo
+  Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();  // added to every sight and to the principal point
+  int max_track_frames = kForever;                      // a track is cut after so many frames, and a new one begins
   unsigned seed = 1;
 };
 
@@ -46,8 +46,8 @@ inline Noise Tracked(double sigma_px = 0.3, int max_track_frames = kForever) {
 }
 
 // Sees what is in front and inside the photo; tracks seen in fewer than two frames are left out.
-inline SimulatedTracks See(const std::vector<Rigid3>& path, const std::vector<Eigen::Vector4d>& points, const Noise& noise,
-                           const Camera& camera = TrueCamera()) {
+inline SimulatedTracks See(const std::vector<Rigid3>& path, const std::vector<Eigen::Vector4d>& points,
+                           const Noise& noise, const Camera& camera = TrueCamera()) {
   SimulatedTracks s;
   s.camera = camera;
   s.cam_from_world = path;
@@ -109,7 +109,8 @@ inline SimulatedTracks InNoOrder(SimulatedTracks s) {
   s.cam_from_world = path;
   for (Track& track : s.tracks.tracks) {
     for (auto& o : track.observations) o.frame = place(o.frame);
-    std::sort(track.observations.begin(), track.observations.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
+    std::sort(track.observations.begin(), track.observations.end(),
+              [](const auto& a, const auto& b) { return a.frame < b.frame; });
   }
   return s;
 }
@@ -120,7 +121,8 @@ inline std::vector<Rigid3> WithoutTurning(std::vector<Rigid3> path) {
   return path;
 }
 
-inline std::vector<Eigen::Vector4d> PointsInBox(const Eigen::Vector3d& low, const Eigen::Vector3d& high, int n, unsigned seed) {
+inline std::vector<Eigen::Vector4d> PointsInBox(const Eigen::Vector3d& low, const Eigen::Vector3d& high, int n,
+                                                unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   std::vector<Eigen::Vector4d> points;
@@ -138,12 +140,14 @@ inline std::vector<Rigid3> PlazaPath(int frames) {
   for (int i = 0; i < frames; ++i) {
     const double s = frames > 1 ? i / static_cast<double>(frames - 1) : 0.0;
     const Eigen::Vector3d eye(-3 + 6 * s, -0.3 * std::sin(9 * s), -1 + 0.8 * std::sin(4 * s));
-    path.push_back(LookAt(eye, Eigen::Vector3d(1.5 * std::sin(5 * s), 0.2 * std::cos(7 * s), 9), Eigen::Vector3d(0.05 * std::sin(11 * s),
-        -1, 0)));
+    path.push_back(LookAt(eye, Eigen::Vector3d(1.5 * std::sin(5 * s), 0.2 * std::cos(7 * s), 9),
+                          Eigen::Vector3d(0.05 * std::sin(11 * s), -1, 0)));
   }
   return path;
 }
-inline std::vector<Eigen::Vector4d> PlazaPoints(int n, unsigned seed = 7) { return PointsInBox({-9, -3, 5}, {9, 2, 16}, n, seed); }
+inline std::vector<Eigen::Vector4d> PlazaPoints(int n, unsigned seed = 7) {
+  return PointsInBox({-9, -3, 5}, {9, 2, 16}, n, seed);
+}
 
 // Forward through a corridor: points on its four walls, the epipole in the middle of the photo.
 inline std::vector<Rigid3> HallwayPath(int frames) {
@@ -151,7 +155,8 @@ inline std::vector<Rigid3> HallwayPath(int frames) {
   for (int i = 0; i < frames; ++i) {
     const double s = frames > 1 ? i / static_cast<double>(frames - 1) : 0.0;
     const Eigen::Vector3d eye(0.1 * std::sin(8 * s), 0.05 * std::cos(9 * s), 6 * s);
-    path.push_back(LookAt(eye, eye + Eigen::Vector3d(0.05 * std::sin(6 * s), 0.03 * std::cos(5 * s), 1), -Eigen::Vector3d::UnitY()));
+    path.push_back(LookAt(eye, eye + Eigen::Vector3d(0.05 * std::sin(6 * s), 0.03 * std::cos(5 * s), 1),
+                          -Eigen::Vector3d::UnitY()));
   }
   return path;
 }
@@ -159,14 +164,16 @@ inline std::vector<Eigen::Vector4d> HallwayPoints(int n, unsigned seed = 8) {
   std::vector<Eigen::Vector4d> points = PointsInBox({-1.5, -1.2, 1}, {1.5, 1.2, 20}, n, seed);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::size_t wall = i % 5;
-    if (wall < 2) points[i].x() = wall == 0 ? -1.5 : 1.5;
-    else if (wall < 4) points[i].y() = wall == 2 ? -1.2 : 1.2;
+    if (wall < 2)
+      points[i].x() = wall == 0 ? -1.5 : 1.5;
+    else if (wall < 4)
+      points[i].y() = wall == 2 ? -1.2 : 1.2;
   }
   return points;
 }
 
-// A drive of 29 m down a corridor 2.4 m wide, photos a metre and more apart, seen small: after three or four of them all that
-// was near is past.
+// A drive of 29 m down a corridor 2.4 m wide, photos a metre and more apart, seen small: after three or four of them
+// all that was near is past.
 inline Camera DriveCamera() { return Camera::Pinhole(320, 240, 228.5, 228.5, 160, 120); }
 inline std::vector<Rigid3> DrivePath(int frames) {
   std::vector<Rigid3> path;
@@ -180,8 +187,10 @@ inline std::vector<Rigid3> DrivePath(int frames) {
 inline std::vector<Eigen::Vector4d> DrivePoints(int n, unsigned seed = 10) {
   std::vector<Eigen::Vector4d> points = PointsInBox({-1.2, -1.3, 1}, {1.2, 1.3, 37}, n, seed);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (i % 2 == 0) points[i].x() = i % 4 == 0 ? -1.2 : 1.2;
-    else points[i].y() = i % 4 == 1 ? -1.3 : 1.3;
+    if (i % 2 == 0)
+      points[i].x() = i % 4 == 0 ? -1.2 : 1.2;
+    else
+      points[i].y() = i % 4 == 1 ? -1.3 : 1.3;
   }
   return points;
 }
@@ -196,7 +205,8 @@ inline std::vector<Rigid3> DeskPath(int frames, double arc_deg = 60) {
   }
   return path;
 }
-inline std::vector<Eigen::Vector4d> DeskPoints(int n, unsigned seed = 9) { return PointsInBox({-0.6, -0.4, -0.5}, {0.6, 0.1, 0.5}, n,
-    seed); }
+inline std::vector<Eigen::Vector4d> DeskPoints(int n, unsigned seed = 9) {
+  return PointsInBox({-0.6, -0.4, -0.5}, {0.6, 0.1, 0.5}, n, seed);
+}
 
 }  // namespace lumi::test

@@ -1,4 +1,5 @@
-// From tracks to scenes, on simulated tracks like those of the examples: accuracy that is promised, and what comes with it.
+// From tracks to scenes, on simulated tracks like those of the examples: accuracy that is promised, and what comes with
+// it.
 #include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ constexpr double kProjectiveRmsPx = 0.5;
 Noise Tracked() { return test::Tracked(0.3, 40); }
 
 void ExpectTruth(const FactorizationResult& r, const SimulatedTracks& s, double rotation_deg = kRotationDeg,
-    double share = kCentreShareOfScene) {
+                 double share = kCentreShareOfScene) {
   ASSERT_EQ(r.upgrade, UpgradeKind::kMetric) << r.upgrade_reason;
   const test::TruthErrors errors = test::ErrorsAgainst(s, r);
   EXPECT_EQ(errors.placed, s.cam_from_world.size());
@@ -51,9 +52,10 @@ TEST_P(OfAnExample, TheEuclideanResultIsWithinATenthOfADegreeAndThreePerMille) {
   for (const WindowDiagnostics& w : r.windows) EXPECT_EQ(w.outcome, "merged");
 }
 INSTANTIATE_TEST_SUITE_P(Simulated, OfAnExample, testing::Values("plaza", "hallway", "desk"),
-    [](const auto& p) { return std::string(p.param); });
+                         [](const auto& p) { return std::string(p.param); });
 
-// Tracks of three to five frames: one plane at infinity for all frames leaves errors of 10 px and more in each of these.
+// Tracks of three to five frames: one plane at infinity for all frames leaves errors of 10 px and more in each of
+// these.
 TEST(Factorization, ALongDriveInFewFramesIsMetric) {
   struct Drive {
     int track_frames;
@@ -84,7 +86,8 @@ TEST(Factorization, WithoutIntrinsicsTheSceneIsQuasiAffineAndSaysWhy) {
   for (const FactorizationPoint& p : r.points) {
     EXPECT_GT(p.X.w(), 0);
     for (const int o : p.observations) {
-      const TrackObservation& seen = s.tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)];
+      const TrackObservation& seen =
+          s.tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)];
       const auto x = Project(r.P[static_cast<std::size_t>(seen.frame)], p.X);
       ASSERT_TRUE(x);  // in front
       EXPECT_LT((*x - seen.x_px).norm(), 3);
@@ -160,7 +163,8 @@ TEST(Factorization, ASceneHasSortedViewsAndPointsInPixelsOfTheirPhotos) {
   const Scene scene = ToScene(r, s.tracks);
   ASSERT_EQ(scene.frame, Frame::kMetric);
   ASSERT_EQ(scene.views.size(), 15U);
-  EXPECT_TRUE(std::is_sorted(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; }));
+  EXPECT_TRUE(std::is_sorted(scene.views.begin(), scene.views.end(),
+                             [](const View& a, const View& b) { return a.name < b.name; }));
   ASSERT_GT(scene.points.size(), 100U);
   for (const Point& p : scene.points)
     for (const Observation& o : p.track) {

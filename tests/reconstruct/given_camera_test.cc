@@ -26,7 +26,8 @@ class Said : public ProgressSink {
 
 constexpr int kWidthPx = 80, kHeightPx = 60;
 
-// A lens with skew, and a photo through it in which a pixel's colour tells the ray that it is on: exact to a rounding of 1/255.
+// A lens with skew, and a photo through it in which a pixel's colour tells the ray that it is on: exact to a rounding
+// of 1/255.
 Camera Skewed() { return {CameraModel::kPlumbBob, kWidthPx, kHeightPx, {90, 92, 41, 29, 3, -0.2, 0.05, 0, 0, 0}}; }
 constexpr double kRange = 0.7;  // colours reach from -kRange to kRange on z = 1
 double Colour(double x) { return 255 * (0.5 + 0.5 * x / kRange); }
@@ -37,7 +38,8 @@ class GivenCameraTest : public testing::Test {
     options_.input = folder_ / "photos";
     options_.camera_yaml = folder_ / "camera.yaml";
     capture_.folder = options_.input;
-    for (const char* name : {"a.png", "b.png"}) capture_.photos.push_back({name, kWidthPx, kHeightPx, {}, {}, {}, false});
+    for (const char* name : {"a.png", "b.png"})
+      capture_.photos.push_back({name, kWidthPx, kHeightPx, {}, {}, {}, false});
     Image8 photo(kWidthPx, kHeightPx, 3);
     for (int y = 0; y < kHeightPx; ++y)
       for (int x = 0; x < kWidthPx; ++x) {
@@ -77,7 +79,9 @@ TEST_F(GivenCameraTest, OfThePhotosOwnSizeItIsTakenAsItIs) {
 }
 
 TEST_F(GivenCameraTest, OfTheSameShapeItIsScaledAndThatIsSaidOnce) {
-  WriteCameraYaml({CameraModel::kPlumbBob, 4 * kWidthPx, 4 * kHeightPx, {360, 368, 164, 116, 0, -0.2, 0.05, 1e-3, 0, 0}}, options_.camera_yaml);
+  WriteCameraYaml(
+      {CameraModel::kPlumbBob, 4 * kWidthPx, 4 * kHeightPx, {360, 368, 164, 116, 0, -0.2, 0.05, 1e-3, 0, 0}},
+      options_.camera_yaml);
   const Camera camera = ReadCameraYaml(Fit().yaml);
   EXPECT_EQ(camera.width_px, kWidthPx);
   EXPECT_EQ(camera.params, (std::vector<double>{90, 92, 41, 29, -0.2, 0.05, 1e-3, 0}));
@@ -116,7 +120,8 @@ TEST_F(GivenCameraTest, ABrokenFileIsRefused) {
 }
 
 TEST_F(GivenCameraTest, WithoutDistortionItIsSaidThatThereIsNone) {
-  WriteTextAtomically(options_.camera_yaml, "image_width: 80\nimage_height: 60\ncamera_matrix:\n  data: [90, 0, 41, 0, 92, 29, 0, 0, 1]\n");
+  WriteTextAtomically(options_.camera_yaml,
+                      "image_width: 80\nimage_height: 60\ncamera_matrix:\n  data: [90, 0, 41, 0, 92, 29, 0, 0, 1]\n");
   Fit();
   ASSERT_EQ(said_.lines.size(), 1U);
   EXPECT_THAT(said_.lines[0], HasSubstr("no distortion"));

@@ -30,7 +30,8 @@ class HeldCameras : public ::testing::Test {
       view.name = "photo" + std::to_string(v) + ".jpg";
       view.camera = camera;
       const double angle = 0.15 * v;
-      view.cam_from_world = LookAt(Eigen::Vector3d(6 * std::sin(angle), 0.5, -6 * std::cos(angle)), Eigen::Vector3d::Zero(), Eigen::Vector3d(0, -1, 0));
+      view.cam_from_world = LookAt(Eigen::Vector3d(6 * std::sin(angle), 0.5, -6 * std::cos(angle)),
+                                   Eigen::Vector3d::Zero(), Eigen::Vector3d(0, -1, 0));
       views_.push_back(view);
       std::vector<Eigen::Vector2d> keypoints;
       for (const auto& X : truth_) keypoints.push_back(*camera.Project(view.cam_from_world * X));
@@ -69,7 +70,9 @@ TEST_F(HeldCameras, PointsAreTriangulatedAndWrongMatchesLeftOut) {
   }
   EXPECT_GE(exact, 175);
   // The cameras are held exactly.
-  for (int v = 0; v < kViews; ++v) EXPECT_EQ(scene.views[static_cast<std::size_t>(v)].cam_from_world.translation, views_[static_cast<std::size_t>(v)].cam_from_world.translation);
+  for (int v = 0; v < kViews; ++v)
+    EXPECT_EQ(scene.views[static_cast<std::size_t>(v)].cam_from_world.translation,
+              views_[static_cast<std::size_t>(v)].cam_from_world.translation);
 }
 
 TEST_F(HeldCameras, ObservationsArePhotoPixelsUnderTheDistortedCamera) {
@@ -83,10 +86,12 @@ TEST_F(HeldCameras, WrongCamerasGiveHardlyAnyPoint) {
 }
 
 TEST_F(HeldCameras, AMatchOfAFeatureThatIsNotThereIsRefused) {
-  { TestDatabase other(folder_.path() / "bad.db");
+  {
+    TestDatabase other(folder_.path() / "bad.db");
     other.AddImage(1, "photo0.jpg", 3);
     other.AddImage(2, "photo1.jpg", 3);
-    other.AddMatches(1, 2, {{0, 99}}); }
+    other.AddMatches(1, 2, {{0, 99}});
+  }
   EXPECT_THROW(TriangulateHeld(views_, folder_.path() / "bad.db", {}, SilentProgress()), InputError);
 }
 

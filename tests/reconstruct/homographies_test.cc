@@ -23,7 +23,9 @@ FactorizationResult Related(const TurningVideo& turning) {
   for (const FactorizationPoint& p : r.points) {
     EXPECT_GT(p.X.w(), 0);
     for (const int o : p.observations) {
-      const int f = turning.sight.tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(o)].frame;
+      const int f = turning.sight.tracks.tracks[static_cast<std::size_t>(p.track)]
+                        .observations[static_cast<std::size_t>(o)]
+                        .frame;
       EXPECT_GT(r.P[static_cast<std::size_t>(f)].row(2).dot(p.X), 0);
     }
   }
@@ -39,7 +41,8 @@ TEST(HardCase, ACameraThatTurnsIsFollowedByHomographies) {
     const FactorizationResult r = Related(turning);
     EXPECT_TRUE(r.missing.empty());
     EXPECT_LT(TransferErrorPx(turning, r, 1), kNeighbourPx) << pan_deg;
-    EXPECT_LT(TransferErrorPx(turning, r, std::min<std::size_t>(30, static_cast<std::size_t>(1500 / pan_deg))), kFarPx) << pan_deg;
+    EXPECT_LT(TransferErrorPx(turning, r, std::min<std::size_t>(30, static_cast<std::size_t>(1500 / pan_deg))), kFarPx)
+        << pan_deg;
     EXPECT_NEAR(r.rms_px, 0.3 * std::sqrt(2.0), 0.05);
   }
 }
@@ -108,7 +111,8 @@ TEST(HardCase, FramesThatShareNothingStayAndAreNamed) {
   std::vector<int> seen(40, 0);
   for (const FactorizationPoint& p : r.points)
     for (const int k : p.observations) {
-      const TrackObservation& x = tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(k)];
+      const TrackObservation& x =
+          tracks.tracks[static_cast<std::size_t>(p.track)].observations[static_cast<std::size_t>(k)];
       ++seen[static_cast<std::size_t>(x.frame)];
       const Eigen::Vector3d q = r.P[static_cast<std::size_t>(x.frame)] * p.X;
       EXPECT_LT((q.hnormalized() - x.x_px).norm(), 4.01);
@@ -129,7 +133,11 @@ TEST(HardCase, WithoutASingleTrackFramesPassThrough) {
     const Scene scene = ToScene(r, tracks);
     for (std::size_t v = 0; v < scene.views.size() && frames > 1; ++v)
       EXPECT_GE(std::count_if(scene.points.begin(), scene.points.end(),
-                              [&](const Point& p) { return std::any_of(p.track.begin(), p.track.end(), [&](const Observation& o) { return o.view.value == static_cast<int>(v); }); }),
+                              [&](const Point& p) {
+                                return std::any_of(p.track.begin(), p.track.end(), [&](const Observation& o) {
+                                  return o.view.value == static_cast<int>(v);
+                                });
+                              }),
                 24);
   }
   EXPECT_THROW(ReconstructByHomographies({}, {}, SilentProgress()), DataError);
@@ -158,7 +166,8 @@ TEST(HardCase, HomographiesSurviveTheirFile) {
   ASSERT_EQ(back.views.size(), scene.views.size());
   ASSERT_EQ(back.points.size(), scene.points.size());
   for (std::size_t v = 0; v < scene.views.size(); ++v) EXPECT_TRUE(back.views[v].P.isApprox(scene.views[v].P, 0));
-  for (std::size_t p = 0; p < scene.points.size(); ++p) EXPECT_TRUE(back.points[p].X_in_world.isApprox(scene.points[p].X_in_world, 0));
+  for (std::size_t p = 0; p < scene.points.size(); ++p)
+    EXPECT_TRUE(back.points[p].X_in_world.isApprox(scene.points[p].X_in_world, 0));
   EXPECT_TRUE(back.plane_at_infinity->isApprox(Eigen::Vector4d(0, 0, 0, 1)));
 }
 

@@ -36,9 +36,11 @@ TEST(Missing, EachPhotoIsToldItsOwnReason) {
     db.AddMatches(6, 7, 500);
     db.AddMatches(1, 8, 300);
   }
-  Capture capture = PhotosNamed({"a.jpg", "alone.jpg", "b.jpg", "blurred.jpg", "far.jpg", "other1.jpg", "other2.jpg", "turned-away.jpg", "twin.jpg"});
+  Capture capture = PhotosNamed({"a.jpg", "alone.jpg", "b.jpg", "blurred.jpg", "far.jpg", "other1.jpg", "other2.jpg",
+                                 "turned-away.jpg", "twin.jpg"});
   capture.unreadable.push_back({"half.jpg", "unreadable: truncated", ""});
-  const auto missing = ExplainMissing(capture, ColmapDatabase(folder.path() / "database.db"), {"a.jpg", "b.jpg"}, {{"other1.jpg", "other2.jpg"}});
+  const auto missing = ExplainMissing(capture, ColmapDatabase(folder.path() / "database.db"), {"a.jpg", "b.jpg"},
+                                      {{"other1.jpg", "other2.jpg"}});
   std::map<std::string, std::string> reason;
   for (const auto& m : missing) {
     reason[m.name] = m.reason;
@@ -48,8 +50,10 @@ TEST(Missing, EachPhotoIsToldItsOwnReason) {
   }
   EXPECT_EQ(reason.size(), 8u);
   EXPECT_EQ(reason.count("a.jpg"), 0u);
-  EXPECT_NE(reason["blurred.jpg"].find("blurred or textureless (40 features"), std::string::npos) << reason["blurred.jpg"];
-  EXPECT_NE(reason["far.jpg"].find("too few matches (best: 22 inliers with b.jpg)"), std::string::npos) << reason["far.jpg"];
+  EXPECT_NE(reason["blurred.jpg"].find("blurred or textureless (40 features"), std::string::npos)
+      << reason["blurred.jpg"];
+  EXPECT_NE(reason["far.jpg"].find("too few matches (best: 22 inliers with b.jpg)"), std::string::npos)
+      << reason["far.jpg"];
   EXPECT_NE(reason["alone.jpg"].find("too few matches (none"), std::string::npos) << reason["alone.jpg"];
   EXPECT_NE(reason["other1.jpg"].find("other component"), std::string::npos) << reason["other1.jpg"];
   EXPECT_NE(reason["other1.jpg"].find("other2.jpg"), std::string::npos) << reason["other1.jpg"];
@@ -60,7 +64,8 @@ TEST(Missing, EachPhotoIsToldItsOwnReason) {
 
 TEST(Database, AFileThatIsNoneIsRefused) {
   const FixtureFolder folder("nodb");
-  WriteTextAtomically(folder.path() / "text.db", "this is no database, whatever its name says, and long enough to be read");
+  WriteTextAtomically(folder.path() / "text.db",
+                      "this is no database, whatever its name says, and long enough to be read");
   EXPECT_FALSE(ColmapDatabase::IsDatabase(folder.path() / "text.db"));
   EXPECT_FALSE(ColmapDatabase::IsDatabase(folder.path() / "absent.db"));
   EXPECT_FALSE(ColmapDatabase::IsDatabase(folder.path()));

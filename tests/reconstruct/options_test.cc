@@ -29,7 +29,7 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.min_registered = std::nan(""); }));
   EXPECT_TRUE(wrong([](auto& o) { o.keyframes = 1; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.rig = Rig::kRing; }));
-  EXPECT_TRUE(wrong([](auto& o) { o.focal_px = 500; }));                                  // with nothing to use it
+  EXPECT_TRUE(wrong([](auto& o) { o.focal_px = 500; }));  // with nothing to use it
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.focal_px = -5; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3}; }));
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.intrinsics = {1, 2, 3, 4}, o.focal_px = 5; }));
@@ -42,13 +42,15 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.grid_positions = "p.csv"; }));
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_plane = -1; }));
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kRing, o.grid_plane = 0; }));
-  EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid; }));                               // positions may stand in the names
+  EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid; }));  // positions may stand in the names
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.all_frames = true; }));
-  EXPECT_TRUE(wrong([](auto& o) { o.reference = "truth"; }));                             // with nothing to measure
-  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.poses = "p"; }));                  // nothing is estimated
+  EXPECT_TRUE(wrong([](auto& o) { o.reference = "truth"; }));             // with nothing to measure
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.poses = "p"; }));  // nothing is estimated
   EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.rig = Rig::kRing; }));
-  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.database = "d"; }));               // features are what is measured
-  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.reference = "truth", o.backend = Backend::kFactorization, o.projective = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.database = "d"; }));  // features are what is measured
+  EXPECT_TRUE(wrong([](auto& o) {
+    o.tradeoff = true, o.reference = "truth", o.backend = Backend::kFactorization, o.projective = true;
+  }));
   EXPECT_FALSE(wrong([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.focal_px = 500; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kRing, o.search_focal = true; }));

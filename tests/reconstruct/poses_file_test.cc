@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 class PosesFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / fmt::format("lumi-poses-{}-{}", ::getpid(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = fs::temp_directory_path() / fmt::format("lumi-poses-{}-{}", ::getpid(),
+                                                      ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -31,7 +32,8 @@ class PosesFile : public ::testing::Test {
 
 Rigid3 RandomPose(std::mt19937& random) {
   std::normal_distribution<double> normal;
-  return {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized(), Eigen::Vector3d(normal(random), normal(random), normal(random))};
+  return {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized(),
+          Eigen::Vector3d(normal(random), normal(random), normal(random))};
 }
 
 std::string Numbers(const Eigen::Matrix<double, 3, 4>& m) {
@@ -57,7 +59,8 @@ TEST(DecomposeProjection, GivesBackRandomCamerasWhateverTheSignAndScaleOfP) {
     // The condition of K is about its focal length: 1e4 epsilon.
     constexpr double kTolerance = 1e-11;
     EXPECT_LT((d->K - K).cwiseAbs().maxCoeff(), kTolerance * K.maxCoeff());
-    EXPECT_LT(d->cam_from_world.rotation.angularDistance(pose.rotation), 1e-7);  // angularDistance itself has sqrt(epsilon)
+    EXPECT_LT(d->cam_from_world.rotation.angularDistance(pose.rotation),
+              1e-7);  // angularDistance itself has sqrt(epsilon)
     EXPECT_LT((d->cam_from_world.R() - pose.R()).cwiseAbs().maxCoeff(), kTolerance);
     EXPECT_LT((d->cam_from_world.translation - pose.translation).norm(), kTolerance * 1e2);
   }
@@ -75,8 +78,10 @@ TEST(DecomposeProjection, SingularMatricesHaveNoAnswer) {
 TEST_F(PosesFile, TheTwoPoseFormatsAreInversesOfEachOther) {
   std::mt19937 random(2);
   const Rigid3 pose = RandomPose(random);
-  const auto a = ReadPosesFile(Write("# comment\nphoto.jpg " + Numbers(pose.Matrix()) + "\n"), PosesFormat::kCamFromWorld);
-  const auto b = ReadPosesFile(Write("photo.jpg," + Numbers(pose.Inverse().Matrix()) + "\r\n", "b.txt"), PosesFormat::kWorldFromCam);
+  const auto a =
+      ReadPosesFile(Write("# comment\nphoto.jpg " + Numbers(pose.Matrix()) + "\n"), PosesFormat::kCamFromWorld);
+  const auto b = ReadPosesFile(Write("photo.jpg," + Numbers(pose.Inverse().Matrix()) + "\r\n", "b.txt"),
+                               PosesFormat::kWorldFromCam);
   ASSERT_EQ(a.size(), 1u);
   ASSERT_EQ(b.size(), 1u);
   EXPECT_EQ(a[0].name, "photo.jpg");
@@ -87,9 +92,10 @@ TEST_F(PosesFile, TheTwoPoseFormatsAreInversesOfEachOther) {
 }
 
 TEST_F(PosesFile, MiddleburyGivesIntrinsicsAndPose) {
-  const auto cameras = ReadPosesFile(Write("2\na.png 3310.4 0 316.73 0 3325.5 200.55 0 0 1 1 0 0 0 1 0 0 0 1 0.1 0.2 0.3\n"
-                                           "b.png 3310.4 0 316.73 0 3325.5 200.55 0 0 1 0 -1 0 1 0 0 0 0 1 0.1 0.2 0.4\n"),
-                                     PosesFormat::kUnset);
+  const auto cameras =
+      ReadPosesFile(Write("2\na.png 3310.4 0 316.73 0 3325.5 200.55 0 0 1 1 0 0 0 1 0 0 0 1 0.1 0.2 0.3\n"
+                          "b.png 3310.4 0 316.73 0 3325.5 200.55 0 0 1 0 -1 0 1 0 0 0 0 1 0.1 0.2 0.4\n"),
+                    PosesFormat::kUnset);
   ASSERT_EQ(cameras.size(), 2u);
   EXPECT_EQ(cameras[1].name, "b.png");
   EXPECT_DOUBLE_EQ((*cameras[0].K)(0, 2), 316.73);
@@ -142,11 +148,13 @@ Capture PosedPhotos(const std::vector<std::string>& names) {
 
 TEST_F(PosesFile, NamesAreMatchedWithoutEndingAndPunctuation) {
   ReconstructOptions options;
-  options.poses = Write(fmt::format("viff.001.png {}\nviff.000.png {}\nviff.002.png {}\n", "1 0 0 1 0 1 0 0 0 0 1 0", "1 0 0 0 0 1 0 0 0 0 1 0", "1 0 0 2 0 1 0 0 0 0 1 0"));
+  options.poses = Write(fmt::format("viff.001.png {}\nviff.000.png {}\nviff.002.png {}\n", "1 0 0 1 0 1 0 0 0 0 1 0",
+                                    "1 0 0 0 0 1 0 0 0 0 1 0", "1 0 0 2 0 1 0 0 0 0 1 0"));
   options.poses_format = PosesFormat::kCamFromWorld;
   options.focal_px = 500;
   std::vector<MissingPhoto> missing;
-  const auto views = ReadKnownCameras(PosedPhotos({"viff000.jpg", "viff001.jpg", "viff007.jpg"}), options, &missing, SilentProgress());
+  const auto views =
+      ReadKnownCameras(PosedPhotos({"viff000.jpg", "viff001.jpg", "viff007.jpg"}), options, &missing, SilentProgress());
   ASSERT_EQ(views.size(), 2u);
   EXPECT_EQ(views[0].name, "viff000.jpg");
   EXPECT_EQ(views[0].cam_from_world.translation.x(), 0);
@@ -163,7 +171,8 @@ TEST_F(PosesFile, AListWithoutNamesNeedsALineForEachPhoto) {
   options.intrinsics = {500, 500, 320, 240};
   std::vector<MissingPhoto> missing;
   EXPECT_EQ(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg"}), options, &missing, SilentProgress()).size(), 2u);
-  EXPECT_THROW(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg", "c.jpg"}), options, &missing, SilentProgress()), DataError);
+  EXPECT_THROW(ReadKnownCameras(PosedPhotos({"a.jpg", "b.jpg", "c.jpg"}), options, &missing, SilentProgress()),
+               DataError);
 }
 
 TEST_F(PosesFile, APixelOriginAtTheCentreMovesThePrincipalPoint) {

@@ -52,7 +52,8 @@ void ExpectRefusal(const Outcome& o, int code, const std::string& expected) {
   EXPECT_EQ(o.code, code) << o.messages;
   ASSERT_TRUE(o.json.is_object() && o.json.contains("error")) << o.messages;
   EXPECT_EQ(o.json["error"]["code"], code);
-  const std::string message = o.json["error"]["message"].get<std::string>() + o.json["error"]["file"].get<std::string>() + o.json["error"]["hint"].get<std::string>();
+  const std::string message = o.json["error"]["message"].get<std::string>() +
+                              o.json["error"]["file"].get<std::string>() + o.json["error"]["hint"].get<std::string>();
   EXPECT_NE(message.find(expected), std::string::npos) << message;
   EXPECT_EQ(o.json["error"]["message"].get<std::string>().find('\n'), std::string::npos);
 }
@@ -73,7 +74,9 @@ class ReconstructProgram : public ::testing::Test {
     for (const auto& entry : fs::directory_iterator(kFox)) names.push_back(entry.path());
     std::sort(names.begin(), names.end());
     fs::create_directories(target);
-    for (int i = 0; i < count; ++i) WriteImage(target / names[static_cast<std::size_t>(2 * i)].filename(), Resize(ReadImage8(names[static_cast<std::size_t>(2 * i)]), 270, 480), 95);
+    for (int i = 0; i < count; ++i)
+      WriteImage(target / names[static_cast<std::size_t>(2 * i)].filename(),
+                 Resize(ReadImage8(names[static_cast<std::size_t>(2 * i)]), 270, 480), 95);
     return true;
   }
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
@@ -206,9 +209,11 @@ TEST_F(ReconstructProgram, PhotosBecomeAScene) {
   EXPECT_EQ(held.json["images_registered"], 6);
   EXPECT_LT(held.json["mean_reprojection_error_px"].get<double>(), 1.0);
   EXPECT_GT(held.json["points"].get<int>(), 200);
-  const Scene given = ReadColmapModel(folder_ / "scene" / "sparse"), kept = ReadColmapModel(folder_ / "scene3" / "sparse");
+  const Scene given = ReadColmapModel(folder_ / "scene" / "sparse"),
+              kept = ReadColmapModel(folder_ / "scene3" / "sparse");
   for (std::size_t i = 0; i < given.views.size(); ++i) {
-    EXPECT_LT((given.views[i].cam_from_world.Matrix() - kept.views[i].cam_from_world.Matrix()).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LT((given.views[i].cam_from_world.Matrix() - kept.views[i].cam_from_world.Matrix()).cwiseAbs().maxCoeff(),
+              1e-12);
     EXPECT_EQ(given.CameraOf(given.views[i]).params, kept.CameraOf(kept.views[i]).params);
   }
 }
@@ -221,7 +226,9 @@ TEST_F(ReconstructProgram, ATruncatedPhotoIsLeftOutAndNamed) {
   ASSERT_EQ(o.code, 0) << o.messages;
   EXPECT_EQ(o.json["images_total"], 6);
   bool named = false;
-  for (const auto& m : o.json["missing"]) named = named || (m["name"] == victim.filename().string() && m["reason"].get<std::string>().find("unreadable") == 0);
+  for (const auto& m : o.json["missing"])
+    named =
+        named || (m["name"] == victim.filename().string() && m["reason"].get<std::string>().find("unreadable") == 0);
   EXPECT_TRUE(named) << o.json.dump();
   EXPECT_FALSE(fs::exists(folder_ / "scene" / "images" / victim.filename()));
   ExpectRefusal(RunReconstruct({Path("photos"), "-o", Path("scene"), "--min-registered", "1"}), 1, "100 %");
@@ -258,7 +265,8 @@ TEST_F(ReconstructProgram, AKilledRunGoesOnAndLeavesNoHalfScene) {
   for (const int after_ms : {300, 900, 1600}) {
     const pid_t pid = fork();
     if (pid == 0) {
-      execl(kProgram.c_str(), kProgram.c_str(), Path("photos").c_str(), "-o", Path("scene").c_str(), "--quiet", nullptr);
+      execl(kProgram.c_str(), kProgram.c_str(), Path("photos").c_str(), "-o", Path("scene").c_str(), "--quiet",
+            nullptr);
       _exit(127);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
@@ -283,7 +291,8 @@ TEST_F(ReconstructProgram, CtrlCEndsWith130AndEndsColmap) {
     _exit(127);
   }
   // When COLMAP is at work, and not before: its database has appeared.
-  for (int i = 0; i < 3000 && !fs::exists(folder_ / "scene" / "colmap" / "database.db"); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  for (int i = 0; i < 3000 && !fs::exists(folder_ / "scene" / "colmap" / "database.db"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   kill(pid, SIGINT);
   int status = 0;
   waitpid(pid, &status, 0);

@@ -96,7 +96,11 @@ TEST(RingSearch, FindsFocalLengthElevationAndSenseOfATurntable) {
     // Matches are exact to float; the search stops within a fraction of its narrowest tolerance (1.5 px of 640).
     EXPECT_NEAR(views[0].camera.FocalPx().x() / truth.focal_px, 1, 0.02);
     for (int v = 0; v < 24; ++v)
-      EXPECT_LT(views[static_cast<std::size_t>(v)].cam_from_world.rotation.angularDistance(RingPose(truth, v).rotation) * kDegPerRad, 0.5) << v;
+      EXPECT_LT(
+          views[static_cast<std::size_t>(v)].cam_from_world.rotation.angularDistance(RingPose(truth, v).rotation) *
+              kDegPerRad,
+          0.5)
+          << v;
   }
 }
 
@@ -132,7 +136,9 @@ TEST(RingSearch, PhotosThatAreNoRingAreRefused) {
 }
 
 TEST(NelderMead, FindsTheMinimumOfRosenbrocksValley) {
-  const auto rosenbrock = [](const std::vector<double>& x) { return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2); };
+  const auto rosenbrock = [](const std::vector<double>& x) {
+    return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2);
+  };
   const auto x = NelderMead(rosenbrock, {-1.2, 1}, {0.1, 0.1}, 2000, 1e-14);
   EXPECT_NEAR(x[0], 1, 1e-4);
   EXPECT_NEAR(x[1], 1, 1e-4);

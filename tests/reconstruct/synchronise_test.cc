@@ -11,14 +11,17 @@ namespace lumi {
 namespace {
 
 // What several cameras make of one motion: each its own gain and share of the motion, and noise.
-std::vector<MotionSignal> Watch(const std::vector<double>& motion, const std::vector<int>& starts, int frames, double noise) {
+std::vector<MotionSignal> Watch(const std::vector<double>& motion, const std::vector<int>& starts, int frames,
+                                double noise) {
   std::mt19937 random(5);
   std::normal_distribution<double> n(0, noise);
   std::vector<MotionSignal> signals;
   for (std::size_t c = 0; c < starts.size(); ++c) {
     MotionSignal s;
     s.fps = 30;
-    for (int i = 0; i < frames; ++i) s.change.push_back((0.6 + 0.2 * static_cast<double>(c)) * motion[static_cast<std::size_t>(starts[c] + i)] - static_cast<double>(c) + n(random));
+    for (int i = 0; i < frames; ++i)
+      s.change.push_back((0.6 + 0.2 * static_cast<double>(c)) * motion[static_cast<std::size_t>(starts[c] + i)] -
+                         static_cast<double>(c) + n(random));
     signals.push_back(s);
   }
   return signals;
@@ -34,7 +37,8 @@ std::vector<double> RandomMotion(int n) {
 
 TEST(Synchronise, FindsWhenEachVideoStarts) {
   const std::vector<int> starts{12, 0, 37, 5};
-  const Synchronisation s = Synchronise(Watch(RandomMotion(300), starts, 150, 0.2), {"a.mp4", "b.mp4", "c.mp4", "d.mp4"});
+  const Synchronisation s =
+      Synchronise(Watch(RandomMotion(300), starts, 150, 0.2), {"a.mp4", "b.mp4", "c.mp4", "d.mp4"});
   EXPECT_EQ(s.offsets, starts);
   EXPECT_FALSE(s.repeats);
   EXPECT_GT(s.least_correlation, 0.6);

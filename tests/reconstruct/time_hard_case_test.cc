@@ -16,7 +16,8 @@ TEST(TurntableHardCase, TimesFarFromZeroAndPhasesThatRepeatDoNoHarm) {
   EXPECT_LT(table.DistanceOff(FindTurnAxis(table.cam_from_object, table.turns)), 1e-4);
   // Photos of one moment say nothing of the axis, and are no 0/0.
   Table twice(20, 1 / 47.0, 0, 0);
-  for (int i = 0; i < 20; ++i) twice.cam_from_object.push_back(twice.cam_from_object[19]), twice.turns.push_back(twice.turns[19]);
+  for (int i = 0; i < 20; ++i)
+    twice.cam_from_object.push_back(twice.cam_from_object[19]), twice.turns.push_back(twice.turns[19]);
   EXPECT_LT(twice.DistanceOff(FindTurnAxis(twice.cam_from_object, twice.turns)), kExactAxis);
 }
 
@@ -26,7 +27,9 @@ TEST(TurntableHardCase, WhatDoesNotGoRoundIsRefused) {
   std::vector<double> half = table.turns;
   for (double& t : half) t *= 0.5;
   EXPECT_THROW(FindTurnAxis(table.cam_from_object, half), DataError) << "another pace";
-  EXPECT_THROW(FindTurnAxis({table.cam_from_object.begin(), table.cam_from_object.begin() + 3}, {0, 1 / 47.0, 2 / 47.0}), DataError)
+  EXPECT_THROW(
+      FindTurnAxis({table.cam_from_object.begin(), table.cam_from_object.begin() + 3}, {0, 1 / 47.0, 2 / 47.0}),
+      DataError)
       << "two pairs";
   EXPECT_THROW(FindTurnAxis({}, {}), DataError);
   // A camera that looks about at the right pace, from places that lie on no circle.
@@ -52,9 +55,11 @@ TEST(EpipolarSynchroniseHardCase, WhatTellsNothingLeavesTheGuessAsItIs) {
 }
 
 TEST(EpipolarSynchroniseHardCase, ACameraInAnothersViewHasItsEpipoleThere) {
-  // The second stands before the first, on its axis, nearer by half; approached from beside, where the epipole leaves the picture.
+  // The second stands before the first, on its axis, nearer by half; approached from beside, where the epipole leaves
+  // the picture.
   for (const double aside : {1.0, 0.1, 1e-3, 1e-9, 0.0}) {
-    const std::vector<int> off = CorrectOffsets(Watched({{0, -4, 0.5}, {aside, -2, 0.25}, {1, -3, 0.9}}, {4, 1, 6}, 7), {6, 1, 5}).frames;
+    const std::vector<int> off =
+        CorrectOffsets(Watched({{0, -4, 0.5}, {aside, -2, 0.25}, {1, -3, 0.9}}, {4, 1, 6}, 7), {6, 1, 5}).frames;
     EXPECT_EQ(off[0] + 2, off[1]) << aside;
     EXPECT_EQ(off[2] - 1, off[1]) << aside;
   }

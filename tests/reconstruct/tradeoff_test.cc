@@ -29,8 +29,9 @@ TEST(TradeoffSettings, OfTheFactorisationAreFeaturesWindowAndAdjustment) {
   const auto settings = TradeoffSettings(o, {60, true, 640});
   EXPECT_THAT(ValuesOf(settings, &ReconstructOptions::features), ElementsAre(200, 400, 800, 1600));
   EXPECT_THAT(ValuesOf(settings, &ReconstructOptions::window_frames), ElementsAre(10, 20, 40));
-  EXPECT_THAT(ValuesOf(settings, &ReconstructOptions::max_image_size_px), ElementsAre(0));  // a video is followed at its own size
-  ASSERT_EQ(settings.size(), 9U);                                                           // as given, 3 + 2 + 1 beside, two of all dials
+  EXPECT_THAT(ValuesOf(settings, &ReconstructOptions::max_image_size_px),
+              ElementsAre(0));     // a video is followed at its own size
+  ASSERT_EQ(settings.size(), 9U);  // as given, 3 + 2 + 1 beside, two of all dials
   EXPECT_EQ(settings[0].name, "as given: features 800, window 20, adjusted");
   EXPECT_EQ(settings[0].line, "");
   EXPECT_EQ(settings[1].name, "features 200");
@@ -81,7 +82,8 @@ TEST(TradeoffSettings, StayWithinWhatTheCaptureHas) {
   }
 }
 
-TradeoffRow Row(const std::string& name, double seconds, double px, std::optional<double> centres, int registered = 10) {
+TradeoffRow Row(const std::string& name, double seconds, double px, std::optional<double> centres,
+                int registered = 10) {
   TradeoffRow row;
   row.setting.name = name;
   row.setting.options.max_image_size_px = 800;
@@ -105,7 +107,8 @@ std::vector<std::string> FrontOf(std::vector<TradeoffRow> rows) {
 }
 
 TEST(TradeoffFront, HoldsWhatNothingElseBeatsInBoth) {
-  EXPECT_THAT(FrontOf({Row("slow", 9, 0.5, 0.1), Row("fast", 1, 0.4, 0.9), Row("between", 4, 0.9, 0.3), Row("beaten", 5, 0.1, 0.35)}),
+  EXPECT_THAT(FrontOf({Row("slow", 9, 0.5, 0.1), Row("fast", 1, 0.4, 0.9), Row("between", 4, 0.9, 0.3),
+                       Row("beaten", 5, 0.1, 0.35)}),
               ElementsAre("slow", "fast", "between"));
   // Without a reference by the reprojection error.
   EXPECT_THAT(FrontOf({Row("slow", 9, 0.5, {}), Row("fast", 1, 0.4, {})}), ElementsAre("fast"));
@@ -151,11 +154,12 @@ TEST(Tradeoff, AFailedSettingIsARowWithItsReason) {
   std::istringstream lines(csv);
   for (std::string line; std::getline(lines, line);) {
     bool quoted = false;
-    commas.insert(std::count_if(line.begin(), line.end(), [&](char c) { return quoted = quoted != (c == '"'), c == ',' && !quoted; }));
+    commas.insert(std::count_if(line.begin(), line.end(),
+                                [&](char c) { return quoted = quoted != (c == '"'), c == ',' && !quoted; }));
   }
   EXPECT_EQ(commas.size(), 1U) << csv;  // every line has as many fields
-  EXPECT_THAT(TradeoffSvg(m.tradeoff),
-              testing::AllOf(HasSubstr("Camera centres"), HasSubstr("Reprojection error"), HasSubstr("as given: 800 px")));
+  EXPECT_THAT(TradeoffSvg(m.tradeoff), testing::AllOf(HasSubstr("Camera centres"), HasSubstr("Reprojection error"),
+                                                      HasSubstr("as given: 800 px")));
   m.tradeoff.rows.clear();
   EXPECT_THAT(TradeoffSvg(m.tradeoff), HasSubstr("no measurement"));
 }

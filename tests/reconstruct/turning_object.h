@@ -10,7 +10,8 @@
 
 namespace lumi {
 
-// A camera in the room that looks at an object on a table, and rises after every turn; `shake`: of a hand, in the room's units and radians.
+// A camera in the room that looks at an object on a table, and rises after every turn; `shake`: of a hand, in the
+// room's units and radians.
 struct Table {
   Eigen::Vector3d axis = Eigen::Vector3d(0.1, -1, 0.2).normalized(), point{0.3, 0.2, -0.1};
   std::vector<Rigid3> cam_from_room, cam_from_object;
@@ -23,13 +24,13 @@ struct Table {
     for (int i = 0; i < photos; ++i) {
       turns.push_back(first + i * step);
       const double rise = std::floor(i * step) * 0.2;
-      const Eigen::Vector3d eye = Eigen::Vector3d(2, -0.4 - rise, 1) + shake * Eigen::Vector3d(noise(random), noise(random), noise(random));
+      const Eigen::Vector3d eye =
+          Eigen::Vector3d(2, -0.4 - rise, 1) + shake * Eigen::Vector3d(noise(random), noise(random), noise(random));
       Rigid3 camera = LookAt(eye, point, -axis);
-      camera =
-          Rigid3{
-              Eigen::Quaterniond(Eigen::AngleAxisd(shake * noise(random), Eigen::Vector3d(noise(random), 1, noise(random)).normalized())),
-              Eigen::Vector3d::Zero()} *
-          camera;
+      camera = Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(
+                          shake * noise(random), Eigen::Vector3d(noise(random), 1, noise(random)).normalized())),
+                      Eigen::Vector3d::Zero()} *
+               camera;
       cam_from_room.push_back(camera);
       cam_from_object.push_back(camera * truth.RoomFromObject(turns.back()));
     }

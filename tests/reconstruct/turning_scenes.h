@@ -10,15 +10,15 @@ namespace lumi::test {
 
 struct TurningVideo {
   SimulatedTracks sight;
-  std::vector<Eigen::Matrix3d> G;     // pixels from directions
+  std::vector<Eigen::Matrix3d> G;  // pixels from directions
 };
 
 struct TurningOptions {
   int frames = 60;
-  double pan_deg = 30, zoom = 1;      // over the whole video
+  double pan_deg = 30, zoom = 1;  // over the whole video
   double shake_rad = 0.01;
   double noise_px = 0.3;
-  double movers = 0;                  // share of the tracks that move by themselves, together
+  double movers = 0;  // share of the tracks that move by themselves, together
   int points = 600, track_frames = 60;
 };
 
@@ -28,9 +28,10 @@ inline TurningVideo Turn(const TurningOptions& o) {
   std::vector<double> zoom;
   for (int f = 0; f < o.frames; ++f) {
     const double u = o.frames > 1 ? f / (o.frames - 1.0) : 0;
-    const Eigen::Quaterniond q = Eigen::AngleAxisd(o.shake_rad * std::sin(0.9 * f), Eigen::Vector3d::UnitX()) *
-                                 Eigen::AngleAxisd(-o.pan_deg * kRadPerDeg * u + o.shake_rad * std::sin(1.3 * f + 1), Eigen::Vector3d::UnitY()) *
-                                 Eigen::AngleAxisd(o.shake_rad * std::sin(0.5 * f), Eigen::Vector3d::UnitZ());
+    const Eigen::Quaterniond q =
+        Eigen::AngleAxisd(o.shake_rad * std::sin(0.9 * f), Eigen::Vector3d::UnitX()) *
+        Eigen::AngleAxisd(-o.pan_deg * kRadPerDeg * u + o.shake_rad * std::sin(1.3 * f + 1), Eigen::Vector3d::UnitY()) *
+        Eigen::AngleAxisd(o.shake_rad * std::sin(0.5 * f), Eigen::Vector3d::UnitZ());
     path.push_back({q, Eigen::Vector3d::Zero()});
     zoom.push_back(std::pow(o.zoom, u));
   }
@@ -63,12 +64,14 @@ inline TurningVideo Turn(const TurningOptions& o) {
   return turning;
 }
 
-// Largest distance over a grid of frame f's picture between where frame f + step's truth and result put it; RMS over frames.
+// Largest distance over a grid of frame f's picture between where frame f + step's truth and result put it; RMS over
+// frames.
 inline double TransferErrorPx(const TurningVideo& truth, const FactorizationResult& r, std::size_t step) {
   double sum = 0;
   int count = 0;
   for (std::size_t f = 0; f + step < truth.G.size(); ++f) {
-    const Eigen::Matrix3d true_H = truth.G[f + step] * truth.G[f].inverse(), H = r.P[f + step].leftCols<3>() * r.P[f].leftCols<3>().inverse();
+    const Eigen::Matrix3d true_H = truth.G[f + step] * truth.G[f].inverse(),
+                          H = r.P[f + step].leftCols<3>() * r.P[f].leftCols<3>().inverse();
     for (int i = 0; i < 9; ++i) {
       const Eigen::Vector3d x(0.25 * kWidthPx * (1 + i % 3), 0.25 * kHeightPx * (1 + i / 3), 1);
       sum += ((true_H * x).hnormalized() - (H * x).hnormalized()).squaredNorm();

@@ -20,7 +20,8 @@ constexpr double kAxisExact = 1e-9;  // rounding of products of rotations
 
 TEST(Turntable, TheAxisIsFoundThoughTheCameraRisesAfterEveryTurn) {
   for (const double step :
-       {1 / 47.0, 0.31, -1 / 47.0}) {  // the last: a table that turns the other way round is an axis that points the other way
+       {1 / 47.0, 0.31,
+        -1 / 47.0}) {  // the last: a table that turns the other way round is an axis that points the other way
     const Table table(140, std::abs(step), 0, 0);
     std::vector<double> turns = table.turns;
     if (step < 0)
@@ -61,7 +62,8 @@ TEST(Turntable, InTheRoomTheCameraStandsAndThePointsTurn) {
     Point p;
     p.x_in_world = table.point + Eigen::Vector3d(u(random), u(random), u(random));
     for (std::size_t v = 0; v < scene.views.size(); v += 5)
-      p.track.push_back({ViewId{static_cast<std::int32_t>(v)}, *scene.cameras[0].Project(scene.views[v].cam_from_world * p.x_in_world)});
+      p.track.push_back({ViewId{static_cast<std::int32_t>(v)},
+                         *scene.cameras[0].Project(scene.views[v].cam_from_world * p.x_in_world)});
     scene.points.push_back(p);
   }
   PutIntoRoom(scene, period_s);
@@ -102,9 +104,9 @@ TEST(ViewTimes, AreReadByTheNamesOfTheirColumns) {
   EXPECT_FALSE(t.photos[0].frame_index);
   EXPECT_EQ(read("name,phase\na,0.25\n").photos[0].time, 0.25);
   EXPECT_EQ(read("time_s,file\n3,a\n\n").photos[0].time, 3);
-  for (const char* bad :
-       {"", "\n\n", "image,phase\n", "image,when\na,3\n", "image,phase,time_s\na,3,3\n", "image,phase\na,x\n", "image,phase\na\n",
-        "image,phase\na,nan\n", "image,phase\n,0.5\n", "image,phase,frame\na,0.5,1.5\n", "phase,frame\n0.5,1\n"})
+  for (const char* bad : {"", "\n\n", "image,phase\n", "image,when\na,3\n", "image,phase,time_s\na,3,3\n",
+                          "image,phase\na,x\n", "image,phase\na\n", "image,phase\na,nan\n", "image,phase\n,0.5\n",
+                          "image,phase,frame\na,0.5,1.5\n", "phase,frame\n0.5,1\n"})
     EXPECT_THROW(read(bad), InputError) << bad;
   EXPECT_THROW(ReadViewTimes(folder / "absent.csv"), InputError);
 }

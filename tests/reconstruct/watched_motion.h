@@ -10,10 +10,10 @@
 
 namespace lumi {
 
-// `places`: of the cameras; each sees the points at frame + start. What it sees of their motion depends on where it stands: they turn, and
-// each camera sees most of them change when they face it, one after the other.
-inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& places, const std::vector<int>& starts, std::uint32_t seed,
-                                          bool moving = true) {
+// `places`: of the cameras; each sees the points at frame + start. What it sees of their motion depends on where it
+// stands: they turn, and each camera sees most of them change when they face it, one after the other.
+inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& places, const std::vector<int>& starts,
+                                          std::uint32_t seed, bool moving = true) {
   constexpr int kFramesLong = 60, kPixels = 240, kRows = 180;
   const Camera camera = Camera::Pinhole(kPixels, kRows, 280, 280, kPixels / 2.0, kRows / 2.0);
   std::mt19937 random(seed);
@@ -45,7 +45,8 @@ inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& pl
           for (int dx = -2; dx <= 2; ++dx)
             if (u + dx >= 0 && v + dy >= 0 && u + dx < kPixels && v + dy < kRows) {
               foreground.emplace_back((v + dy) * kPixels + u + dx, static_cast<float>(10 * (1 + facing)));
-              changed.emplace_back((v + dy) * kPixels + u + dx, static_cast<float>(5 * (*now - *then).norm() + 15 * (1 + facing)));
+              changed.emplace_back((v + dy) * kPixels + u + dx,
+                                   static_cast<float>(5 * (*now - *then).norm() + 15 * (1 + facing)));
             }
       }
     }
@@ -56,7 +57,8 @@ inline std::vector<WatchedMotion> Watched(const std::vector<Eigen::Vector3d>& pl
 
 inline std::vector<Eigen::Vector3d> Arc(int cameras) {
   std::vector<Eigen::Vector3d> places;
-  for (int c = 0; c < cameras; ++c) places.emplace_back(3 * std::sin(0.25 * c - 0.6), -3 * std::cos(0.25 * c - 0.6), 0.8 + 0.15 * (c % 2));
+  for (int c = 0; c < cameras; ++c)
+    places.emplace_back(3 * std::sin(0.25 * c - 0.6), -3 * std::cos(0.25 * c - 0.6), 0.8 + 0.15 * (c % 2));
   return places;
 }
 

@@ -16,7 +16,8 @@ namespace lumi {
 namespace {
 
 struct TemporaryFile {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("lumi-path-test-" + std::to_string(::getpid()) + ".json");
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("lumi-path-test-" + std::to_string(::getpid()) + ".json");
   ~TemporaryFile() { std::filesystem::remove(path); }
 };
 
@@ -29,7 +30,8 @@ TEST(CameraPath, ComesBackFromItsFile) {
   ASSERT_EQ(back.keys.size(), path.keys.size());
   EXPECT_EQ(back.fps, 25);
   for (std::size_t i = 0; i < path.keys.size(); ++i) {
-    EXPECT_LT((back.keys[i].cam_from_world.OriginInSource() - path.keys[i].cam_from_world.OriginInSource()).norm(), 1e-12);
+    EXPECT_LT((back.keys[i].cam_from_world.OriginInSource() - path.keys[i].cam_from_world.OriginInSource()).norm(),
+              1e-12);
     EXPECT_NEAR(back.keys[i].time_s, path.keys[i].time_s, 1e-12);
   }
 }
@@ -59,13 +61,15 @@ TEST(CameraPath, GoesThroughItsKeysWithoutJumps) {
   CameraPath path;
   path.fps = 50;
   for (int i = 0; i < 5; ++i)
-    path.keys.push_back({LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1}, {0, 0, 0}, {0, 0, 1}), 0.8, i * i * 0.25});
+    path.keys.push_back(
+        {LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1}, {0, 0, 0}, {0, 0, 1}), 0.8, i * i * 0.25});
   const auto views = SamplePath(path, 64, 48);
   ASSERT_EQ(views.size(), 200u);
   EXPECT_LT((views.front().centre - path.keys.front().cam_from_world.OriginInSource()).norm(), 1e-9);
   EXPECT_LT((views.back().centre - path.keys.back().cam_from_world.OriginInSource()).norm(), 1e-9);
   double longest = 0;
-  for (std::size_t i = 1; i < views.size(); ++i) longest = std::max(longest, (views[i].centre - views[i - 1].centre).norm());
+  for (std::size_t i = 1; i < views.size(); ++i)
+    longest = std::max(longest, (views[i].centre - views[i - 1].centre).norm());
   // The fastest stretch goes 1.2 units in 0.25 s: 0.096 a frame on the mean, not twice that anywhere.
   EXPECT_LT(longest, 0.19);
 }
@@ -73,10 +77,14 @@ TEST(CameraPath, GoesThroughItsKeysWithoutJumps) {
 TEST(CameraPath, StraightAndEvenKeysGiveAStraightEvenPath) {
   CameraPath path;
   path.fps = 10;
-  for (int i = 0; i < 4; ++i) path.keys.push_back({Rigid3{Eigen::Quaterniond::Identity(), {-1.0 * i, 0, 0}}, 0.8, 1.0 * i});
+  for (int i = 0; i < 4; ++i)
+    path.keys.push_back({Rigid3{Eigen::Quaterniond::Identity(), {-1.0 * i, 0, 0}}, 0.8, 1.0 * i});
   const auto views = SamplePath(path, 64, 48);
   for (std::size_t i = 0; i < views.size(); ++i)
-    EXPECT_LT((views[i].centre - Eigen::Vector3d(3.0 * static_cast<double>(i) / static_cast<double>(views.size() - 1), 0, 0)).norm(), 1e-9);
+    EXPECT_LT(
+        (views[i].centre - Eigen::Vector3d(3.0 * static_cast<double>(i) / static_cast<double>(views.size() - 1), 0, 0))
+            .norm(),
+        1e-9);
 }
 
 TEST(CameraPath, ThroughAScenesPhotosStaysNearThem) {
@@ -97,7 +105,8 @@ TEST(CameraPath, ASinglePhotoAndNoneAreHandled) {
 TEST(CameraPath, BadFilesAreRefusedWithTheirReason) {
   TemporaryFile file;
   const auto write = [&](const std::string& text) { std::ofstream(file.path) << text; };
-  const std::string key = R"({"time_s": 0, "position": [0,0,0], "cam_from_world_xyzw": [0,0,0,1], "vertical_fov_deg": 40})";
+  const std::string key =
+      R"({"time_s": 0, "position": [0,0,0], "cam_from_world_xyzw": [0,0,0,1], "vertical_fov_deg": 40})";
   write(R"({"format": "lumigraph-path", "version": 1, "keys": [)" + key + "]}");
   EXPECT_NO_THROW(ReadCameraPath(file.path));
   for (const std::string& text :
@@ -115,14 +124,15 @@ CameraPath Arc(int keys) {
   CameraPath path;
   path.fps = 24;
   for (int i = 0; i < keys; ++i)
-    path.keys.push_back(
-        {LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1 + 0.2 * i}, {0.1, 0, 0.3}, {0, 0, 1}), 0.7 + 0.05 * i, 0.5 * i * (i + 1)});
+    path.keys.push_back({LookAt({std::cos(i * 0.4) * 3, std::sin(i * 0.4) * 3, 1 + 0.2 * i}, {0.1, 0, 0.3}, {0, 0, 1}),
+                         0.7 + 0.05 * i, 0.5 * i * (i + 1)});
   return path;
 }
 
 double Apart(const PathKey& a, const PathKey& b) {
   return (a.cam_from_world.OriginInSource() - b.cam_from_world.OriginInSource()).norm() +
-         a.cam_from_world.rotation.angularDistance(b.cam_from_world.rotation) + std::abs(a.vertical_fov_rad - b.vertical_fov_rad);
+         a.cam_from_world.rotation.angularDistance(b.cam_from_world.rotation) +
+         std::abs(a.vertical_fov_rad - b.vertical_fov_rad);
 }
 
 TEST(CameraPath, APoseOnThePathIsItsKeyAtTheKeysTime) {
@@ -161,7 +171,8 @@ TEST(NerfstudioPath, KeyframesAndFramesComeBack) {
 TEST(NerfstudioPath, ItsCameraLooksAlongMinusZWithYUp) {
   TemporaryFile file;
   // At (1, 2, 3), unturned: it looks along -z of the world, the image's top is +y.
-  std::ofstream(file.path) << R"({"camera_type": "perspective", "render_height": 100, "render_width": 200, "fps": 10, "seconds": 0.2,
+  std::ofstream(file.path)
+      << R"({"camera_type": "perspective", "render_height": 100, "render_width": 200, "fps": 10, "seconds": 0.2,
     "camera_path": [{"camera_to_world": [1,0,0,1, 0,1,0,2, 0,0,1,3, 0,0,0,1], "fov": 90, "aspect": 2},
                     {"camera_to_world": [[1,0,0,1], [0,1,0,2], [0,0,1,4], [0,0,0,1]], "fov": 90, "aspect": 2}]})";
   const CameraPath path = ReadCameraPath(file.path);
@@ -169,7 +180,8 @@ TEST(NerfstudioPath, ItsCameraLooksAlongMinusZWithYUp) {
   const auto views = SamplePath(path, path.width_px, path.height_px);
   ASSERT_EQ(views.size(), 2u);
   EXPECT_LT((views[0].centre - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
-  const auto ahead = Project(views[0].P, Eigen::Vector3d(1, 2, -7)), above = Project(views[0].P, Eigen::Vector3d(1, 12, -7));
+  const auto ahead = Project(views[0].P, Eigen::Vector3d(1, 2, -7)),
+             above = Project(views[0].P, Eigen::Vector3d(1, 12, -7));
   ASSERT_TRUE(ahead && above);
   EXPECT_LT((*ahead - Eigen::Vector2d(100, 50)).norm(), 1e-9);
   EXPECT_LT((*above - Eigen::Vector2d(100, 0)).norm(), 1e-9);  // half of 90 degrees up: the top row
@@ -178,7 +190,8 @@ TEST(NerfstudioPath, ItsCameraLooksAlongMinusZWithYUp) {
 
 TEST(NerfstudioPath, BadFilesAreRefusedInOneLineThatNamesThem) {
   TemporaryFile file;
-  const std::string head = R"({"camera_type": "perspective", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )";
+  const std::string head =
+      R"({"camera_type": "perspective", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )";
   const auto frame = [](const std::string& matrix, const std::string& fov) {
     return R"([{"camera_to_world": )" + matrix + R"(, "fov": )" + fov + "}]}";
   };
@@ -187,10 +200,12 @@ TEST(NerfstudioPath, BadFilesAreRefusedInOneLineThatNamesThem) {
   EXPECT_NO_THROW(ReadCameraPath(file.path));
   for (const std::string& text :
        {head + "[]}", head + "7}", head + "[7]}", head + frame("[1,2,3]", "50"),
-        head + frame("[1,0,0,0, 0,1,0,0, 0,0,-1,0, 0,0,0,1]", "50"), head + frame("[2,0,0,0, 0,2,0,0, 0,0,2,0, 0,0,0,1]", "50"),
-        head + frame("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]", "50"), head + frame("\"text\"", "50"), head + frame(unit, "0"),
-        head + frame(unit, "180"), head + frame(unit, "null"),
-        R"({"camera_type": "equirectangular", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )" + frame(unit, "50"),
+        head + frame("[1,0,0,0, 0,1,0,0, 0,0,-1,0, 0,0,0,1]", "50"),
+        head + frame("[2,0,0,0, 0,2,0,0, 0,0,2,0, 0,0,0,1]", "50"),
+        head + frame("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]", "50"), head + frame("\"text\"", "50"),
+        head + frame(unit, "0"), head + frame(unit, "180"), head + frame(unit, "null"),
+        R"({"camera_type": "equirectangular", "render_height": 100, "render_width": 200, "fps": 10, "camera_path": )" +
+            frame(unit, "50"),
         R"({"render_height": -1, "render_width": 200, "camera_path": )" + frame(unit, "50"),
         R"({"render_height": 100, "render_width": 200, "seconds": 1e-9, "camera_path": )" + frame(unit, "50"),
         R"({"render_width": 200, "camera_path": )" + frame(unit, "50")}) {
@@ -261,7 +276,8 @@ TEST(PathEditing, KeysStayInOrderWhateverIsAskedFor) {
   EXPECT_LT(Apart(path.keys[0], key), 1e-12);
   StretchTo(path, 2);
   EXPECT_NEAR(Duration(path), 2, 2 * kLeastGap_s);
-  for (std::size_t i = 1; i < path.keys.size(); ++i) EXPECT_GE(path.keys[i].time_s, path.keys[i - 1].time_s + kLeastGap_s * (1 - 1e-9));
+  for (std::size_t i = 1; i < path.keys.size(); ++i)
+    EXPECT_GE(path.keys[i].time_s, path.keys[i - 1].time_s + kLeastGap_s * (1 - 1e-9));
   EXPECT_THROW(DeleteKey(path, 99), std::out_of_range);
 }
 

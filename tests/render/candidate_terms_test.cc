@@ -14,7 +14,8 @@ namespace {
 constexpr int kPhotos = 9;
 constexpr int kColors = kPhotos / 3;
 
-// Photos from distances, with focal lengths and at times of their own. What they show is not of the scene: here it need not be.
+// Photos from distances, with focal lengths and at times of their own. What they show is not of the scene: here it need
+// not be.
 test::Capture UnlikePhotos(bool fine) {
   test::Capture c = test::MakeCapture(kPhotos, 64);
   if (fine) {
@@ -24,7 +25,8 @@ test::Capture UnlikePhotos(bool fine) {
     Append(c.proxy, near);
   }
   const Camera first = c.scene.cameras[0];
-  for (const double focal : {0.6, 1.5}) c.scene.cameras.push_back(Camera::Pinhole(64, 48, focal * 64, focal * 64, 32, 24));
+  for (const double focal : {0.6, 1.5})
+    c.scene.cameras.push_back(Camera::Pinhole(64, 48, focal * 64, focal * 64, 32, 24));
   for (int i = 0; i < kPhotos; ++i) {
     View& v = c.scene.views[static_cast<std::size_t>(i)];
     v.camera = {i % 3};
@@ -76,7 +78,8 @@ class Terms {
         }
         tracer_.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
         bool same = true;
-        for (std::size_t i = 1; i < 5; ++i) same = same && normals[i].isApprox(normals[0], 1e-4F) && std::abs(t[i] - t[0]) < 0.01F * t[0];
+        for (std::size_t i = 1; i < 5; ++i)
+          same = same && normals[i].isApprox(normals[0], 1e-4F) && std::abs(t[i] - t[0]) < 0.01F * t[0];
         within.push_back(same || !std::isfinite(t[0]));
       }
     return within;
@@ -107,7 +110,8 @@ class Terms {
     for (int cell = 0; cell < plan.cell_columns * plan.cell_rows; ++cell) {
       PlanCellPixels(setup, tracer_, visibility, plan, cell, cell_setup, pixels, scratch);
       BlendColor(pixels, setup, capture_.photos, {}, general.color);
-      for (int i = 0; i < kColors; ++i) BlendConstants(pixels, setup, Primaries(i), general.weights[static_cast<std::size_t>(i)]);
+      for (int i = 0; i < kColors; ++i)
+        BlendConstants(pixels, setup, Primaries(i), general.weights[static_cast<std::size_t>(i)]);
     }
   }
 
@@ -121,7 +125,8 @@ class Terms {
 };
 
 // Over the pixels that `counts` marks.
-double Largest(const std::array<ImageF, kColors>& a, const std::array<ImageF, kColors>& b, const std::vector<bool>& counts) {
+double Largest(const std::array<ImageF, kColors>& a, const std::array<ImageF, kColors>& b,
+               const std::vector<bool>& counts) {
   double largest = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
     for (std::size_t e = 0; e < a[i].data.size(); ++e) {
@@ -160,9 +165,9 @@ RadianceSettings Settings(Resolution resolution, bool time, bool field_of_view, 
 TEST(CandidateTerms, EveryCombinationWeighsAsPixelsDo) {
   constexpr double kPsnr = 60, kShows = 0.05;
   for (const bool fine : {false, true}) {
-    // Of weights: floats against doubles. A facet's depth comes from its triangle's corners, floats themselves, and where visibility
-    // ends it is steep in the depth: with and without terms alike.
-    // Floats; at an occluder's edge, where v goes from 1/50 to 1 within a texel, a float's pixel shows ten times as much.
+    // Of weights: floats against doubles. A facet's depth comes from its triangle's corners, floats themselves, and
+    // where visibility ends it is steep in the depth: with and without terms alike. Floats; at an occluder's edge,
+    // where v goes from 1/50 to 1 within a texel, a float's pixel shows ten times as much.
     const auto rounding = [&](bool visibility) { return !fine ? 5e-3 : visibility ? 1e-3 : 1e-4; };
     Terms terms(fine);
     const RenderView view = test::ViewOf(terms.capture(), {0.7, 0.3, -3});
@@ -174,9 +179,9 @@ TEST(CandidateTerms, EveryCombinationWeighsAsPixelsDo) {
         std::map<std::pair<Resolution, bool>, Pictures> drawn;
         for (const Resolution resolution : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
           for (const bool time : {false, true}) {
-            const std::string what = std::string(fine ? "fine" : "facets") + ", resolution " + std::string(Name(resolution)) + ", time " +
-                                     std::to_string(time) + ", fov " + std::to_string(field_of_view) + ", visibility " +
-                                     std::to_string(visibility);
+            const std::string what = std::string(fine ? "fine" : "facets") + ", resolution " +
+                                     std::string(Name(resolution)) + ", time " + std::to_string(time) + ", fov " +
+                                     std::to_string(field_of_view) + ", visibility " + std::to_string(visibility);
             Pictures general, &kernel = drawn[{resolution, time}];
             terms.Render(view, Settings(resolution, time, field_of_view, visibility), kernel, general);
             EXPECT_LT(Largest(kernel.weights, general.weights, counts), rounding(visibility)) << what;
@@ -184,7 +189,8 @@ TEST(CandidateTerms, EveryCombinationWeighsAsPixelsDo) {
           }
         // Each term shows: a kernel without it would not have passed.
         for (auto a = drawn.begin(); a != drawn.end(); ++a)
-          for (auto b = drawn.begin(); b != a; ++b) EXPECT_GT(Largest(a->second.weights, b->second.weights, counts), kShows);
+          for (auto b = drawn.begin(); b != a; ++b)
+            EXPECT_GT(Largest(a->second.weights, b->second.weights, counts), kShows);
       }
   }
 }

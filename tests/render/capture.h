@@ -23,22 +23,27 @@ inline Mesh PlaneAndBox() {
   m.vertices = {{-8, -8, 3}, {8, -8, 3}, {8, 8, 3}, {-8, 8, 3}};
   m.faces = {{0, 1, 2}, {0, 2, 3}};
   Mesh box;
-  for (int i = 0; i < 8; ++i) box.vertices.emplace_back((i & 1) ? 0.6 : -0.6, (i & 2) ? 0.5 : -0.5, (i & 4) ? 0.8 : -0.4);
-  box.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (int i = 0; i < 8; ++i)
+    box.vertices.emplace_back((i & 1) ? 0.6 : -0.6, (i & 2) ? 0.5 : -0.5, (i & 4) ? 0.8 : -0.4);
+  box.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+               {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   Append(m, box);
   return m;
 }
 
 inline std::array<std::uint8_t, 3> Texture(const Eigen::Vector3d& x) {
-  const double a = std::sin(7 * x.x() + 2 * x.z()) + std::sin(5 * x.y() - 3 * x.z()), b = std::cos(3 * x.x() * x.y() + x.z());
-  return {static_cast<std::uint8_t>(128 + 50 * a), static_cast<std::uint8_t>(128 + 90 * b), static_cast<std::uint8_t>(128 + 40 * (a - b))};
+  const double a = std::sin(7 * x.x() + 2 * x.z()) + std::sin(5 * x.y() - 3 * x.z()),
+               b = std::cos(3 * x.x() * x.y() + x.z());
+  return {static_cast<std::uint8_t>(128 + 50 * a), static_cast<std::uint8_t>(128 + 90 * b),
+          static_cast<std::uint8_t>(128 + 40 * (a - b))};
 }
 
 // Nearest hit of a ray with a mesh, brute force in double; +infinity where it misses.
 inline double HitDistance(const Mesh& mesh, const Eigen::Vector3d& origin, const Eigen::Vector3d& d) {
   double best = std::numeric_limits<double>::infinity();
   for (const auto& f : mesh.faces) {
-    const Eigen::Vector3d a = mesh.vertices[static_cast<std::size_t>(f[0])], e1 = mesh.vertices[static_cast<std::size_t>(f[1])] - a,
+    const Eigen::Vector3d a = mesh.vertices[static_cast<std::size_t>(f[0])],
+                          e1 = mesh.vertices[static_cast<std::size_t>(f[1])] - a,
                           e2 = mesh.vertices[static_cast<std::size_t>(f[2])] - a;
     const Eigen::Vector3d p = d.cross(e2);
     const double det = e1.dot(p);

@@ -1,5 +1,5 @@
-// Properties of Table 3.2 that the weights promise, per pixel: epipole consistency, radiance consistency, continuity across
-// occlusion edges.
+// Properties of Table 3.2 that the weights promise, per pixel: epipole consistency, radiance consistency, continuity
+// across occlusion edges.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,8 @@ namespace {
 
 std::vector<double> Dense(const RayWeights& r, std::size_t n) {
   std::vector<double> w(n, 0.0);
-  for (int i = 0; i < r.count; ++i) w[static_cast<std::size_t>(r.camera[static_cast<std::size_t>(i)])] = r.weight[static_cast<std::size_t>(i)];
+  for (int i = 0; i < r.count; ++i)
+    w[static_cast<std::size_t>(r.camera[static_cast<std::size_t>(i)])] = r.weight[static_cast<std::size_t>(i)];
   return w;
 }
 
@@ -33,12 +34,14 @@ TEST(EpipoleConsistency, APhotosOwnViewGivesItAtLeast99PercentWhereverItSeesTheP
     for (std::size_t v = 0; v < c.scene.views.size(); ++v) {
       FramePlan plan;
       WeighScratch scratch;
-      PlanPixels(MakeViewSetup(sources, MakeRenderView(c.scene, c.scene.views[v]), settings), tracer, &maps, {0, 0, 64, 48}, plan, scratch);
+      PlanPixels(MakeViewSetup(sources, MakeRenderView(c.scene, c.scene.views[v]), settings), tracer, &maps,
+                 {0, 0, 64, 48}, plan, scratch);
       for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
         if (!(plan.alpha[s] > 0)) continue;
         double own = 0;
         for (std::size_t i = 0; i < static_cast<std::size_t>(plan.k); ++i)
-          if (plan.camera[s * static_cast<std::size_t>(plan.k) + i] == static_cast<int>(v)) own = plan.weight[s * static_cast<std::size_t>(plan.k) + i];
+          if (plan.camera[s * static_cast<std::size_t>(plan.k) + i] == static_cast<int>(v))
+            own = plan.weight[s * static_cast<std::size_t>(plan.k) + i];
         least = std::min(least, own);
       }
     }
@@ -104,17 +107,24 @@ TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
   int rays = 0;
   const Similarity3 world = c.scene.normalized_from_world.Inverse();
   for (int i = 0; i < 2000; ++i) {
-    const Eigen::Vector3d eye(3 * u(engine), u(engine), -4.5 + u(engine)), target(0.6 * u(engine), 0.6 * u(engine), 1 + u(engine));
-    const ViewSetup one = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
+    const Eigen::Vector3d eye(3 * u(engine), u(engine), -4.5 + u(engine)),
+        target(0.6 * u(engine), 0.6 * u(engine), 1 + u(engine));
+    const ViewSetup one =
+        MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
     // The ray and its lengths are such that float holds them exactly: one ray, not two that differ by a rounding.
-    const Eigen::Vector3f ray = (c.scene.normalized_from_world * target - one.desired.centre).normalized().cast<float>();
+    const Eigen::Vector3f ray =
+        (c.scene.normalized_from_world * target - one.desired.centre).normalized().cast<float>();
     float t = 0;
     tracer.Trace(one.desired.centre.cast<float>(), {&ray, 1}, {&t, 1});
     if (!std::isfinite(t)) continue;
-    const double grid = std::exp2(-18), far = std::floor(static_cast<double>(t) / grid) * grid, apart = std::floor(0.5 * far / grid) * grid;
+    const double grid = std::exp2(-18), far = std::floor(static_cast<double>(t) / grid) * grid,
+                 apart = std::floor(0.5 * far / grid) * grid;
     // Half way to the scene, and turned by something.
     const Eigen::Vector3d nearer = world * (one.desired.centre + apart * ray.cast<double>().normalized());
-    const ViewSetup two = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(nearer, target + Eigen::Vector3d(0.2, 0.1, 0), {0.1, -1, 0})), settings);
+    const ViewSetup two = MakeViewSetup(
+        sources,
+        MakeRenderView(c.scene.cameras[0], LookAt(nearer, target + Eigen::Vector3d(0.2, 0.1, 0), {0.1, -1, 0})),
+        settings);
     const auto a = Dense(Weigh(one.sources, &maps, ray, static_cast<float>(far), settings, scratch), 30);
     const auto b = Dense(Weigh(two.sources, &maps, ray, static_cast<float>(far - apart), settings, scratch), 30);
     for (std::size_t j = 0; j < 30; ++j) worst = std::max(worst, std::abs(a[j] - b[j]));
@@ -125,22 +135,25 @@ TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
   EXPECT_LT(worst, 1e-6);
 }
 
-// Along 1000 tiny steps on the proxy, across the edges of what stands before it in the photos. An edge is a texel of the photo's depth
-// map wide, about 0.02 scene sizes here, and most of a weight changes within a part of it (a factor of 3 in h, of the 50 that it grows
-// by): a step of 1e-2, half a texel, passes over that, and what it shows is a weight's height. From a tenth of a texel on steps show
-// its slope, in proportion. Wider edges make for gentler steps and cost the photos that see beside them (docs/render.md).
+// Along 1000 tiny steps on the proxy, across the edges of what stands before it in the photos. An edge is a texel of
+// the photo's depth map wide, about 0.02 scene sizes here, and most of a weight changes within a part of it (a factor
+// of 3 in h, of the 50 that it grows by): a step of 1e-2, half a texel, passes over that, and what it shows is a
+// weight's height. From a tenth of a texel on steps show its slope, in proportion. Wider edges make for gentler steps
+// and cost the photos that see beside them (docs/render.md).
 void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char* what) {
   test::Capture c = test::MakeCapture(24, 64);
   for (std::size_t i = 0; i < c.scene.views.size(); ++i) {
     c.scene.views[i].time_s = 0.05 * static_cast<double>(i % 7);
-    if (i % 3 == 0) c.scene.views[i].cam_from_world = LookAt(1.8 * c.scene.views[i].CentreInWorld(), {0, 0, 0.5}, {0, -1, 0});
+    if (i % 3 == 0)
+      c.scene.views[i].cam_from_world = LookAt(1.8 * c.scene.views[i].CentreInWorld(), {0, 0, 0.5}, {0, -1, 0});
   }
   const Sources sources = MakeSources(c.scene);
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);
   settings.time_s = 0.11;
   settings.time_window_s = 0.3;
-  const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt({0.31, 0.17, -4.2}, {0, 0, 0}, {0, -1, 0})), settings);
+  const ViewSetup setup = MakeViewSetup(
+      sources, MakeRenderView(c.scene.cameras[0], LookAt({0.31, 0.17, -4.2}, {0, 0, 0}, {0, -1, 0})), settings);
   // On the wall, from behind the box's silhouette outwards; lengths in scene sizes, the normalised frame's unit.
   const Eigen::Vector3d from = c.scene.normalized_from_world * Eigen::Vector3d(0.6, -0.2, 3);
   const Eigen::Vector3d to = c.scene.normalized_from_world * Eigen::Vector3d(2.2, 0.2, 3);
@@ -173,7 +186,8 @@ void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char*
     } else {
       WeighScratch scratch;
       for (std::size_t i = 0; i < rays.size(); ++i) {
-        const RayWeights w = Weigh(setup.sources, &maps, ray[i].normalized(), ray[i].norm(), settings, scratch, rays.normal[i]);
+        const RayWeights w =
+            Weigh(setup.sources, &maps, ray[i].normalized(), ray[i].norm(), settings, scratch, rays.normal[i]);
         weights[i] = Dense(w, 24);
         for (double& x : weights[i]) x *= w.alpha;
       }
@@ -202,7 +216,8 @@ void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char*
   std::cout << "\n";
   // Of steps above a tenth of the feather: as measured, 3.2 to 5.4.
   EXPECT_LT(largest[1], largest[0] / 3);
-  // Below it: a tenth in the limit; the rest is where in the feather the nearest step falls (7.4 to 9.8 measured at the first, 8.7 and up).
+  // Below it: a tenth in the limit; the rest is where in the feather the nearest step falls (7.4 to 9.8 measured at the
+  // first, 8.7 and up).
   EXPECT_LT(largest[2], largest[1] / 7);
   for (std::size_t i = 3; i < largest.size(); ++i) EXPECT_LT(largest[i], largest[i - 1] / 8) << "step " << kSteps[i];
 }
@@ -220,7 +235,7 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesForTheOptimum) {
   RadianceSettings settings;
   settings.similarity = Similarity::kFull;
   settings.correlation = Correlation::kFallingLeaves;
-  settings.accuracy = 1e-6;  // else the changes at the smallest steps are its own
+  settings.accuracy = 1e-6;                     // else the changes at the smallest steps are its own
   settings.r_max_rad = 12 * kRadiansPerDegree;  // photos correlate with their neighbours
   ExpectContinuousAcrossOcclusionEdges(settings, "optimum");
 }
@@ -235,14 +250,16 @@ TEST(Continuity, HoldsForTheOptimumWhereAViewPassesThroughABlockedPhoto) {
   settings.similarity = Similarity::kFull;
   settings.correlation = Correlation::kFallingLeaves;
   settings.accuracy = 1e-6;
-  settings.sum = WeightSum::kRenormalise;  // the real-time weights have no part: they turn to the photo within a hundredth of a degree
+  settings.sum = WeightSum::kRenormalise;  // the real-time weights have no part: they turn to the photo within a
+                                           // hundredth of a degree
   // Leaves so large that P_same changes little over the angles at hand: what remains is visibility's.
   settings.r_min_rad = 2 * kRadiansPerDegree;
   settings.r_max_rad = 8 * kRadiansPerDegree;
   constexpr std::size_t kPhoto = 11;
   const Eigen::Vector3d centre = c.scene.views[kPhoto].CentreInWorld();
   // Behind the box.
-  const Eigen::Vector3d target = centre + (Eigen::Vector3d(0, 0, 0.2) - centre) * ((3 - centre.z()) / (0.2 - centre.z()));
+  const Eigen::Vector3d target =
+      centre + (Eigen::Vector3d(0, 0, 0.2) - centre) * ((3 - centre.z()) / (0.2 - centre.z()));
   const double distance = (target - centre).norm();
   std::vector<double> largest;
   double most = 0, least = 1;
@@ -250,7 +267,8 @@ TEST(Continuity, HoldsForTheOptimumWhereAViewPassesThroughABlockedPhoto) {
     double change = 0, before = -1;
     for (double at = -0.4; at <= 0.4; at += step_deg) {
       const Eigen::Vector3d eye = centre + Eigen::Vector3d(0, std::tan(at * kRadiansPerDegree) * distance, 0);
-      const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
+      const ViewSetup setup =
+          MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
       const Eigen::Vector3d ray = c.scene.normalized_from_world * target - setup.desired.centre;
       const RaySamples rays{{ray.normalized().cast<float>()}, {static_cast<float>(ray.norm())}, {}};
       WeightTable table;

@@ -50,7 +50,8 @@ TEST(Correlation, OverlapIntegralIsTheIntegral) {
 }
 
 TEST(Correlation, IsOneAtZeroFallsAndEndsAtTwiceTheLargestRadius) {
-  for (const auto& [lo, hi] : std::vector<std::pair<double, double>>{{0.001, 5}, {1, 5}, {4.9, 5}, {5, 5}, {1e-9, 90}}) {
+  for (const auto& [lo, hi] :
+       std::vector<std::pair<double, double>>{{0.001, 5}, {1, 5}, {4.9, 5}, {5, 5}, {1e-9, 90}}) {
     const FallingLeaves leaves(lo * kDeg, hi * kDeg);
     EXPECT_EQ(leaves.PSame(0), 1);
     EXPECT_EQ(leaves.PSame(2 * hi * kDeg), 0);
@@ -107,7 +108,8 @@ TEST(Correlation, LeavesWithoutASmallestRadiusTellAllApart) {
 TEST(Correlation, TheThesisCubicWithItsSignCorrectedIsClose) {
   const FallingLeaves leaves(0.001 * kDeg, 5 * kDeg);
   double worst = 0;
-  for (double theta = 1e-7; theta < 0.2; theta *= 1.05) worst = std::max(worst, std::abs(leaves.PSameCubic(theta) - leaves.PSame(theta)));
+  for (double theta = 1e-7; theta < 0.2; theta *= 1.05)
+    worst = std::max(worst, std::abs(leaves.PSameCubic(theta) - leaves.PSame(theta)));
   EXPECT_LT(worst, 0.01);
   EXPECT_GT(worst, 1e-5);
 }
@@ -122,7 +124,8 @@ double WorstFit(double r_min_deg, double r_max_deg) {
   for (double theta = 2.1 * leaves.r_max_rad(); theta > 1e-9; theta *= 0.999) {
     const T y = static_cast<T>(theta) * fit.y_from_theta;
     const V p = FitPSame(fit, Broadcast<V>(y), true);
-    worst = std::max(worst, std::abs(static_cast<double>(p[1]) - leaves.PSame(static_cast<double>(static_cast<T>(theta)))));
+    worst =
+        std::max(worst, std::abs(static_cast<double>(p[1]) - leaves.PSame(static_cast<double>(static_cast<T>(theta)))));
   }
   EXPECT_EQ(static_cast<double>(FitPSame(fit, Broadcast<V>(0), true)[0]), 1);
   EXPECT_EQ(static_cast<double>(FitPSame(fit, Broadcast<V>(1), true)[0]), 0);
@@ -157,7 +160,8 @@ std::vector<int> FallingLeavesImage(int size, double r_min, double r_max, std::m
     for (int v = static_cast<int>(std::ceil(y - r)); v <= y + r; ++v) {
       const double half = std::sqrt(std::max(0.0, r * r - (v - y) * (v - y)));
       for (int u = static_cast<int>(std::ceil(x - half)); u <= x + half; ++u) {
-        int& pixel = image[static_cast<std::size_t>((v + size) % size) * side + static_cast<std::size_t>((u + size) % size)];
+        int& pixel =
+            image[static_cast<std::size_t>((v + size) % size) * side + static_cast<std::size_t>((u + size) % size)];
         if (pixel >= 0) continue;
         pixel = leaf;
         --open;

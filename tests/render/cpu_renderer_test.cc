@@ -108,7 +108,8 @@ TEST(CpuRenderer, TheSameBytesWhateverTheThreads) {
 
 TEST(SourceColor, NeighboursAreDistinct) {
   for (int i = 0; i < 300; ++i)
-    for (int j = i + 1; j < std::min(300, i + 8); ++j) EXPECT_GT((SourceColor(i) - SourceColor(j)).norm(), 0.15F) << i << " " << j;
+    for (int j = i + 1; j < std::min(300, i + 8); ++j)
+      EXPECT_GT((SourceColor(i) - SourceColor(j)).norm(), 0.15F) << i << " " << j;
 }
 
 TEST(SamplePhoto, PixelCentresBordersAndLevels) {
@@ -120,9 +121,9 @@ TEST(SamplePhoto, PixelCentresBordersAndLevels) {
   photo.levels = BuildPyramid(image);
   EXPECT_NEAR(SamplePhoto(photo, 1.5F / 4, 0.5F / 2, 0)[0], 10, 1e-5);
   EXPECT_NEAR(SamplePhoto(photo, 2.0F / 4, 0.5F / 2, 0)[0], 15, 1e-5);
-  EXPECT_NEAR(SamplePhoto(photo, -3.0F / 4, 0.5F / 2, 0)[0], 0, 1e-5);     // clamped, never from outside
+  EXPECT_NEAR(SamplePhoto(photo, -3.0F / 4, 0.5F / 2, 0)[0], 0, 1e-5);  // clamped, never from outside
   EXPECT_NEAR(SamplePhoto(photo, 9.0F / 4, 9.0F / 2, 0)[0], 130, 1e-5);
-  EXPECT_NEAR(SamplePhoto(photo, 1.0F / 4, 1.0F / 2, 1)[0], 55, 1);        // mean of the first four pixels
+  EXPECT_NEAR(SamplePhoto(photo, 1.0F / 4, 1.0F / 2, 1)[0], 55, 1);  // mean of the first four pixels
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ test::Capture Plain() {
   return c;
 }
 
-EffectChoice Choose(const test::Capture& c, const RenderView& desired, const std::set<std::string>& decided = {}, RadianceSettings settings = {}) {
+EffectChoice Choose(const test::Capture& c, const RenderView& desired, const std::set<std::string>& decided = {},
+                    RadianceSettings settings = {}) {
   return ChooseEffects(c.scene, c.proxy, {desired}, {}, settings, decided, 1);
 }
 
@@ -62,7 +63,8 @@ TEST(Effects, APhotoThatEndsCallsForFieldOfView) {
 
 TEST(Effects, CamerasAtOtherDistancesCallForResolution) {
   test::Capture c = Plain();
-  for (const std::size_t i : {1U, 4U, 7U}) c.scene.views[i].cam_from_world = LookAt(3 * c.scene.views[i].CentreInWorld(), {0, 0, 0}, {0, -1, 0});
+  for (const std::size_t i : {1U, 4U, 7U})
+    c.scene.views[i].cam_from_world = LookAt(3 * c.scene.views[i].CentreInWorld(), {0, 0, 0}, {0, -1, 0});
   const EffectChoice choice = Choose(c, At({0.1, 0.05, -4}));
   EXPECT_TRUE(Find(choice, "resolution").on) << Find(choice, "resolution").evidence;
   EXPECT_EQ(choice.settings.resolution, Resolution::kDistance) << "all look straight on: the cheap measure serves";
@@ -70,12 +72,16 @@ TEST(Effects, CamerasAtOtherDistancesCallForResolution) {
 
 TEST(Effects, OblquePhotosCallForTheJacobian) {
   test::Capture c = Plain();
-  for (const std::size_t i : {1U, 4U, 7U}) c.scene.views[i].cam_from_world = LookAt({3.9, 0.2 * static_cast<double>(i) - 0.8, -0.9}, {0, 0, 0}, {0, -1, 0});
-  const EffectChoice choice = ChooseEffects(c.scene, c.proxy, {At({1.2, 0.05, -3.8})}, {}, [] {
-    RadianceSettings s;
-    s.k = 8;
-    return s;
-  }(), {}, 1);
+  for (const std::size_t i : {1U, 4U, 7U})
+    c.scene.views[i].cam_from_world = LookAt({3.9, 0.2 * static_cast<double>(i) - 0.8, -0.9}, {0, 0, 0}, {0, -1, 0});
+  const EffectChoice choice = ChooseEffects(
+      c.scene, c.proxy, {At({1.2, 0.05, -3.8})}, {},
+      [] {
+        RadianceSettings s;
+        s.k = 8;
+        return s;
+      }(),
+      {}, 1);
   EXPECT_EQ(choice.settings.resolution, Resolution::kJacobian) << Find(choice, "resolution").evidence;
 }
 
@@ -86,7 +92,8 @@ TEST(Effects, APartBehindAnotherCallsForVisibility) {
 
 TEST(Effects, SmallerPicturesCallForPrefiltering) {
   const test::Capture c = Plain();
-  const RenderView small = MakeRenderView(Camera::Pinhole(40, 40, 24, 24, 20, 20), LookAt({0.1, 0.05, -4}, {0, 0, 0}, {0, -1, 0}));
+  const RenderView small =
+      MakeRenderView(Camera::Pinhole(40, 40, 24, 24, 20, 20), LookAt({0.1, 0.05, -4}, {0, 0, 0}, {0, -1, 0}));
   EXPECT_TRUE(Find(Choose(c, small), "prefilter").on);
 }
 
@@ -137,7 +144,8 @@ TEST(Exposure, GainsComeBackFromThePhotos) {
     truth.push_back(std::exp(0.15 * std::sin(2.0 * static_cast<double>(v))));
     mean += std::log(truth.back()) / static_cast<double>(c.photos.size());
     for (Image8& level : c.photos[v].levels)
-      for (auto& value : level.data) value = static_cast<std::uint8_t>(std::lround(std::min(255.0, 0.9 * truth.back() * value)));
+      for (auto& value : level.data)
+        value = static_cast<std::uint8_t>(std::lround(std::min(255.0, 0.9 * truth.back() * value)));
   }
   const Exposures e = EstimateExposures(c.scene, c.photos);
   EXPECT_TRUE(e.Differ());

@@ -1,4 +1,5 @@
-// A ray's photos weighed in double, from the measures' own records and nothing else of the renderer: what every path is held to.
+// A ray's photos weighed in double, from the measures' own records and nothing else of the renderer: what every path is
+// held to.
 #pragma once
 
 #include <Eigen/LU>
@@ -63,7 +64,8 @@ struct ExactSight {
 };
 
 inline double BilinearInGrid(const PhotoGrid& grid, double u01, double v01) {
-  const double x = std::clamp(u01 * grid.columns - 0.5, 0.0, grid.columns - 1.0), y = std::clamp(v01 * grid.rows - 0.5, 0.0, grid.rows - 1.0);
+  const double x = std::clamp(u01 * grid.columns - 0.5, 0.0, grid.columns - 1.0),
+               y = std::clamp(v01 * grid.rows - 0.5, 0.0, grid.rows - 1.0);
   double sum = 0;
   for (int row = 0; row < grid.rows; ++row)
     for (int column = 0; column < grid.columns; ++column)
@@ -73,7 +75,8 @@ inline double BilinearInGrid(const PhotoGrid& grid, double u01, double v01) {
 }
 
 // The largest stretch of a photo's pixel in the view on the plane through p, by finite differences in space.
-inline double StretchOnPlane(const RenderView& photo, const RenderView& view, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
+inline double StretchOnPlane(const RenderView& photo, const RenderView& view, const Eigen::Vector3d& p,
+                             const Eigen::Vector3d& normal) {
   const Eigen::Vector3d e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
   const double step = 1e-5 * (p - view.centre).norm();
   const auto jacobian = [&](const RenderView& v) {
@@ -95,7 +98,8 @@ struct DefinedPhoto {
 
 // `p`: the point, `normal`: of the proxy there; both in the normalised frame, as `sources` and setup.desired are.
 template <Term M>
-std::vector<DefinedPhoto> Define(const Sources& sources, const ViewSetup& setup, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
+std::vector<DefinedPhoto> Define(const Sources& sources, const ViewSetup& setup, const Eigen::Vector3d& p,
+                                 const Eigen::Vector3d& normal) {
   const RadianceSettings& s = setup.settings;
   const Eigen::Vector3d ray = (p - setup.desired.centre).normalized();
   std::vector<DefinedPhoto> out;
@@ -115,10 +119,11 @@ std::vector<DefinedPhoto> Define(const Sources& sources, const ViewSetup& setup,
       const Eigen::Matrix3d m = v.P.template leftCols<3>() / v.P.row(2).template head<3>().norm();
       return std::sqrt(std::abs(m.determinant()));
     };
-    at.sigma = s.resolution == Resolution::kJacobian
-                   ? StretchOnPlane(photo, setup.desired, p, normal)
-                   : (p - photo.centre).norm() * focal(setup.desired) / ((p - setup.desired.centre).norm() * focal(photo));
-    if (photo.grids && photo.grids->contains(M::kName)) at.number = BilinearInGrid(photo.grids->find(M::kName)->second, at.u_px / width, at.v_px / height);
+    at.sigma = s.resolution == Resolution::kJacobian ? StretchOnPlane(photo, setup.desired, p, normal)
+                                                     : (p - photo.centre).norm() * focal(setup.desired) /
+                                                           ((p - setup.desired.centre).norm() * focal(photo));
+    if (photo.grids && photo.grids->contains(M::kName))
+      at.number = BilinearInGrid(photo.grids->find(M::kName)->second, at.u_px / width, at.v_px / height);
     d.value = M::Value(at, M::ShapeOf(s));
     const double g = s.alpha * d.theta + M::Factor(s) * 2 * s.r_max_rad * std::abs(M::kOwn - d.value);
     if (d.f > 0) d.h = g * (1 + s.gamma * (1 / d.f - 1));

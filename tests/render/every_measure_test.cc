@@ -1,4 +1,5 @@
-// Every measure of the list, in every path of the CPU, against its record evaluated in double: a new one that a path forgot fails here.
+// Every measure of the list, in every path of the CPU, against its record evaluated in double: a new one that a path
+// forgot fails here.
 #include "every_measure.h"
 
 #include <gtest/gtest.h>
@@ -7,8 +8,8 @@
 #include "optimum_oracle.h"
 #include "render/cpu/candidate_blend.h"
 #include "render/radiance/candidate_plan.h"
-#include "render/radiance/setting_options.h"
 #include "render/radiance/optimum.h"
+#include "render/radiance/setting_options.h"
 #include "render/show/measure_map.h"
 #include "render/world/visibility_maps.h"
 #include "sparse_test_scene.h"
@@ -26,7 +27,8 @@ class EveryMeasure : public testing::Test {
   // Photos from distances, with focal lengths and at times of their own.
   EveryMeasure() : capture_(test::MakeCapture(9, 64)) {
     const Camera first = capture_.scene.cameras[0];
-    for (const double focal : {0.6, 1.5}) capture_.scene.cameras.push_back(Camera::Pinhole(64, 48, focal * 64, focal * 64, 32, 24));
+    for (const double focal : {0.6, 1.5})
+      capture_.scene.cameras.push_back(Camera::Pinhole(64, 48, focal * 64, focal * 64, 32, 24));
     for (int i = 0; i < 9; ++i) {
       lumi::View& v = capture_.scene.views[static_cast<std::size_t>(i)];
       v.camera = {i % 3};
@@ -40,7 +42,9 @@ class EveryMeasure : public testing::Test {
     tracer_.emplace(capture_.proxy, capture_.scene.normalized_from_world);
   }
 
-  RenderView Seen(double dx) const { return MakeRenderView(capture_.scene.cameras[0], LookAt({0.4 + dx, -0.3, -3.2}, {0, 0, 0.5}, {0, -1, 0})); }
+  RenderView Seen(double dx) const {
+    return MakeRenderView(capture_.scene.cameras[0], LookAt({0.4 + dx, -0.3, -3.2}, {0, 0, 0.5}, {0, -1, 0}));
+  }
 
   // check(setup, ray, photos as they are defined), at rays that are clear of borders.
   template <Term M, typename Check>
@@ -50,7 +54,9 @@ class EveryMeasure : public testing::Test {
       const ViewSetup setup = MakeViewSetup(sources_, Seen(0), s);
       RaySamples rays;
       for (int y = 2; y < 48; y += 5)
-        for (int x = 2; x < 64; x += 5) rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>());
+        for (int x = 2; x < 64; x += 5)
+          rays.direction.push_back(
+              (setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>());
       rays.t.resize(rays.size());
       rays.normal.resize(rays.size());
       tracer_->Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t, rays.normal);
@@ -85,12 +91,16 @@ TEST_F(EveryMeasure, HasItsDefinedValueAndWeightsAtAPixel) {
         EvaluateMeasures(setup.sources, setup.settings, rays.direction[i], rays.t[i], rays.normal[i], m);
         for (std::size_t j = 0; j < photos.size(); ++j)
           if (photos[j].f > 0) {
-            ASSERT_NEAR(static_cast<double>(m.Of<M>()[j]), photos[j].value, 2e-4 * std::max(1.0, photos[j].value)) << M::kName << " photo " << j;
+            ASSERT_NEAR(static_cast<double>(m.Of<M>()[j]), photos[j].value, 2e-4 * std::max(1.0, photos[j].value))
+                << M::kName << " photo " << j;
           }
-        const RayWeights w = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], setup.settings, scratch, rays.normal[i]);
+        const RayWeights w =
+            Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], setup.settings, scratch, rays.normal[i]);
         std::vector<double> got(photos.size(), 0.0);
-        for (std::size_t e = 0; e < static_cast<std::size_t>(w.count); ++e) got[static_cast<std::size_t>(w.camera[e])] = static_cast<double>(w.weight[e]);
-        for (std::size_t j = 0; j < photos.size(); ++j) ASSERT_NEAR(got[j], wanted[j], kWeightTolerance) << M::kName << " photo " << j;
+        for (std::size_t e = 0; e < static_cast<std::size_t>(w.count); ++e)
+          got[static_cast<std::size_t>(w.camera[e])] = static_cast<double>(w.weight[e]);
+        for (std::size_t j = 0; j < photos.size(); ++j)
+          ASSERT_NEAR(got[j], wanted[j], kWeightTolerance) << M::kName << " photo " << j;
         ++compared;
       }
     });
@@ -139,7 +149,8 @@ TEST_F(EveryMeasure, WeighsCandidatesAsItIsDefined) {
           const std::vector<double> wanted = test::DefinedWeights(photos, s.k);
           if (wanted.empty() || !Clear(photos)) continue;
           for (std::size_t j = 0; j < 9; ++j)
-            ASSERT_NEAR(static_cast<double>(pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha), wanted[j], 2e-3) << M::kName << " photo " << j << " pixel " << x << " " << y;
+            ASSERT_NEAR(static_cast<double>(pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha), wanted[j], 2e-3)
+                << M::kName << " photo " << j << " pixel " << x << " " << y;
           ++compared;
         }
     }
@@ -165,7 +176,8 @@ TEST_F(EveryMeasure, EntersTheOptimumAsItIsDefined) {
       WeighOptimal(off, nullptr, rays, without, counts);
       for (std::size_t i = 0; i < rays.size(); ++i) {
         if (!std::isfinite(rays.t[i]) || !(table.alpha[i] > 0)) continue;
-        const auto oracle = test::OracleOptimum<double>(setup, nullptr, rays.direction[i], rays.t[i], leaves, 0, nullptr, rays.normal[i]);
+        const auto oracle = test::OracleOptimum<double>(setup, nullptr, rays.direction[i], rays.t[i], leaves, 0,
+                                                        nullptr, rays.normal[i]);
         ASSERT_LT(test::LargestError(table, i, oracle), 2e-3) << M::kName;
         with = std::max(with, test::LargestError(without, i, oracle));
         ++compared;

@@ -1,5 +1,5 @@
-// Which level of a photo's pyramid a pixel reads: against finite differences of the map from the view to the photo, and in pictures of
-// a plane that is seen obliquely, where the ratio of depths says nothing.
+// Which level of a photo's pyramid a pixel reads: against finite differences of the map from the view to the photo, and
+// in pictures of a plane that is seen obliquely, where the ratio of depths says nothing.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -17,7 +17,8 @@ namespace {
 Eigen::Vector2d Pixel(const Matrix34d& P, const Eigen::Vector3d& x) { return (P * x.homogeneous()).hnormalized(); }
 
 // The photo's pixel of what the view's pixel shows on the plane n.x = c.
-Eigen::Vector2d ThroughPlane(const RenderView& view, const RenderView& photo, const Eigen::Vector3d& n, double c, const Eigen::Vector2d& x_px) {
+Eigen::Vector2d ThroughPlane(const RenderView& view, const RenderView& photo, const Eigen::Vector3d& n, double c,
+                             const Eigen::Vector2d& x_px) {
   const Eigen::Vector3d d = *RayDirection(view.P, x_px);
   return Pixel(photo.P, view.centre + (c - n.dot(view.centre)) / n.dot(d) * d);
 }
@@ -25,11 +26,15 @@ Eigen::Vector2d ThroughPlane(const RenderView& view, const RenderView& photo, co
 TEST(Footprint, IsTheHomographysJacobiansDeterminant) {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> u(-1, 1);
-  const Camera wide = Camera::Pinhole(200, 150, 160, 170, 90, 80), narrow = Camera::Pinhole(300, 300, 420, 410, 160, 140);
+  const Camera wide = Camera::Pinhole(200, 150, 160, 170, 90, 80),
+               narrow = Camera::Pinhole(300, 300, 420, 410, 160, 140);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d n = Eigen::Vector3d(u(engine), u(engine), u(engine)).normalized(), p(u(engine), u(engine), u(engine));
-    const RenderView view = MakeRenderView(wide, LookAt(p + 4 * Eigen::Vector3d(u(engine), u(engine), -1.2), p, {0, -1, 0}));
-    const RenderView photo = MakeRenderView(narrow, LookAt(p + 3 * Eigen::Vector3d(u(engine), u(engine), -1.1), p + Eigen::Vector3d(0.2 * u(engine), 0, 0), {0, -1, 0}));
+    const Eigen::Vector3d n = Eigen::Vector3d(u(engine), u(engine), u(engine)).normalized(),
+                          p(u(engine), u(engine), u(engine));
+    const RenderView view =
+        MakeRenderView(wide, LookAt(p + 4 * Eigen::Vector3d(u(engine), u(engine), -1.2), p, {0, -1, 0}));
+    const RenderView photo = MakeRenderView(narrow, LookAt(p + 3 * Eigen::Vector3d(u(engine), u(engine), -1.1),
+                                                           p + Eigen::Vector3d(0.2 * u(engine), 0, 0), {0, -1, 0}));
     // Where either sees the plane edge on, finite differences say nothing.
     if (std::abs(n.dot(p - view.centre)) < 0.2 || std::abs(n.dot(p - photo.centre)) < 0.2) continue;
     const Eigen::Vector2d x = Pixel(view.P, p);
@@ -37,11 +42,14 @@ TEST(Footprint, IsTheHomographysJacobiansDeterminant) {
     Eigen::Matrix2d J;
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
-      J.col(axis) = (ThroughPlane(view, photo, n, n.dot(p), x + step) - ThroughPlane(view, photo, n, n.dot(p), x - step)) / (2 * kStep);
+      J.col(axis) =
+          (ThroughPlane(view, photo, n, n.dot(p), x + step) - ThroughPlane(view, photo, n, n.dot(p), x - step)) /
+          (2 * kStep);
     }
     const double focal_ratio = std::sqrt(420.0 * 410.0 / (160.0 * 170.0));
     const double depth_ratio = view.P.row(2).dot(p.homogeneous()) / photo.P.row(2).dot(p.homogeneous());
-    const double got = Footprint(focal_ratio, FacingRatio(n.dot(p - photo.centre), n.dot(p - view.centre)), depth_ratio);
+    const double got =
+        Footprint(focal_ratio, FacingRatio(n.dot(p - photo.centre), n.dot(p - view.centre)), depth_ratio);
     EXPECT_NEAR(got / std::abs(J.determinant()), 1, 1e-5);
   }
 }

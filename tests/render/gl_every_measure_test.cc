@@ -42,12 +42,17 @@ TEST_F(GlEveryMeasure, WeighsAsItIsDefined) {
             std::vector<float> t(1);
             tracer.Trace(setup.desired.centre.cast<float>(), direction, t, normal);
             if (!(alpha > 0.99F) || !std::isfinite(t[0])) continue;
-            const auto photos = test::Define<M>(sources, setup, setup.desired.centre + static_cast<double>(t[0]) * ray, normal[0].cast<double>());
+            const auto photos = test::Define<M>(sources, setup, setup.desired.centre + static_cast<double>(t[0]) * ray,
+                                                normal[0].cast<double>());
             const std::vector<double> wanted = test::DefinedWeights(photos, s.k);
-            if (wanted.empty() || std::any_of(photos.begin(), photos.end(), [](const auto& p) { return p.f > 0 && p.f < kClearOfBorders; })) continue;
+            if (wanted.empty() || std::any_of(photos.begin(), photos.end(),
+                                              [](const auto& p) { return p.f > 0 && p.f < kClearOfBorders; }))
+              continue;
             double worst = 0;
             for (std::size_t j = 0; j < photos.size(); ++j)
-              worst = std::max(worst, std::abs(static_cast<double>(pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha) - wanted[j]));
+              worst = std::max(
+                  worst,
+                  std::abs(static_cast<double>(pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha) - wanted[j]));
             // A cell's samples may have left out a photo.
             if (cells && worst > kTolerance) continue;
             ASSERT_LT(worst, kTolerance) << M::kName << " pixel " << x << " " << y;

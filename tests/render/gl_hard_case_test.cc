@@ -1,5 +1,5 @@
-// What the GL backend draws where geometry degenerates, approached step by step: finite, holes where nothing is seen, and
-// the picture of the well-posed neighbour. Every way of weighing: at every pixel, from sparse samples, from cells.
+// What the GL backend draws where geometry degenerates, approached step by step: finite, holes where nothing is seen,
+// and the picture of the well-posed neighbour. Every way of weighing: at every pixel, from sparse samples, from cells.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,8 @@ struct Way {
   std::string name;
   RadianceSettings settings;
 };
-// Plain, and with everything on that can divide by something: at every pixel, from sparse samples, from cells, and the optimum.
+// Plain, and with everything on that can divide by something: at every pixel, from sparse samples, from cells, and the
+// optimum.
 std::vector<Way> Ways() {
   RadianceSettings plain, all;
   all.resolution = Resolution::kJacobian;
@@ -56,8 +57,8 @@ std::vector<Way> Ways() {
   return ways;
 }
 
-// Alpha and weights that GL blends with differ from the core's by a float's rounding, near ties amplified; the CPU's sparse blend
-// weighs in steps of 1/4096.
+// Alpha and weights that GL blends with differ from the core's by a float's rounding, near ties amplified; the CPU's
+// sparse blend weighs in steps of 1/4096.
 constexpr float kWeightTolerance = 1e-3F;
 // Code values: what is above, for colours half the range apart, and eight bits of a texture's bilinear weights.
 constexpr float kColorTolerance = 3.0F / 255;
@@ -94,7 +95,8 @@ class GlHardCase : public test::GlTest {
   std::vector<float> WeightsAt(const std::vector<ImageF>& pictures, int x, int y) const {
     std::vector<float> w(world_.scene.views.size(), 0.0F);
     const float alpha = pictures[0].At(x, y, 3);
-    for (std::size_t j = 0; j < w.size() && alpha > 0; ++j) w[j] = pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha;
+    for (std::size_t j = 0; j < w.size() && alpha > 0; ++j)
+      w[j] = pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / alpha;
     return w;
   }
 
@@ -167,9 +169,9 @@ World Photographed(int views, int side_px) {
   return w;
 }
 
-// Cameras at these places that look at the origin and see all that is near it, over the floor. Six of them serve best: a shader is
-// compiled for each number of cameras. Lengths are halved twice on the way
-// to the normalised frame: what is symmetric here is so in floats.
+// Cameras at these places that look at the origin and see all that is near it, over the floor. Six of them serve best:
+// a shader is compiled for each number of cameras. Lengths are halved twice on the way to the normalised frame: what is
+// symmetric here is so in floats.
 World Over(const std::vector<Eigen::Vector3d>& centres) {
   World w;
   w.scene.cameras = {Camera::Pinhole(32, 32, 10, 10, 16, 16)};
@@ -200,7 +202,8 @@ std::string Step(double d) {
 
 double MeanDifference(const ImageF& a, const ImageF& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.data.size(); ++i) sum += std::abs(static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]));
+  for (std::size_t i = 0; i < a.data.size(); ++i)
+    sum += std::abs(static_cast<double>(a.data[i]) - static_cast<double>(b.data[i]));
   return sum / static_cast<double>(a.data.size());
 }
 
@@ -213,11 +216,12 @@ TEST_F(GlHardCase, DegenerateViewsStayFinite) {
     SCOPED_TRACE(way.name);
     for (int e = 2; e <= 16; e += 2) {
       const double step = e == 16 ? 0.0 : std::pow(10.0, -e);
-      for (const auto& [eye, target] : {std::pair<Eigen::Vector3d, Eigen::Vector3d>{centre + step * Eigen::Vector3d(1, 2, -1), {0, 0, 0.3}},
-                                        {{2, 2, step}, {0, 0, 0.3}},
-                                        {{0.2, 0.1, 0.7 + step}, {5, 0.3, 0.7}},
-                                        {{0.5 + step, 0, 0.3}, {-1, 0, 0.3}},
-                                        {{3, 3, 1}, {6, 6, 2}}})
+      for (const auto& [eye, target] :
+           {std::pair<Eigen::Vector3d, Eigen::Vector3d>{centre + step * Eigen::Vector3d(1, 2, -1), {0, 0, 0.3}},
+            {{2, 2, step}, {0, 0, 0.3}},
+            {{0.2, 0.1, 0.7 + step}, {5, 0.3, 0.7}},
+            {{0.5 + step, 0, 0.3}, {-1, 0, 0.3}},
+            {{3, 3, 1}, {6, 6, 2}}})
         Draw(way.settings, MakeRenderView(camera, LookAt(eye, target, up)));
     }
     RenderView singular = ArcView(1, 40, 30, 40);
@@ -226,8 +230,8 @@ TEST_F(GlHardCase, DegenerateViewsStayFinite) {
   }
 }
 
-// The picture at a photo's centre is its limit. Interpolated samples on the photo's very border see it from its own centre
-// only: the cells there are left out.
+// The picture at a photo's centre is its limit. Interpolated samples on the photo's very border see it from its own
+// centre only: the cells there are left out.
 TEST_F(GlHardCase, ApproachesAPhotosCentreContinuously) {
   Load(Photographed(6, 96));
   const View& source = world_.scene.views[3];
@@ -255,10 +259,13 @@ TEST_F(GlHardCase, ApproachesAPhotosCentreContinuously) {
       for (int y = margin; y < near.height - margin; ++y)
         for (int x = margin; x < near.width - margin; ++x) {
           for (int c = 0; c < 3; ++c)
-            worst = std::max(worst, std::abs(static_cast<double>(near.At(x, y, c)) - static_cast<double>(limit.At(x, y, c))));
-          if (near.At(x, y, 3) > 0) others = std::max(others, 1 - static_cast<double>(own.At(x, y, 0) / own.At(x, y, 3)));
+            worst = std::max(worst,
+                             std::abs(static_cast<double>(near.At(x, y, c)) - static_cast<double>(limit.At(x, y, c))));
+          if (near.At(x, y, 3) > 0)
+            others = std::max(others, 1 - static_cast<double>(own.At(x, y, 0) / own.At(x, y, 3)));
         }
-      // The other photos are a few tenths of a radian away, and where its depth map calls this one blocked it counts for 50 times as far.
+      // The other photos are a few tenths of a radian away, and where its depth map calls this one blocked it counts
+      // for 50 times as far.
       EXPECT_LE(others, 50 * 10 * angle + 1e-6) << "1e-" << e;
       if (e >= 5) {
         EXPECT_LT(worst, 0.05) << "1e-" << e;
@@ -288,8 +295,12 @@ TEST_F(GlHardCase, WhereNoPhotoSeesThereAreHoles) {
   for (const Way& way : Ways()) {
     SCOPED_TRACE(way.name);
     const Camera camera = Camera::Pinhole(64, 48, 200, 200, 32, 24);
-    EXPECT_EQ(Coverage(Draw(way.settings, MakeRenderView(camera, LookAt({5, 5, 1}, {5.9, 5.9, 0}, Eigen::Vector3d::UnitZ())))), 0);
-    EXPECT_EQ(Coverage(Draw(way.settings, MakeRenderView(camera, LookAt({0, 0, 3}, {0, 1, 9}, Eigen::Vector3d::UnitZ())))), 0);
+    EXPECT_EQ(Coverage(Draw(way.settings,
+                            MakeRenderView(camera, LookAt({5, 5, 1}, {5.9, 5.9, 0}, Eigen::Vector3d::UnitZ())))),
+              0);
+    EXPECT_EQ(
+        Coverage(Draw(way.settings, MakeRenderView(camera, LookAt({0, 0, 3}, {0, 1, 9}, Eigen::Vector3d::UnitZ())))),
+        0);
     RenderRequest request;
     request.settings = way.settings;
     request.view = ArcView(1, 64, 48, 60);
@@ -307,8 +318,8 @@ TEST_F(GlHardCase, ScalesAndOffsetsChangeNothing) {
   };
   constexpr double kSame = 1e-4;
   std::vector<ImageF> wanted;
-  for (const Case& c : {Case{1, {0, 0, 0}, 0}, Case{1e-6, {0, 0, 0}, kSame}, Case{1e6, {0, 0, 0}, kSame}, Case{1, {1e7, -1e7, 1e7}, kSame},
-                        Case{1e-3, {3, 5, -2}, kSame}}) {
+  for (const Case& c : {Case{1, {0, 0, 0}, 0}, Case{1e-6, {0, 0, 0}, kSame}, Case{1e6, {0, 0, 0}, kSame},
+                        Case{1, {1e7, -1e7, 1e7}, kSame}, Case{1e-3, {3, 5, -2}, kSame}}) {
     World w = Photographed(6, 80);
     const Similarity3 moved{c.scale, Eigen::Quaterniond::Identity(), c.offset};
     RenderView view = ArcView(0.9, 90, 70, 90);
@@ -319,7 +330,7 @@ TEST_F(GlHardCase, ScalesAndOffsetsChangeNothing) {
     view.P.col(3) = view.P.col(3) * c.scale - view.P.leftCols<3>() * c.offset;
     view.centre = moved * view.centre;
     Load(std::move(w));
-      std::size_t i = 0;
+    std::size_t i = 0;
     for (const Way& way : Ways()) {
       SCOPED_TRACE(way.name);
       const ImageF image = Draw(way.settings, view);
@@ -327,7 +338,8 @@ TEST_F(GlHardCase, ScalesAndOffsetsChangeNothing) {
       if (c.tolerance == 0)
         wanted.push_back(image);
       else
-        EXPECT_LT(MeanDifference(image, wanted[i]), c.tolerance) << "scale " << c.scale << " offset " << c.offset.transpose();
+        EXPECT_LT(MeanDifference(image, wanted[i]), c.tolerance)
+            << "scale " << c.scale << " offset " << c.offset.transpose();
       ++i;
     }
   }
@@ -335,8 +347,8 @@ TEST_F(GlHardCase, ScalesAndOffsetsChangeNothing) {
 
 // ---- Weights where they are ill-posed.
 
-// Four cameras at one angle from the middle ray, exactly; the others are farther. k + 1 of the four tie for every k below 4. No
-// continuity is claimed there: only that the tied share, and nobody else.
+// Four cameras at one angle from the middle ray, exactly; the others are farther. k + 1 of the four tie for every k
+// below 4. No continuity is claimed there: only that the tied share, and nobody else.
 TEST_F(GlHardCase, TiedCamerasShare) {
   LoadPainted(Over({{1, 0, 4}, {0, 1, 4}, {-1, 0, 4}, {0, -1, 4}, {3, 0, 4}, {0, -3, 4}}));
   for (Way way : Ways())
@@ -357,10 +369,12 @@ TEST_F(GlHardCase, TiedCamerasShare) {
       for (std::size_t j = 0; j < 4; ++j) {
         // Interpolated: from samples around, none of which is at the tie.
         if (!identity || (way.settings.Sparse() && way.settings.sampling == Sampling::kInterpolated)) continue;
-        EXPECT_TRUE(w[j] == 0 || std::abs(w[j] - tied / static_cast<float>(k > 0 ? std::min(k, 4) : 4)) < 1e-5F) << "camera " << j << ": " << w[j];
+        EXPECT_TRUE(w[j] == 0 || std::abs(w[j] - tied / static_cast<float>(k > 0 ? std::min(k, 4) : 4)) < 1e-5F)
+            << "camera " << j << ": " << w[j];
       }
       for (double step = 1e-2; step >= 1e-15; step /= 100)
-        for (const Eigen::Vector2d& direction : {Eigen::Vector2d(1, 0.5), Eigen::Vector2d(1, 0), Eigen::Vector2d(1, 1)}) {
+        for (const Eigen::Vector2d& direction :
+             {Eigen::Vector2d(1, 0.5), Eigen::Vector2d(1, 0), Eigen::Vector2d(1, 1)}) {
           const std::vector<float> near = middle(ViewFrom({step * direction.x(), step * direction.y(), 3}));
           if (k > 0 && identity && step < 1e-3) {
             EXPECT_NEAR(near[0] + near[1] + near[2] + near[3], 1, kWeightTolerance) << step;
@@ -384,7 +398,8 @@ TEST_F(GlHardCase, DuplicatesShareEqually) {
             const std::vector<float> w = WeightsAt(pictures, x, y);
             ASSERT_NEAR(w[0], w[2], 1e-5F) << x << " " << y;
             ASSERT_NEAR(w[0], w[4], 1e-5F) << x << " " << y;
-            if (eye.z() == 4 && way.settings.resolution == Resolution::kOff && !(way.settings.similarity == Similarity::kFull)) {
+            if (eye.z() == 4 && way.settings.resolution == Resolution::kOff &&
+                !(way.settings.similarity == Similarity::kFull)) {
               ASSERT_NEAR(w[0], 1.0F / 3, kWeightTolerance) << x << " " << y;
             }
           }
@@ -453,7 +468,8 @@ TEST_F(GlHardCase, FarFromAllCamerasWeightsAreSound) {
         way.settings.sum = sum;
         way.settings.k = k;
         for (double a = 0; a < 1.2; a += 0.1)
-          ExpectSound(way, ViewFrom({3 * std::sin(a), 0.01, 3 * std::cos(a)}), std::to_string(a) + " rad, " + std::string(Name(sum)), 0.01);
+          ExpectSound(way, ViewFrom({3 * std::sin(a), 0.01, 3 * std::cos(a)}),
+                      std::to_string(a) + " rad, " + std::string(Name(sum)), 0.01);
       }
 }
 
@@ -492,7 +508,12 @@ TEST_F(GlHardCase, ACameraOnTheProxy) {
 TEST_F(GlHardCase, EpipolesAtInfinityAndBehind) {
   for (double d = 1; d >= 1e-15; d /= 100)
     for (const double sign : {-1.0, 1.0}) {
-      LoadPainted(Over({{1, 0, 3 + sign * d}, {-0.5, 0, 3 + 3 * sign * d}, {0.3, 1, 3}, {0, 0.05 * d, 3 + sign}, {0, 0, 3 - sign * 0.5}, {-0.4, -1, 3}}));
+      LoadPainted(Over({{1, 0, 3 + sign * d},
+                        {-0.5, 0, 3 + 3 * sign * d},
+                        {0.3, 1, 3},
+                        {0, 0.05 * d, 3 + sign},
+                        {0, 0, 3 - sign * 0.5},
+                        {-0.4, -1, 3}}));
       ExpectSound(ViewFrom({0, 0, 3}), "off by " + Step(sign * d), 0.02);
     }
 }
@@ -521,8 +542,8 @@ TEST_F(GlHardCase, ZeroAreaAndSliverTriangles) {
   }
 }
 
-// A floor that runs under the view and behind it, and lower and lower. OpenGL draws nothing nearer than kNearDepth, in scene sizes,
-// the CPU does: they are compared as long as the floor's part in the view is farther.
+// A floor that runs under the view and behind it, and lower and lower. OpenGL draws nothing nearer than kNearDepth, in
+// scene sizes, the CPU does: they are compared as long as the floor's part in the view is farther.
 TEST_F(GlHardCase, AProxyTriangleThroughTheNearPlane) {
   Mesh proxy;
   test::AddQuad(proxy, {-4, -20, 0}, {4, -20, 0}, {4, 20, 0}, {-4, 20, 0});
@@ -543,13 +564,15 @@ TEST_F(GlHardCase, APlaneThroughTheCentreOfProjection) {
     test::AddQuad(proxy, {-4, -20, 0}, {4, -20, 0}, {4, 20, 0}, {-4, 20, 0});
     test::AddQuad(proxy, {d, 1, 0}, {d, 3, 0}, {d, 3, 3}, {d, 1, 3});
     LoadPainted(WithProxy(proxy));
-    ExpectSound(MakeRenderView(camera, LookAt({0, 0, 1}, {0.4, 3, 0.2}, Eigen::Vector3d::UnitZ())), "off by " + Step(d), 0.04);
-    ExpectSound(MakeRenderView(camera, LookAt({0, 0, 1}, {0, 3, 1}, Eigen::Vector3d::UnitZ())), "straight on, off by " + Step(d), 0.04);
+    ExpectSound(MakeRenderView(camera, LookAt({0, 0, 1}, {0.4, 3, 0.2}, Eigen::Vector3d::UnitZ())), "off by " + Step(d),
+                0.04);
+    ExpectSound(MakeRenderView(camera, LookAt({0, 0, 1}, {0, 3, 1}, Eigen::Vector3d::UnitZ())),
+                "straight on, off by " + Step(d), 0.04);
   }
 }
 
-// Rays become parallel, angles vanish, their ratios do not: the picture is the same at any distance. The CPU traces its rays in
-// float, where products of three lengths end at 1e38: beyond 1e12 it has holes.
+// Rays become parallel, angles vanish, their ratios do not: the picture is the same at any distance. The CPU traces its
+// rays in float, where products of three lengths end at 1e38: beyond 1e12 it has holes.
 TEST_F(GlHardCase, APointAtInfinity) {
   const RenderView view = ViewFrom({0.2, 0.1, 3}, {0.2, 0.1, 0});
   std::vector<ImageF> limit;
@@ -567,7 +590,8 @@ TEST_F(GlHardCase, APointAtInfinity) {
       if (far < 1e6 || way.settings.similarity == Similarity::kFull) continue;
       if (limit.size() == i) limit.push_back(image);
       float worst = 0;
-      for (std::size_t n = 0; n < image.data.size(); ++n) worst = std::max(worst, std::abs(image.data[n] - limit[i].data[n]));
+      for (std::size_t n = 0; n < image.data.size(); ++n)
+        worst = std::max(worst, std::abs(image.data[n] - limit[i].data[n]));
       EXPECT_LE(worst, kColorTolerance) << way.name << " " << far;
       ++i;
     }

@@ -31,9 +31,9 @@ std::unique_ptr<Renderer> GlOrNull(const World& w, std::string& why) {
   }
 }
 
-#define MAKE_GL_OR_SKIP(name, world)                                   \
-  std::string name##_why;                                              \
-  const std::unique_ptr<Renderer> name = GlOrNull(world, name##_why);  \
+#define MAKE_GL_OR_SKIP(name, world)                                  \
+  std::string name##_why;                                             \
+  const std::unique_ptr<Renderer> name = GlOrNull(world, name##_why); \
   if (!name) GTEST_SKIP() << "OpenGL 4.3 is not available: " << name##_why
 
 TEST(GlRenderer, AgreesWithTheCpu) {
@@ -49,16 +49,16 @@ TEST(GlRenderer, AgreesWithTheCpu) {
     bool prefilter;
   };
   const RenderView between = ArcView(0.93, 200, 150, 210);
-  for (const Case& c : {Case{"k 4", between, 4, 1, Show::kColor, true}, Case{"k 1", between, 1, 1, Show::kColor, true},
-                        Case{"k 16, more than there are", between, 16, 1, Show::kColor, true},
-                        Case{"all", between, 0, 1, Show::kColor, true},
-                        Case{"no field of view", between, 4, 0, Show::kColor, true},
-                        Case{"false colour", between, 4, 1, Show::kFalseColor, true},
-                        Case{"false colour, all", between, 0, 1, Show::kFalseColor, true},
-                        Case{"from afar, pyramids", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, true},
-                        Case{"from afar, aliased", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, false},
-                        Case{"near", ArcView(1.4, 160, 160, 150, 0.4), 4, 1, Show::kColor, true},
-                        Case{"from behind", ArcView(4.6, 160, 120, 100), 4, 1, Show::kColor, true}}) {
+  for (const Case& c :
+       {Case{"k 4", between, 4, 1, Show::kColor, true}, Case{"k 1", between, 1, 1, Show::kColor, true},
+        Case{"k 16, more than there are", between, 16, 1, Show::kColor, true},
+        Case{"all", between, 0, 1, Show::kColor, true}, Case{"no field of view", between, 4, 0, Show::kColor, true},
+        Case{"false colour", between, 4, 1, Show::kFalseColor, true},
+        Case{"false colour, all", between, 0, 1, Show::kFalseColor, true},
+        Case{"from afar, pyramids", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, true},
+        Case{"from afar, aliased", ArcView(0.5, 90, 70, 40, 1.3), 4, 1, Show::kColor, false},
+        Case{"near", ArcView(1.4, 160, 160, 150, 0.4), 4, 1, Show::kColor, true},
+        Case{"from behind", ArcView(4.6, 160, 120, 100), 4, 1, Show::kColor, true}}) {
     SCOPED_TRACE(c.name);
     RenderRequest request;
     request.view = c.view;
@@ -76,7 +76,8 @@ TEST(GlRenderer, AgreesWithTheCpu) {
   }
 }
 
-// A plane that the view sees obliquely and the photos do not: the pyramid's level is another than the depths' ratio says.
+// A plane that the view sees obliquely and the photos do not: the pyramid's level is another than the depths' ratio
+// says.
 TEST(GlRenderer, PrefiltersAnObliquePlaneAsTheCpuDoes) {
   const test::ObliqueFloor f;
   const World w{f.c.scene, f.c.proxy, f.c.photos};
@@ -243,7 +244,8 @@ TEST(GlRenderer, AFineProxyAgreesWithTheCpu) {
     }
   MAKE_GL_OR_SKIP(gl, w);
   const auto cpu = MakeCpuRenderer(WorldOf(w.scene, w.proxy), w.photos);
-  for (const auto& [samples, sampling] : {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}}) {
+  for (const auto& [samples, sampling] :
+       {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}}) {
     RenderRequest request;
     request.view = ArcView(0.93, 160, 120, 160);
     request.settings.grid_columns = request.settings.grid_rows = samples;
@@ -283,7 +285,8 @@ TEST(GlRenderer, AConstantWorldRendersConstant) {
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
           for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, kTolerance)
+            ASSERT_NEAR(image.At(x, y, c),
+                        image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, kTolerance)
                 << x << " " << y;
     }
 }
@@ -291,9 +294,11 @@ TEST(GlRenderer, AConstantWorldRendersConstant) {
 TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
   const World w = Photographed(10, 160);
   MAKE_GL_OR_SKIP(gl, w);
-  for (const auto& [samples, sampling] : {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}})
+  for (const auto& [samples, sampling] :
+       {std::pair{0, Sampling::kCandidates}, {11, Sampling::kInterpolated}, {11, Sampling::kCandidates}})
     for (std::size_t j = 0; j < w.scene.views.size(); ++j) {
-      SCOPED_TRACE(std::to_string(samples) + " samples, " + std::string(Name(sampling)) + ", view " + std::to_string(j));
+      SCOPED_TRACE(std::to_string(samples) + " samples, " + std::string(Name(sampling)) + ", view " +
+                   std::to_string(j));
       RenderRequest request;
       request.view = MakeRenderView(w.scene, w.scene.views[j]);
       request.settings.grid_columns = request.settings.grid_rows = samples;
@@ -307,12 +312,13 @@ TEST(GlRenderer, ASourceViewGivesItsPhotoBack) {
           // A pixel that sees the floor's far edge or past it is no test.
           if (image.At(x, y, 3) == 0) continue;
           ASSERT_EQ(image.At(x, y, 3), 1.0F) << x << " " << y;  // to the photo's very border
-          for (int c = 0; c < 3; ++c) sum += std::abs(255.0 * static_cast<double>(image.At(x, y, c)) - photo.At(x, y, c));
+          for (int c = 0; c < 3; ++c)
+            sum += std::abs(255.0 * static_cast<double>(image.At(x, y, c)) - photo.At(x, y, c));
           n += 3;
         }
       EXPECT_GT(n, photo.width * photo.height);
-      // Every pixel is the photo's own: far below one code value. A sample on the photo's very border may round to outside
-      // it, and lends the border's cells other photos.
+      // Every pixel is the photo's own: far below one code value. A sample on the photo's very border may round to
+      // outside it, and lends the border's cells other photos.
       EXPECT_LT(sum / n, samples > 0 && sampling == Sampling::kInterpolated ? 0.5 : 0.05);
     }
 }

@@ -33,18 +33,21 @@ Projected Project(const RelativeSources& s, std::size_t j, const Eigen::Vector3d
   Eigen::Matrix3d M;
   for (int i = 0; i < 9; ++i) M(i / 3, i % 3) = static_cast<double>(s.m[i][j]);
   const Eigen::Vector3d x = M * q;
-  const double w = static_cast<double>(s.width_px[j]), h = static_cast<double>(s.height_px[j]), u = x.x() / x.z(), v = x.y() / x.z();
+  const double w = static_cast<double>(s.width_px[j]), h = static_cast<double>(s.height_px[j]), u = x.x() / x.z(),
+               v = x.y() / x.z();
   return {{u / w, v / h}, x.z(), x.z() > 0 ? std::min({u, w - u, v, h - v}) : -1};
 }
 // What is left of a weight: f over the value at which a photo fades, at most 1.
 double Gate(const RelativeSources& s, std::size_t j, const Projected& p) {
   if (p.edge_px < 0) return 0;
   if (s.dx[j] == 0 && s.dy[j] == 0 && s.dz[j] == 0) return 1;  // from its own place a photo is seen to its border
-  const double f = std::pow(std::sin(std::numbers::pi / 2 * std::min(1.0, p.edge_px / static_cast<double>(s.feather_px[j]))), 2);
+  const double f =
+      std::pow(std::sin(std::numbers::pi / 2 * std::min(1.0, p.edge_px / static_cast<double>(s.feather_px[j]))), 2);
   return std::min(1.0, f / static_cast<double>(kAlphaFullAt));
 }
 
-// The mesh's own triangles, each cut into n x n, weighed at their corners. Those that reach behind the view are left out.
+// The mesh's own triangles, each cut into n x n, weighed at their corners. Those that reach behind the view are left
+// out.
 SparsePlan PlanOfMesh(const ViewSetup& setup, const Mesh& mesh, const Similarity3& normalized_from_world, int n) {
   SparsePlan plan;
   WeighScratch scratch;
@@ -52,7 +55,8 @@ SparsePlan PlanOfMesh(const ViewSetup& setup, const Mesh& mesh, const Similarity
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     std::array<Eigen::Vector3d, 3> corner;
     for (std::size_t i = 0; i < 3; ++i)
-      corner[i] = normalized_from_world * mesh.vertices[static_cast<std::size_t>(mesh.faces[face][i])] - setup.desired.centre;
+      corner[i] =
+          normalized_from_world * mesh.vertices[static_cast<std::size_t>(mesh.faces[face][i])] - setup.desired.centre;
     const auto first_vertex = static_cast<std::int32_t>(plan.x_px.size());
     std::vector<RayWeights> weights;
     std::vector<bool> in_front;
@@ -64,7 +68,8 @@ SparsePlan PlanOfMesh(const ViewSetup& setup, const Mesh& mesh, const Similarity
         in_front.push_back(c.z() > 0.02);
         plan.x_px.push_back((c.head<2>() / c.z()).cast<float>());
         plan.offset.push_back(x.cast<float>());
-        weights.push_back(Weigh(setup.sources, nullptr, x.normalized().cast<float>(), static_cast<float>(x.norm()), setup.settings, scratch));
+        weights.push_back(Weigh(setup.sources, nullptr, x.normalized().cast<float>(), static_cast<float>(x.norm()),
+                                setup.settings, scratch));
         plan.alpha.push_back(weights.back().alpha);
       }
     const auto add = [&](int a, int b, int c) {
@@ -78,14 +83,17 @@ SparsePlan PlanOfMesh(const ViewSetup& setup, const Mesh& mesh, const Similarity
         if (!in_front[static_cast<std::size_t>(v[i])]) return;
         t.vertex[i] = first_vertex + v[i];
         const RayWeights& w = weights[static_cast<std::size_t>(v[i])];
-        for (std::size_t m = 0; m < static_cast<std::size_t>(w.count); ++m) of[static_cast<std::size_t>(w.camera[m])][i] = w.weight[m];
+        for (std::size_t m = 0; m < static_cast<std::size_t>(w.count); ++m)
+          of[static_cast<std::size_t>(w.camera[m])][i] = w.weight[m];
       }
       for (std::size_t j = 0; j < of.size(); ++j) {
         if (of[j] == std::array<float, 3>{0, 0, 0}) continue;
         plan.camera.push_back(static_cast<std::int32_t>(j));
         plan.weight.push_back(of[j]);
         for (const auto vertex : t.vertex)
-          t.inside &= Gate(setup.sources, j, Project(setup.sources, j, plan.offset[static_cast<std::size_t>(vertex)].cast<double>())) == 1;
+          t.inside &=
+              Gate(setup.sources, j,
+                   Project(setup.sources, j, plan.offset[static_cast<std::size_t>(vertex)].cast<double>())) == 1;
       }
       t.count = static_cast<std::int32_t>(plan.camera.size()) - t.first;
       plan.triangles.push_back(t);
@@ -113,13 +121,16 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
       of_px.col(i) << plan.x_px[v].cast<double>(), 1;
       inverse_depth[i] = 1 / axis.dot(plan.offset[v].cast<double>());
     }
-    const auto corner = [&](std::size_t i) -> Eigen::Vector3d { return plan.offset[static_cast<std::size_t>(t.vertex[i])].cast<double>(); };
+    const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
+      return plan.offset[static_cast<std::size_t>(t.vertex[i])].cast<double>();
+    };
     const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     const Eigen::Array2d lo = of_px.topRows<2>().rowwise().minCoeff(), hi = of_px.topRows<2>().rowwise().maxCoeff();
     if (std::abs(of_px.determinant()) < 1e-6) continue;
     of_px = of_px.inverse().eval();
     for (int y = std::max(0, static_cast<int>(lo.y()) - 1); y < std::min(size.y(), static_cast<int>(hi.y()) + 2); ++y)
-      for (int x = std::max(0, static_cast<int>(lo.x()) - 1); x < std::min(size.x(), static_cast<int>(hi.x()) + 2); ++x) {
+      for (int x = std::max(0, static_cast<int>(lo.x()) - 1); x < std::min(size.x(), static_cast<int>(hi.x()) + 2);
+           ++x) {
         const Eigen::Vector3d px(x + 0.5, y + 0.5, 1), b = of_px * px;
         if (b.minCoeff() < 0) continue;
         const double inverse = inverse_depth.dot(b);
@@ -138,12 +149,20 @@ ImageF Picture(const SparsePlan& plan, const ViewSetup& setup, const std::vector
           w *= gate;
           kept += w;
           if (w <= 0) continue;
-          const double facing = FacingRatio(normal.dot(offset - Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]).cast<double>()), normal.dot(offset));
-          const double footprint = Footprint(static_cast<double>(s.focal_px[j] / setup.focal_px), facing, 1 / (inverse * p.depth));
+          const double facing = FacingRatio(
+              normal.dot(offset - Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]).cast<double>()), normal.dot(offset));
+          const double footprint =
+              Footprint(static_cast<double>(s.focal_px[j] / setup.focal_px), facing, 1 / (inverse * p.depth));
           const float level = setup.settings.prefilter ? static_cast<float>(PyramidLevel(footprint)) : 0;
           const double gain = setup.settings.exposure ? static_cast<double>(s.gain[j]) : 1.0;
-          mean += w * (false_color ? SourceColor(static_cast<int>(j)).cast<double>().array().eval()
-                                   : (gain * SamplePhoto(photos[j], static_cast<float>(p.x01.x()), static_cast<float>(p.x01.y()), level).cast<double>() / 255).eval());
+          mean +=
+              w * (false_color
+                       ? SourceColor(static_cast<int>(j)).cast<double>().array().eval()
+                       : (gain *
+                          SamplePhoto(photos[j], static_cast<float>(p.x01.x()), static_cast<float>(p.x01.y()), level)
+                              .cast<double>() /
+                          255)
+                             .eval());
         }
         Eigen::Array4d out = Eigen::Array4d::Zero();
         if (setup.settings.field_of_view && kept > 0)
@@ -165,7 +184,8 @@ class GlSparse : public test::GlTest {
 
 TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
   World world = Photographed(10, 160);
-  for (std::size_t i = 0; i < world.scene.views.size(); ++i) world.scene.views[i].gain = 1 + 0.1 * std::sin(5.0 * static_cast<double>(i));
+  for (std::size_t i = 0; i < world.scene.views.size(); ++i)
+    world.scene.views[i].gain = 1 + 0.1 * std::sin(5.0 * static_cast<double>(i));
   Load(std::move(world));
   RenderRequest base;
   base.view = ArcView(0.93, 200, 150, 210);
@@ -193,7 +213,8 @@ TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
     r.view = ArcView(0.5, 90, 70, 40, 1.3);
     r.settings.prefilter = false;
   });
-  vary("some left out", [](RenderRequest& r) { r.use = {true, false, false, true, true, false, true, true, false, true}; });
+  vary("some left out",
+       [](RenderRequest& r) { r.use = {true, false, false, true, true, false, true, true, false, true}; });
   for (const Case& c : cases) {
     SCOPED_TRACE(c.name);
     const ViewSetup setup = Setup(c.request);
@@ -205,8 +226,10 @@ TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
     EXPECT_NEAR(Coverage(gl), Coverage(wanted), 2e-3);
     const double psnr = PsnrDb(gl, wanted);
     EXPECT_GE(psnr, kAgreementDb);
-    const auto gated = std::count_if(plan.triangles.begin(), plan.triangles.end(), [](const SparseTriangle& t) { return !t.inside; });
-    std::printf("  %-32s %.1f dB, coverage %.3f, %zu triangles, %d gated\n", c.name, psnr, Coverage(wanted), plan.triangles.size(), static_cast<int>(gated));
+    const auto gated =
+        std::count_if(plan.triangles.begin(), plan.triangles.end(), [](const SparseTriangle& t) { return !t.inside; });
+    std::printf("  %-32s %.1f dB, coverage %.3f, %zu triangles, %d gated\n", c.name, psnr, Coverage(wanted),
+                plan.triangles.size(), static_cast<int>(gated));
   }
 }
 
@@ -246,7 +269,9 @@ TEST_F(GlSparse, AConstantWorldIsConstant) {
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
           for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(image.At(x, y, c), image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, 1e-5F) << x << " " << y;
+            ASSERT_NEAR(image.At(x, y, c),
+                        image.At(x, y, 3) * static_cast<float>(rgb[static_cast<std::size_t>(c)]) / 255.0F, 1e-5F)
+                << x << " " << y;
     }
 }
 
@@ -319,7 +344,8 @@ TEST_F(GlSparse, CellsWithAllPhotosGiveThePixelsPicture) {
     for (int y = 0; y < 97; ++y)
       for (int x = 0; x < 131; ++x) {
         if (one.At(x, y, 3) < 1) continue;
-        const int cell = std::min(static_cast<int>((y + 0.5) / plan.cell_height_px), 4) * 7 + std::min(static_cast<int>((x + 0.5) / plan.cell_width_px), 6);
+        const int cell = std::min(static_cast<int>((y + 0.5) / plan.cell_height_px), 4) * 7 +
+                         std::min(static_cast<int>((x + 0.5) / plan.cell_width_px), 6);
         ASSERT_NEAR(one.At(x, y, 0), SourceColor(3 + cell % 2).x(), 1e-6F);
         ++seen;
       }

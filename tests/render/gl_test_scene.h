@@ -1,5 +1,5 @@
-// A small world whose every photograph is known: a textured floor and a box on it, seen by cameras on an arc. And what the tests
-// of the graphics backend do with one: show it, draw it, read weights off it, compare pictures.
+// A small world whose every photograph is known: a textured floor and a box on it, seen by cameras on an arc. And what
+// the tests of the graphics backend do with one: show it, draw it, read weights off it, compare pictures.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -117,7 +117,8 @@ inline World MakeWorld(int views = 10, int side_px = 160, double arc_rad = 2.4) 
     v.name = std::to_string(100000 + i) + ".png";
     v.camera = CameraId{i % 3 == 2 ? 1 : 0};
     const double turn = arc_rad * i / std::max(1, views - 1);
-    v.cam_from_world = LookAt(ArcCentre(turn), {0.1 * std::sin(9.0 * i), 0.1 * std::cos(7.0 * i), 0.3}, Eigen::Vector3d::UnitZ());
+    v.cam_from_world =
+        LookAt(ArcCentre(turn), {0.1 * std::sin(9.0 * i), 0.1 * std::cos(7.0 * i), 0.3}, Eigen::Vector3d::UnitZ());
     w.scene.views.push_back(v);
   }
   UpdateFrameOfReference(w.scene);
@@ -197,12 +198,15 @@ class GlTest : public testing::Test {
   void Load(World world) {
     world_ = std::move(world);
     std::vector<Eigen::Vector2i> sizes(world_.scene.views.size(), Eigen::Vector2i(1, 1));
-    for (std::size_t i = 0; i < world_.photos.size(); ++i) sizes[i] = {world_.photos[i].levels[0].width, world_.photos[i].levels[0].height};
+    for (std::size_t i = 0; i < world_.photos.size(); ++i)
+      sizes[i] = {world_.photos[i].levels[0].width, world_.photos[i].levels[0].height};
     lumigraph_ = std::make_unique<GlLumigraph>(MakeSources(world_.scene), sizes);
     lumigraph_->SetProxy(world_.proxy);
     for (std::size_t i = 0; i < world_.photos.size(); ++i) lumigraph_->Upload({static_cast<int>(i)}, world_.photos[i]);
   }
-  ViewSetup Setup(const RenderRequest& r) const { return MakeViewSetup(lumigraph_->sources(), r.view, r.settings, r.use); }
+  ViewSetup Setup(const RenderRequest& r) const {
+    return MakeViewSetup(lumigraph_->sources(), r.view, r.settings, r.use);
+  }
   ImageF Draw(const RenderRequest& request) {
     lumigraph_->Begin(request, *target_);
     return Blend(request);

@@ -18,8 +18,8 @@ constexpr float kWeightTolerance = 1e-4F;
 constexpr float kBorderF = 2e-3F;
 constexpr float kBorderWeight = 1e-4F;
 
-// Where a map's texels change from blocked to seen, v runs from 1/50 to 1 over a texel: pixel coordinates that differ by
-// 1e-4 texels change 1/v by 5 %, and a weight by that times w (1 - w) <= 1/4.
+// Where a map's texels change from blocked to seen, v runs from 1/50 to 1 over a texel: pixel coordinates that differ
+// by 1e-4 texels change 1/v by 5 %, and a weight by that times w (1 - w) <= 1/4.
 constexpr float kBlockedTolerance = 1.25e-2F;
 
 // Drivers' logarithms are good to 1e-5.
@@ -91,7 +91,8 @@ TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
   EXPECT_GT(rays, 10000);
   EXPECT_GT(blended, 4000);
   EXPECT_LT(left_out, rays / 50);
-  std::printf("  %d rays, %d blended, %d at borders left out, worst weight error %.1e\n", rays, blended, left_out, static_cast<double>(worst));
+  std::printf("  %d rays, %d blended, %d at borders left out, worst weight error %.1e\n", rays, blended, left_out,
+              static_cast<double>(worst));
 }
 
 // Resolution, time, single terms of h, no field of view: each and together, at random settings.
@@ -113,7 +114,8 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
     request.view = test::ArcView(3.2 * uniform(random) - 0.4, 40, 30, 15 + 60 * uniform(random), 0.5 + uniform(random));
     RadianceSettings& s = request.settings;
     s.k = std::array{2, 4, 7, 0}[static_cast<std::size_t>(frame % 4)];
-    s.resolution = std::array{Resolution::kOff, Resolution::kDistance, Resolution::kJacobian}[static_cast<std::size_t>(frame % 3)];
+    s.resolution =
+        std::array{Resolution::kOff, Resolution::kDistance, Resolution::kJacobian}[static_cast<std::size_t>(frame % 3)];
     s.resolution_low = frame % 2 == 0 ? 0.0 : 0.1 + 0.5 * uniform(random);
     s.resolution_high = 1.2 + 3 * uniform(random);
     s.alpha = frame % 7 == 6 ? 0.0 : 0.2 + 2 * uniform(random);
@@ -149,18 +151,21 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
         } else {
           const RayWeights w = Weigh(setup.sources, visibility, direction, t, s, scratch, normal);
           wanted_alpha = w.alpha;
-          for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
+          for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
+            wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
         }
         const float alpha = pictures[0].At(x, y, 3);
         if (!s.field_of_view) {
           // What photos that end would have had is missing.
           wanted_alpha = 0;
           for (std::size_t j = 0; j < wanted.size(); ++j) {
-            const Eigen::Vector3f p = t * direction - Eigen::Vector3f(setup.sources.dx[j], setup.sources.dy[j], setup.sources.dz[j]);
+            const Eigen::Vector3f p =
+                t * direction - Eigen::Vector3f(setup.sources.dx[j], setup.sources.dy[j], setup.sources.dz[j]);
             Eigen::Matrix3f M;
             for (int i = 0; i < 9; ++i) M(i / 3, i % 3) = setup.sources.m[i][j];
             const Eigen::Vector3f q = M * p;
-            const bool in = q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= q.z() * setup.sources.width_px[j] && q.y() <= q.z() * setup.sources.height_px[j];
+            const bool in = q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= q.z() * setup.sources.width_px[j] &&
+                            q.y() <= q.z() * setup.sources.height_px[j];
             wanted[j] = in ? wanted[j] : 0.0F;
             wanted_alpha += wanted[j];
           }
@@ -172,21 +177,25 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
                     std::max(wanted[j], pictures[j / 3].At(x, y, static_cast<int>(j % 3))) > kBorderWeight;
         left_out += border;
         if (border) continue;
-        const float tolerance = s.visibility ? kBlockedTolerance : s.resolution == Resolution::kJacobian ? kJacobianTolerance : kMeasureTolerance;
+        const float tolerance = s.visibility                            ? kBlockedTolerance
+                                : s.resolution == Resolution::kJacobian ? kJacobianTolerance
+                                                                        : kMeasureTolerance;
         ASSERT_NEAR(alpha, wanted_alpha, tolerance) << "frame " << frame << " pixel " << x << " " << y;
         if (alpha < 0.01F) continue;
         for (std::size_t j = 0; j < wanted.size(); ++j) {
           const float weight = pictures[j / 3].At(x, y, static_cast<int>(j % 3)) / (s.field_of_view ? alpha : 1.0F);
-          if (!s.visibility) worst[static_cast<std::size_t>(s.resolution)] = std::max(worst[static_cast<std::size_t>(s.resolution)], std::abs(weight - wanted[j]));
-          ASSERT_NEAR(weight, wanted[j], tolerance)
-              << "frame " << frame << " pixel " << x << " " << y << " camera " << j << " k " << s.k << " resolution " << Name(s.resolution);
+          if (!s.visibility)
+            worst[static_cast<std::size_t>(s.resolution)] =
+                std::max(worst[static_cast<std::size_t>(s.resolution)], std::abs(weight - wanted[j]));
+          ASSERT_NEAR(weight, wanted[j], tolerance) << "frame " << frame << " pixel " << x << " " << y << " camera "
+                                                    << j << " k " << s.k << " resolution " << Name(s.resolution);
         }
       }
   }
   EXPECT_GT(rays, 15000);
   EXPECT_LT(left_out, rays / 50);
-  std::printf("  %d rays, %d at borders left out, worst weight error %.1e, %.1e by distance, %.1e by Jacobian\n", rays, left_out,
-              static_cast<double>(worst[0]), static_cast<double>(worst[1]), static_cast<double>(worst[2]));
+  std::printf("  %d rays, %d at borders left out, worst weight error %.1e, %.1e by distance, %.1e by Jacobian\n", rays,
+              left_out, static_cast<double>(worst[0]), static_cast<double>(worst[1]), static_cast<double>(worst[2]));
 }
 
 // Lists of cameras a tile leave out only what cannot matter: not a bit of the picture changes.
@@ -199,7 +208,8 @@ TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
       RenderRequest request;
       request.show = Show::kFalseColor;
       request.view = frame == 0 ? MakeRenderView(world_.scene, world_.scene.views[2])
-                                : test::ArcView(6 * uniform(random), 131, 83, 20 + 200 * uniform(random), 0.3 + 1.2 * uniform(random));
+                                : test::ArcView(6 * uniform(random), 131, 83, 20 + 200 * uniform(random),
+                                                0.3 + 1.2 * uniform(random));
       request.settings.k = std::array{1, 4, 9, 16, 0}[static_cast<std::size_t>(frame % 5)];
       request.settings.gamma = std::array{1.0, 0.0, 4.0}[static_cast<std::size_t>(frame % 3)];
       const auto draw = [&](bool culling) {

@@ -13,7 +13,8 @@ namespace lumi {
 namespace {
 
 struct OnDisk {
-  std::filesystem::path folder = std::filesystem::temp_directory_path() / ("lumi-holdout-test-" + std::to_string(::getpid()));
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("lumi-holdout-test-" + std::to_string(::getpid()));
   test::Capture capture;
   explicit OnDisk(int views) : capture(test::MakeCapture(views, 64)) {
     capture.scene.image_folder = folder;
@@ -35,7 +36,8 @@ TEST(Holdout, BeatsTheNearestPhotoAndUsesNoHeldOutOne) {
   for (const HoldoutView& v : s.views) {
     EXPECT_NE(v.nearest_name, v.name);
     EXPECT_LT(v.psnr_db, 60) << "the held-out photo itself was used";
-    EXPECT_TRUE(std::filesystem::exists(options.folder / (std::filesystem::path(v.name).stem().string() + "_render.jpg")));
+    EXPECT_TRUE(
+        std::filesystem::exists(options.folder / (std::filesystem::path(v.name).stem().string() + "_render.jpg")));
   }
 }
 
@@ -152,7 +154,8 @@ TEST(TakeClock, SeveralCamerasAtOnceAskForAWindowOfTwoFrames) {
   EXPECT_TRUE(ClockOf(scene).several_at_once);
   // One camera, though it stopped twice in between, is one camera.
   scene.views.resize(30);
-  for (int i = 0; i < 30; ++i) scene.views[static_cast<std::size_t>(i)].time_s = i / 30.0 + (i > 9 ? 5 : 0) + (i > 19 ? 5 : 0);
+  for (int i = 0; i < 30; ++i)
+    scene.views[static_cast<std::size_t>(i)].time_s = i / 30.0 + (i > 9 ? 5 : 0) + (i > 19 ? 5 : 0);
   EXPECT_FALSE(ClockOf(scene).several_at_once);
   EXPECT_NEAR(ClockOf(scene).frame_s, 1 / 30.0, 1e-9);
   for (View& v : scene.views) v.time_s = 7;

@@ -15,16 +15,19 @@
 namespace lumi {
 namespace {
 
-// Largest singular value of the plane-induced homography's Jacobian, from finite differences of the homography itself in
-// double: the definition of sec. 4.2.2.
-double StretchByDefinition(const RenderView& source, const RenderView& desired, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+// Largest singular value of the plane-induced homography's Jacobian, from finite differences of the homography itself
+// in double: the definition of sec. 4.2.2.
+double StretchByDefinition(const RenderView& source, const RenderView& desired, const Eigen::Vector3d& point,
+                           const Eigen::Vector3d& normal) {
   Plane plane;
   plane << normal, -normal.dot(point);
   const auto H = PlaneHomography(desired.P, source.P, plane);
   const auto x = Project(source.P, point);
   if (!H || !x) return std::numeric_limits<double>::quiet_NaN();
   const double step = 1e-4;
-  const auto map = [&](double dx, double dy) { return Eigen::Vector2d((*H * Eigen::Vector3d(x->x() + dx, x->y() + dy, 1)).hnormalized()); };
+  const auto map = [&](double dx, double dy) {
+    return Eigen::Vector2d((*H * Eigen::Vector3d(x->x() + dx, x->y() + dy, 1)).hnormalized());
+  };
   Eigen::Matrix2d J;
   J.col(0) = (map(step, 0) - map(-step, 0)) / (2 * step);
   J.col(1) = (map(0, step) - map(0, -step)) / (2 * step);
@@ -38,7 +41,9 @@ double ResolutionOracle(double sigma, double low, double high) {
 }
 
 TEST(Log2, IsAccurateToFloat) {
-  for (float x = 1e-12F; x < 1e12F; x *= 1.0037F) ASSERT_NEAR(Log2(x), std::log2(static_cast<double>(x)), 4e-7 * std::max(1.0, std::abs(std::log2(static_cast<double>(x)))));
+  for (float x = 1e-12F; x < 1e12F; x *= 1.0037F)
+    ASSERT_NEAR(Log2(x), std::log2(static_cast<double>(x)),
+                4e-7 * std::max(1.0, std::abs(std::log2(static_cast<double>(x)))));
   EXPECT_EQ(Log2(1.0F), 0.0F);
 }
 
@@ -117,7 +122,9 @@ class OnACapture : public ::testing::Test {
     for (int i = 0; i < 400; ++i) {
       const Rigid3 pose = LookAt({3 * u(engine), u(engine), -4.5 + u(engine)}, {u(engine), u(engine), 1}, {0, -1, 0});
       const ViewSetup setup = MakeViewSetup(sources_, MakeRenderView(capture_.scene.cameras[0], pose), settings);
-      const Eigen::Vector3f d = (setup.ray_from_pixel * Eigen::Vector3d(24 + 20 * u(engine), 18 + 15 * u(engine), 1)).normalized().cast<float>();
+      const Eigen::Vector3f d = (setup.ray_from_pixel * Eigen::Vector3d(24 + 20 * u(engine), 18 + 15 * u(engine), 1))
+                                    .normalized()
+                                    .cast<float>();
       float t = 0;
       Eigen::Vector3f normal;
       tracer.Trace(setup.desired.centre.cast<float>(), {&d, 1}, {&t, 1}, {&normal, 1});
@@ -139,16 +146,17 @@ TEST_F(OnACapture, TheJacobianMeasureIsTheHomographysStretch) {
   settings.resolution_high = 4;
   Measures m;
   int compared = 0;
-  ForRandomRays(settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
-    EvaluateMeasures(setup.sources, settings, d, t, normal, m);
-    const Eigen::Vector3d point = setup.desired.centre + static_cast<double>(t) * d.cast<double>();
-    for (std::size_t j = 0; j < sources_.views.size(); ++j) {
-      const double sigma = StretchByDefinition(sources_.views[j], setup.desired, point, normal.cast<double>());
-      if (!std::isfinite(sigma) || sigma > 50) continue;  // edge-on: the finite difference itself fails
-      ASSERT_NEAR(m.Of<measure::Resolution>()[j], ResolutionOracle(sigma, 0.3, 4), 2e-3) << j << " " << sigma;
-      ++compared;
-    }
-  });
+  ForRandomRays(
+      settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
+        EvaluateMeasures(setup.sources, settings, d, t, normal, m);
+        const Eigen::Vector3d point = setup.desired.centre + static_cast<double>(t) * d.cast<double>();
+        for (std::size_t j = 0; j < sources_.views.size(); ++j) {
+          const double sigma = StretchByDefinition(sources_.views[j], setup.desired, point, normal.cast<double>());
+          if (!std::isfinite(sigma) || sigma > 50) continue;  // edge-on: the finite difference itself fails
+          ASSERT_NEAR(m.Of<measure::Resolution>()[j], ResolutionOracle(sigma, 0.3, 4), 2e-3) << j << " " << sigma;
+          ++compared;
+        }
+      });
   EXPECT_GT(compared, 1500);
 }
 
@@ -158,7 +166,8 @@ TEST_F(OnACapture, TheDistanceMeasureIsTheRatioWithTheFocalLengths) {
   settings.resolution_low = 0.3;
   settings.resolution_high = 4;
   Measures m;
-  ForRandomRays(settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
+  ForRandomRays(settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t,
+                              const Eigen::Vector3f& normal) {
     EvaluateMeasures(setup.sources, settings, d, t, normal, m);
     const Eigen::Vector3d point = setup.desired.centre + static_cast<double>(t) * d.cast<double>();
     for (std::size_t j = 0; j < sources_.views.size(); ++j) {
@@ -175,18 +184,19 @@ TEST_F(OnACapture, TimesAreTakenInDoubleAndPhotosWithoutOneAreAlwaysNow) {
   settings.time_s = 7200.3;
   settings.time_window_s = 0.4;
   Measures m;
-  ForRandomRays(settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
-    EvaluateMeasures(setup.sources, settings, d, t, normal, m);
-    for (std::size_t j = 0; j < 12; ++j) {
-      if (j % 5 == 4) {
-        ASSERT_EQ(m.Of<measure::Time>()[j], 0);
-        continue;
-      }
-      const double s = std::abs(0.1 * static_cast<double>(j) - 0.3) / 0.2;
-      const double truth = s > 1 ? s : 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(2 * s - 1, 0.0, 1.0));
-      ASSERT_NEAR(m.Of<measure::Time>()[j], truth, 2e-5) << j;
-    }
-  });
+  ForRandomRays(
+      settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
+        EvaluateMeasures(setup.sources, settings, d, t, normal, m);
+        for (std::size_t j = 0; j < 12; ++j) {
+          if (j % 5 == 4) {
+            ASSERT_EQ(m.Of<measure::Time>()[j], 0);
+            continue;
+          }
+          const double s = std::abs(0.1 * static_cast<double>(j) - 0.3) / 0.2;
+          const double truth = s > 1 ? s : 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(2 * s - 1, 0.0, 1.0));
+          ASSERT_NEAR(m.Of<measure::Time>()[j], truth, 2e-5) << j;
+        }
+      });
 }
 
 TEST_F(OnACapture, WeightsCombineTheMeasuresAsWritten) {
@@ -202,26 +212,30 @@ TEST_F(OnACapture, WeightsCombineTheMeasuresAsWritten) {
   settings.time_window_s = 0.4;
   Measures m;
   WeighScratch scratch;
-  ForRandomRays(settings, [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
-    EvaluateMeasures(setup.sources, settings, d, t, normal, m);
-    const RayWeights w = Weigh(setup.sources, nullptr, d, t, settings, scratch, normal);
-    std::vector<std::pair<double, int>> h;
-    for (int j = 0; j < 12; ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      if (!(m.f[i] > 0)) continue;
-      const double unit = 2 * settings.r_max_rad;
-      h.emplace_back((0.5 * m.theta[i] + 0.7 * unit * (1 - m.Of<measure::Resolution>()[i]) + 0.3 * unit * m.Of<measure::Time>()[i]) * (1 + 2 * (1 / static_cast<double>(m.f[i]) - 1)), j);
-    }
-    std::sort(h.begin(), h.end());
-    if (h.size() < 4) return;
-    double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += 1 / h[i].first - 1 / h[3].first;
-    ASSERT_EQ(w.count, 3);
-    for (std::size_t i = 0; i < 3; ++i) {
-      ASSERT_EQ(w.camera[i], h[i].second);
-      ASSERT_NEAR(w.weight[i], (1 / h[i].first - 1 / h[3].first) / sum, 1e-4);
-    }
-  });
+  ForRandomRays(settings,
+                [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
+                  EvaluateMeasures(setup.sources, settings, d, t, normal, m);
+                  const RayWeights w = Weigh(setup.sources, nullptr, d, t, settings, scratch, normal);
+                  std::vector<std::pair<double, int>> h;
+                  for (int j = 0; j < 12; ++j) {
+                    const auto i = static_cast<std::size_t>(j);
+                    if (!(m.f[i] > 0)) continue;
+                    const double unit = 2 * settings.r_max_rad;
+                    h.emplace_back((0.5 * m.theta[i] + 0.7 * unit * (1 - m.Of<measure::Resolution>()[i]) +
+                                    0.3 * unit * m.Of<measure::Time>()[i]) *
+                                       (1 + 2 * (1 / static_cast<double>(m.f[i]) - 1)),
+                                   j);
+                  }
+                  std::sort(h.begin(), h.end());
+                  if (h.size() < 4) return;
+                  double sum = 0;
+                  for (std::size_t i = 0; i < 3; ++i) sum += 1 / h[i].first - 1 / h[3].first;
+                  ASSERT_EQ(w.count, 3);
+                  for (std::size_t i = 0; i < 3; ++i) {
+                    ASSERT_EQ(w.camera[i], h[i].second);
+                    ASSERT_NEAR(w.weight[i], (1 / h[i].first - 1 / h[3].first) / sum, 1e-4);
+                  }
+                });
 }
 
 TEST_F(OnACapture, WithoutFieldOfViewAPhotoCountsWhereItDoesNotLook) {
@@ -231,7 +245,8 @@ TEST_F(OnACapture, WithoutFieldOfViewAPhotoCountsWhereItDoesNotLook) {
   // Turned away, but nearest by angle.
   capture_.scene.views[0].cam_from_world = LookAt({0, 0, -4}, {0, 0, -9}, {0, -1, 0});
   sources_ = MakeSources(capture_.scene);
-  const ViewSetup setup = MakeViewSetup(sources_, MakeRenderView(capture_.scene.cameras[0], LookAt({0, 0, -4}, {0, 0, 0}, {0, -1, 0})), settings);
+  const ViewSetup setup = MakeViewSetup(
+      sources_, MakeRenderView(capture_.scene.cameras[0], LookAt({0, 0, -4}, {0, 0, 0}, {0, -1, 0})), settings);
   WeighScratch scratch;
   const RayWeights w = Weigh(setup.sources, nullptr, {0, 0, 1}, 0.5F, settings, scratch);
   ASSERT_EQ(w.count, 1);

@@ -46,7 +46,8 @@ struct Solved {
 
 // The ray from `eye` to the origin.
 Solved AtOrigin(const Sources& s, const Eigen::Vector3d& eye, const RadianceSettings& settings) {
-  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt(eye, {0, 0, 0}, {0, -1, 0}));
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt(eye, {0, 0, 0}, {0, -1, 0}));
   const ViewSetup setup = MakeViewSetup(s, view, settings);
   RaySamples rays;
   rays.direction.push_back((-eye.normalized()).cast<float>());
@@ -80,7 +81,8 @@ TEST(HardCase, WeightsOfTheFullSystemAgainstFiftyDigits) {
     WeighOptimal(setup, nullptr, rays, table, counts);
     EXPECT_GT(counts.cameras, 30 * 3);
     // Weights are stored in float: half a unit in their last place at 1.
-    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_LT(test::LargestError(table, i, truth[i]), accuracy + 6e-8) << accuracy;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      EXPECT_LT(test::LargestError(table, i, truth[i]), accuracy + 6e-8) << accuracy;
   }
 }
 
@@ -117,7 +119,8 @@ TEST(HardCase, CholeskyHoldsItsDigitsAsTwoPhotosMeet) {
     std::vector<std::vector<Decimal>> S(static_cast<std::size_t>(n));
     std::vector<Decimal> y;
     for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < i; ++j) S[static_cast<std::size_t>(i)].push_back(exact(angle(s.u.col(i), s.u.col(j))));
+      for (Eigen::Index j = 0; j < i; ++j)
+        S[static_cast<std::size_t>(i)].push_back(exact(angle(s.u.col(i), s.u.col(j))));
       S[static_cast<std::size_t>(i)].push_back(1 + Decimal(kNugget));
       y.push_back(exact(angle(s.u.col(i), view)));
       s.y[i] = static_cast<double>(y.back());
@@ -166,7 +169,8 @@ TEST(HardCase, APhotosOwnViewIsThatPhoto) {
 }
 
 TEST(HardCase, RayThroughACameraCentreIsApproachedContinuously) {
-  const Sources s = CamerasAt({{0, 0, -4}, {0.1, 0, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  const Sources s =
+      CamerasAt({{0, 0, -4}, {0.1, 0, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
   const FallingLeaves leaves(RadianceSettings{}.r_min_rad, RadianceSettings{}.r_max_rad);
   for (const WeightSum sum : kSums)
     for (const double accuracy : kAccuracies) {
@@ -241,7 +245,8 @@ TEST(HardCase, OneCameraAndNone) {
 }
 
 TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
-  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  const Sources s =
+      CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
   for (const WeightSum sum : kSums)
     for (const double accuracy : kAccuracies) {
       RadianceSettings settings = Full(accuracy, sum);
@@ -308,7 +313,8 @@ TEST(HardCase, FarFromAllPhotosNothingExplodes) {
 // Rays become parallel: photos correlate wholly, shares are arbitrary, their sum is not.
 TEST(HardCase, AVeryFarProxyPointIsSound) {
   const Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
-  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt({0.1, 0.1, -3}, {0.1, 0.1, 0}, {0, -1, 0}));
+  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500),
+                                         LookAt({0.1, 0.1, -3}, {0.1, 0.1, 0}, {0, -1, 0}));
   for (const bool resolution : {false, true})
     for (const WeightSum sum : kSums)
       for (const double accuracy : kAccuracies) {
@@ -337,7 +343,8 @@ TEST(HardCase, ACameraOnTheProxyAndADesiredOneTouchingIt) {
     for (const double accuracy : kAccuracies)
       for (double d = 1e-1; d >= 1e-30; d /= 100) {
         const Sources s = CamerasAt({{0, 0, -d}, {0.1, 0, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0.04, 0.1, -4}});
-        for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.02, 0.01, -3), Eigen::Vector3d(0, 0, -d), Eigen::Vector3d(0, 0, -1e-3 * d)}) {
+        for (const Eigen::Vector3d& eye :
+             {Eigen::Vector3d(0.02, 0.01, -3), Eigen::Vector3d(0, 0, -d), Eigen::Vector3d(0, 0, -1e-3 * d)}) {
           const Solved r = AtOrigin(s, eye, Full(accuracy, sum));
           EXPECT_NEAR(r.Sum(), 1, 1e-4) << d << " " << eye.z() << " " << accuracy << " " << Name(sum);
           for (const double w : r.weight) EXPECT_LT(std::abs(w), 2) << d << " " << eye.z();
@@ -345,11 +352,13 @@ TEST(HardCase, ACameraOnTheProxyAndADesiredOneTouchingIt) {
       }
 }
 
-// Samples of one call share their photos' pairs: rays that coincide, or lie on a line, or fan out from one point, are weighed as each is
-// alone.
+// Samples of one call share their photos' pairs: rays that coincide, or lie on a line, or fan out from one point, are
+// weighed as each is alone.
 TEST(HardCase, CollinearAndCoincidentSamples) {
-  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
-  const RenderView view = MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt({0.03, 0.02, -3}, {0, 0, 0}, {0, -1, 0}));
+  const Sources s =
+      CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(1000, 1000, 300, 300, 500, 500), LookAt({0.03, 0.02, -3}, {0, 0, 0}, {0, -1, 0}));
   for (const double accuracy : kAccuracies) {
     const ViewSetup setup = MakeViewSetup(s, view, Full(accuracy));
     for (double apart = 1e-1; apart >= 1e-15; apart /= 10) {
@@ -359,9 +368,10 @@ TEST(HardCase, CollinearAndCoincidentSamples) {
         rays.direction.push_back(ray.normalized().cast<float>());
         rays.t.push_back(static_cast<float>(ray.norm()));
       };
-      for (int i = 0; i < 40; ++i) add({i * apart, 0.5 * i * apart, 0});              // on a line
-      for (int i = 0; i < 40; ++i) add({0.1, 0.05, 0});                               // the same
-      for (int i = 0; i < 5; ++i) add(setup.desired.centre + Eigen::Vector3d(0, 0, 3 + i * apart));  // one behind the other
+      for (int i = 0; i < 40; ++i) add({i * apart, 0.5 * i * apart, 0});  // on a line
+      for (int i = 0; i < 40; ++i) add({0.1, 0.05, 0});                   // the same
+      for (int i = 0; i < 5; ++i)
+        add(setup.desired.centre + Eigen::Vector3d(0, 0, 3 + i * apart));  // one behind the other
       WeightTable together;
       OptimumCounts counts;
       WeighOptimal(setup, nullptr, rays, together, counts);
@@ -370,10 +380,13 @@ TEST(HardCase, CollinearAndCoincidentSamples) {
         WeightTable alone;
         WeighOptimal(setup, nullptr, one, alone, counts);
         std::vector<double> w(6, 0.0);
-        for (std::size_t k = 0; k < alone.camera.size(); ++k) w[static_cast<std::size_t>(alone.camera[k])] -= static_cast<double>(alone.weight[k]);
+        for (std::size_t k = 0; k < alone.camera.size(); ++k)
+          w[static_cast<std::size_t>(alone.camera[k])] -= static_cast<double>(alone.weight[k]);
         for (std::int32_t k = together.first[i]; k < together.first[i + 1]; ++k)
-          w[static_cast<std::size_t>(together.camera[static_cast<std::size_t>(k)])] += static_cast<double>(together.weight[static_cast<std::size_t>(k)]);
-        for (const double difference : w) EXPECT_NEAR(difference, 0, accuracy + 1e-6) << "sample " << i << ", " << apart;
+          w[static_cast<std::size_t>(together.camera[static_cast<std::size_t>(k)])] +=
+              static_cast<double>(together.weight[static_cast<std::size_t>(k)]);
+        for (const double difference : w)
+          EXPECT_NEAR(difference, 0, accuracy + 1e-6) << "sample " << i << ", " << apart;
       }
     }
   }
@@ -438,7 +451,8 @@ TEST(HardCase, WeightsChangeInProportionToTheStep) {
   for (const double step : {1e-2, 1e-3, 1e-4}) {
     std::vector<Eigen::Vector2d> pixels;
     for (int i = 0; i < 400; ++i)
-      pixels.emplace_back(100 + 640 * step * i * (step > 5e-3 ? 0.15 : 1), 200 + 100 * step * i * (step > 5e-3 ? 0.15 : 1));
+      pixels.emplace_back(100 + 640 * step * i * (step > 5e-3 ? 0.15 : 1),
+                          200 + 100 * step * i * (step > 5e-3 ? 0.15 : 1));
     const RaySamples rays = test::RaysThrough(desk, setup, pixels);
     WeightTable table;
     OptimumCounts counts;

@@ -1,11 +1,11 @@
-// The optimum once more, plainly and in any number type (50 digits of Boost.Multiprecision, long double): all photos, no cutoff,
-// a full matrix, Cholesky. Reads the same inputs as render/radiance (centres, ray and measures as they are stored) and shares
-// no formula's code with it.
+// The optimum once more, plainly and in any number type (50 digits of Boost.Multiprecision, long double): all photos,
+// no cutoff, a full matrix, Cholesky. Reads the same inputs as render/radiance (centres, ray and measures as they are
+// stored) and shares no formula's code with it.
 #pragma once
 
+#include <array>
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/special_functions/bernoulli.hpp>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -40,7 +40,8 @@ class OracleLeaves {
     const Real psi = asin(x / 2), q = psi * psi;
     Real sum = 0;
     for (std::size_t n = c_.size(); n-- > 0;) sum = (sum + c_[n]) * q;
-    return -log(x) - Real(1) / 2 + (psi * (1 + sum) + psi / 2 + sin(2 * psi) / 4) * 2 / boost::math::constants::pi<Real>();
+    return -log(x) - Real(1) / 2 +
+           (psi * (1 + sum) + psi / 2 + sin(2 * psi) / 4) * 2 / boost::math::constants::pi<Real>();
   }
 
  private:
@@ -93,8 +94,9 @@ struct ExactRay {
 
 // `nugget` is added to S's diagonal. `exact`: angles are computed from this instead of the stored centres and ray.
 template <class Real>
-OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
-                                  const OracleLeaves<Real>& leaves, const Real& nugget = 0, const ExactRay* exact = nullptr,
+OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* maps, const Eigen::Vector3f& direction,
+                                  float t, const OracleLeaves<Real>& leaves, const Real& nugget = 0,
+                                  const ExactRay* exact = nullptr,
                                   const Eigen::Vector3f& normal = Eigen::Vector3f::Zero()) {
   using std::abs, std::atan2, std::sqrt;
   const RelativeSources& r = setup.sources;
@@ -144,7 +146,9 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   const Real two_r = 2 * Real(s.r_max_rad);
   const auto correlation = [&](const Photo& a, const Photo& b) -> Real {
     // Far beyond reach the angle's digits do not matter.
-    if (s.alpha >= 1 && a.u[0] * b.u[0] + a.u[1] * b.u[1] + a.u[2] * b.u[2] < Real(std::cos(std::min(3.2, 2.001 * s.r_max_rad)))) return 0;
+    if (s.alpha >= 1 &&
+        a.u[0] * b.u[0] + a.u[1] * b.u[1] + a.u[2] * b.u[2] < Real(std::cos(std::min(3.2, 2.001 * s.r_max_rad))))
+      return 0;
     Real h = Real(s.alpha) * angle(a.u, b.u);
     ForEachTerm([&]<typename M> {
       constexpr auto i = static_cast<std::size_t>(MeasureList::IndexOf<M>());
@@ -193,10 +197,12 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   const Real floor = Real(1) / 1000;
   if (s.sum == WeightSum::kRenormalise) {
     const Real divisor = sum > floor ? sum : floor;
-    for (std::size_t j = 0; j < out.weight.size(); ++j) out.weight[j] = out.w[j] / divisor + (1 - sum / divisor) * mean[j];
+    for (std::size_t j = 0; j < out.weight.size(); ++j)
+      out.weight[j] = out.w[j] / divisor + (1 - sum / divisor) * mean[j];
   } else if (s.sum == WeightSum::kConstrained) {
     const Real lambda = (1 - sum) / (z_sum > floor ? z_sum : floor);
-    for (std::size_t j = 0; j < out.weight.size(); ++j) out.weight[j] += lambda * z[j] + (1 - sum - lambda * z_sum) * mean[j];
+    for (std::size_t j = 0; j < out.weight.size(); ++j)
+      out.weight[j] += lambda * z[j] + (1 - sum - lambda * z_sum) * mean[j];
   } else {
     for (std::size_t j = 0; j < out.weight.size(); ++j) out.weight[j] += (1 - sum) * mean[j];
   }
@@ -210,14 +216,15 @@ double LargestError(const WeightTable& table, std::size_t sample, const OracleWe
   std::vector<Real> d(oracle.w.size());
   if (!oracle.weight.empty()) d = oracle.weight;
   for (std::int32_t i = table.first[sample]; i < table.first[sample + 1]; ++i)
-    d[static_cast<std::size_t>(table.camera[static_cast<std::size_t>(i)])] -= Real(table.weight[static_cast<std::size_t>(i)]);
+    d[static_cast<std::size_t>(table.camera[static_cast<std::size_t>(i)])] -=
+        Real(table.weight[static_cast<std::size_t>(i)]);
   double largest = 0;
   for (const Real& x : d) largest = std::max(largest, static_cast<double>(abs(x)));
   return largest;
 }
 
-// The thesis's Example #1 in its proportions: 262 photos of 640x480 on short vertical lines at tripod places in a sector
-// around the objects, looking at them, and a slanted plane for a proxy.
+// The thesis's Example #1 in its proportions: 262 photos of 640x480 on short vertical lines at tripod places in a
+// sector around the objects, looking at them, and a slanted plane for a proxy.
 struct DeskLike {
   Sources sources;
   RenderView view;  // 640x480
@@ -225,7 +232,9 @@ struct DeskLike {
   double offset = 0;  // of the plane normal.x = offset
 
   // Distance along a unit ray of the view to the plane; not positive where it is missed.
-  double Distance(const Eigen::Vector3d& direction) const { return (offset - normal.dot(view.centre)) / normal.dot(direction); }
+  double Distance(const Eigen::Vector3d& direction) const {
+    return (offset - normal.dot(view.centre)) / normal.dot(direction);
+  }
 };
 
 inline DeskLike MakeDeskLike(int photos = 262) {
@@ -255,7 +264,8 @@ inline DeskLike MakeDeskLike(int photos = 262) {
 }
 
 // Rays of the view through these pixels.
-inline RaySamples RaysThrough(const DeskLike& desk, const ViewSetup& setup, const std::vector<Eigen::Vector2d>& pixels) {
+inline RaySamples RaysThrough(const DeskLike& desk, const ViewSetup& setup,
+                              const std::vector<Eigen::Vector2d>& pixels) {
   RaySamples rays;
   for (const auto& x : pixels) {
     const Eigen::Vector3d d = (setup.ray_from_pixel * x.homogeneous()).normalized();

@@ -40,22 +40,26 @@ std::vector<Eigen::Vector2d> RandomPixels(int count, unsigned seed) {
 
 double RowSum(const WeightTable& t, std::size_t i) {
   double sum = 0;
-  for (std::int32_t k = t.first[i]; k < t.first[i + 1]; ++k) sum += static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
+  for (std::int32_t k = t.first[i]; k < t.first[i + 1]; ++k)
+    sum += static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
   return sum;
 }
 
 double WeightOf(const WeightTable& t, std::size_t i, int camera) {
   for (std::int32_t k = t.first[i]; k < t.first[i + 1]; ++k)
-    if (t.camera[static_cast<std::size_t>(k)] == camera) return static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
+    if (t.camera[static_cast<std::size_t>(k)] == camera)
+      return static_cast<double>(t.weight[static_cast<std::size_t>(k)]);
   return 0;
 }
 
-// Largest error over `count` samples of a desk-like scene, random ones or blocks of 4x4 pixels; times where `times` is set.
+// Largest error over `count` samples of a desk-like scene, random ones or blocks of 4x4 pixels; times where `times` is
+// set.
 double WorstError(const RadianceSettings& s, int photos, int count, bool times = false, bool neighbours = false,
                   LaneWidth width = LaneWidths().front()) {
   test::DeskLike desk = test::MakeDeskLike(photos);
   if (times)
-    for (std::size_t j = 0; j < desk.sources.views.size(); ++j) desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
+    for (std::size_t j = 0; j < desk.sources.views.size(); ++j)
+      desk.sources.views[j].time_s = 0.05 * static_cast<double>(j % 7);
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
   std::vector<Eigen::Vector2d> pixels = RandomPixels(count, 3);
   if (neighbours)
@@ -78,7 +82,8 @@ double WorstError(const RadianceSettings& s, int photos, int count, bool times =
     }
   }
   // A photo at the very edge of reach may fall on either side in float.
-  EXPECT_NEAR(static_cast<double>(counts.cameras), static_cast<double>(correlated), 0.002 * static_cast<double>(correlated) + 1);
+  EXPECT_NEAR(static_cast<double>(counts.cameras), static_cast<double>(correlated),
+              0.002 * static_cast<double>(correlated) + 1);
   return worst;
 }
 
@@ -243,7 +248,9 @@ TEST(Optimum, BlockedPhotosCountLess) {
   int different = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!std::isfinite(rays.t[i])) continue;
-    EXPECT_LT(test::LargestError(seen, i, test::OracleOptimum<long double>(setup, &maps, rays.direction[i], rays.t[i], leaves)), 1e-6);
+    EXPECT_LT(test::LargestError(seen, i,
+                                 test::OracleOptimum<long double>(setup, &maps, rays.direction[i], rays.t[i], leaves)),
+              1e-6);
     bool differs = false;
     for (int j = 0; j < 14; ++j) differs |= std::abs(WeightOf(seen, i, j) - WeightOf(all, i, j)) > 0.01;
     different += differs;
@@ -265,7 +272,8 @@ TEST(Optimum, PixelsArePlannedWithIt) {
   RaySamples rays;
   for (int y = 0; y < 12; ++y)
     for (int x = 0; x < 20; ++x)
-      rays.direction.push_back((setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
+      rays.direction.push_back(
+          (setup.ray_from_pixel * Eigen::Vector3d(3.5 + x, 5.5 + y, 1)).normalized().cast<float>());
   rays.t.resize(240);
   tracer.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t);
   WeightTable table;
@@ -303,7 +311,8 @@ TEST(Reconstruct, IdentityIsTheRealTimeWeight) {
       if (k == 0) {
         std::vector<float> all;
         EXPECT_EQ(table.alpha[i], WeighAll(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch, all));
-        for (int c = 0; c < 50; ++c) EXPECT_EQ(WeightOf(table, i, c), static_cast<double>(all[static_cast<std::size_t>(c)]));
+        for (int c = 0; c < 50; ++c)
+          EXPECT_EQ(WeightOf(table, i, c), static_cast<double>(all[static_cast<std::size_t>(c)]));
       } else {
         const RayWeights r = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch);
         EXPECT_EQ(table.first[i + 1] - table.first[i], r.count);

@@ -1,5 +1,6 @@
-// A scene that repeats itself, filmed by one camera that waves: a red disc runs round a circle on a textured wall, which is also the
-// proxy. Where the disc is at any phase is known in closed form, from places and at phases that nobody filmed.
+// A scene that repeats itself, filmed by one camera that waves: a red disc runs round a circle on a textured wall,
+// which is also the proxy. Where the disc is at any phase is known in closed form, from places and at phases that
+// nobody filmed.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -18,7 +19,9 @@ constexpr int kFrames = 400, kWidth = 96, kHeight = 72;
 constexpr double kFps = 30, kPeriodFrames = 47.37, kOrbit = 0.45, kDisc = 0.16;
 constexpr double kStart_s = 1e6;  // clocks do not begin at 0
 
-Eigen::Vector3d DiscCentre(double phase) { return {kOrbit * std::cos(2 * M_PI * phase), kOrbit * std::sin(2 * M_PI * phase), 0}; }
+Eigen::Vector3d DiscCentre(double phase) {
+  return {kOrbit * std::cos(2 * M_PI * phase), kOrbit * std::sin(2 * M_PI * phase), 0};
+}
 
 double PhaseOf(double time_s) {
   const double turns = time_s * kFps / kPeriodFrames;
@@ -26,7 +29,8 @@ double PhaseOf(double time_s) {
 }
 
 RenderView Camera5(double x, double y, double time_s) {
-  RenderView v = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 110, 110, 0.5 * kWidth, 0.5 * kHeight), LookAt({x, y, -3}, {0, 0, 0}, {0, -1, 0}));
+  RenderView v = MakeRenderView(Camera::Pinhole(kWidth, kHeight, 110, 110, 0.5 * kWidth, 0.5 * kHeight),
+                                LookAt({x, y, -3}, {0, 0, 0}, {0, -1, 0}));
   v.time_s = time_s;
   return v;
 }
@@ -114,8 +118,10 @@ TEST(PeriodicTime, WhatMovesStandsWhereItDoesAtAnyPhaseSeenFromAnywhere) {
   double gain_db = 0, worst_px = 0;
   constexpr int kMoments = 8;
   for (int i = 0; i < kMoments; ++i) {
-    const double time_s = kStart_s + (i + 0.37) / kMoments * kPeriodFrames / kFps, x = -0.6 + 0.17 * i, y = 0.1 * std::cos(2.0 * i);
-    const Image8 truth = Photograph(Camera5(x, y, time_s)), with = Rendered(*renderer, x, y, time_s), without = Rendered(*renderer, x, y, time_s, false);
+    const double time_s = kStart_s + (i + 0.37) / kMoments * kPeriodFrames / kFps, x = -0.6 + 0.17 * i,
+                 y = 0.1 * std::cos(2.0 * i);
+    const Image8 truth = Photograph(Camera5(x, y, time_s)), with = Rendered(*renderer, x, y, time_s),
+                 without = Rendered(*renderer, x, y, time_s, false);
     worst_px = std::max(worst_px, (Centroid(with) - Centroid(truth)).norm());
     gain_db += (Compare(with, truth).psnr_db - Compare(without, truth).psnr_db) / kMoments;
   }
@@ -129,7 +135,9 @@ TEST(PeriodicTime, NothingJumpsWhereThePeriodEnds) {
   // The end of the first turn: t = T - 0 and T + 0, and frames beside.
   const double end_s = std::ceil(kStart_s * kFps / kPeriodFrames) * kPeriodFrames / kFps;
   ASSERT_LT(std::min(PhaseOf(end_s + 1e-6), 1 - PhaseOf(end_s - 1e-6)), 1e-4);
-  const auto mse = [&](double a_s, double b_s) { return Compare(Rendered(*renderer, 0.2, 0.05, a_s), Rendered(*renderer, 0.2, 0.05, b_s)).mse; };
+  const auto mse = [&](double a_s, double b_s) {
+    return Compare(Rendered(*renderer, 0.2, 0.05, a_s), Rendered(*renderer, 0.2, 0.05, b_s)).mse;
+  };
   const double across = mse(end_s - 1e-4, end_s + 1e-4), neighbours = mse(end_s - 1.5 / kFps, end_s - 0.5 / kFps);
   EXPECT_GT(neighbours, 0);
   EXPECT_LT(across, 0.1 * neighbours);

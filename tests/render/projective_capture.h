@@ -8,13 +8,13 @@
 #include <random>
 #include <vector>
 
-#include "tests/render/capture.h"
 #include "scene/geometry/dense_solvers.h"
+#include "tests/render/capture.h"
 
 namespace lumi::test {
 
-// Points where rays of the photos meet the true surface, each with the photos that see it. Off the pixels' centres, so that nothing is
-// symmetric.
+// Points where rays of the photos meet the true surface, each with the photos that see it. Off the pixels' centres, so
+// that nothing is symmetric.
 inline std::vector<Point> SeenPoints(const Capture& capture) {
   std::vector<Point> points;
   for (std::size_t from = 0; from < capture.scene.views.size(); from += 3) {
@@ -56,8 +56,8 @@ inline Eigen::Matrix4d RandomTransformation(unsigned seed, double condition) {
   return left * values.asDiagonal() * right;
 }
 
-// P T^-1, rounded once: what a camera that is known to double precision is in the world X' = T X. An inverse in double would add its own
-// error, which the condition of T makes as large as what is to be seen.
+// P T^-1, rounded once: what a camera that is known to double precision is in the world X' = T X. An inverse in double
+// would add its own error, which the condition of T makes as large as what is to be seen.
 inline Matrix34d InWorldOf(const Matrix34d& P, const Eigen::Matrix4d& T) {
   using Long = Eigen::Matrix<long double, 4, 4>;
   const Long inverse = T.cast<long double>().inverse();
@@ -77,7 +77,8 @@ inline Scene Projective(const Scene& metric, const Eigen::Matrix4d& T) {
     s.views[i].P = InWorldOf(MakeRenderView(metric, metric.views[i]).P, T);
     s.views[i].size_px = SizePx(metric, metric.views[i]);
   }
-  for (Point& p : s.points) p.X_in_world = (T.cast<long double>() * p.x_in_world.homogeneous().cast<long double>()).cast<double>();
+  for (Point& p : s.points)
+    p.X_in_world = (T.cast<long double>() * p.x_in_world.homogeneous().cast<long double>()).cast<double>();
   s.plane_at_infinity = InWorldOf(Plane(0, 0, 0, 1), T);
   s.active_proxy.clear();
   return s;

@@ -339,8 +339,8 @@ TEST_F(RenderCommand, PerViewSaysWhatItCannotDo) {
 
 // --- Scenes without a metric
 
-// The capture of the other tests as matrices and points of a world that only a projective transformation relates to it, its photos a
-// video's frames.
+// The capture of the other tests as matrices and points of a world that only a projective transformation relates to it,
+// its photos a video's frames.
 class RenderProjective : public RenderCommand {
  protected:
   void WriteProjective(int views, bool video = true) {
@@ -391,8 +391,10 @@ TEST_F(RenderProjective, LeftOutPhotosAreAsGoodAsWithTheMetricWhereNominalAndPla
   o.proxy = "per-view";
   const Json metric = Run(o);
   EXPECT_NEAR(projective["psnr_mean_db"].get<double>(), metric["psnr_mean_db"].get<double>(), 0.02);
-  EXPECT_NEAR(projective["nearest_photo_psnr_mean_db"].get<double>(), metric["nearest_photo_psnr_mean_db"].get<double>(), 1);
-  EXPECT_NEAR(nominal_db, metric["psnr_mean_db"].get<double>(), 0.5) << "a nominal focal length off by a third is near enough";
+  EXPECT_NEAR(projective["nearest_photo_psnr_mean_db"].get<double>(),
+              metric["nearest_photo_psnr_mean_db"].get<double>(), 1);
+  EXPECT_NEAR(nominal_db, metric["psnr_mean_db"].get<double>(), 0.5)
+      << "a nominal focal length off by a third is near enough";
   if (!gl) GTEST_SKIP() << "no OpenGL 4.3 here";
   EXPECT_NEAR((*gl)["psnr_mean_db"].get<double>(), metric["psnr_mean_db"].get<double>(), 0.1);
 }
@@ -421,7 +423,8 @@ TEST_F(RenderProjective, BothBackendsWeighAlike) {
   o.backend = "gl";
   Run(o);
   for (const char* frame : {"frames/frame_000000.png", "frames/frame_000004.png", "frames/frame_000008.png"})
-    EXPECT_GT(Psnr(folder_ / "cpu" / frame, folder_ / "gl" / frame), 45) << frame << ": 8 bits, and floats on both sides";
+    EXPECT_GT(Psnr(folder_ / "cpu" / frame, folder_ / "gl" / frame), 45)
+        << frame << ": 8 bits, and floats on both sides";
 }
 
 TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
@@ -434,13 +437,15 @@ TEST_F(RenderProjective, APathOfMatricesIsRenderedAFrameAKeyAndResumes) {
   EXPECT_EQ(j["width"], 64);
   EXPECT_EQ(j["settings"]["time"], "on");
   EXPECT_EQ(j["settings"]["time-core"], 0.0);
-  for (const Json& e : j["effects"]) EXPECT_THAT(e["evidence"].get<std::string>(), testing::Not(testing::HasSubstr("option"))) << "nobody gave one";
+  for (const Json& e : j["effects"])
+    EXPECT_THAT(e["evidence"].get<std::string>(), testing::Not(testing::HasSubstr("option"))) << "nobody gave one";
   EXPECT_GT(j["coverage"], 0.98);
   EXPECT_TRUE(fs::exists(o.output / "path.mp4"));
   fs::rename(o.output / "frames/frame_000009.png", folder_ / "kept.png");
   const Json again = Run(o);
   EXPECT_EQ(again["frames_reused"], 15);
-  EXPECT_GT(Psnr(o.output / "frames/frame_000009.png", folder_ / "kept.png"), 90) << "what a frame is made of does not depend on those before it";
+  EXPECT_GT(Psnr(o.output / "frames/frame_000009.png", folder_ / "kept.png"), 90)
+      << "what a frame is made of does not depend on those before it";
   o.window_frames = 2;
   EXPECT_EQ(Run(o)["frames_reused"], 0);
   o.width_px = 32;
@@ -456,7 +461,8 @@ TEST_F(RenderProjective, APathOfMatricesIsThereForMetricScenesToo) {
     o.output = folder_ / proxy;
     o.proxy = proxy;
     EXPECT_EQ(Run(o)["frames"], 12);
-    EXPECT_GT(Compare(ReadImage8(o.output / "frames/frame_000005.png"), capture_.photos[5].levels[0]).psnr_db, 40) << proxy;
+    EXPECT_GT(Compare(ReadImage8(o.output / "frames/frame_000005.png"), capture_.photos[5].levels[0]).psnr_db, 40)
+        << proxy;
   }
 }
 

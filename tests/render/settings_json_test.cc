@@ -51,9 +51,22 @@ TEST(SettingsJson, TheCommandLinesTextWillDo) {
 }
 
 TEST(SettingsJson, BadValuesAreNamed) {
-  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
-           {"k", "0"}, {"k", "17"}, {"k", "four"}, {"k", "4x"}, {"grid", "1"}, {"grid", "25"}, {"grid", "8x"}, {"grid", "8x1"}, {"grid", "x8"}, {"resolution", "sharp"},
-           {"epipoles", "maybe"}, {"alpha", "1,0"}, {"alpha", "nan"}, {"alpha", ""}, {"resolution-range", "2"}, {"similarity", "Full"}}) {
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{{"k", "0"},
+                                                                                    {"k", "17"},
+                                                                                    {"k", "four"},
+                                                                                    {"k", "4x"},
+                                                                                    {"grid", "1"},
+                                                                                    {"grid", "25"},
+                                                                                    {"grid", "8x"},
+                                                                                    {"grid", "8x1"},
+                                                                                    {"grid", "x8"},
+                                                                                    {"resolution", "sharp"},
+                                                                                    {"epipoles", "maybe"},
+                                                                                    {"alpha", "1,0"},
+                                                                                    {"alpha", "nan"},
+                                                                                    {"alpha", ""},
+                                                                                    {"resolution-range", "2"},
+                                                                                    {"similarity", "Full"}}) {
     RadianceSettings s;
     try {
       SetOption(s, name, value);

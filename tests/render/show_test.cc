@@ -39,9 +39,11 @@ TEST(ProxyPicture, FacesAreShadedByTheirSlopeAndBacksAreRed) {
   quad.vertices = {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}};
   quad.faces = {{0, 1, 2}, {0, 2, 3}};
   const auto look = [&](const Eigen::Vector3d& eye) {
-    return DrawProxy(MakeSources(Seen().scene), quad, MakeRenderView(Camera::Pinhole(33, 33, 400, 400, 16.5, 16.5), LookAt(eye, {0, 0, 0}, {0, 1, 0})));
+    return DrawProxy(MakeSources(Seen().scene), quad,
+                     MakeRenderView(Camera::Pinhole(33, 33, 400, 400, 16.5, 16.5), LookAt(eye, {0, 0, 0}, {0, 1, 0})));
   };
-  const ImageF above = look({0, 0, 5}), slanted = look({5 * std::sin(1.0), 0, 5 * std::cos(1.0)}), below = look({0, 0, -5});
+  const ImageF above = look({0, 0, 5}), slanted = look({5 * std::sin(1.0), 0, 5 * std::cos(1.0)}),
+               below = look({0, 0, -5});
   EXPECT_NEAR(above.At(16, 16, 2), 0.90, 1e-3) << "the lamp shines straight on it";
   EXPECT_NEAR(slanted.At(16, 16, 2), 0.90 * (0.18 + 0.82 * std::cos(1.0)), 2e-3);
   EXPECT_NEAR(below.At(16, 16, 0), 0.85, 1e-3);

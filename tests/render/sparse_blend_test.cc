@@ -17,7 +17,8 @@ TEST(SparseBlend, AConstantColourWorldRendersConstant) {
     const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     for (const Sampling sampling : kBoth)
       for (const int k : {1, 4, 9}) {
-        const ImageF image = renderer->Render(test::SparseRequest(test::ViewOf(c, {1.3, 0.4, -4.2}, {0.1, 0, 0.5}), k, 9, sampling));
+        const ImageF image =
+            renderer->Render(test::SparseRequest(test::ViewOf(c, {1.3, 0.4, -4.2}, {0.1, 0, 0.5}), k, 9, sampling));
         ASSERT_EQ(test::Wrong(image), "");
         int seen = 0;
         for (int y = 0; y < image.height; ++y)
@@ -51,8 +52,8 @@ TEST(SparseBlend, AtASourceCameraThatPhotoHasNearlyAllTheWeight) {
     }
 }
 
-// The same on a fine mesh that reaches beyond the view on every side and hides parts of itself: its triangles end at the
-// view's borders, where the photo still contains them.
+// The same on a fine mesh that reaches beyond the view on every side and hides parts of itself: its triangles end at
+// the view's borders, where the photo still contains them.
 TEST(SparseBlend, AtASourceCameraThatPhotoHasAllTheWeightOnAFineMeshToo) {
   test::Capture c = test::MakeCapture(9, 96);
   c.proxy = test::Sheet(40);
@@ -76,14 +77,16 @@ TEST(SparseBlend, AtASourceCameraThatPhotoHasAllTheWeightOnAFineMeshToo) {
 }
 
 // Whether a view sees the proxy's point of a pixel inside its photo; by margin_px > 0 from its border.
-bool Sees(const test::Capture& c, std::size_t photo, const RenderView& view, int x, int y, double margin_px, bool& hit) {
+bool Sees(const test::Capture& c, std::size_t photo, const RenderView& view, int x, int y, double margin_px,
+          bool& hit) {
   const Eigen::Vector3d d = RayDirection(view.P, {x + 0.5, y + 0.5})->normalized();
   const double t = test::HitDistance(c.proxy, view.centre, d);
   hit = std::isfinite(t);
   if (!hit) return false;
   const auto p = Project(MakeRenderView(c.scene, c.scene.views[photo]).P, Eigen::Vector3d(view.centre + t * d));
   const Eigen::Vector2d size = c.scene.cameras[0].width_px * Eigen::Vector2d(1, 0.75);
-  return p && p->x() > margin_px && p->y() > margin_px && p->x() < size.x() - margin_px && p->y() < size.y() - margin_px;
+  return p && p->x() > margin_px && p->y() > margin_px && p->x() < size.x() - margin_px &&
+         p->y() < size.y() - margin_px;
 }
 
 TEST(SparseBlend, NothingIsTakenFromOutsideAPhoto) {
@@ -95,7 +98,8 @@ TEST(SparseBlend, NothingIsTakenFromOutsideAPhoto) {
   c.scene.views[1].cam_from_world = LookAt({0.3, 0, -3}, {1.2, 0.2, 1}, {0, -1, 0});
   UpdateFrameOfReference(c.scene);
   const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-  const RenderView view = MakeRenderView(Camera::Pinhole(160, 120, 70, 70, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(160, 120, 70, 70, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
   for (const Sampling sampling : kBoth)
     for (const int grid : {3, 9, 30}) {
       RenderRequest r = test::SparseRequest(view, 2, grid, sampling);
@@ -114,7 +118,8 @@ TEST(SparseBlend, NothingIsTakenFromOutsideAPhoto) {
             ++holes;
           } else if (a != b && alpha > 0) {
             const Eigen::Vector3f color = SourceColor(a ? 0 : 1);
-            for (int k = 0; k < 3; ++k) ASSERT_NEAR(image.At(x, y, k) / alpha, color[k], 2e-3) << x << " " << y << " grid " << grid;
+            for (int k = 0; k < 3; ++k)
+              ASSERT_NEAR(image.At(x, y, k) / alpha, color[k], 2e-3) << x << " " << y << " grid " << grid;
             ++alone;
           }
         }
@@ -135,7 +140,8 @@ TEST(SparseBlend, ABoxBeforeAPlaneOccludesAsPerPixel) {
       r.settings.visibility = false;
       const Image8 image = ToRgb8(renderer->Render(r));
       int far = 0;
-      for (std::size_t i = 0; i < image.data.size(); ++i) far += std::abs(image.data[i] - reference.data[i]) > 40 ? 1 : 0;
+      for (std::size_t i = 0; i < image.data.size(); ++i)
+        far += std::abs(image.data[i] - reference.data[i]) > 40 ? 1 : 0;
       // A wrong surface shows another place of the texture: it would fill whole cells of 40 pixels.
       EXPECT_LT(far, 40) << eye.transpose();
     }
@@ -160,14 +166,16 @@ TEST(SparseBlend, FacetsThatCrossAndFineMeshesInDepthShowTheNearest) {
   for (const Mesh& proxy : {crossing, before}) {
     c.proxy = proxy;
     const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-    RenderRequest exact = test::SparseRequest(test::ViewOf(c, {1.6, 0.4, -4}, {0.5, 0.2, 1}), 1, 0, Sampling::kInterpolated);
+    RenderRequest exact =
+        test::SparseRequest(test::ViewOf(c, {1.6, 0.4, -4}, {0.5, 0.2, 1}), 1, 0, Sampling::kInterpolated);
     exact.settings.visibility = false;
     const Image8 reference = ToRgb8(renderer->Render(exact));
     for (const Sampling sampling : kBoth) {
       RenderRequest r = exact;
       r.settings.grid_columns = r.settings.grid_rows = 3;
       r.settings.sampling = sampling;
-      EXPECT_GT(Compare(ToRgb8(renderer->Render(r)), reference).psnr_db, 45) << Name(sampling) << " of " << proxy.faces.size() << " faces";
+      EXPECT_GT(Compare(ToRgb8(renderer->Render(r)), reference).psnr_db, 45)
+          << Name(sampling) << " of " << proxy.faces.size() << " faces";
     }
   }
 }
@@ -242,7 +250,8 @@ TEST(SparseBlend, OversampledPhotosAreReadFromTheirPyramidAsPerPixel) {
     if (fine) c.proxy = test::Sheet(24);
     const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
     // A view of a fifth of the photos' pixels; levels vary over it.
-    const RenderView view = MakeRenderView(c.scene.cameras[0].Scaled(51, 38), LookAt({1.5, 0.3, -3.2}, {0, 0, 0.5}, {0, -1, 0}));
+    const RenderView view =
+        MakeRenderView(c.scene.cameras[0].Scaled(51, 38), LookAt({1.5, 0.3, -3.2}, {0, 0, 0.5}, {0, -1, 0}));
     const Image8 reference = ToRgb8(renderer->Render(test::SparseRequest(view, 3, 0, Sampling::kInterpolated)));
     for (const Sampling sampling : kBoth) {
       RenderRequest r = test::SparseRequest(view, 3, 26, sampling);
@@ -283,7 +292,8 @@ TEST(SparseBlend, WithFieldOfViewOffAPhotoThatEndsLeavesItsShareMissing) {
   c.scene.views[1].cam_from_world = LookAt({0.3, 0, -3}, {0.5, 0.2, 1}, {0, -1, 0});
   UpdateFrameOfReference(c.scene);
   const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-  const RenderView view = MakeRenderView(Camera::Pinhole(160, 120, 120, 120, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(160, 120, 120, 120, 80, 60), LookAt({0, 0, -3.2}, {0, 0, 1}, {0, -1, 0}));
   RenderRequest r = test::SparseRequest(view, 2, 9, Sampling::kCandidates);
   r.settings.field_of_view = false;
   r.show = Show::kFalseColor;

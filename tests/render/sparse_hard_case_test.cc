@@ -1,4 +1,5 @@
-// Sparse plans next to their degenerate neighbours: finite numbers, weights in [0,1] that sum to 1 or alpha 0, no pixel wrong.
+// Sparse plans next to their degenerate neighbours: finite numbers, weights in [0,1] that sum to 1 or alpha 0, no pixel
+// wrong.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -21,8 +22,8 @@ void ExpectSound(const test::Capture& c, const RenderView& view, const std::stri
       RenderRequest r = test::SparseRequest(view, 3, grid, Sampling::kInterpolated);
       r.settings.epipoles = epipoles;
       SparsePlan plan;
-      PlanSparse(MakeViewSetup(MakeSources(c.scene), view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr,
-                 test::InTurn, plan);
+      PlanSparse(MakeViewSetup(MakeSources(c.scene), view, r.settings),
+                 SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr, test::InTurn, plan);
       ASSERT_EQ(test::Wrong(plan), "") << what;
       for (const bool field_of_view : {true, false}) {
         r.settings.field_of_view = field_of_view;
@@ -35,7 +36,8 @@ void ExpectSound(const test::Capture& c, const RenderView& view, const std::stri
             terms.settings.resolution = resolution;
             terms.settings.time = time;
             ASSERT_EQ(test::Wrong(renderer->Render(terms)), "")
-                << what << " candidates, field of view " << field_of_view << ", resolution " << Name(resolution) << ", time " << time;
+                << what << " candidates, field of view " << field_of_view << ", resolution " << Name(resolution)
+                << ", time " << time;
           }
       }
     }
@@ -63,7 +65,7 @@ TEST(HardCase, CollinearAndCoincidentSamplesAndSegments) {
   };
   for (double d = 1e-1; d >= 1e-15; d /= 10) {
     std::vector<Eigen::Vector2d> points = square;
-    for (int i = 0; i <= 8; ++i) points.emplace_back(0.5 + i * d / 8, 0.5);  // on a line
+    for (int i = 0; i <= 8; ++i) points.emplace_back(0.5 + i * d / 8, 0.5);      // on a line
     for (int i = 0; i < 5; ++i) points.emplace_back(0.25, 0.25 + i * d * 1e-3);  // all but coincident
     const std::vector<Segment> segments{{Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)},
                                         {Eigen::Vector2d(0, 0.5), Eigen::Vector2d(1, 0.5)},
@@ -82,7 +84,8 @@ TEST(HardCase, CollinearAndCoincidentSamplesAndSegments) {
 TEST(HardCase, ProxyEdgesAlongGridLinesAndThroughSamples) {
   test::Capture c = test::MakeCapture(4, 32);
   // Seen straight on: the proxy's borders fall on the grid's lines exactly, or within steps of them.
-  const RenderView view = MakeRenderView(Camera::Pinhole(64, 64, 64, 64, 32, 32), LookAt({0, 0, -4}, {0, 0, 0}, {0, -1, 0}));
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(64, 64, 64, 64, 32, 32), LookAt({0, 0, -4}, {0, 0, 0}, {0, -1, 0}));
   for (double d = 1e-2; d >= 1e-15; d /= 10) {
     c.proxy = Quad({-1 - d, -1, 0}, {1, -1 + d, 0}, {1, 1, 0}, {-1, 1, 0});
     Append(c.proxy, Quad({-2, -2, 1}, {2, -2, 1}, {2, 2, 1}, {-2, 2 + d, 1}));
@@ -92,11 +95,13 @@ TEST(HardCase, ProxyEdgesAlongGridLinesAndThroughSamples) {
 
 TEST(HardCase, EpipolesAtInfinityAndBehind) {
   test::Capture c = test::MakeCapture(5, 32);
-  // Camera 1 sideways of the view: its epipole goes to infinity as the step falls, from before the view and from behind.
+  // Camera 1 sideways of the view: its epipole goes to infinity as the step falls, from before the view and from
+  // behind.
   for (double d = 1e-1; d >= 1e-15; d /= 10)
     for (const double sign : {-1.0, 1.0}) {
       c.scene.views[1].cam_from_world = LookAt({1, 0, -4 + sign * d}, {0, 0, 0.5}, {0, -1, 0});
-      ExpectSound(c, MakeRenderView(c.scene.cameras[0], LookAt({0, 0, -4}, {0, 0, 0.5}, {0, -1, 0})), "step " + std::to_string(sign * d));
+      ExpectSound(c, MakeRenderView(c.scene.cameras[0], LookAt({0, 0, -4}, {0, 0, 0.5}, {0, -1, 0})),
+                  "step " + std::to_string(sign * d));
     }
 }
 
@@ -170,7 +175,8 @@ TEST(HardCase, ACameraOnTheProxyAndAViewTouchingIt) {
   for (double d = 1e-1; d >= 1e-15; d /= 10) {
     c.scene.views[1].cam_from_world = LookAt({0.1, 0, -d}, {0.1, 0, 1}, {0, -1, 0});
     ExpectSound(c, test::ViewOf(c, {0.2, 0.1, -4}), "camera at " + std::to_string(d));
-    ExpectSound(c, MakeRenderView(c.scene.cameras[0], LookAt({0, 0, -d}, {0, 0, 1}, {0, -1, 0})), "view at " + std::to_string(d));
+    ExpectSound(c, MakeRenderView(c.scene.cameras[0], LookAt({0, 0, -d}, {0, 0, 1}, {0, -1, 0})),
+                "view at " + std::to_string(d));
   }
 }
 
@@ -190,9 +196,9 @@ TEST(HardCase, OneCameraAndNoCameraThatSees) {
   ExpectSound(empty, test::ViewOf(empty, {0.2, 0.1, -4}), "no proxy");
 }
 
-// The same picture, of another size or far from the origin. At 1e7 scene sizes a double holds 1e7 x 2^-53 = 1e-9 of the scene, and so
-// much a camera's centre is off, which comes of a pose: a millionth of a pixel. What is nearer than that to a silhouette, or to a
-// limit of the floats that follow, falls either way.
+// The same picture, of another size or far from the origin. At 1e7 scene sizes a double holds 1e7 x 2^-53 = 1e-9 of the
+// scene, and so much a camera's centre is off, which comes of a pose: a millionth of a pixel. What is nearer than that
+// to a silhouette, or to a limit of the floats that follow, falls either way.
 TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
   const test::Capture c = test::MakeCapture(5, 32);
   const Rigid3 pose = LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0});
@@ -222,7 +228,8 @@ TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
   const std::vector<ImageF> wanted = pictures(c, MakeRenderView(camera, pose));
   for (const ImageF& image : wanted) ASSERT_GT(image.At(48, 36, 3), 0);
   double farthest_off = 0, most_differ = 0;
-  for (const auto& [scale, sizes] : {std::pair(1e-6, 0.0), std::pair(1e6, 0.0), std::pair(1.0, 1e4), std::pair(1.0, 1e7)}) {
+  for (const auto& [scale, sizes] :
+       {std::pair(1e-6, 0.0), std::pair(1e6, 0.0), std::pair(1.0, 1e4), std::pair(1.0, 1e7)}) {
     const std::string what = "scale " + std::to_string(scale) + " offset " + std::to_string(sizes) + " scene sizes";
     const double offset = sizes / c.scene.normalized_from_world.scale;
     test::Capture moved = c;
@@ -233,7 +240,8 @@ TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
 
     const RenderView view = MakeRenderView(camera, TransformPose(pose, s));
     const double off = (Normalized(view, moved.scene.normalized_from_world).centre -
-                        Normalized(MakeRenderView(camera, pose), c.scene.normalized_from_world).centre).norm();
+                        Normalized(MakeRenderView(camera, pose), c.scene.normalized_from_world).centre)
+                           .norm();
     EXPECT_LE(off, 1e-15 + 10 * sizes * std::numeric_limits<double>::epsilon()) << what;
     farthest_off = std::max(farthest_off, off);
     const std::vector<ImageF> got = pictures(moved, view);
@@ -249,8 +257,10 @@ TEST(HardCase, CoordinatesFarAwayAndScenesOfAnySize) {
       most_differ = std::max(most_differ, differ / (96.0 * 72));
     }
   }
-  std::printf("  a camera's centre is off by %.1e scene sizes at most, %.2f %% of a picture's pixels by more than a code value\n", farthest_off,
-              100 * most_differ);
+  std::printf(
+      "  a camera's centre is off by %.1e scene sizes at most, %.2f %% of a picture's pixels by more than a code "
+      "value\n",
+      farthest_off, 100 * most_differ);
 }
 
 TEST(HardCase, APhotoOfOnePixelsWidth) {

@@ -24,7 +24,8 @@ SparsePlan PlanOf(const test::Capture& c, const RenderRequest& request) {
 std::vector<int> Covered(const SparseGeometry& g, const Eigen::Vector2i& size) {
   std::vector<int> count(static_cast<std::size_t>(size.x() * size.y()), 0);
   for (const SparseTriangle& t : g.triangles) {
-    const TriangleRows rows({g.x_px[static_cast<std::size_t>(t.vertex[0])], g.x_px[static_cast<std::size_t>(t.vertex[1])],
+    const TriangleRows rows({g.x_px[static_cast<std::size_t>(t.vertex[0])],
+                             g.x_px[static_cast<std::size_t>(t.vertex[1])],
                              g.x_px[static_cast<std::size_t>(t.vertex[2])]});
     const auto [low, high] = rows.Rows(size.y());
     for (int y = low; y < high; ++y) {
@@ -54,7 +55,8 @@ TEST(TriangulateConstrained, CrossingSegmentsGetAVertexAndPartTheirSides) {
   const std::vector<std::array<Eigen::Vector2d, 2>> cross{{Eigen::Vector2d(0, 1), Eigen::Vector2d(4, 3)},
                                                           {Eigen::Vector2d(1, 0), Eigen::Vector2d(3, 4)}};
   TriangulateConstrained(square, cross, t);
-  EXPECT_TRUE(std::any_of(t.points.begin(), t.points.end(), [](const auto& p) { return (p - Eigen::Vector2d(2, 2)).norm() < 1e-12; }));
+  EXPECT_TRUE(std::any_of(t.points.begin(), t.points.end(),
+                          [](const auto& p) { return (p - Eigen::Vector2d(2, 2)).norm() < 1e-12; }));
   double area = 0;
   for (const auto& f : t.triangles) {
     const auto p = [&](std::size_t i) { return t.points[static_cast<std::size_t>(f[i])]; };
@@ -81,12 +83,14 @@ TEST(SparseProxy, MergesCoplanarNeighbours) {
 
 TEST(SparsePlan, TrianglesOfAConvexSceneCoverEachPixelOnce) {
   test::Capture c = test::MakeCapture(3, 24);
-  for (const Eigen::Vector3d& eye :
-       {Eigen::Vector3d(1.3, 0.4, -4.2), Eigen::Vector3d(-2, 1.5, -2), Eigen::Vector3d(0, 0, -1.1), Eigen::Vector3d(6, 3, 2.5)}) {
-    const RenderView view = MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt(eye, {0, 0, 0.5}, {0, -1, 0}));
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1.3, 0.4, -4.2), Eigen::Vector3d(-2, 1.5, -2),
+                                     Eigen::Vector3d(0, 0, -1.1), Eigen::Vector3d(6, 3, 2.5)}) {
+    const RenderView view =
+        MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt(eye, {0, 0, 0.5}, {0, -1, 0}));
     const std::vector<bool> hit = Hit(c, view);
     for (const int grid : {2, 7, 25}) {
-      const std::vector<int> covered = Covered(PlanOf(c, test::SparseRequest(view, 3, grid, Sampling::kInterpolated)), view.size_px);
+      const std::vector<int> covered =
+          Covered(PlanOf(c, test::SparseRequest(view, 3, grid, Sampling::kInterpolated)), view.size_px);
       int wrong = 0;
       for (std::size_t i = 0; i < hit.size(); ++i) wrong += covered[i] != (hit[i] ? 1 : 0) ? 1 : 0;
       // Pixels whose centres lie within the lattice's 1/512 of a silhouette.
@@ -98,7 +102,8 @@ TEST(SparsePlan, TrianglesOfAConvexSceneCoverEachPixelOnce) {
 TEST(SparsePlan, WeightsSumToOneAndPhotosAreAtMostThreeTimesK) {
   const test::Capture c = test::MakeCapture(9, 32);
   for (const int k : {1, 2, 4, 9}) {
-    const SparsePlan plan = PlanOf(c, test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -4}), k, 12, Sampling::kInterpolated));
+    const SparsePlan plan =
+        PlanOf(c, test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -4}), k, 12, Sampling::kInterpolated));
     EXPECT_EQ(test::Wrong(plan), "");
     EXPECT_GT(plan.triangles.size(), 2U * 11 * 11 - 1);
     for (const SparseTriangle& t : plan.triangles) {
@@ -126,7 +131,9 @@ TEST(SparsePlan, EpipolesInFrontAndBehindAreSamplesOfTheirPhotoAlone) {
           if ((plan.x_px[v].cast<double>() - e.hnormalized()).norm() > 0.01) continue;
           // Where the photo sees the point, well inside; else it is no epipole that counts.
           const Eigen::Vector3f p = plan.offset[v] - Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]);
-          const auto row = [&](std::size_t k) { return s.m[3 * k][j] * p.x() + s.m[3 * k + 1][j] * p.y() + s.m[3 * k + 2][j] * p.z(); };
+          const auto row = [&](std::size_t k) {
+            return s.m[3 * k][j] * p.x() + s.m[3 * k + 1][j] * p.y() + s.m[3 * k + 2][j] * p.z();
+          };
           const float u = row(0) / row(2), w = row(1) / row(2);
           if (row(2) <= 0 || u < 8 || w < 8 || u > 56 || w > 40) continue;
           float weight = 0;
@@ -146,7 +153,8 @@ TEST(SparsePlan, EpipolesInFrontAndBehindAreSamplesOfTheirPhotoAlone) {
 TEST(SparsePlan, AFineMeshIsSplitToTheGridWithoutGaps) {
   test::Capture c = test::MakeCapture(3, 24);
   c.proxy = test::Sheet(16);  // 512 facets of some 15 pixels
-  const RenderView view = MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt({0.3, 0.2, -1.5}, {0, 0, 0.5}, {0, -1, 0}));
+  const RenderView view =
+      MakeRenderView(Camera::Pinhole(320, 240, 250, 250, 160, 120), LookAt({0.3, 0.2, -1.5}, {0, 0, 0.5}, {0, -1, 0}));
   const SparsePlan coarse = PlanOf(c, test::SparseRequest(view, 3, 4, Sampling::kInterpolated));
   const SparsePlan fine = PlanOf(c, test::SparseRequest(view, 3, 40, Sampling::kInterpolated));
   EXPECT_GT(fine.triangles.size(), 3 * coarse.triangles.size());
@@ -179,8 +187,8 @@ TEST(SparsePlan, ItDoesNotDependOnHowTheLoopIsSplit) {
   const RenderRequest r = test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -4}), 4, 17, Sampling::kInterpolated);
   const SparsePlan a = PlanOf(c, r);
   SparsePlan b;
-  PlanSparse(MakeViewSetup(MakeSources(c.scene), r.view, r.settings), SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr,
-             ParallelFor, b);
+  PlanSparse(MakeViewSetup(MakeSources(c.scene), r.view, r.settings),
+             SparseProxy(c.proxy, c.scene.normalized_from_world), nullptr, ParallelFor, b);
   EXPECT_EQ(a.camera, b.camera);
   EXPECT_EQ(a.weight, b.weight);
   EXPECT_EQ(a.x_px, b.x_px);
@@ -193,8 +201,8 @@ TEST(CandidatePlan, ListsThePhotosOfEachCellsSamplesForFewFacetsAndMany) {
     const RenderRequest r = test::SparseRequest(test::ViewOf(c, {0.7, 0.3, -3}), 3, 9, Sampling::kCandidates);
     const ViewSetup setup = MakeViewSetup(MakeSources(c.scene), r.view, r.settings);
     CandidatePlan plan;
-    PlanCandidates(setup, SparseProxy(c.proxy, c.scene.normalized_from_world), ProxyTracer(c.proxy, c.scene.normalized_from_world), nullptr,
-                   InTurn, plan);
+    PlanCandidates(setup, SparseProxy(c.proxy, c.scene.normalized_from_world),
+                   ProxyTracer(c.proxy, c.scene.normalized_from_world), nullptr, InTurn, plan);
     ASSERT_EQ(plan.first.size(), 65U);
     for (std::size_t cell = 0; cell < 64; ++cell) {
       EXPECT_GE(plan.first[cell + 1] - plan.first[cell], 6);

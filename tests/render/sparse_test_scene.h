@@ -11,7 +11,9 @@
 namespace lumi::test {
 
 // A loop that is not parallel.
-inline void InTurn(std::size_t count, std::size_t, const std::function<void(std::size_t, std::size_t)>& body) { body(0, count); }
+inline void InTurn(std::size_t count, std::size_t, const std::function<void(std::size_t, std::size_t)>& body) {
+  body(0, count);
+}
 
 inline RenderRequest SparseRequest(const RenderView& view, int k, int grid, Sampling sampling) {
   RenderRequest r;
@@ -52,8 +54,9 @@ inline std::string Wrong(const ImageF& image) {
       for (int c = 0; c < 3; ++c)
         good = good && std::isfinite(image.At(x, y, c)) && image.At(x, y, c) >= 0 && image.At(x, y, c) <= a + 1e-3F;
       if (!good)
-        return "pixel " + std::to_string(x) + ", " + std::to_string(y) + ": " + std::to_string(image.At(x, y, 0)) + " " +
-               std::to_string(image.At(x, y, 1)) + " " + std::to_string(image.At(x, y, 2)) + " " + std::to_string(a);
+        return "pixel " + std::to_string(x) + ", " + std::to_string(y) + ": " + std::to_string(image.At(x, y, 0)) +
+               " " + std::to_string(image.At(x, y, 1)) + " " + std::to_string(image.At(x, y, 2)) + " " +
+               std::to_string(a);
     }
   return {};
 }
@@ -70,7 +73,8 @@ inline std::string Wrong(const SparsePlan& plan) {
       float sum = 0;
       for (auto e = static_cast<std::size_t>(s.first); e < static_cast<std::size_t>(s.first + s.count); ++e) {
         const float w = plan.weight[e][i];
-        if (!(w >= 0 && w <= 1 + 1e-6F)) return "a weight of triangle " + std::to_string(t) + " is " + std::to_string(w);
+        if (!(w >= 0 && w <= 1 + 1e-6F))
+          return "a weight of triangle " + std::to_string(t) + " is " + std::to_string(w);
         sum += w;
       }
       if (std::abs(sum - (plan.alpha[static_cast<std::size_t>(s.vertex[i])] > 0 ? 1.0F : 0.0F)) > 1e-5F)

@@ -1,4 +1,5 @@
-// The cost of a time window, on photos of a still scene whose brightness runs round a period: what moves is known exactly.
+// The cost of a time window, on photos of a still scene whose brightness runs round a period: what moves is known
+// exactly.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -61,7 +62,8 @@ TEST(TimeWindows, ANarrowOneShowsTheMomentAndAWideOneBlendsThem) {
   for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
     EXPECT_NEAR(rows[i]["window_s"].get<double>(), 2 * rows[i - 1]["window_s"].get<double>(), 1e-9);
     EXPECT_GE(rows[i]["photos_in_window"].get<double>(), rows[i - 1]["photos_in_window"].get<double>());
-    EXPECT_LE(rows[i]["angle_deg"].get<double>(), rows[i - 1]["angle_deg"].get<double>() + 1e-6) << "a wider window has nearer cameras";
+    EXPECT_LE(rows[i]["angle_deg"].get<double>(), rows[i - 1]["angle_deg"].get<double>() + 1e-6)
+        << "a wider window has nearer cameras";
   }
   // The period itself: all photos but those held out.
   EXPECT_NEAR(rows[rows.size() - 2]["photos_in_window"].get<double>(), kPhotos - kPhotos / 10, 1e-6);
@@ -69,7 +71,8 @@ TEST(TimeWindows, ANarrowOneShowsTheMomentAndAWideOneBlendsThem) {
   EXPECT_LT(rows[1]["temporal_blur_frames"].get<double>(), 0.5 * rows.back()["temporal_blur_frames"].get<double>());
   EXPECT_GT(j["best"]["gain_db"].get<double>(), 5);
   EXPECT_LT(j["best"]["window_frames"].get<double>(), 16);
-  for (const char* file : {"time-windows.json", "time-windows.csv", "time-windows.svg"}) EXPECT_TRUE(std::filesystem::exists(scene.folder / "out" / file)) << file;
+  for (const char* file : {"time-windows.json", "time-windows.csv", "time-windows.svg"})
+    EXPECT_TRUE(std::filesystem::exists(scene.folder / "out" / file)) << file;
   EXPECT_NE(DescribeTimeWindows(j.dump()).find("without time"), std::string::npos);
 }
 

@@ -1,5 +1,5 @@
-#include "render/tradeoff/properties.h"
 #include "render/tradeoff/tradeoff.h"
+#include "render/tradeoff/properties.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -232,7 +232,8 @@ TEST(Sweep, PerPixelForgetsOnlyTheSamples) {
 
 class Simulated {
  public:
-  Simulated(std::vector<FrontPoint> front, BudgetController::Options options) : front_(front), controller_(front, std::nullopt, options) {}
+  Simulated(std::vector<FrontPoint> front, BudgetController::Options options)
+      : front_(front), controller_(front, std::nullopt, options) {}
   // A frame while the camera moves; `load`: how many times slower than the front says.
   void Frame(double load, bool moves = true) {
     const FrontPoint& p = controller_.Next(now_, moves);
@@ -383,7 +384,8 @@ TEST(Probe, ServesWhereTheSceneHasNoFrontAndTheFrontWhereItHas) {
   RenderRequest request;
   request.view.size_px = {640, 480};
   request.settings.visibility = false;
-  EXPECT_THAT(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 20).why, testing::HasSubstr("no measured front"));
+  EXPECT_THAT(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 20).why,
+              testing::HasSubstr("no measured front"));
   WriteFront(s.folder.path, s.front);
   const BudgetChoice choice = ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 10);
   EXPECT_THAT(choice.why, testing::HasSubstr("measured at 640x480"));
@@ -410,7 +412,8 @@ TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
   EXPECT_TRUE(j["recommended"][4]["budget_ms"].is_null());
   for (const Json& r : j["recommended"]) {
     RadianceSettings s;
-    for (const auto& [name, value] : r["settings"].items()) EXPECT_TRUE(name == "backend" || SetOption(s, name, value)) << name;
+    for (const auto& [name, value] : r["settings"].items())
+      EXPECT_TRUE(name == "backend" || SetOption(s, name, value)) << name;
     EXPECT_EQ(Validate(s), "");
     EXPECT_TRUE(r["report"]["psnr_db"].is_number());
   }
@@ -504,7 +507,8 @@ TEST(Tradeoff, RefusesBadOptionsInOneLine) {
   EXPECT_EQ(refused([](MeasureOptions& o) { o.width_px = -1; }), "--width and --reference-width take 1 to 32768");
   EXPECT_EQ(refused([](MeasureOptions& o) { o.proxies = {"truth", "truth"}; }), "--proxy truth is given twice");
   EXPECT_THAT(refused([](MeasureOptions& o) { o.proxies = {"nope"}; }), testing::HasSubstr("nope"));
-  EXPECT_THAT(refused([](MeasureOptions& o) { o.settings.grid_columns = o.settings.grid_rows = 1; }), testing::HasSubstr("--grid"));
+  EXPECT_THAT(refused([](MeasureOptions& o) { o.settings.grid_columns = o.settings.grid_rows = 1; }),
+              testing::HasSubstr("--grid"));
   EXPECT_THAT(refused([](MeasureOptions& o) { o.effects = "fov,glow"; }), testing::HasSubstr("glow"));
 }
 
@@ -517,7 +521,8 @@ TEST(Ablation, ShowsARowForEachOptimisation) {
   for (const Json& r : j["rows"]) {
     if (r.contains("refused")) continue;
     ++pictures;
-    for (const char* key : {"image", "false_color", "difference"}) EXPECT_TRUE(fs::exists(o.output / r[key].get<std::string>()));
+    for (const char* key : {"image", "false_color", "difference"})
+      EXPECT_TRUE(fs::exists(o.output / r[key].get<std::string>()));
     if (r["name"] == j["compared_with"]) {
       EXPECT_EQ(r["psnr_db"], 99.0);
       EXPECT_EQ(r["mse"], 0.0);
@@ -549,8 +554,8 @@ TEST(Properties, EachHasItsFigure) {
   EXPECT_LT(direction, figure("angle-based view dependence", "nearest_photo_direction_error"));
   EXPECT_LT(direction, 0.5 * figure("angle-based view dependence", "all_photos_direction_error"));
   for (const char* key :
-       {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min", "optimum_pixel_weight_min",
-        "optimum_25_visibility_weight_min", "optimum_pixel_visibility_weight_min"})
+       {"pixel_weight_min", "interpolated_25_weight_min", "candidates_25_weight_min", "optimum_25_weight_min",
+        "optimum_pixel_weight_min", "optimum_25_visibility_weight_min", "optimum_pixel_visibility_weight_min"})
     EXPECT_GE(figure("epipole consistency", key), 0.99) << key;
   EXPECT_LE(figure("radiance consistency", "weight_difference_max"), 1e-6);
   EXPECT_NEAR(figure("continuity", "ratio_1e-3_1e-4"), 10, 2);

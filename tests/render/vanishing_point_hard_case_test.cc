@@ -1,5 +1,5 @@
-// Vanishing-point angles next to their degenerate neighbours: transformations of condition up to 1e6, one centre for all cameras,
-// planes at infinity through points and centres, vanishing points behind the view, epipoles at infinity.
+// Vanishing-point angles next to their degenerate neighbours: transformations of condition up to 1e6, one centre for
+// all cameras, planes at infinity through points and centres, vanishing points behind the view, epipoles at infinity.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@ namespace {
 
 // Of a weight: what the same picture in another world may differ by.
 constexpr double kSameWeight = 1e-6;
-// With the resolution measure, which is made of floats: their last digits are 1e-7 of a penalty, a few 1e-6 of a weight.
+// With the resolution measure, which is made of floats: their last digits are 1e-7 of a penalty, a few 1e-6 of a
+// weight.
 constexpr double kSameWithResolution = 1e-5;
 
 // Weights of all photos at every pixel, and alpha behind them.
@@ -33,15 +34,16 @@ std::vector<std::vector<double>> Weights(const PictureWorld& world, const Radian
   for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
     std::vector<double> w(world.photos.size() + 1, 0.0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(plan.k); ++i)
-      if (const std::int32_t c = plan.camera[s * static_cast<std::size_t>(plan.k) + i]; c >= 0) w[static_cast<std::size_t>(c)] = plan.weight[s * static_cast<std::size_t>(plan.k) + i];
+      if (const std::int32_t c = plan.camera[s * static_cast<std::size_t>(plan.k) + i]; c >= 0)
+        w[static_cast<std::size_t>(c)] = plan.weight[s * static_cast<std::size_t>(plan.k) + i];
     w.back() = plan.alpha[s];
     weights.push_back(w);
   }
   return weights;
 }
 
-void ExpectSameWeights(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b, const std::string& what,
-                       double tolerance = kSameWeight) {
+void ExpectSameWeights(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b,
+                       const std::string& what, double tolerance = kSameWeight) {
   ASSERT_EQ(a.size(), b.size());
   double worst = 0;
   for (std::size_t s = 0; s < a.size(); ++s)
@@ -72,7 +74,8 @@ class VanishingPointsHardCase : public testing::Test {
   // Between two photos, a little turned.
   RenderView Between(const Eigen::Matrix4d& T) const {
     RenderView v;
-    v.P = test::InWorldOf(MakeRenderView(capture_.scene.cameras[0], LookAt({0.4, 0.2, -4.6}, {0.05, 0, 0.4}, {0, -1, 0})).P, T);
+    v.P = test::InWorldOf(
+        MakeRenderView(capture_.scene.cameras[0], LookAt({0.4, 0.2, -4.6}, {0.05, 0, 0.4}, {0, -1, 0})).P, T);
     v.size_px = {64, 48};
     v.time_s = 5.3 / 30;
     return v;
@@ -98,7 +101,8 @@ TEST_F(VanishingPointsHardCase, AnyProjectiveTransformationOfTheSceneRendersWith
         const std::string what = "condition " + std::to_string(condition) + ", seed " + std::to_string(seed);
         const PictureWorld there = PerViewProxy(other).For(Between(T), reach);
         ExpectSameWeights(Weights(there, settings_), wanted, what);
-        ExpectSameWeights(Weights(there, with_resolution), wanted_with_resolution, what + ", resolution", kSameWithResolution);
+        ExpectSameWeights(Weights(there, with_resolution), wanted_with_resolution, what + ", resolution",
+                          kSameWithResolution);
       }
   }
 }
@@ -136,17 +140,22 @@ TEST_F(VanishingPointsHardCase, WeightsAreTheMetricOnesWherePlaneAndCalibrationA
 }
 
 TEST_F(VanishingPointsHardCase, CamerasAtOneCentreAreToldApartByTimeAlone) {
-  // The photos of a camera that only turned, as homographies and points (x, y, 1, 1) of the first; and the same in another world.
+  // The photos of a camera that only turned, as homographies and points (x, y, 1, 1) of the first; and the same in
+  // another world.
   Scene turning = capture_.scene;
   turning.frame = Frame::kQuasiAffine;
   const Eigen::Matrix3d K = turning.cameras[0].K();
   for (std::size_t i = 0; i < turning.views.size(); ++i) {
-    const Eigen::Matrix3d R = Eigen::AngleAxisd(0.02 * (static_cast<double>(i) - 5.5), Eigen::Vector3d(0.3, 1, 0.1).normalized()).toRotationMatrix();
+    const Eigen::Matrix3d R =
+        Eigen::AngleAxisd(0.02 * (static_cast<double>(i) - 5.5), Eigen::Vector3d(0.3, 1, 0.1).normalized())
+            .toRotationMatrix();
     turning.views[i].P.setZero();
     turning.views[i].P.leftCols<3>() = K * R * K.inverse();
     turning.views[i].size_px = {64, 48};
   }
-  for (std::size_t n = 0; n < turning.points.size(); ++n) turning.points[n].X_in_world = {64 * std::fmod(0.618 * static_cast<double>(n), 1.0), 48 * std::fmod(0.414 * static_cast<double>(n), 1.0), 1, 1};
+  for (std::size_t n = 0; n < turning.points.size(); ++n)
+    turning.points[n].X_in_world = {64 * std::fmod(0.618 * static_cast<double>(n), 1.0),
+                                    48 * std::fmod(0.414 * static_cast<double>(n), 1.0), 1, 1};
   GiveTimes(turning);
   for (const double condition : {0.0, 1.0, 1e3, 1e6}) {
     Scene s = turning;
@@ -160,18 +169,23 @@ TEST_F(VanishingPointsHardCase, CamerasAtOneCentreAreToldApartByTimeAlone) {
     const PerViewProxy proxy(s);
     for (const std::size_t at : {5U, 6U}) {
       const PictureWorld world = proxy.For(ViewOf(s, at), 5);
-      for (const RenderView& v : world.sources.views) ASSERT_EQ(v.centre, Eigen::Vector3d::Zero()) << "condition " << condition;
+      for (const RenderView& v : world.sources.views)
+        ASSERT_EQ(v.centre, Eigen::Vector3d::Zero()) << "condition " << condition;
       RadianceSettings settings = settings_;
       settings.resolution = Resolution::kOff;
       settings.time_s = *s.views[at].time_s;
       const auto weights = Weights(world, settings);
-      const std::size_t middle = 24 * 64 + 32, own = static_cast<std::size_t>(std::find(world.photos.begin(), world.photos.end(), static_cast<std::int32_t>(at)) - world.photos.begin());
+      const std::size_t middle = 24 * 64 + 32,
+                        own = static_cast<std::size_t>(
+                            std::find(world.photos.begin(), world.photos.end(), static_cast<std::int32_t>(at)) -
+                            world.photos.begin());
       EXPECT_GT(weights[middle][own], 0.75);
       EXPECT_NEAR(weights[middle][own - 1], weights[middle][own + 1], 1e-5) << "as far in time";
       // From pixel to pixel nothing jumps: where a photo ends it has given way.
       for (std::size_t y = 0; y < 48; ++y)
         for (std::size_t x = 1; x < 64; ++x)
-          for (std::size_t j = 0; j < world.photos.size(); ++j) ASSERT_LT(std::abs(weights[64 * y + x][j] - weights[64 * y + x - 1][j]), 0.75) << x << ' ' << y << ' ' << j;
+          for (std::size_t j = 0; j < world.photos.size(); ++j)
+            ASSERT_LT(std::abs(weights[64 * y + x][j] - weights[64 * y + x - 1][j]), 0.75) << x << ' ' << y << ' ' << j;
     }
   }
 }
@@ -226,7 +240,8 @@ TEST_F(VanishingPointsHardCase, AVanishingPointBehindTheViewIsNinetyDegreesOrMor
   const Eigen::Vector3d object(0, 0, 0.5);
   for (std::size_t i = 0; i < s.views.size(); ++i) {
     const double turn = 2 * std::numbers::pi * static_cast<double>(i) / 12;
-    s.views[i].cam_from_world = LookAt(object + Eigen::Vector3d(5 * std::sin(turn), 0, -5 * std::cos(turn)), object, {0, -1, 0});
+    s.views[i].cam_from_world =
+        LookAt(object + Eigen::Vector3d(5 * std::sin(turn), 0, -5 * std::cos(turn)), object, {0, -1, 0});
   }
   const Eigen::Matrix4d T = test::RandomTransformation(41, 1e4);
   const Scene p = test::Projective(s, T);

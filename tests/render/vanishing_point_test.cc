@@ -40,7 +40,8 @@ TEST_F(VanishingPoints, AreEuclideanAnglesWhereThePlaneAndTheCalibrationAreTrue)
       for (std::size_t j = 0; j < metric.views.size(); ++j) {
         const auto source = frame->MoveCamera(P(j));
         ASSERT_TRUE(source);
-        const double true_angle = AngleBetween(Eigen::Vector3d(p.x_in_world - metric.views[i].CentreInWorld()), Eigen::Vector3d(p.x_in_world - metric.views[j].CentreInWorld()));
+        const double true_angle = AngleBetween(Eigen::Vector3d(p.x_in_world - metric.views[i].CentreInWorld()),
+                                               Eigen::Vector3d(p.x_in_world - metric.views[j].CentreInWorld()));
         ASSERT_NEAR(AngleBetween(x, Eigen::Vector3d(x - source->centre)), true_angle, kRounding);
       }
     }
@@ -63,7 +64,8 @@ TEST_F(VanishingPoints, AreThoseOfTheHomographyThroughThePlaneAtInfinity) {
       if (H->determinant() < 0) v = -v;  // its own sign is arbitrary
       const Eigen::Vector4d moved = frame->MovePoint(p.X_in_world);
       const Eigen::Vector3d x = moved.head<3>() / moved.w();
-      ASSERT_NEAR(AngleBetween(x, Eigen::Vector3d(x - source->centre)), AngleBetween(Eigen::Vector3d(K0_inverse * v), Eigen::Vector3d(K0_inverse * x_i)), kRounding);
+      ASSERT_NEAR(AngleBetween(x, Eigen::Vector3d(x - source->centre)),
+                  AngleBetween(Eigen::Vector3d(K0_inverse * v), Eigen::Vector3d(K0_inverse * x_i)), kRounding);
     }
   }
 }
@@ -153,7 +155,9 @@ TEST(FillSmoothly, KeepsWhatIsThereAndIsConstantAroundAConstant) {
   FillSmoothly(image);
   for (int y = 0; y < 23; ++y)
     for (int x = 0; x < 37; ++x)
-      for (int c = 0; c < 4; ++c) ASSERT_NEAR(image.At(x, y, c), c == 3 ? 1.0F : 0.2F * static_cast<float>(c + 1), 1e-5F) << x << ' ' << y << ' ' << c;
+      for (int c = 0; c < 4; ++c)
+        ASSERT_NEAR(image.At(x, y, c), c == 3 ? 1.0F : 0.2F * static_cast<float>(c + 1), 1e-5F)
+            << x << ' ' << y << ' ' << c;
 }
 
 TEST(FillSmoothly, IsSmoothBetweenTwoColoursAndLeavesAnEmptyPictureEmpty) {

@@ -62,7 +62,8 @@ TEST(Navigation, EveryWindowShowsTheWholePhoto) {
     const RenderView window = MakeWindowView(StateOfView(w.scene, {1}), width, height);
     for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(camera.width_px, camera.height_px)}) {
       const auto ray = camera.Normalized(corner);
-      const auto x = Project(window.P, Eigen::Vector3d(view.cam_from_world.Inverse() * Eigen::Vector3d(ray->x(), ray->y(), 1.0)));
+      const auto x =
+          Project(window.P, Eigen::Vector3d(view.cam_from_world.Inverse() * Eigen::Vector3d(ray->x(), ray->y(), 1.0)));
       ASSERT_TRUE(x);
       EXPECT_GE(x->minCoeff(), -1e-6);
       EXPECT_LE(x->x(), width + 1e-6);
@@ -110,7 +111,8 @@ TEST(Navigation, LookingTurnsOnTheSpot) {
 }
 
 TEST(Navigation, LooksStraightUpAndDownWithoutTumbling) {
-  Navigator n(StateAt({0, 0, 5}, {0, 0, 0}), Eigen::Vector3d::UnitZ(), 1.0);  // straight down: right is not defined by up
+  Navigator n(StateAt({0, 0, 5}, {0, 0, 0}), Eigen::Vector3d::UnitZ(),
+              1.0);  // straight down: right is not defined by up
   for (int i = 0; i < 100; ++i) {
     n.Look(0.1, 0.05);
     ASSERT_TRUE(n.state().cam_from_world.R().allFinite());
@@ -122,7 +124,8 @@ TEST(Navigation, LooksStraightUpAndDownWithoutTumbling) {
 TEST(Navigation, ARollIsLevelledAfterATurnOnly) {
   ViewState tilted = StateAt({3, 0, 1}, {0, 0, 0});
   const Eigen::Vector3d eye = tilted.cam_from_world.OriginInSource();
-  tilted.cam_from_world.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ())) * tilted.cam_from_world.rotation;
+  tilted.cam_from_world.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ())) * tilted.cam_from_world.rotation;
   tilted.cam_from_world.translation = -(tilted.cam_from_world.rotation * eye);
   Navigator n(tilted, Eigen::Vector3d::UnitZ(), 1.0);
   EXPECT_NEAR(std::abs(n.Roll()), 0.4, kTolerance);
@@ -167,7 +170,8 @@ TEST(Navigation, DollyNeverPassesItsPoint) {
 }
 
 TEST(Script, ReadsStatements) {
-  const auto steps = ParseScript(" jump 3; orbit 10 -2.5 ;\n wait; wait 0.5; k all; show false-color; screenshot a b.png;;");
+  const auto steps =
+      ParseScript(" jump 3; orbit 10 -2.5 ;\n wait; wait 0.5; k all; show false-color; screenshot a b.png;;");
   ASSERT_EQ(steps.size(), 7U);
   EXPECT_EQ(steps[0].verb, ScriptVerb::kJump);
   EXPECT_EQ(steps[0].word, "3");
@@ -179,10 +183,39 @@ TEST(Script, ReadsStatements) {
 }
 
 TEST(Script, NamesTheStatementThatIsWrong) {
-  for (const char* bad : {"dance", "orbit 10", "orbit 10 20 30", "orbit a b", "k 0", "k 17", "k 1.5", "dolly 0", "zoom -1", "frusta maybe",
-                          "show red", "jump", "wait -1", "move 1 2", "orbit 1 nan", "screenshot", "set k", "set colour red", "set k 99",
-                          "set resolution sharp", "effects magic", "effects fov,magic", "key-update", "key-update 1.5", "key-time 0 -1",
-                          "path-size 8 8", "path-fps 0", "path-seconds 0", "budget 0.1", "panel perhaps", "play 3", "record", "time now"}) {
+  for (const char* bad : {"dance",
+                          "orbit 10",
+                          "orbit 10 20 30",
+                          "orbit a b",
+                          "k 0",
+                          "k 17",
+                          "k 1.5",
+                          "dolly 0",
+                          "zoom -1",
+                          "frusta maybe",
+                          "show red",
+                          "jump",
+                          "wait -1",
+                          "move 1 2",
+                          "orbit 1 nan",
+                          "screenshot",
+                          "set k",
+                          "set colour red",
+                          "set k 99",
+                          "set resolution sharp",
+                          "effects magic",
+                          "effects fov,magic",
+                          "key-update",
+                          "key-update 1.5",
+                          "key-time 0 -1",
+                          "path-size 8 8",
+                          "path-fps 0",
+                          "path-seconds 0",
+                          "budget 0.1",
+                          "panel perhaps",
+                          "play 3",
+                          "record",
+                          "time now"}) {
     try {
       ParseScript(std::string("wait; ") + bad + "; home");
       ADD_FAILURE() << bad << " was accepted";
@@ -193,7 +226,8 @@ TEST(Script, NamesTheStatementThatIsWrong) {
 }
 
 TEST(Script, SetTakesEveryOptionOfTheReconstruction) {
-  const auto steps = ParseScript("set k 7; set resolution-range 0.5,4; effects fov,time; key-add; key-add 3; record a b.mp4");
+  const auto steps =
+      ParseScript("set k 7; set resolution-range 0.5,4; effects fov,time; key-add; key-add 3; record a b.mp4");
   ASSERT_EQ(steps.size(), 6U);
   EXPECT_EQ(steps[0].word, "k");
   EXPECT_EQ(steps[0].value, "7");
@@ -211,9 +245,15 @@ TEST(SettingRules, ChangesFromThePanelNeverMakeAnInvalidCombination) {
   RadianceSettings s;
   std::mt19937_64 random(11);
   const std::vector<std::pair<std::string, std::vector<std::string>>> moves = {
-      {"similarity", {"identity", "full"}}, {"correlation", {"inverse", "falling-leaves"}}, {"grid", {"pixel", "25x25", "2x9"}},
-      {"sampling", {"candidates", "interpolated"}}, {"r-min-deg", {"0", "3", "50"}}, {"r-max-deg", {"0.01", "5", "90"}},
-      {"k", {"1", "16", "all"}}, {"resolution", {"off", "jacobian"}}, {"time", {"on", "off"}}};
+      {"similarity", {"identity", "full"}},
+      {"correlation", {"inverse", "falling-leaves"}},
+      {"grid", {"pixel", "25x25", "2x9"}},
+      {"sampling", {"candidates", "interpolated"}},
+      {"r-min-deg", {"0", "3", "50"}},
+      {"r-max-deg", {"0.01", "5", "90"}},
+      {"k", {"1", "16", "all"}},
+      {"resolution", {"off", "jacobian"}},
+      {"time", {"on", "off"}}};
   int full = 0;
   for (int i = 0; i < 3000; ++i) {
     const auto& [name, values] = moves[random() % moves.size()];
@@ -421,7 +461,9 @@ class Refining : public testing::Test {
     r.request.settings.accuracy = 1e-6;
     return r;
   }
-  ImageF ByTheRenderer(const Refinement& r) const { return MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(r.request); }
+  ImageF ByTheRenderer(const Refinement& r) const {
+    return MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(r.request);
+  }
   static std::optional<RefinedPicture> Finished(Refiner& refiner) {
     for (const auto start = std::chrono::steady_clock::now(); SecondsSince(start) < kPatience_s;) {
       if (auto picture = refiner.Take()) return picture;

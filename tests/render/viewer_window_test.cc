@@ -84,7 +84,8 @@ class ViewerWindow : public testing::Test {
     return r;
   }
 
-  ImageF CpuPicture(const ViewState& state, int width, int height, RadianceSettings settings = {}, Show show = Show::kColor) {
+  ImageF CpuPicture(const ViewState& state, int width, int height, RadianceSettings settings = {},
+                    Show show = Show::kColor) {
     RenderRequest request;
     request.view = MakeWindowView(state, width, height);
     request.settings = settings;
@@ -132,7 +133,8 @@ TEST_F(ViewerWindow, ShowsThePictureThatTheCpuRenders) {
   EXPECT_EQ(r.json["proxy"], "true");
   EXPECT_GT(r.json["frames"], 0);
   // The effects that it found are in its summary.
-  const double psnr = CoveredPsnrDb(ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240, SettingsOf(r.json["settings"])));
+  const double psnr = CoveredPsnrDb(
+      ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240, SettingsOf(r.json["settings"])));
   EXPECT_GE(psnr, kAgreementDb);
   std::printf("  %.1f dB, %s\n", psnr, r.json["device"].get<std::string>().c_str());
 }
@@ -144,15 +146,17 @@ TEST_F(ViewerWindow, PlaysAPathOfMatricesAndStaysOnIt) {
   fs::remove_all(folder_);
   Scene scene = test::Projective(capture.scene, test::RandomTransformation(5, 20));
   scene.image_folder = folder_ / "images";
-  for (std::size_t j = 0; j < capture.photos.size(); ++j) WriteImage(folder_ / "images" / scene.views[j].name, capture.photos[j].levels[0]);
+  for (std::size_t j = 0; j < capture.photos.size(); ++j)
+    WriteImage(folder_ / "images" / scene.views[j].name, capture.photos[j].levels[0]);
   WriteScene(scene, folder_);
   WriteMatrixPath(folder_ / "path.json", MatrixPathOfPhotos(scene, 20));
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   const std::string size = "320";
   const Result r = RunViewer({"--no-ui", "--width", size, "--height", "200", "--path", file("path.json"), "--script",
-                              "key-jump 3; screenshot " + file("third.png") + "; show false-color; screenshot " + file("false.png") + "; show proxy; screenshot " + file("proxy.png") +
-                                  "; show angle; screenshot " + file("angle.png") + "; show color; play; screenshot " + file("last.png") + "; jump view103.png; wait; screenshot " +
-                                  file("again.png")});
+                              "key-jump 3; screenshot " + file("third.png") + "; show false-color; screenshot " +
+                                  file("false.png") + "; show proxy; screenshot " + file("proxy.png") +
+                                  "; show angle; screenshot " + file("angle.png") + "; show color; play; screenshot " +
+                                  file("last.png") + "; jump view103.png; wait; screenshot " + file("again.png")});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["keys"], 8);
@@ -185,11 +189,12 @@ TEST_F(ViewerWindow, FollowsAScript) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   const std::string script = "jump " + world_.scene.views[5].name + "; wait; screenshot " + file("jump.png") +
                              "; show false-color; k 2; screenshot " + file("false.png") +
-                             "; show color; k 4; orbit 20 5; screenshot " + file("orbit.png") + "; home; mesh on; frusta on; screenshot " +
-                             file("over.png") + "; mesh off; frusta off; proxy floor; wait; screenshot " + file("floor.png") +
+                             "; show color; k 4; orbit 20 5; screenshot " + file("orbit.png") +
+                             "; home; mesh on; frusta on; screenshot " + file("over.png") +
+                             "; mesh off; frusta off; proxy floor; wait; screenshot " + file("floor.png") +
                              "; fly-to 0; screenshot " + file("flown.png");
-  const Result r = RunViewer(
-      {"--no-ui", "--effects", "fov,visibility,prefilter", "--view", "1", "--width", "240", "--height", "180", "--script", script});
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility,prefilter", "--view", "1", "--width", "240",
+                              "--height", "180", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["screenshots"].size(), 6U);
@@ -198,7 +203,8 @@ TEST_F(ViewerWindow, FollowsAScript) {
   EXPECT_GE(CoveredPsnrDb(ReadImage8(file("jump.png")), CpuPicture(fifth, 240, 180)), kAgreementDb);
   RadianceSettings two;
   two.k = 2;
-  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("false.png")), CpuPicture(fifth, 240, 180, two, Show::kFalseColor)), kAgreementDb);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("false.png")), CpuPicture(fifth, 240, 180, two, Show::kFalseColor)),
+            kAgreementDb);
   // The orbit's pivot is what stood in the middle: it still does, and the camera stands elsewhere.
   EXPECT_LT(Compare(ReadImage8(file("orbit.png")), ReadImage8(file("jump.png"))).psnr_db, 25);
   // Overlays and another proxy change the picture of the start.
@@ -215,14 +221,17 @@ TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   std::ofstream(file("clip.mp4")) << "a user's own";
   const std::string script =
-      "set visibility off; wait; jump 1; key-add; jump 3; key-add; jump 5; key-add 9; key-time 2 1; key-delete 1; jump 6; key-update 1;"
+      "set visibility off; wait; jump 1; key-add; jump 3; key-add; jump 5; key-add 9; key-time 2 1; key-delete 1; jump "
+      "6; key-update 1;"
       "path-size 160 120; path-fps 10; path-seconds 1; path-save " +
-      file("path.json") + "; path-save-nerfstudio " + file("studio.json") + "; record " + file("clip.mp4") + "; play; screenshot " +
-      file("end.png") + "; keys-clear; path-load " + file("studio.json") + "; key-jump 0; screenshot " + file("first.png");
+      file("path.json") + "; path-save-nerfstudio " + file("studio.json") + "; record " + file("clip.mp4") +
+      "; play; screenshot " + file("end.png") + "; keys-clear; path-load " + file("studio.json") +
+      "; key-jump 0; screenshot " + file("first.png");
   const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
-  const CameraPath path = ReadCameraPath(file("path.json")), studio = ReadCameraPath(file("studio.json"), PathDetail::kKeyframes);
+  const CameraPath path = ReadCameraPath(file("path.json")),
+                   studio = ReadCameraPath(file("studio.json"), PathDetail::kKeyframes);
   ASSERT_EQ(path.keys.size(), 2u);
   ASSERT_EQ(studio.keys.size(), 2u);
   EXPECT_EQ(r.json["keys"], 2);
@@ -260,7 +269,8 @@ TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLas
   fs::create_directories(out);
   const std::string script = "wait; jump 1; key-add; jump 5; key-add 60; record-start " + (out / "long.mp4").string() +
                              "; wait 0.3; record-cancel; record-live " + (out / "seen.mp4").string() +
-                             "; wait 0.5; orbit 10 0; wait 0.5; record-stop; screenshot " + (folder_ / "a.png").string();
+                             "; wait 0.5; orbit 10 0; wait 0.5; record-stop; screenshot " +
+                             (folder_ / "a.png").string();
   const auto begun = std::chrono::steady_clock::now();
   const Result r = RunViewer({"--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
@@ -272,12 +282,13 @@ TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLas
   VideoReader video(out / "seen.mp4");
   int frames = 0;
   while (video.Next()) ++frames;
-  EXPECT_GE(frames, 30);             // a second, however many pictures the machine drew in it
+  EXPECT_GE(frames, 30);               // a second, however many pictures the machine drew in it
   EXPECT_LE(frames, 30 * most_s + 1);  // and no more than the viewer ran
 }
 
 TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {
-  const std::string script = "jump 3; set k 2; wait; measure; set k 6; measure; screenshot " + (folder_ / "a.png").string();
+  const std::string script =
+      "jump 3; set k 2; wait; measure; set k 6; measure; screenshot " + (folder_ / "a.png").string();
   const Result r = RunViewer({"--effects", "fov,visibility", "--width", "320", "--height", "240", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
@@ -302,8 +313,9 @@ TEST_F(ViewerWindow, TheProxyIsShownFlatShadedAndSwitched) {
   Mesh turned;  // the floor with its back to the cameras
   test::AddQuad(turned, {-4, 4, 0}, {4, 4, 0}, {4, -4, 0}, {-4, -4, 0});
   WriteMesh(ProxyPath(folder_, "turned"), turned);
-  const Result r = RunViewer({"--width", "320", "--height", "240", "--no-ui", "--script",
-                              "show proxy; wait; screenshot " + flat.string() + "; proxy turned; wait; screenshot " + below.string()});
+  const Result r = RunViewer(
+      {"--width", "320", "--height", "240", "--no-ui", "--script",
+       "show proxy; wait; screenshot " + flat.string() + "; proxy turned; wait; screenshot " + below.string()});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   const ImageF covered = CpuPicture(StateOfView(world_.scene, ViewId{3}), 320, 240);
@@ -316,14 +328,15 @@ TEST_F(ViewerWindow, TheProxyIsShownFlatShadedAndSwitched) {
   const Image8 grey = ReadImage8(flat), red = ReadImage8(below);
   ASSERT_EQ(grey.width, 320);
   ASSERT_GT(covered.At(160, 120, 3), 0.99F);
-  EXPECT_GT(mean(grey, 0), 60);                          // lit by the lamp
+  EXPECT_GT(mean(grey, 0), 60);                             // lit by the lamp
   EXPECT_NEAR(mean(grey, 0) / mean(grey, 2), 0.955, 0.02);  // 0.86 : 0.90
   EXPECT_GT(mean(red, 0), 1.8 * mean(red, 2)) << "backs are red";
 }
 
 TEST_F(ViewerWindow, HeatMapsAreThoseOfTheRenderer) {
   const fs::path shot = folder_ / "angle.png";
-  const Result r = RunViewer({"--effects", "fov", "--width", "320", "--height", "240", "--no-ui", "--script", "jump 3; show angle; wait; screenshot " + shot.string()});
+  const Result r = RunViewer({"--effects", "fov", "--width", "320", "--height", "240", "--no-ui", "--script",
+                              "jump 3; show angle; wait; screenshot " + shot.string()});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   RenderRequest request;
@@ -334,19 +347,22 @@ TEST_F(ViewerWindow, HeatMapsAreThoseOfTheRenderer) {
   double worst = 0;
   for (int y = 2; y < 118; ++y)
     for (int x = 2; x < 158; ++x) {
-      // A pixel of the map is four of the window, with its neighbours blended in: only where it is flat the two are the same.
+      // A pixel of the map is four of the window, with its neighbours blended in: only where it is flat the two are the
+      // same.
       bool flat = wanted.At(x, y, 3) == 1;
       for (int c = 0; c < 3; ++c)
-        for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}) flat = flat && std::abs(wanted.At(x + dx, y + dy, c) - wanted.At(x, y, c)) < 0.02F;
-      for (int c = 0; flat && c < 3; ++c) worst = std::max(worst, std::abs(image.At(2 * x, 2 * y, c) - 255.0 * static_cast<double>(wanted.At(x, y, c))));
+        for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}})
+          flat = flat && std::abs(wanted.At(x + dx, y + dy, c) - wanted.At(x, y, c)) < 0.02F;
+      for (int c = 0; flat && c < 3; ++c)
+        worst = std::max(worst, std::abs(image.At(2 * x, 2 * y, c) - 255.0 * static_cast<double>(wanted.At(x, y, c))));
     }
   EXPECT_LT(worst, 255 * 0.02 + 1);
 }
 
 TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script =
-      "jump 3; wait; screenshot " + file("before.png") + "; set resolution-range 0,0.5; screenshot " + file("after.png");
+  const std::string script = "jump 3; wait; screenshot " + file("before.png") +
+                             "; set resolution-range 0,0.5; screenshot " + file("after.png");
   const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
@@ -356,10 +372,11 @@ TEST_F(ViewerWindow, WhatCannotBeDrawnIsSaidAndTheLastPictureStays) {
 
 TEST_F(ViewerWindow, WhatTheBackendDoesNotDoIsSaidAndTheCameraStillMoves) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "jump 3; set k 3; wait; screenshot " + file("before.png") + "; set similarity full; screenshot " +
-                             file("refused.png") + "; jump 5; screenshot " + file("moved.png");
-  const Result r = RunViewer(
-      {"--no-ui", "--effects", "fov,visibility", "--refine", "off", "--width", "160", "--height", "120", "--script", script});
+  const std::string script = "jump 3; set k 3; wait; screenshot " + file("before.png") +
+                             "; set similarity full; screenshot " + file("refused.png") + "; jump 5; screenshot " +
+                             file("moved.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov,visibility", "--refine", "off", "--width", "160", "--height",
+                              "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_THAT(r.json["refused"].get<std::string>(), HasSubstr("optimum"));
@@ -367,15 +384,17 @@ TEST_F(ViewerWindow, WhatTheBackendDoesNotDoIsSaidAndTheCameraStillMoves) {
   RadianceSettings last;
   last.k = 3;
   last.prefilter = false;
-  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("moved.png")), CpuPicture(StateOfView(world_.scene, {5}), 160, 120, last)), kAgreementDb);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("moved.png")), CpuPicture(StateOfView(world_.scene, {5}), 160, 120, last)),
+            kAgreementDb);
 }
 
 TEST_F(ViewerWindow, SparseSamplesAreDrawnAndTheOptimumFromThem) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "jump 3; orbit 4 1; set grid 16x12; set sampling interpolated; wait; screenshot " + file("samples.png") +
-                             "; show tessellation; screenshot " + file("triangles.png") +
+  const std::string script = "jump 3; orbit 4 1; set grid 16x12; set sampling interpolated; wait; screenshot " +
+                             file("samples.png") + "; show tessellation; screenshot " + file("triangles.png") +
                              "; show color; set similarity full; wait; screenshot " + file("optimum.png");
-  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--refine", "off", "--width", "160", "--height", "120", "--script", script});
+  const Result r = RunViewer(
+      {"--no-ui", "--effects", "fov", "--refine", "off", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["refused"], "");
@@ -389,20 +408,24 @@ TEST_F(ViewerWindow, SparseSamplesAreDrawnAndTheOptimumFromThem) {
 }
 
 TEST_F(ViewerWindow, TimeMovesThePhotosOfItsWindowToTheFront) {
-  for (std::size_t i = 0; i < world_.scene.views.size(); ++i) world_.scene.views[i].time_s = 0.5 * static_cast<double>(i);
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i)
+    world_.scene.views[i].time_s = 0.5 * static_cast<double>(i);
   WriteScene(world_.scene, folder_);
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "jump 3; show false-color; set time on; set time-window-s 0.8; time 0; wait; screenshot " + file("early.png") +
-                             "; time 3; wait; screenshot " + file("late.png") + "; play-time on; wait 0.4; play-time off";
+  const std::string script = "jump 3; show false-color; set time on; set time-window-s 0.8; time 0; wait; screenshot " +
+                             file("early.png") + "; time 3; wait; screenshot " + file("late.png") +
+                             "; play-time on; wait 0.4; play-time off";
   const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   RadianceSettings settings = SettingsOf(r.json["settings"]);
   const ViewState third = StateOfView(world_.scene, {3});
   settings.time_s = 0;
-  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("early.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("early.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)),
+            kAgreementDb);
   settings.time_s = 3;
-  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("late.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)), kAgreementDb);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("late.png")), CpuPicture(third, 160, 120, settings, Show::kFalseColor)),
+            kAgreementDb);
   EXPECT_LT(Compare(ReadImage8(file("early.png")), ReadImage8(file("late.png"))).psnr_db, 25);
   // It goes round: from the last photo's time on to the first's.
   EXPECT_NE(r.json["settings"]["time-s"].get<double>(), 3.0);
@@ -411,12 +434,16 @@ TEST_F(ViewerWindow, TimeMovesThePhotosOfItsWindowToTheFront) {
 }
 
 TEST_F(ViewerWindow, APeriodicScenePlaysWhileTheViewpointMoves) {
-  for (std::size_t i = 0; i < world_.scene.views.size(); ++i) world_.scene.views[i].time_s = 100 + 0.3 * static_cast<double>(i);
+  for (std::size_t i = 0; i < world_.scene.views.size(); ++i)
+    world_.scene.views[i].time_s = 100 + 0.3 * static_cast<double>(i);
   world_.scene.period_s = 0.7;
   WriteScene(world_.scene, folder_);
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "jump 3; show false-color; wait; screenshot " + file("before.png") + "; play-time on; orbit 3 0; wait 0.3; orbit 3 0; wait 0.3; play-time off; wait; screenshot " + file("after.png");
-  const Result r = RunViewer({"--no-ui", "--effects", "fov,time", "--phase", "0.5", "--width", "160", "--height", "120", "--script", script});
+  const std::string script =
+      "jump 3; show false-color; wait; screenshot " + file("before.png") +
+      "; play-time on; orbit 3 0; wait 0.3; orbit 3 0; wait 0.3; play-time off; wait; screenshot " + file("after.png");
+  const Result r = RunViewer(
+      {"--no-ui", "--effects", "fov,time", "--phase", "0.5", "--width", "160", "--height", "120", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_NE(r.json["settings"]["time-s"].get<double>(), 0.35) << "it went on from the phase that was asked for";
@@ -426,10 +453,11 @@ TEST_F(ViewerWindow, APeriodicScenePlaysWhileTheViewpointMoves) {
 
 TEST_F(ViewerWindow, ABudgetIsHeldWithSettingsOfItsOwnAndAtRestTheUsersAreDrawn) {
   const fs::path shot = folder_ / "rest.png", refined = folder_ / "refined.png";
-  const std::string script = "wait; jump 1; key-add; jump 5; key-add; path-seconds 1; path-save " + (folder_ / "path.json").string() +
-                             "; budget 20; wait; play; wait; screenshot " + refined.string() + "; refine off; wait; screenshot " +
-                             shot.string();
-  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--k", "3", "--width", "320", "--height", "240", "--script", script});
+  const std::string script = "wait; jump 1; key-add; jump 5; key-add; path-seconds 1; path-save " +
+                             (folder_ / "path.json").string() + "; budget 20; wait; play; wait; screenshot " +
+                             refined.string() + "; refine off; wait; screenshot " + shot.string();
+  const Result r =
+      RunViewer({"--no-ui", "--effects", "fov", "--k", "3", "--width", "320", "--height", "240", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_NE(r.json["moving"], "");
@@ -450,12 +478,13 @@ constexpr const char* kBetween = "jump 3; move 0.08 0.05 0.1; ";
 
 TEST_F(ViewerWindow, AtRestThePictureIsTheOptimumOfEveryPixel) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "refine off; wait; refine on; " + std::string(kBetween) + "key-add; path-save " + file("path.json") +
-                             "; wait; screenshot " + file("refined.png") + "; show false-color; wait; screenshot " + file("false.png") +
-                             "; refine off; wait; screenshot " + file("plain.png") + "; show color; refine on; mesh on; screenshot " +
-                             file("mesh.png") + "; mesh off; screenshot " + file("again.png");
-  const Result r =
-      RunViewer({"--no-ui", "--effects", "fov,visibility", "--k", "2", "--width", "320", "--height", "240", "--script", script});
+  const std::string script =
+      "refine off; wait; refine on; " + std::string(kBetween) + "key-add; path-save " + file("path.json") +
+      "; wait; screenshot " + file("refined.png") + "; show false-color; wait; screenshot " + file("false.png") +
+      "; refine off; wait; screenshot " + file("plain.png") + "; show color; refine on; mesh on; screenshot " +
+      file("mesh.png") + "; mesh off; screenshot " + file("again.png");
+  const Result r = RunViewer(
+      {"--no-ui", "--effects", "fov,visibility", "--k", "2", "--width", "320", "--height", "240", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   const auto& summary = r.json["refined"];
@@ -488,9 +517,10 @@ TEST_F(ViewerWindow, AtRestThePictureIsTheOptimumOfEveryPixel) {
 
 TEST_F(ViewerWindow, TheOptimumOfEveryPixelIsDrawnFromSamplesUntilItIsRefined) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
-  const std::string script = "set similarity full; " + std::string(kBetween) + "key-add; path-save " + file("path.json") +
-                             "; wait; screenshot " + file("refined.png") + "; home; wait 0";
-  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--view", "1", "--width", "240", "--height", "180", "--script", script});
+  const std::string script = "set similarity full; " + std::string(kBetween) + "key-add; path-save " +
+                             file("path.json") + "; wait; screenshot " + file("refined.png") + "; home; wait 0";
+  const Result r = RunViewer(
+      {"--no-ui", "--effects", "fov", "--view", "1", "--width", "240", "--height", "180", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["refused"], "");
@@ -509,11 +539,11 @@ TEST_F(ViewerWindow, AMoveGivesUpThePictureThatIsBeingRefined) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   std::string script = "wait; ";
   for (const char* pause : {"0.4", "0.7", "1"}) script += std::string("orbit 3 0; wait ") + pause + "; ";
-  script += kBetween + std::string("key-add; path-save ") + file("path.json") + "; wait; screenshot " + file("last.png") +
-            "; orbit 3 0; wait 0.5";
+  script += kBetween + std::string("key-add; path-save ") + file("path.json") + "; wait; screenshot " +
+            file("last.png") + "; orbit 3 0; wait 0.5";
   // Slow enough to be met in the middle; the window is closed in the middle of one, too.
-  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--refine", "on", "--accuracy", "1e-6", "--width", "1000", "--height", "750",
-                              "--script", script});
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--refine", "on", "--accuracy", "1e-6", "--width", "1000",
+                              "--height", "750", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   std::printf("  %d given up, %d whole, the last in %.2f s\n", r.json["refined"]["cancelled"].get<int>(),
@@ -558,7 +588,9 @@ TEST_F(ViewerWindow, WithoutADisplayItSaysSo) {
 TEST_F(ViewerWindow, RefusesWhatItCannotShow) {
   EXPECT_EQ(RunViewer({"--script", "dance"}).exit_code, 2);
   EXPECT_EQ(RunViewer({"--screenshot", "shot.txt"}).exit_code, 2);
-  for (const std::vector<std::string>& settings : {std::vector<std::string>{"--alpha", "-1"}, {"--r-min-deg", "10"}, {"--similarity", "full", "--correlation", "inverse"}}) {
+  for (const std::vector<std::string>& settings : {std::vector<std::string>{"--alpha", "-1"},
+                                                   {"--r-min-deg", "10"},
+                                                   {"--similarity", "full", "--correlation", "inverse"}}) {
     const Result refused = RunViewer(settings);
     EXPECT_EQ(refused.exit_code, 2) << refused.messages;
     EXPECT_THAT(refused.messages, HasSubstr("--"));

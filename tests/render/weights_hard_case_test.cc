@@ -95,7 +95,8 @@ TEST(HardCase, TheTiedShareAndNobodyElse) {
   const std::size_t tied = centres.size();
   for (const auto& [x, y] : {std::pair(8, 0), {0, 8}, {-8, 0}, {0, -8}}) centres.emplace_back(x, y, -20);
   Sources s = CamerasAt(centres);
-  for (std::size_t i = 0; i < centres.size(); ++i) s.views[i].centre = centres[i];  // as it was before it went through a pose
+  for (std::size_t i = 0; i < centres.size(); ++i)
+    s.views[i].centre = centres[i];  // as it was before it went through a pose
   for (const Correlation correlation : {Correlation::kInverse, Correlation::kFallingLeaves})
     for (int k = 1; k <= 16; ++k) {
       RadianceSettings settings;
@@ -119,7 +120,8 @@ TEST(HardCase, TheTiedShareAndNobodyElse) {
         for (std::size_t j = 1; j < tied; ++j) EXPECT_EQ(WeightOf(r, static_cast<int>(j)), WeightOf(r, 0)) << k;
       }
       for (double step = 1e-2; step >= 1e-15; step /= 10)
-        for (const Eigen::Vector3d& towards : {Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, -1, 0)}) {
+        for (const Eigen::Vector3d& towards :
+             {Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, -1, 0)}) {
           const RayWeights near = AtOrigin(s, Eigen::Vector3d(0, 0, -10) + step * towards, settings);
           ExpectConvex(near);
           if (k < static_cast<int>(tied)) {
@@ -134,7 +136,7 @@ TEST(HardCase, FewerThanKPlusOneCamerasAndOneCamera) {
   for (int k = 3; k <= 16; ++k) {
     const RayWeights r = AtOrigin(three, {0, 0, -3}, k);
     ExpectConvex(r);
-    EXPECT_EQ(r.count, 3);   // no k+1st: the window's edge is at infinity
+    EXPECT_EQ(r.count, 3);  // no k+1st: the window's edge is at infinity
   }
   EXPECT_EQ(WeightOf(AtOrigin(CamerasAt({{1, 0, -4}}), {0, 0, -3}, 4), 0), 1);
   EXPECT_EQ(AtOrigin(CamerasAt({}), {0, 0, -3}, 4).alpha, 0);
@@ -171,25 +173,30 @@ TEST(HardCase, AVeryFarProxyPointMakesAllRaysAgree) {
   for (const Resolution resolution : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian}) {
     RadianceSettings settings;
     settings.resolution = resolution;
-    settings.k = resolution == Resolution::kOff ? 4 : 5;  // angles are nothing beside the least difference of resolution: no window
+    settings.k = resolution == Resolution::kOff
+                     ? 4
+                     : 5;  // angles are nothing beside the least difference of resolution: no window
     WeighScratch scratch;
     const RelativeSources r = MakeRelative(s, DesiredAt({0.1, 0.1, -3}), {}, settings.fov_feather);
     std::vector<double> limit;
     for (float t = 1; t < 1e30F; t *= 100) {
       // 1e19: the squares of a distance.
       if (resolution == Resolution::kDistance && t > 1e18F) break;
-      const RayWeights w = Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch, Eigen::Vector3f(0, 0.6F, 0.8F));
+      const RayWeights w =
+          Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch, Eigen::Vector3f(0, 0.6F, 0.8F));
       ExpectConvex(w);
       if (t < (resolution == Resolution::kOff ? 1e7F : 1e13F)) continue;  // there the last digits of r outweigh angles
       if (limit.empty())
         for (int j = 0; j < 5; ++j) limit.push_back(WeightOf(w, j));
-      for (int j = 0; j < 5; ++j) EXPECT_NEAR(WeightOf(w, j), limit[static_cast<std::size_t>(j)], 1e-4) << Name(resolution) << " " << t;
+      for (int j = 0; j < 5; ++j)
+        EXPECT_NEAR(WeightOf(w, j), limit[static_cast<std::size_t>(j)], 1e-4) << Name(resolution) << " " << t;
     }
   }
 }
 
 TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
-  const Sources s = CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
+  const Sources s =
+      CamerasAt({{0.05, 0, -4}, {0.1, 0.05, -4}, {0, 0.12, -4}, {-0.2, 0, -4}, {0, -0.3, -4}, {0.25, 0.25, -4}});
   for (const int k : {1, 4, 16})
     for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.03, 0.02, -3), Eigen::Vector3d(0.05 * 0.75, 0, -3)}) {
       RadianceSettings settings;
@@ -217,8 +224,8 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
     }
 }
 
-// A window shorter than any difference of times, down to the smallest number there is, and one longer than all: the photos of the view's
-// own time lead, or all do.
+// A window shorter than any difference of times, down to the smallest number there is, and one longer than all: the
+// photos of the view's own time lead, or all do.
 TEST(HardCase, TimeWindowsAndPeriodsOfNoLength) {
   Sources s = CamerasAt({{0, 0, -4}, {1, 0, -4}, {0, 1.2, -4}, {-1.1, 0, -4}, {0, -1.3, -4}});
   for (std::size_t j = 0; j < 4; ++j) s.views[j].time_s = 3600 + 0.25 * static_cast<double>(j);  // the fifth has none
@@ -240,8 +247,8 @@ TEST(HardCase, TimeWindowsAndPeriodsOfNoLength) {
     }
 }
 
-// Times at the end of a period, a hair before it and a hair after, from zero and from clocks that began long ago: the weights are those of one
-// and the same moment.
+// Times at the end of a period, a hair before it and a hair after, from zero and from clocks that began long ago: the
+// weights are those of one and the same moment.
 TEST(HardCase, TheEndOfAPeriodIsItsBeginningAtAnyTime) {
   constexpr double kPeriod = 0.5121, kWindow = 0.1;
   constexpr int kCount = 40;
@@ -249,9 +256,12 @@ TEST(HardCase, TheEndOfAPeriodIsItsBeginningAtAnyTime) {
   for (int j = 0; j < kCount; ++j) centres.emplace_back(std::sin(2.1 * j), 0.4 * std::cos(1.3 * j), -4);
   Sources s = CamerasAt(centres);
   for (const double from : {0.0, 1e3, 1e6, 1e9}) {
-    // Doubles hold a time to half an ulp of it, a period's multiple to as much again; the weight changes by at most the slope of the window.
-    const double turns = std::ceil(from / kPeriod), end = turns * kPeriod, rounding = 2 * std::nextafter(end, 1e18) - 2 * end;
-    for (int j = 0; j < kCount; ++j) s.views[static_cast<std::size_t>(j)].time_s = end + kPeriod * ((j % 8) - 3.5) / 40 + (j % 3) * 7 * kPeriod;
+    // Doubles hold a time to half an ulp of it, a period's multiple to as much again; the weight changes by at most the
+    // slope of the window.
+    const double turns = std::ceil(from / kPeriod), end = turns * kPeriod,
+                 rounding = 2 * std::nextafter(end, 1e18) - 2 * end;
+    for (int j = 0; j < kCount; ++j)
+      s.views[static_cast<std::size_t>(j)].time_s = end + kPeriod * ((j % 8) - 3.5) / 40 + (j % 3) * 7 * kPeriod;
     RadianceSettings settings;
     settings.time = true;
     settings.period_s = kPeriod;
@@ -266,22 +276,27 @@ TEST(HardCase, TheEndOfAPeriodIsItsBeginningAtAnyTime) {
       for (const double side : {-1.0, 1.0}) {
         const RayWeights r = at(end + side * beside);
         ExpectConvex(r);
-        for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(r, j), WeightOf(exact, j), 40 * (beside + rounding) / kWindow + 1e-5) << from << ' ' << side * beside;
+        for (int j = 0; j < kCount; ++j)
+          EXPECT_NEAR(WeightOf(r, j), WeightOf(exact, j), 40 * (beside + rounding) / kWindow + 1e-5)
+              << from << ' ' << side * beside;
       }
-    for (const double time_s : {std::nextafter(end, 0), std::nextafter(end, 1e18), end + kPeriod, end - 3 * kPeriod, 0.0})  // the last: a phase, which knows of no clock
-      for (int j = 0; j < kCount; ++j) EXPECT_NEAR(WeightOf(at(time_s), j), WeightOf(exact, j), 40 * rounding / kWindow + 1e-5) << from;
+    for (const double time_s : {std::nextafter(end, 0), std::nextafter(end, 1e18), end + kPeriod, end - 3 * kPeriod,
+                                0.0})  // the last: a phase, which knows of no clock
+      for (int j = 0; j < kCount; ++j)
+        EXPECT_NEAR(WeightOf(at(time_s), j), WeightOf(exact, j), 40 * rounding / kWindow + 1e-5) << from;
   }
 }
 
-// All photos in one half of the period: in the other half the nearest in time lead, those before the gap in its first half, those after it in
-// its second, and nothing jumps between.
+// All photos in one half of the period: in the other half the nearest in time lead, those before the gap in its first
+// half, those after it in its second, and nothing jumps between.
 TEST(HardCase, WhereNoPhotoWasTakenInHalfOfThePeriodTheNearestInTimeLead) {
   constexpr double kPeriod = 2, kWindow = 0.1;
   constexpr int kCount = 21;
   std::vector<Eigen::Vector3d> centres;
   for (int j = 0; j < kCount; ++j) centres.emplace_back(0.02 * std::sin(2.1 * j), 0.02 * std::cos(1.3 * j), -4);
   Sources s = CamerasAt(centres);
-  for (int j = 0; j < kCount; ++j) s.views[static_cast<std::size_t>(j)].time_s = 1e6 + 0.5 * kPeriod * j / (kCount - 1);  // phases 0 to a half
+  for (int j = 0; j < kCount; ++j)
+    s.views[static_cast<std::size_t>(j)].time_s = 1e6 + 0.5 * kPeriod * j / (kCount - 1);  // phases 0 to a half
   RadianceSettings settings;
   settings.time = true;
   settings.period_s = kPeriod;
@@ -334,23 +349,27 @@ TEST(HardCase, TheWorldsScaleAndOffsetDoNotMatterAfterNormalisation) {
   const auto plan_of = [&](const test::Capture& capture, const RenderView& view) {
     FramePlan plan;
     WeighScratch scratch;
-    PlanPixels(MakeViewSetup(MakeSources(capture.scene), view, settings), ProxyTracer(capture.proxy, capture.scene.normalized_from_world), nullptr,
-               {0, 0, 24, 18}, plan, scratch);
+    PlanPixels(MakeViewSetup(MakeSources(capture.scene), view, settings),
+               ProxyTracer(capture.proxy, capture.scene.normalized_from_world), nullptr, {0, 0, 24, 18}, plan, scratch);
     return plan;
   };
   const FramePlan reference = plan_of(c, world);
-  struct Case { double scale, offset, tolerance; };
+  struct Case {
+    double scale, offset, tolerance;
+  };
   // 1e7 scene sizes away double holds 1e-9 of the scene: angles move by that, times the window's amplification.
   for (const Case& k : {Case{1e-6, 0, 1e-4}, Case{1e6, 0, 1e-4}, Case{1, 1e4, 1e-3}, Case{1, 1e7, 2e-2}}) {
     test::Capture moved = c;
     const Similarity3 s{k.scale, Eigen::Quaterniond::Identity(), {k.offset, -k.offset, k.offset}};
     Transform(moved.scene, s);
     for (auto& v : moved.proxy.vertices) v = s * v;
-    const FramePlan plan = plan_of(moved, MakeRenderView(c.scene.cameras[0], TransformPose(LookAt({0.7, 0.3, -4}, {0, 0, 0}, {0, -1, 0}), s)));
+    const FramePlan plan = plan_of(
+        moved, MakeRenderView(c.scene.cameras[0], TransformPose(LookAt({0.7, 0.3, -4}, {0, 0, 0}, {0, -1, 0}), s)));
     int different = 0;
     for (std::size_t i = 0; i < plan.weight.size(); ++i) {
       ASSERT_TRUE(std::isfinite(plan.weight[i]));
-      if (plan.camera[i] != reference.camera[i] || std::abs(plan.weight[i] - reference.weight[i]) > k.tolerance) ++different;
+      if (plan.camera[i] != reference.camera[i] || std::abs(plan.weight[i] - reference.weight[i]) > k.tolerance)
+        ++different;
     }
     // Silhouette pixels may hit the other surface.
     EXPECT_LT(different, 0.01 * static_cast<double>(plan.weight.size())) << k.scale << " " << k.offset;
@@ -380,10 +399,13 @@ TEST(HardCase, WeightsAreContinuousAcrossKPlusOneSwitchesAndPhotoBorders) {
       const double at = -0.5 + (i * step < 1 ? i * step : 1);
       const Eigen::Vector3d p(at, 0.21 * at + 0.1, 0);
       const Eigen::Vector3d ray = p - Eigen::Vector3d(0.31, 0.17, -3);
-      const RayWeights w = Weigh(r, nullptr, ray.normalized().cast<float>(), static_cast<float>(ray.norm()), settings, scratch);
+      const RayWeights w =
+          Weigh(r, nullptr, ray.normalized().cast<float>(), static_cast<float>(ray.norm()), settings, scratch);
       ExpectConvex(w);
       std::vector<double> now(s.views.size(), 0.0);
-      for (int c = 0; c < w.count; ++c) now[static_cast<std::size_t>(w.camera[static_cast<std::size_t>(c)])] = w.weight[static_cast<std::size_t>(c)] * w.alpha;
+      for (int c = 0; c < w.count; ++c)
+        now[static_cast<std::size_t>(w.camera[static_cast<std::size_t>(c)])] =
+            w.weight[static_cast<std::size_t>(c)] * w.alpha;
       if (!before.empty())
         for (std::size_t j = 0; j < now.size(); ++j) change = std::max(change, std::abs(now[j] - before[j]));
       before = now;
@@ -391,8 +413,8 @@ TEST(HardCase, WeightsAreContinuousAcrossKPlusOneSwitchesAndPhotoBorders) {
     largest.push_back(change);
     RecordProperty("largest_change_at_step_" + std::to_string(step), std::to_string(change));
   }
-  std::cout << "largest change of a weight at steps 1e-2, 1e-3, 1e-4: " << largest[0] << " " << largest[1] << " " << largest[2] << "; ratios "
-            << largest[0] / largest[1] << " " << largest[1] / largest[2] << "\n";
+  std::cout << "largest change of a weight at steps 1e-2, 1e-3, 1e-4: " << largest[0] << " " << largest[1] << " "
+            << largest[2] << "; ratios " << largest[0] / largest[1] << " " << largest[1] / largest[2] << "\n";
   EXPECT_LT(largest[1], 0.3 * largest[0]);
   EXPECT_LT(largest[2], 0.3 * largest[1]);
 }

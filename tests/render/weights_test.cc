@@ -19,14 +19,16 @@ struct Oracle {
   std::vector<double> weight;
 };
 
-Oracle Evaluate(const Sources& sources, const RenderView& desired, const Eigen::Vector3d& point, const RadianceSettings& s) {
+Oracle Evaluate(const Sources& sources, const RenderView& desired, const Eigen::Vector3d& point,
+                const RadianceSettings& s) {
   Oracle o;
   for (const RenderView& v : sources.views) {
     const double theta = AngleBetween(Eigen::Vector3d(desired.centre - point), Eigen::Vector3d(v.centre - point));
     const auto px = Project(v.P, point);
     double f = 0;
     if (px) {
-      const double edge = std::min(std::min(px->x(), v.size_px.x() - px->x()), std::min(px->y(), v.size_px.y() - px->y()));
+      const double edge =
+          std::min(std::min(px->x(), v.size_px.x() - px->x()), std::min(px->y(), v.size_px.y() - px->y()));
       const double x = std::clamp(edge / (s.fov_feather * v.size_px.minCoeff()), 0.0, 1.0);
       f = 0.5 - 0.5 * std::cos(3.14159265358979323846 * x);
     }
@@ -52,7 +54,8 @@ Oracle Evaluate(const Sources& sources, const RenderView& desired, const Eigen::
 
 std::vector<double> Dense(const RayWeights& r, std::size_t n) {
   std::vector<double> w(n, 0.0);
-  for (int i = 0; i < r.count; ++i) w[static_cast<std::size_t>(r.camera[static_cast<std::size_t>(i)])] = r.weight[static_cast<std::size_t>(i)];
+  for (int i = 0; i < r.count; ++i)
+    w[static_cast<std::size_t>(r.camera[static_cast<std::size_t>(i)])] = r.weight[static_cast<std::size_t>(i)];
   return w;
 }
 
@@ -62,7 +65,7 @@ TEST(Kernel, AtanAndRaisedCosineAreAccurateToFloat) {
   for (int i = 0; i < 200000; ++i) {
     const float y = std::abs(u(engine)), x = u(engine);
     const double truth = std::atan2(static_cast<double>(y), static_cast<double>(x));
-    ASSERT_NEAR(AtanPositive(y, x), truth, 4e-7) << y << " " << x;   // pi in float alone is off by 9e-8
+    ASSERT_NEAR(AtanPositive(y, x), truth, 4e-7) << y << " " << x;  // pi in float alone is off by 9e-8
     const float s = 0.125F * std::abs(x) * 2;
     ASSERT_NEAR(RaisedCosine(s), 0.5 - 0.5 * std::cos(3.14159265358979 * std::min(1.0F, s)), 3e-7);
   }
@@ -89,7 +92,8 @@ TEST(Weights, AgreeWithTheFormulasInDouble) {
     settings.k = 1 + i % 6;
     settings.gamma = i % 3;
     const ViewSetup setup = MakeViewSetup(sources, world, settings);
-    const Eigen::Vector3d ray = (setup.ray_from_pixel * Eigen::Vector3d(24 + 20 * u(engine), 18 + 15 * u(engine), 1)).normalized();
+    const Eigen::Vector3d ray =
+        (setup.ray_from_pixel * Eigen::Vector3d(24 + 20 * u(engine), 18 + 15 * u(engine), 1)).normalized();
     const Eigen::Vector3f d = ray.cast<float>();
     float t;
     tracer.Trace(setup.desired.centre.cast<float>(), {&d, 1}, {&t, 1});
@@ -117,7 +121,8 @@ TEST(Weights, SumToOneAndStayWithinZeroAndOne) {
   for (const int k : {0, 1, 2, 4, 8, 16}) {
     RadianceSettings settings;
     settings.k = k;
-    const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt({1, 0.4, -4}, {0, 0, 0}, {0, -1, 0})), settings);
+    const ViewSetup setup = MakeViewSetup(
+        sources, MakeRenderView(c.scene.cameras[0], LookAt({1, 0.4, -4}, {0, 0, 0}, {0, -1, 0})), settings);
     PlanPixels(setup, tracer, nullptr, {0, 0, 40, 30}, plan, scratch);
     for (std::size_t s = 0; s < plan.alpha.size(); ++s) {
       double sum = 0;
@@ -135,7 +140,8 @@ TEST(Weights, SumToOneAndStayWithinZeroAndOne) {
 TEST(Weights, ALeftOutCameraCountsForNothing) {
   const test::Capture c = test::MakeCapture(6, 40);
   const Sources sources = MakeSources(c.scene);
-  const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene, c.scene.views[2]), {}, {true, true, false, true, true, true});
+  const ViewSetup setup =
+      MakeViewSetup(sources, MakeRenderView(c.scene, c.scene.views[2]), {}, {true, true, false, true, true, true});
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   FramePlan plan;
   WeighScratch scratch;
@@ -147,7 +153,8 @@ TEST(Weights, WhereNoCameraSeesThePointThereIsAHole) {
   const test::Capture c = test::MakeCapture(3, 40);
   const Sources sources = MakeSources(c.scene);
   // The far corner of the wall lies outside every photo.
-  const ViewSetup setup = MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt({7, 7, 1}, {7.5, 7.5, 3}, {0, -1, 0})), {});
+  const ViewSetup setup =
+      MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt({7, 7, 1}, {7.5, 7.5, 3}, {0, -1, 0})), {});
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   FramePlan plan;
   WeighScratch scratch;

@@ -35,7 +35,8 @@ TEST(WorldRenderer, EntersAnotherWorldAsIfItWereMadeForIt) {
       const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
       const ImageF first = renderer->Render(request);
       renderer->Enter(WorldOf(c.scene, DistantWall()));
-      EXPECT_EQ(renderer->Render(request).data, MakeCpuRenderer(WorldOf(c.scene, DistantWall()), c.photos)->Render(request).data);
+      EXPECT_EQ(renderer->Render(request).data,
+                MakeCpuRenderer(WorldOf(c.scene, DistantWall()), c.photos)->Render(request).data);
       renderer->Enter(WorldOf(c.scene, c.proxy));
       EXPECT_EQ(renderer->Render(request).data, first.data);
     }

@@ -45,9 +45,10 @@ TEST(CameraYaml, RosLayoutIsReadAndThePrincipalPointMovesToOurPixels) {
 
 TEST(CameraYaml, WhatIsWrittenComesBackAndOpenCvReadsIt) {
   const TempFolder folder;
-  for (const Camera& camera : {Camera::Pinhole(640, 480, 500.123456789, 501, 320.25, 240),
-                               Camera{CameraModel::kOpenCV, 640, 480, {500, 501, 320.5, 240.5, -0.2, 0.1, 1e-4, -1.0 / 3}},
-                               Camera{CameraModel::kOpenCVFisheye, 640, 480, {300, 301, 320.5, 240.5, 0.1, -0.02, 0.003, 1e-5}}}) {
+  for (const Camera& camera :
+       {Camera::Pinhole(640, 480, 500.123456789, 501, 320.25, 240),
+        Camera{CameraModel::kOpenCV, 640, 480, {500, 501, 320.5, 240.5, -0.2, 0.1, 1e-4, -1.0 / 3}},
+        Camera{CameraModel::kOpenCVFisheye, 640, 480, {300, 301, 320.5, 240.5, 0.1, -0.02, 0.003, 1e-5}}}) {
     WriteCameraYaml(camera, folder / "c.yaml");
     const Camera back = ReadCameraYaml(folder / "c.yaml");
     EXPECT_EQ(back.model, camera.model);
@@ -121,7 +122,8 @@ TEST(CameraYaml, AllThatACalibrationKnowsComesBack) {
   EXPECT_EQ(read.camera.model, CameraModel::kPlumbBob);
   EXPECT_TRUE(read.says_distortion);
   EXPECT_EQ(read.camera.params, camera.params);
-  Write(folder / "plain.yaml", "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [600, 0, 320, 0, 610, 240, 0, 0, 1]\n");
+  Write(folder / "plain.yaml",
+        "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [600, 0, 320, 0, 610, 240, 0, 0, 1]\n");
   EXPECT_FALSE(ReadWholeCameraYaml(folder / "plain.yaml").says_distortion);
   EXPECT_TRUE(ReadCameraYaml(folder / "plain.yaml").IsPinhole());
 }

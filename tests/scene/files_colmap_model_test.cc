@@ -171,21 +171,26 @@ TEST(ColmapModel, ColmapItselfReadsWhatIsWrittenAndItsTextComesBackTheSame) {
     std::string said;
     SubprocessOptions options;
     options.on_line = [&](const std::string& line) { said += line + "\n"; };
-    EXPECT_EQ(RunSubprocess({"colmap", "model_analyzer", "--path", (folder / "ours").string()}, options).exit_code, 0) << said;
+    EXPECT_EQ(RunSubprocess({"colmap", "model_analyzer", "--path", (folder / "ours").string()}, options).exit_code, 0)
+        << said;
     EXPECT_NE(said.find("Points: 50"), std::string::npos) << said;
     EXPECT_NE(said.find("Registered images: 4"), std::string::npos) << said;
     const bool to_text = format == ColmapFormat::kBinary;
     fs::create_directories(folder / "theirs");
-    EXPECT_EQ(RunSubprocess({"colmap", "model_converter", "--input_path", (folder / "ours").string(), "--output_path", (folder / "theirs").string(),
-                             "--output_type", to_text ? "TXT" : "BIN"},
-                            options).exit_code, 0) << said;
+    EXPECT_EQ(RunSubprocess({"colmap", "model_converter", "--input_path", (folder / "ours").string(), "--output_path",
+                             (folder / "theirs").string(), "--output_type", to_text ? "TXT" : "BIN"},
+                            options)
+                  .exit_code,
+              0)
+        << said;
     const Scene back = ReadColmapModel(folder / "theirs");
     ASSERT_EQ(back.points.size(), scene.points.size());
     ASSERT_EQ(back.views.size(), scene.views.size());
     constexpr double kColmapTextDigits = 1e-9;  // COLMAP keeps the order of neither points nor tracks, and 17 digits
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       EXPECT_EQ(back.views[i].name, scene.views[i].name);
-      EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(), kColmapTextDigits);
+      EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(),
+                kColmapTextDigits);
     }
     for (std::size_t i = 0; i < scene.points.size(); ++i) {
       EXPECT_LT((back.points[i].x_in_world - scene.points[i].x_in_world).norm(), kColmapTextDigits);

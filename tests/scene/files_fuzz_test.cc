@@ -1,5 +1,6 @@
 // Readers against files that are almost right: bits flipped, cut short, numbers replaced by others, pieces doubled. A
-// reader may accept or refuse (an Error with its reason); it may not crash, hang or ask for memory by a count that lies.
+// reader may accept or refuse (an Error with its reason); it may not crash, hang or ask for memory by a count that
+// lies.
 #include <sys/resource.h>
 
 #include <cstring>
@@ -27,14 +28,16 @@ std::string Mutated(const std::string& original, std::mt19937& random) {
       case 1: bytes[below(bytes.size())] = static_cast<char>(random()); break;
       case 2: bytes.resize(below(bytes.size())); break;
       case 3: {  // eight bytes of a count or number that lies
-        constexpr std::uint64_t kLies[] = {~0ull, 1ull << 63, 1ull << 40, 0x7FF8000000000000ull, 0xFFFFFFFFull, 0x7FFFFFFFull, 0};
+        constexpr std::uint64_t kLies[] = {~0ull,         1ull << 63,    1ull << 40, 0x7FF8000000000000ull,
+                                           0xFFFFFFFFull, 0x7FFFFFFFull, 0};
         const std::uint64_t lie = kLies[below(std::size(kLies))];
         if (bytes.size() >= 8) std::memcpy(bytes.data() + below(bytes.size() - 7), &lie, 8);
         break;
       }
       case 4: {  // a number in the text
         const std::size_t digit = bytes.find_first_of("0123456789", below(bytes.size()));
-        constexpr const char* kNumbers[] = {"-1", "99999999999999999999", "1e308", "nan", "-inf", "4294967296", "0", "1e-320", "\"", "]"};
+        constexpr const char* kNumbers[] = {
+            "-1", "99999999999999999999", "1e308", "nan", "-inf", "4294967296", "0", "1e-320", "\"", "]"};
         if (digit != std::string::npos) bytes.replace(digit, 1, kNumbers[below(std::size(kNumbers))]);
         break;
       }
@@ -62,7 +65,9 @@ void Fuzz(const fs::path& file, const std::function<void()>& read, int mutations
       read();
     } catch (const Error& e) {
       ++refused;
-      ASSERT_TRUE(e.code() == ExitCode::kCorruptInput || e.code() == ExitCode::kDataRefused || e.code() == ExitCode::kUsage) << e.what();
+      ASSERT_TRUE(e.code() == ExitCode::kCorruptInput || e.code() == ExitCode::kDataRefused ||
+                  e.code() == ExitCode::kUsage)
+          << e.what();
       ASSERT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
     } catch (const std::exception& e) {
       Write(fs::temp_directory_path() / "lumi-fuzz-failure", Read(file));
@@ -71,8 +76,9 @@ void Fuzz(const fs::path& file, const std::function<void()>& read, int mutations
   }
   Write(file, original);
   EXPECT_GT(refused, mutations / 50) << "the changes are too mild to test anything";
-#if !defined(__SANITIZE_ADDRESS__)               // keeps what is freed
-  constexpr long kAllowedKilobytes = 64 << 10;  // the files are a few kilobytes; a picture may decode to 16 million pixels
+#if !defined(__SANITIZE_ADDRESS__)  // keeps what is freed
+  constexpr long kAllowedKilobytes =
+      64 << 10;  // the files are a few kilobytes; a picture may decode to 16 million pixels
   EXPECT_LT(PeakKilobytes() - before, kAllowedKilobytes);
 #else
   static_cast<void>(before);
@@ -82,13 +88,15 @@ void Fuzz(const fs::path& file, const std::function<void()>& read, int mutations
 TEST(Fuzz, ColmapBinary) {
   const TempFolder folder;
   WriteColmapModel(SmallScene(6, CameraModel::kOpenCV), folder.path());
-  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) Fuzz(folder / name, [&] { ReadColmapModel(folder.path()); });
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"})
+    Fuzz(folder / name, [&] { ReadColmapModel(folder.path()); });
 }
 
 TEST(Fuzz, ColmapText) {
   const TempFolder folder;
   WriteColmapModel(SmallScene(6, CameraModel::kOpenCV), folder.path(), ColmapFormat::kText);
-  for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"}) Fuzz(folder / name, [&] { ReadColmapModel(folder.path()); });
+  for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"})
+    Fuzz(folder / name, [&] { ReadColmapModel(folder.path()); });
 }
 
 Mesh SmallMesh() {
@@ -108,8 +116,10 @@ TEST(Fuzz, Meshes) {
     Fuzz(folder / name, [&] { ReadMesh(folder / name); });
   }
   Write(folder / "ascii.ply",
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar float w\nelement face 2\n"
-        "property list uchar int vertex_indices\nelement edge 1\nproperty int v\nend_header\n0 0 0 1 5\n1 0 0 0\n1 1 0 0\n0 1 0 2 1 2\n4 0 1 2 3\n3 0 1 3\n7\n");
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty list "
+        "uchar float w\nelement face 2\n"
+        "property list uchar int vertex_indices\nelement edge 1\nproperty int v\nend_header\n0 0 0 1 5\n1 0 0 0\n1 1 0 "
+        "0\n0 1 0 2 1 2\n4 0 1 2 3\n3 0 1 3\n7\n");
   Fuzz(folder / "ascii.ply", [&] { ReadMesh(folder / "ascii.ply"); });
 }
 
@@ -160,7 +170,8 @@ TEST(Fuzz, Pictures) {
   const TempFolder folder;
   for (const char* name : {"a.png", "a.jpg"}) {
     WriteImage(folder / name, ColorfulImage(24, 16));
-    Fuzz(folder / name, [&] { ReadImage8(folder / name); }, kMutations / 4);
+    Fuzz(
+        folder / name, [&] { ReadImage8(folder / name); }, kMutations / 4);
   }
 }
 

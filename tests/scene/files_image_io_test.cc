@@ -10,7 +10,8 @@ namespace lumi::test {
 namespace {
 
 template <typename T>
-void WriteRaw(const fs::path& path, int width, int height, int channels, OIIO::TypeDesc type, const std::vector<T>& data) {
+void WriteRaw(const fs::path& path, int width, int height, int channels, OIIO::TypeDesc type,
+              const std::vector<T>& data) {
   auto out = OIIO::ImageOutput::create(path.string());
   ASSERT_TRUE(out);
   OIIO::ImageSpec spec(width, height, channels, type);
@@ -60,7 +61,8 @@ TEST(ImageIo, SixteenBitsAreRoundedToTheNearestCode) {
   const Image8 image = ReadImage8(folder / "deep.png");
   ASSERT_EQ(image.channels, 3);
   for (int x = 0; x < width; ++x)
-    for (int c = 0; c < 3; ++c) ASSERT_EQ(image.At(x, 0, c), std::lround(values[static_cast<std::size_t>(x)] / 257.0)) << x;
+    for (int c = 0; c < 3; ++c)
+      ASSERT_EQ(image.At(x, 0, c), std::lround(values[static_cast<std::size_t>(x)] / 257.0)) << x;
 }
 
 TEST(ImageIo, FloatsAreClampedAndWhatIsNoNumberIsBlack) {
@@ -146,7 +148,8 @@ TEST(ImageIo, AFullDiskIsReportedForEveryFormatAndNothingStays) {
   ImageF floats(200, 200, 3);
   for (auto& v : floats.data) v = static_cast<float>(random());
   const FileSizeLimit limit(4000);
-  for (const char* name : {"a.png", "a.jpg", "a.tif"}) EXPECT_REFUSED(ExitCode::kMachine, name, WriteImage(folder / name, noise));
+  for (const char* name : {"a.png", "a.jpg", "a.tif"})
+    EXPECT_REFUSED(ExitCode::kMachine, name, WriteImage(folder / name, noise));
   EXPECT_REFUSED(ExitCode::kMachine, "a.exr", WriteImage(folder / "a.exr", floats));
   EXPECT_EQ(CountFiles(folder.path()), 0u);
 }

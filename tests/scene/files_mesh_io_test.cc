@@ -42,8 +42,10 @@ TEST(MeshIo, PlyAndObjKeepEveryDigit) {
 TEST(MeshIo, AnAsciiPlyOfPolygonsIsFanned) {
   const TempFolder folder;
   Write(folder / "a.ply",
-        "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 5\r\nproperty float x\r\nproperty float y\r\nproperty float z\r\n"
-        "property list uchar float weights\r\nelement face 2\r\nproperty uchar flags\r\nproperty list uchar int vertex_index\r\nend_header\r\n"
+        "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 5\r\nproperty float x\r\nproperty float "
+        "y\r\nproperty float z\r\n"
+        "property list uchar float weights\r\nelement face 2\r\nproperty uchar flags\r\nproperty list uchar int "
+        "vertex_index\r\nend_header\r\n"
         "0 0 0 0\r\n1 0 0 2 5 6\r\n1 +1e0 0 0\r\n0 1 0 0\r\n.5 2 0 1 3\r\n9 4 0 1 2 3\r\n9 3 2 4 3\r\n");
   const Mesh mesh = ReadMesh(folder / "a.ply");
   EXPECT_EQ(mesh.vertices.size(), 5u);
@@ -54,8 +56,10 @@ TEST(MeshIo, AnAsciiPlyOfPolygonsIsFanned) {
 TEST(MeshIo, ABigEndianPlyOfFloatsWithColoursAndAForeignElementIsRead) {
   const TempFolder folder;
   std::string bytes =
-      "ply\nformat binary_big_endian 1.0\nelement camera 1\nproperty double f\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list int uint vertex_indices\nend_header\n";
+      "ply\nformat binary_big_endian 1.0\nelement camera 1\nproperty double f\nelement vertex 3\nproperty float "
+      "x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list int uint "
+      "vertex_indices\nend_header\n";
   PutBig(bytes, 50.0);
   for (int i = 0; i < 3; ++i) {
     PutBig(bytes, static_cast<float>(i == 1));
@@ -75,13 +79,15 @@ TEST(MeshIo, ABigEndianPlyOfFloatsWithColoursAndAForeignElementIsRead) {
 TEST(MeshIo, AnObjsCornersMayHaveTextureNormalsAndCountBackwards) {
   const TempFolder folder;
   Write(folder / "a.obj",
-        "# by hand\nmtllib none.mtl\no thing\nv 0 0 0\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0\ns off\nf 1/1/1 2//1 3/1\nf -4 \\\n -2 -1\nl 1 2\n");
+        "# by hand\nmtllib none.mtl\no thing\nv 0 0 0\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0\ns off\nf 1/1/1 "
+        "2//1 3/1\nf -4 \\\n -2 -1\nl 1 2\n");
   const Mesh mesh = ReadMesh(folder / "a.obj");
   EXPECT_EQ(mesh.faces, (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
 }
 
 std::string Ply(const std::string& vertices, const std::string& faces, const std::string& body) {
-  return "ply\nformat ascii 1.0\nelement vertex " + vertices + "\nproperty float x\nproperty float y\nproperty float z\nelement face " + faces +
+  return "ply\nformat ascii 1.0\nelement vertex " + vertices +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " + faces +
          "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 

@@ -44,7 +44,8 @@ TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   EXPECT_EQ(back.active_proxy, "auto");
   EXPECT_LT((back.up - scene.up).norm(), kNormalised);
   EXPECT_EQ(back.normalized_from_world.scale, 0.25);
-  EXPECT_LT((back.normalized_from_world.rotation.coeffs() - scene.normalized_from_world.rotation.coeffs()).norm(), kNormalised);
+  EXPECT_LT((back.normalized_from_world.rotation.coeffs() - scene.normalized_from_world.rotation.coeffs()).norm(),
+            kNormalised);
   EXPECT_EQ(back.normalized_from_world.translation, scene.normalized_from_world.translation);
   EXPECT_TRUE(fs::exists(back.ImagePath(back.views[1])));
   ExpectSame(Open(folder / "lumigraph.json"), scene, kNormalised);
@@ -69,7 +70,8 @@ TEST(SceneFolder, ANewerManifestIsRefusedByItsVersion) {
   auto json = nlohmann::json::parse(Read(folder / "lumigraph.json"));
   json["version"] = kSceneFormatVersion + 1;
   Write(folder / "lumigraph.json", json.dump());
-  EXPECT_REFUSED(ExitCode::kCorruptInput, "this program reads up to " + std::to_string(kSceneFormatVersion), Open(folder.path()));
+  EXPECT_REFUSED(ExitCode::kCorruptInput, "this program reads up to " + std::to_string(kSceneFormatVersion),
+                 Open(folder.path()));
 }
 
 TEST(SceneFolder, KeysOfLaterVersionsAreIgnoredAndBrokenOnesRefusedByName) {
@@ -114,8 +116,9 @@ TEST(SceneFolder, WorkspacesOpenInEveryLayoutWithoutBeingWrittenTo) {
     const char* photos;
     const char* open;
   };
-  for (const Layout& layout : {Layout{"sparse", "images", ""}, Layout{"sparse/0", "images", ""}, Layout{"sparse/0", "images", "sparse/0"},
-                               Layout{"sparse", "images", "sparse"}, Layout{"sparse", ".", ""}, Layout{".", ".", ""}, Layout{".", "images", ""}}) {
+  for (const Layout& layout : {Layout{"sparse", "images", ""}, Layout{"sparse/0", "images", ""},
+                               Layout{"sparse/0", "images", "sparse/0"}, Layout{"sparse", "images", "sparse"},
+                               Layout{"sparse", ".", ""}, Layout{".", ".", ""}, Layout{".", "images", ""}}) {
     SCOPED_TRACE(std::string(layout.model) + " " + layout.photos + " " + layout.open);
     const TempFolder folder;
     Scene scene = SmallScene(20);
@@ -169,7 +172,8 @@ TEST(SceneFolder, ACameraThatDoesNotFitItsPhotosIsRefusedAndScaledOnRequest) {
   WriteImage(scene.ImagePath(scene.views[2]), ColorfulImage(32, 24));
   const auto caught = Catch([&] { Open(folder.path()); });
   EXPECT_EQ(caught.code, ExitCode::kCorruptInput);
-  for (const char* part : {"c.jpg", "32 x 24", "64 x 48", "--rescale-cameras"}) EXPECT_NE(caught.text.find(part), std::string::npos) << caught.text;
+  for (const char* part : {"c.jpg", "32 x 24", "64 x 48", "--rescale-cameras"})
+    EXPECT_NE(caught.text.find(part), std::string::npos) << caught.text;
 
   OpenOptions options;
   options.rescale_cameras = true;
@@ -182,7 +186,8 @@ TEST(SceneFolder, ACameraThatDoesNotFitItsPhotosIsRefusedAndScaledOnRequest) {
   for (const Point& p : scaled.points)
     for (const Observation& o : p.track) {
       const View& view = scaled.views[static_cast<std::size_t>(o.view.value)];
-      EXPECT_LT((*scaled.CameraOf(view).Project(view.cam_from_world * p.x_in_world) - o.x_px).norm(), kPixels) << view.name;
+      EXPECT_LT((*scaled.CameraOf(view).Project(view.cam_from_world * p.x_in_world) - o.x_px).norm(), kPixels)
+          << view.name;
     }
 }
 
@@ -201,7 +206,8 @@ TEST(SceneFolder, TheCubeIsRefusedWithItsSizesAndOpensRescaled) {
   if (!fs::exists(cube)) GTEST_SKIP() << "no " << cube;
   const auto caught = Catch([&] { Open(cube); });
   EXPECT_EQ(caught.code, ExitCode::kCorruptInput);
-  for (const char* part : {"1000 x 7", "1280 x 960", "--rescale-cameras", ".jpg"}) EXPECT_NE(caught.text.find(part), std::string::npos) << caught.text;
+  for (const char* part : {"1000 x 7", "1280 x 960", "--rescale-cameras", ".jpg"})
+    EXPECT_NE(caught.text.find(part), std::string::npos) << caught.text;
   const TempFolder cache;
   OpenOptions options;
   options.rescale_cameras = true;
@@ -213,12 +219,15 @@ TEST(SceneFolder, TheCubeIsRefusedWithItsSizesAndOpensRescaled) {
     EXPECT_EQ(ReadImageInfo(scene.ImagePath(v)).width, 1000);
     EXPECT_EQ(ReadImageInfo(scene.ImagePath(v)).height, scene.CameraOf(v).height_px);
   }
-  EXPECT_EQ(LoadProxy([&] {
-              Scene with = scene;
-              with.folder = cache.path();
-              WriteMesh(ProxyPath(cache.path(), "given"), ReadMesh(cube / "proxy.obj"));
-              return with;
-            }(), "given").faces.size(),
+  EXPECT_EQ(LoadProxy(
+                [&] {
+                  Scene with = scene;
+                  with.folder = cache.path();
+                  WriteMesh(ProxyPath(cache.path(), "given"), ReadMesh(cube / "proxy.obj"));
+                  return with;
+                }(),
+                "given")
+                .faces.size(),
             ReadMesh(cube / "proxy.obj").faces.size());
 }
 

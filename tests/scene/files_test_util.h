@@ -70,12 +70,12 @@ Caught Catch(Body&& body) {
   }
   return {};
 }
-#define EXPECT_REFUSED(expected_code, expected_text, ...)                          \
-  do {                                                                             \
-    const auto caught = ::lumi::test::Catch([&] { __VA_ARGS__; });                 \
-    EXPECT_EQ(caught.code, expected_code) << caught.text;                          \
-    EXPECT_NE(caught.text.find(expected_text), std::string::npos) << caught.text;  \
-    EXPECT_EQ(caught.text.find('\n'), std::string::npos) << "more than one line";  \
+#define EXPECT_REFUSED(expected_code, expected_text, ...)                         \
+  do {                                                                            \
+    const auto caught = ::lumi::test::Catch([&] { __VA_ARGS__; });                \
+    EXPECT_EQ(caught.code, expected_code) << caught.text;                         \
+    EXPECT_NE(caught.text.find(expected_text), std::string::npos) << caught.text; \
+    EXPECT_EQ(caught.text.find('\n'), std::string::npos) << "more than one line"; \
   } while (false)
 
 // While it lives, no file of this process (or a child) grows beyond `bytes`: what a full disk does, for any user.
@@ -99,7 +99,9 @@ class FileSizeLimit {
   void (*old_handler_)(int);
 };
 
-inline fs::path SharedData(const std::string& name) { return fs::path(LUMI_SOURCE_DIR) / ".." / "shared" / "data" / name; }
+inline fs::path SharedData(const std::string& name) {
+  return fs::path(LUMI_SOURCE_DIR) / ".." / "shared" / "data" / name;
+}
 
 // Smooth colours with some detail: survives JPEG well.
 inline Image8 ColorfulImage(int width, int height) {

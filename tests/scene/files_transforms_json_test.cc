@@ -27,7 +27,8 @@ TEST(TransformsJson, AnOpenGlCameraLooksDownItsNegativeZAxisWithYUp) {
   constexpr double kTransformRounding = 1e-14;
   EXPECT_LT((view.CentreInWorld() - Eigen::Vector3d(1, 2, 3)).norm(), kTransformRounding);
   EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2, 3 - 7) - Eigen::Vector3d(0, 0, 7)).norm(), kTransformRounding);
-  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2 + 1, 3) - Eigen::Vector3d(0, -1, 0)).norm(), kTransformRounding);
+  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(1, 2 + 1, 3) - Eigen::Vector3d(0, -1, 0)).norm(),
+            kTransformRounding);
   const Camera& camera = scene.CameraOf(view);
   EXPECT_TRUE(camera.IsPinhole());
   EXPECT_EQ(camera.FocalPx(), Eigen::Vector2d(50, 50));
@@ -37,8 +38,9 @@ TEST(TransformsJson, AnOpenGlCameraLooksDownItsNegativeZAxisWithYUp) {
 TEST(TransformsJson, FieldsOfViewSizesAndEndingsMayBeLeftToThePhotos) {
   const TempFolder folder;
   WriteImage(folder / "train/r_0.png", ColorfulImage(100, 80));
-  Write(folder / "transforms.json", fmt::format(R"({{"camera_angle_x": {}, "frames": [{{"file_path": "./train/r_0", "transform_matrix": {}}}]}})",
-                                                std::numbers::pi / 2, kIdentity));
+  Write(folder / "transforms.json",
+        fmt::format(R"({{"camera_angle_x": {}, "frames": [{{"file_path": "./train/r_0", "transform_matrix": {}}}]}})",
+                    std::numbers::pi / 2, kIdentity));
   const Scene scene = ReadTransformsJson(folder / "transforms.json");
   constexpr double kTransformRounding = 1e-12;
   EXPECT_NEAR(scene.cameras.at(0).FocalPx().x(), 50, kTransformRounding);
@@ -50,7 +52,8 @@ TEST(TransformsJson, FieldsOfViewSizesAndEndingsMayBeLeftToThePhotos) {
 
 TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
   const TempFolder folder;
-  for (const CameraModel model : {CameraModel::kPinhole, CameraModel::kRadial, CameraModel::kOpenCV, CameraModel::kOpenCVFisheye})
+  for (const CameraModel model :
+       {CameraModel::kPinhole, CameraModel::kRadial, CameraModel::kOpenCV, CameraModel::kOpenCVFisheye})
     for (const char* file : {"photos/t.json", "t.json", "elsewhere/t.json"}) {
       Scene scene = SmallScene(0, model);
       scene.image_folder = folder / "photos";
@@ -62,9 +65,11 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
       constexpr double kTransformRounding = 1e-13;
       for (std::size_t i = 0; i < scene.views.size(); ++i) {
         EXPECT_TRUE(fs::equivalent(back.ImagePath(back.views[i]), scene.ImagePath(scene.views[i])));
-        EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(), kTransformRounding);
+        EXPECT_LT((back.views[i].cam_from_world.Matrix() - scene.views[i].cam_from_world.Matrix()).norm(),
+                  kTransformRounding);
         const Eigen::Vector3d x(0.3, -0.2, 1);
-        EXPECT_LT((*back.CameraOf(back.views[i]).Project(x) - *scene.CameraOf(scene.views[i]).Project(x)).norm(), kTransformRounding * 64);
+        EXPECT_LT((*back.CameraOf(back.views[i]).Project(x) - *scene.CameraOf(scene.views[i]).Project(x)).norm(),
+                  kTransformRounding * 64);
         EXPECT_EQ(back.views[i].time_s, scene.views[i].time_s);
       }
       EXPECT_EQ(back.cameras.size(), 2u);
@@ -74,7 +79,11 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
 TEST(TransformsJson, FramesWithoutPhotoAreLeftOutAndNamed) {
   const TempFolder folder;
   WriteImage(folder / "a.png", ColorfulImage(8, 8));
-  Write(folder / "t.json", fmt::format(R"({{"fl_x": 50, "frames": [{{"file_path": "gone.png"}}, {{"file_path": "a.png", "transform_matrix": {}}}]}})", kIdentity));
+  Write(
+      folder / "t.json",
+      fmt::format(
+          R"({{"fl_x": 50, "frames": [{{"file_path": "gone.png"}}, {{"file_path": "a.png", "transform_matrix": {}}}]}})",
+          kIdentity));
   std::vector<std::string> skipped;
   EXPECT_EQ(ReadTransformsJson(folder / "t.json", &skipped).views.size(), 1u);
   EXPECT_EQ(skipped, std::vector<std::string>{"gone.png"});
@@ -119,7 +128,8 @@ TEST(TransformsJson, TheFoxIsReadWithItsFiftyPhotos) {
   EXPECT_EQ(scene.views.size(), 50u);
   EXPECT_EQ(skipped.size(), 17u);
   ASSERT_EQ(scene.cameras.size(), 1u);
-  EXPECT_EQ(scene.cameras[0].params, (std::vector<double>{1375.52, 1374.49, 554.558, 965.268, 0.0578421, -0.0805099, -0.000980296, 0.00015575}));
+  EXPECT_EQ(scene.cameras[0].params,
+            (std::vector<double>{1375.52, 1374.49, 554.558, 965.268, 0.0578421, -0.0805099, -0.000980296, 0.00015575}));
   // The photographer walked around the fox: neighbours look the same way, and the cameras' views meet.
   for (std::size_t i = 1; i < scene.views.size(); ++i)
     EXPECT_GT(scene.views[i].cam_from_world.R().row(2).dot(scene.views[i - 1].cam_from_world.R().row(2)), 0.7);

@@ -20,7 +20,8 @@ Image8 PhotoOf(const Camera& camera) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const auto ray = camera.Normalized({x + 0.5, y + 0.5});
-      for (int c = 0; c < 3; ++c) image.At(x, y, c) = ray ? static_cast<std::uint8_t>(std::lround(Brightness(*ray, c))) : 0;
+      for (int c = 0; c < 3; ++c)
+        image.At(x, y, c) = ray ? static_cast<std::uint8_t>(std::lround(Brightness(*ray, c))) : 0;
     }
   return image;
 }
@@ -69,7 +70,8 @@ TEST(Undistort, ThePinholePhotoShowsTheWorldWhereItsCameraSaysAndHasNoBlankPixel
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x)
         for (int c = 0; c < 3; ++c) {
-          const double difference = std::abs(image.At(x, y, c) - Brightness(*flat.cameras[0].Normalized({x + 0.5, y + 0.5}), c));
+          const double difference =
+              std::abs(image.At(x, y, c) - Brightness(*flat.cameras[0].Normalized({x + 0.5, y + 0.5}), c));
           worst = std::max(worst, difference);
           sum += difference;
         }
@@ -96,7 +98,10 @@ TEST(Undistort, ObservationsMoveAlong) {
 }
 
 TEST(Undistort, AWideFisheyeIsCutToWhatAPlaneCanShow) {
-  const Camera fisheye{CameraModel::kOpenCVFisheye, kWidth, kHeight, {100, 100, 160, 120, 0, 0, 0, 0}};  // 1.6 rad to the side, 2 to the corner
+  const Camera fisheye{CameraModel::kOpenCVFisheye,
+                       kWidth,
+                       kHeight,
+                       {100, 100, 160, 120, 0, 0, 0, 0}};  // 1.6 rad to the side, 2 to the corner
   const TempFolder folder;
   Scene scene;
   scene.cameras = {fisheye};

@@ -8,7 +8,9 @@ namespace lumi::test {
 namespace {
 
 // A frame whose brightness tells its number.
-Image8 Frame(int width, int height, int index) { return Image8(width, height, 3, static_cast<std::uint8_t>(40 + 8 * index)); }
+Image8 Frame(int width, int height, int index) {
+  return Image8(width, height, 3, static_cast<std::uint8_t>(40 + 8 * index));
+}
 
 constexpr double kCodeTolerance = 3;  // of H.264 at crf 18 and 8-bit YCbCr on flat frames
 
@@ -56,7 +58,8 @@ TEST(Video, ColoursKeepTheirOrder) {
   const auto back = VideoReader(folder / "v.mp4").Next();
   ASSERT_TRUE(back);
   for (int k = 0; k < 3; ++k)
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(back->rgb.At(10 + 22 * k, 24, c), colors[k][c], 2 * kCodeTolerance) << k << c;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(back->rgb.At(10 + 22 * k, 24, c), colors[k][c], 2 * kCodeTolerance) << k << c;
 }
 
 TEST(Video, OddSizesArePadded) {
@@ -128,7 +131,8 @@ TEST(Video, WhatIsNoVideoIsRefusedByName) {
   const TempFolder folder;
   Write(folder / "text.mp4", "Not a video.");
   Write(folder / "empty.avi", "");
-  for (const char* name : {"text.mp4", "empty.avi", "absent.mov"}) EXPECT_REFUSED(ExitCode::kCorruptInput, name, VideoReader reader(folder / name));
+  for (const char* name : {"text.mp4", "empty.avi", "absent.mov"})
+    EXPECT_REFUSED(ExitCode::kCorruptInput, name, VideoReader reader(folder / name));
   EXPECT_REFUSED(ExitCode::kCorruptInput, "no video file", VideoReader reader(folder.path()));
 }
 

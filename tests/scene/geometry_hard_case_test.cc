@@ -7,10 +7,10 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <limits>
 
+#include "random_scene.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/projection.h"
 #include "scene/triangulation/triangulate.h"
-#include "random_scene.h"
 
 namespace lumi {
 namespace {
@@ -43,11 +43,11 @@ TEST(HardCase, InverseProjectionOntoAPlaneThatTurnsEdgeOn) {
   // Camera at the origin, f = 1 px, so that the ray of pixel (x, y) is (x, y, 1) without rounding.
   const Matrix34d P = Rigid3{}.Matrix();
   for (double a = 1e-2; a >= 1e-15; a /= 10) {
-    const Eigen::Vector3d n(0, 1, -a);   // seen under the angle a
+    const Eigen::Vector3d n(0, 1, -a);  // seen under the angle a
     const Plane plane(n.x(), n.y(), n.z(), -1);
     const Eigen::Vector2d pixel(0.25, 4 * a);
     const auto x = InverseProject(P, plane, pixel);
-    if (!x || x->w() == 0) continue;      // at infinity or refused: no wrong number either
+    if (!x || x->w() == 0) continue;  // at infinity or refused: no wrong number either
     const Big3 truth = Meet({0, 0, 0}, {Big(0.25), Big(4 * a), 1}, ToBig(n), -1);
     const double length = static_cast<double>(sqrt(Dot(truth, truth)));
     const double condition = 1 / (3 * a);  // |n||d| / |n . d|
@@ -59,7 +59,7 @@ TEST(HardCase, PlaneApproachingTheCentreOfProjection) {
   const Matrix34d P = Rigid3{}.Matrix();
   int answered = 0;
   for (double e = 1e-2; e >= 1e-15; e /= 10) {
-    const Plane plane(0, 0, 1, -e);       // passes the centre at distance e
+    const Plane plane(0, 0, 1, -e);  // passes the centre at distance e
     const auto x = InverseProject(P, plane, {0.5, -0.25});
     if (!x) continue;
     ++answered;
@@ -67,7 +67,7 @@ TEST(HardCase, PlaneApproachingTheCentreOfProjection) {
     EXPECT_LT(Distance(x->hnormalized(), truth), kSafety * kEpsilon * (1 + 1 / e) * e) << e;
   }
   EXPECT_GE(answered, 10);
-  EXPECT_FALSE(InverseProject(P, Plane(0, 0, 1, 0), {0.5, -0.25}));       // through the centre: no answer
+  EXPECT_FALSE(InverseProject(P, Plane(0, 0, 1, 0), {0.5, -0.25}));  // through the centre: no answer
   EXPECT_FALSE(PlaneHomography(P, P, Plane(0, 0, 1, 0)));
 }
 
@@ -97,8 +97,9 @@ TEST(HardCase, TriangulationAsTheBaselineVanishes) {
   const Eigen::Matrix3d K = test::TestCamera().K();
   const Eigen::Vector3d x(0.3, -0.2, 4);
   for (double b = 1e-1; b >= 1e-15; b /= 10) {
-    const std::vector<Matrix34d> P{ProjectionMatrix(K, Rigid3{}),
-                                   ProjectionMatrix(K, Rigid3{Eigen::Quaterniond::Identity(), Eigen::Vector3d(-b, 0, 0)})};
+    const std::vector<Matrix34d> P{
+        ProjectionMatrix(K, Rigid3{}),
+        ProjectionMatrix(K, Rigid3{Eigen::Quaterniond::Identity(), Eigen::Vector3d(-b, 0, 0)})};
     const auto t = Triangulate(P, {*Project(P[0], x), *Project(P[1], x)});
     if (!t) continue;  // parallel to rounding: named as no answer
     EXPECT_TRUE(t->x_in_world.allFinite());
@@ -128,7 +129,8 @@ TEST(HardCase, EpipoleAsTheCamerasMeet) {
     const auto e = Epipole(P, other);
     if (!e) continue;
     // The direction of a displacement d known to epsilon: condition 1/d, times f in pixels.
-    EXPECT_LT((e->hnormalized() - test::TestCamera().PrincipalPointPx()).norm(), kSafety * kEpsilon / d * 530 + 1e-9) << d;
+    EXPECT_LT((e->hnormalized() - test::TestCamera().PrincipalPointPx()).norm(), kSafety * kEpsilon / d * 530 + 1e-9)
+        << d;
   }
   EXPECT_FALSE(Epipole(P, P));
 }

@@ -45,7 +45,8 @@ TEST(ImageDifference, WithinAMaskOnlyItsPixelsCount) {
   EXPECT_FALSE(PsnrWithin(a, b, mask)) << "no pixel";
   for (int x = 0; x < 5; ++x) {
     mask.At(x, 3, 0) = 255;
-    for (int c = 0; c < 3; ++c) b.At(x, 3, c) = static_cast<std::uint8_t>(a.At(x, 3, c) > 127 ? a.At(x, 3, c) - 20 : a.At(x, 3, c) + 20);
+    for (int c = 0; c < 3; ++c)
+      b.At(x, 3, c) = static_cast<std::uint8_t>(a.At(x, 3, c) > 127 ? a.At(x, 3, c) - 20 : a.At(x, 3, c) + 20);
   }
   EXPECT_NEAR(*PsnrWithin(a, b, mask), 10 * std::log10(255.0 * 255.0 / 400), 1e-12);
   b.At(20, 20, 1) = static_cast<std::uint8_t>(255 - b.At(20, 20, 1));

@@ -37,7 +37,8 @@ TEST(Program, ExitCodesAreTheContracts) {
 }
 
 TEST(Program, AFailureIsOneLineThatNamesTheFileAndTheWayOut) {
-  const Outcome o = Start({"--quiet"}, []() -> std::string { throw InputError("scene/points3D.bin", "holds 12 bytes", "copy it again"); });
+  const Outcome o = Start(
+      {"--quiet"}, []() -> std::string { throw InputError("scene/points3D.bin", "holds 12 bytes", "copy it again"); });
   EXPECT_EQ(o.err, "lumi-test: scene/points3D.bin: holds 12 bytes (copy it again)\n");
   EXPECT_EQ(o.out, "");
 }
@@ -47,7 +48,8 @@ TEST(Program, JsonHasSchemaAndVersionAndAFailureItsError) {
   EXPECT_EQ(ok["schema"], "lumi-test");
   EXPECT_TRUE(ok.contains("version"));
   EXPECT_EQ(ok["frames"], 3);
-  const auto bad = nlohmann::json::parse(Start({"--json"}, []() -> std::string { throw DataError("two photos do not overlap", "shoot more"); }).out);
+  const auto bad = nlohmann::json::parse(
+      Start({"--json"}, []() -> std::string { throw DataError("two photos do not overlap", "shoot more"); }).out);
   EXPECT_EQ(bad["error"]["code"], 1);
   EXPECT_EQ(bad["error"]["message"], "two photos do not overlap");
   EXPECT_EQ(bad["error"]["hint"], "shoot more");

@@ -51,7 +51,11 @@ TEST(ParallelFor, CoversTheRangeOnceAndPassesExceptionsOn) {
     for (std::size_t i = begin; i < end; ++i) ++hits[i];
   });
   for (const auto& h : hits) ASSERT_EQ(h, 1);
-  EXPECT_THROW(ParallelFor(100, 1, [](std::size_t begin, std::size_t) { if (begin > 50) throw std::runtime_error("x"); }), std::runtime_error);
+  EXPECT_THROW(ParallelFor(100, 1,
+                           [](std::size_t begin, std::size_t) {
+                             if (begin > 50) throw std::runtime_error("x");
+                           }),
+               std::runtime_error);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ TEST(Projection, LookAtPutsUpUpwardsInTheImage) {
 TEST(Projection, PointBehindHasNoPixel) {
   const Matrix34d P = ProjectionMatrix(test::TestCamera().K(), LookAt({0, 0, 5}, {0, 0, 0}, {0, 1, 0}));
   EXPECT_FALSE(Project(P, Eigen::Vector3d(0, 0, 6)));
-  EXPECT_TRUE(Project(P, Eigen::Vector4d(0, 0, -1, 0)));   // a point at infinity in front
+  EXPECT_TRUE(Project(P, Eigen::Vector4d(0, 0, -1, 0)));  // a point at infinity in front
   EXPECT_FALSE(Project(P, Eigen::Vector4d(0, 0, 1, 0)));
 }
 
@@ -112,7 +112,7 @@ TEST(Projection, EpipoleIsWhereTheOtherCameraStands) {
   const Matrix34d behind = ProjectionMatrix(K, LookAt({0, 0, 9}, {0, 0, 0}, {0, 1, 0}));
   const auto b = Epipole(P, behind);
   ASSERT_TRUE(b);
-  EXPECT_LT(b->z(), 0);   // behind: the image of the centre on the line extended backwards
+  EXPECT_LT(b->z(), 0);  // behind: the image of the centre on the line extended backwards
   EXPECT_LT((b->hnormalized() - Eigen::Vector2d(318.5, 241.25)).norm(), 1e-9);
   EXPECT_FALSE(Epipole(P, P));
 }

@@ -160,7 +160,8 @@ TEST(ProjectiveJson, TheRendererReadsAViewOfAnyFrame) {
 TEST(ProjectiveJson, WhatNeedsCamerasSaysSoInOneLine) {
   const TempFolder folder;
   Scene scene = ProjectiveScene(Frame::kQuasiAffine, folder.path());
-  EXPECT_REFUSED(ExitCode::kDataRefused, "rendering needs cameras and poses, and this is a quasi_affine scene", RequireMetric(scene, "rendering"));
+  EXPECT_REFUSED(ExitCode::kDataRefused, "rendering needs cameras and poses, and this is a quasi_affine scene",
+                 RequireMetric(scene, "rendering"));
   EXPECT_REFUSED(ExitCode::kDataRefused, folder.path().string(), RequireMetric(scene, "rendering"));
   EXPECT_NO_THROW(RequireMetric(SmallScene(0), "rendering"));
 }
@@ -214,7 +215,8 @@ TEST(ProjectiveJson, WrongValuesAreRefusedByName) {
   refused("/points/2/views/0", std::uint64_t(1) << 63, "points[2].views names a view that is not there");
   refused("/points/2/views", {0}, "points[2].x_px is not as long");
   refused("/points/2/x_px/1", "wide", "points[2].x_px is not made of numbers");
-  for (const char* text : {"", "[", "{\"format\":\"lumigraph-projective\",\"version\":1,\"views\":[{\"P\":[1e999]}]}", "[]", "null"}) {
+  for (const char* text :
+       {"", "[", "{\"format\":\"lumigraph-projective\",\"version\":1,\"views\":[{\"P\":[1e999]}]}", "[]", "null"}) {
     Write(folder / "p.json", text);
     EXPECT_REFUSED(ExitCode::kCorruptInput, "p.json", ReadProjectiveJson(folder / "p.json"));
   }

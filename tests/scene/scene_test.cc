@@ -70,7 +70,10 @@ TEST(Scene, MovingTheWorldLeavesThePhotosAlone) {
     const auto a = Project(MakeRenderView(scene, scene.views[i]).P, scene.points[7].x_in_world);
     const auto b = Project(MakeRenderView(moved, moved.views[i]).P, moved.points[7].x_in_world);
     EXPECT_LT((*a - *b).norm(), 1e-9);
-    EXPECT_LT((scene.normalized_from_world * scene.views[i].CentreInWorld() - moved.normalized_from_world * moved.views[i].CentreInWorld()).norm(), 1e-12);
+    EXPECT_LT((scene.normalized_from_world * scene.views[i].CentreInWorld() -
+               moved.normalized_from_world * moved.views[i].CentreInWorld())
+                  .norm(),
+              1e-12);
   }
 }
 

@@ -74,7 +74,8 @@ TEST(Similarity, NoiseAcrossAThinPathIsNoTurn) {
   std::vector<Rigid3> truth, found;
   for (int k = 0; k < 30; ++k) {
     const Eigen::Quaterniond q = random.Rotation();
-    const Eigen::Vector3d c(k, 0.01 * (k % 3), 0.01 * (k % 2)), off = 0.01 * Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
+    const Eigen::Vector3d c(k, 0.01 * (k % 3), 0.01 * (k % 2)),
+        off = 0.01 * Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
     truth.push_back({q, -(q * c)});
     found.push_back({q, -(q * (c + off))});
   }
@@ -86,7 +87,8 @@ TEST(Similarity, NoiseAcrossAThinPathIsNoTurn) {
 TEST(Similarity, PoseErrorsAreInPercentOfTheExtentAndDegrees) {
   test::Random random(5);
   std::vector<Rigid3> truth;
-  for (int k = 0; k < 8; ++k) truth.push_back(LookAt({(k & 1) * 1.0, ((k >> 1) & 1) * 1.0, (k >> 2) * 1.0}, {0.5, 0.5, 9}, {0, 1, 0}));
+  for (int k = 0; k < 8; ++k)
+    truth.push_back(LookAt({(k & 1) * 1.0, ((k >> 1) & 1) * 1.0, (k >> 2) * 1.0}, {0.5, 0.5, 9}, {0, 1, 0}));
   std::vector<Rigid3> turned = truth;
   for (Rigid3& pose : turned) {
     const Eigen::Vector3d c = pose.OriginInSource();

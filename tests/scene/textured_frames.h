@@ -28,7 +28,8 @@ inline double Texture(double x, double y, std::uint32_t seed = 1) {
     const double u = x / kSizes[k], v = y / kSizes[k];
     const double fu = std::floor(u), fv = std::floor(v);
     const auto at = [&](int i, int j) {
-      const auto iu = static_cast<std::uint32_t>(static_cast<std::int64_t>(fu) + i), iv = static_cast<std::uint32_t>(static_cast<std::int64_t>(fv) + j);
+      const auto iu = static_cast<std::uint32_t>(static_cast<std::int64_t>(fu) + i),
+                 iv = static_cast<std::uint32_t>(static_cast<std::int64_t>(fv) + j);
       return Hash(Hash(Hash(iu) + iv) + seed * 31 + k) / 4294967295.0;
     };
     const auto ease = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
@@ -41,7 +42,8 @@ inline double Texture(double x, double y, std::uint32_t seed = 1) {
 // A pixel of a frame -> where the plane's texture is read. Frame 0 need not be the identity.
 using Motion = std::function<Eigen::Vector2d(int frame, const Eigen::Vector2d& x_px)>;
 
-inline Image8 TexturedFrame(int width, int height, int frame, const Motion& plane_from_frame, double noise = 0, std::uint32_t seed = 1) {
+inline Image8 TexturedFrame(int width, int height, int frame, const Motion& plane_from_frame, double noise = 0,
+                            std::uint32_t seed = 1) {
   Image8 image(width, height, 1);
   ParallelFor(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
@@ -53,7 +55,8 @@ inline Image8 TexturedFrame(int width, int height, int frame, const Motion& plan
             sum += Texture(p.x(), p.y(), seed) / 4;
           }
         if (noise > 0) {  // sum of four: near enough to a bell
-          std::uint32_t h = Hash(static_cast<std::uint32_t>(frame * 7919 + y) * 104729U + static_cast<std::uint32_t>(x));
+          std::uint32_t h =
+              Hash(static_cast<std::uint32_t>(frame * 7919 + y) * 104729U + static_cast<std::uint32_t>(x));
           double bell = -2;
           for (int k = 0; k < 4; ++k) bell += (h = Hash(h + 1)) / 4294967295.0;
           sum += noise * bell * std::sqrt(3.0);

@@ -31,7 +31,9 @@ struct Messages : ProgressSink {
 TEST(TrackVideoHardCase, EqualFramesInARowDoNotMoveATrackByABit) {
   // 0 1 2 2 2 2 3 4 5: the camera waits.
   const Image8 waits = TexturedFrame(kWidth, kHeight, 2, Sideways(1.3), 2);
-  const FrameSource frames = Frames(9, [&](int i) { return i >= 2 && i <= 5 ? waits : TexturedFrame(kWidth, kHeight, i < 2 ? i : i - 3, Sideways(1.3), 2); });
+  const FrameSource frames = Frames(9, [&](int i) {
+    return i >= 2 && i <= 5 ? waits : TexturedFrame(kWidth, kHeight, i < 2 ? i : i - 3, Sideways(1.3), 2);
+  });
   TrackVideoSummary summary;
   const Tracks tracks = TrackVideo(frames, {}, SilentProgress(), &summary);
   EXPECT_EQ(summary.repeated, (std::vector<int>{3, 4, 5}));
@@ -68,7 +70,9 @@ TEST(TrackVideoHardCase, BlankFramesGiveNoTracksAndAStatement) {
     TrackVideoSummary summary;
     const FrameSource frames = Frames(6, [&](int i) {
       Image8 image(kWidth, kHeight, 3, 128);
-      for (std::size_t k = 0; noise > 0 && k < image.data.size(); ++k) image.data[k] = static_cast<std::uint8_t>(127 + Hash(static_cast<std::uint32_t>(k) * 31 + static_cast<std::uint32_t>(i)) % 3);
+      for (std::size_t k = 0; noise > 0 && k < image.data.size(); ++k)
+        image.data[k] = static_cast<std::uint8_t>(
+            127 + Hash(static_cast<std::uint32_t>(k) * 31 + static_cast<std::uint32_t>(i)) % 3);
       return image;
     });
     const Tracks tracks = TrackVideo(frames, {}, messages, &summary);
@@ -85,8 +89,12 @@ TEST(TrackVideoHardCase, BlankFramesGiveNoTracksAndAStatement) {
 TEST(TrackVideoHardCase, AFewBlankFramesEndTracksAndNewOnesBegin) {
   Messages messages;
   TrackVideoSummary summary;
-  const Tracks tracks = TrackVideo(Frames(14, [&](int i) { return i == 6 || i == 7 ? Image8(kWidth, kHeight, 1, 9) : TexturedFrame(kWidth, kHeight, i, Sideways(1)); }), {},
-                                   messages, &summary);
+  const Tracks tracks = TrackVideo(Frames(14,
+                                          [&](int i) {
+                                            return i == 6 || i == 7 ? Image8(kWidth, kHeight, 1, 9)
+                                                                    : TexturedFrame(kWidth, kHeight, i, Sideways(1));
+                                          }),
+                                   {}, messages, &summary);
   EXPECT_EQ(summary.alive[6], 0);
   EXPECT_EQ(summary.alive[7], 0);
   EXPECT_GT(summary.alive[5], 100);
@@ -95,10 +103,14 @@ TEST(TrackVideoHardCase, AFewBlankFramesEndTracksAndNewOnesBegin) {
 }
 
 TEST(TrackVideoHardCase, AFrameOfAnotherSizeIsRefusedByName) {
-  const FrameSource frames = Frames(6, [&](int i) { return TexturedFrame(i == 4 ? kWidth + 1 : kWidth, kHeight, i, Still()); });
-  EXPECT_REFUSED(ExitCode::kDataRefused, "film/frame 4: the frame is 241 x 180 pixels, those before it 240 x 180", TrackVideo(frames, {}, SilentProgress()));
-  const FrameSource empty = Frames(2, [&](int i) { return i == 1 ? Image8() : TexturedFrame(kWidth, kHeight, i, Still()); });
-  EXPECT_REFUSED(ExitCode::kDataRefused, "film/frame 1: the frame has no pixels", TrackVideo(empty, {}, SilentProgress()));
+  const FrameSource frames =
+      Frames(6, [&](int i) { return TexturedFrame(i == 4 ? kWidth + 1 : kWidth, kHeight, i, Still()); });
+  EXPECT_REFUSED(ExitCode::kDataRefused, "film/frame 4: the frame is 241 x 180 pixels, those before it 240 x 180",
+                 TrackVideo(frames, {}, SilentProgress()));
+  const FrameSource empty =
+      Frames(2, [&](int i) { return i == 1 ? Image8() : TexturedFrame(kWidth, kHeight, i, Still()); });
+  EXPECT_REFUSED(ExitCode::kDataRefused, "film/frame 1: the frame has no pixels",
+                 TrackVideo(empty, {}, SilentProgress()));
   const FrameSource alpha = Frames(2, [&](int) { return Image8(40, 40, 4); });
   EXPECT_REFUSED(ExitCode::kDataRefused, "4 channels", TrackVideo(alpha, {}, SilentProgress()));
 }
@@ -109,9 +121,13 @@ TEST(TrackVideoHardCase, APureRotationIsFollowedByItsHomography) {
   const auto H = [&](int frame) {
     Eigen::Matrix3d K;
     K << f, 0, kWidth / 2.0, 0, f, kHeight / 2.0, 0, 0, 1;
-    return Eigen::Matrix3d(K * Eigen::AngleAxisd(-frame * EIGEN_PI / 180, Eigen::Vector3d(0.2, 0.9, 0.4).normalized()).toRotationMatrix() * K.inverse());
+    return Eigen::Matrix3d(
+        K * Eigen::AngleAxisd(-frame * EIGEN_PI / 180, Eigen::Vector3d(0.2, 0.9, 0.4).normalized()).toRotationMatrix() *
+        K.inverse());
   };
-  const Motion motion = [&](int frame, const Eigen::Vector2d& x) -> Eigen::Vector2d { return (H(frame) * x.homogeneous()).hnormalized(); };
+  const Motion motion = [&](int frame, const Eigen::Vector2d& x) -> Eigen::Vector2d {
+    return (H(frame) * x.homogeneous()).hnormalized();
+  };
   const Tracks tracks = TrackVideo(TexturedFrames(20, kWidth, kHeight, motion, 1), {}, SilentProgress());
   ASSERT_GT(tracks.tracks.size(), 200u);
   double sum = 0;
@@ -133,12 +149,14 @@ TEST(TrackVideoHardCase, TracksEndAtACutRatherThanJump) {
   for (const double step : {0.0, 2.0}) {
     Messages messages;
     TrackVideoSummary summary;
-    const FrameSource frames = Frames(20, [&](int i) { return TexturedFrame(kWidth, kHeight, i, Sideways(step), 0, i < 10 ? 1 : 77); });
+    const FrameSource frames =
+        Frames(20, [&](int i) { return TexturedFrame(kWidth, kHeight, i, Sideways(step), 0, i < 10 ? 1 : 77); });
     const Tracks tracks = TrackVideo(frames, {}, messages, &summary);
     EXPECT_EQ(summary.cuts, (std::vector<int>{10}));
     EXPECT_GT(summary.alive[9], 100);
     EXPECT_GT(summary.alive[10], 100);
-    for (const Track& t : tracks.tracks) EXPECT_TRUE(t.observations.back().frame < 10 || t.observations.front().frame >= 10);
+    for (const Track& t : tracks.tracks)
+      EXPECT_TRUE(t.observations.back().frame < 10 || t.observations.front().frame >= 10);
     EXPECT_NE(messages.text.find("1 cut in the video, the first at frame 10"), std::string::npos) << messages.text;
   }
 }
@@ -180,17 +198,23 @@ TEST(MatchPhotosHardCase, EqualPhotosMatchPointForPoint) {
 
 TEST(MatchPhotosHardCase, UnrelatedPhotosHaveNoTracks) {
   MatchPhotosSummary summary;
-  const Tracks tracks = MatchPhotos(Frames(3, [&](int i) { return TexturedFrame(kWidth, kHeight, 0, Still(), 0, static_cast<std::uint32_t>(100 + i)); }), {}, SilentProgress(), &summary);
+  const Tracks tracks = MatchPhotos(
+      Frames(3,
+             [&](int i) { return TexturedFrame(kWidth, kHeight, 0, Still(), 0, static_cast<std::uint32_t>(100 + i)); }),
+      {}, SilentProgress(), &summary);
   EXPECT_TRUE(tracks.tracks.empty());
   for (const MatchedPair& p : summary.pairs) EXPECT_EQ(p.verified, 0);
 }
 
 TEST(MatchPhotosHardCase, ARepeatedPatternIsNotMatchedAcrossItself) {
   // Tiles all alike: no match passes the ratio test, or those that do agree with one geometry.
-  const auto tiles = [](int frame, const Eigen::Vector2d& x) -> Eigen::Vector2d { return {std::fmod(x.x() + 3 * frame, 40.0), std::fmod(x.y(), 40.0)}; };
+  const auto tiles = [](int frame, const Eigen::Vector2d& x) -> Eigen::Vector2d {
+    return {std::fmod(x.x() + 3 * frame, 40.0), std::fmod(x.y(), 40.0)};
+  };
   const Tracks tracks = MatchPhotos(TexturedFrames(3, kWidth, kHeight, tiles), {}, SilentProgress());
   for (const Track& t : tracks.tracks)
-    for (std::size_t k = 1; k < t.observations.size(); ++k) EXPECT_NE(t.observations[k].frame, t.observations[k - 1].frame);
+    for (std::size_t k = 1; k < t.observations.size(); ++k)
+      EXPECT_NE(t.observations[k].frame, t.observations[k - 1].frame);
 }
 
 }  // namespace

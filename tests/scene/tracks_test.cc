@@ -38,13 +38,15 @@ Motion Turning(double radians_a_frame, double zoom_a_frame) {
 }
 
 struct Quality {
-  double rms_px = 0;          // of those that are no outliers
-  double outliers = 0;        // share of observations
-  double last_rms_px = 0;     // of the last observations of tracks of ten frames and more
+  double rms_px = 0;       // of those that are no outliers
+  double outliers = 0;     // share of observations
+  double last_rms_px = 0;  // of the last observations of tracks of ten frames and more
 };
 
 // On the plane all observations of a track are one point; its first is the reference.
-Quality Compare(const Tracks& tracks, const Motion& plane_from_frame, const std::function<double(int)>& scale = [](int) { return 1.0; }) {
+Quality Compare(
+    const Tracks& tracks, const Motion& plane_from_frame,
+    const std::function<double(int)>& scale = [](int) { return 1.0; }) {
   Quality q;
   double sum = 0, last = 0;
   int good = 0, bad = 0, ends = 0;
@@ -96,7 +98,8 @@ bool Same(const Tracks& a, const Tracks& b) {
 TEST(TrackVideo, FollowsATranslationToATenthOfAPixelOverThirtyFrames) {
   const Motion motion = Translation({2.37, -1.19});
   TrackVideoSummary summary;
-  const Tracks tracks = TrackVideo(TexturedFrames(kFrames, kWidth, kHeight, motion, kNoise), {}, SilentProgress(), &summary);
+  const Tracks tracks =
+      TrackVideo(TexturedFrames(kFrames, kWidth, kHeight, motion, kNoise), {}, SilentProgress(), &summary);
   ExpectSound(tracks);
   ASSERT_EQ(tracks.frames.size(), static_cast<std::size_t>(kFrames));
   EXPECT_EQ(tracks.frames[3].name, "frame 3");
@@ -111,7 +114,8 @@ TEST(TrackVideo, FollowsATranslationToATenthOfAPixelOverThirtyFrames) {
   for (const Track& t : tracks.tracks)
     if (t.observations.front().frame == 0) {
       const Eigen::Vector2d& x = t.observations.front().x_px;
-      ++in_part[static_cast<std::size_t>(4 * static_cast<int>(4 * x.y() / kHeight) + static_cast<int>(4 * x.x() / kWidth))];
+      ++in_part[static_cast<std::size_t>(4 * static_cast<int>(4 * x.y() / kHeight) +
+                                         static_cast<int>(4 * x.x() / kWidth))];
     }
   const int sum = std::accumulate(in_part.begin(), in_part.end(), 0);
   EXPECT_GT(16 * *std::min_element(in_part.begin(), in_part.end()), sum / 2.5);
@@ -125,7 +129,8 @@ TEST(TrackVideo, FollowsARotationAndAZoom) {
     SCOPED_TRACE(std::to_string(c.turn_rad) + " " + std::to_string(c.zoom));
     const Motion motion = Turning(c.turn_rad, c.zoom);
     TrackVideoSummary summary;
-    const Tracks tracks = TrackVideo(TexturedFrames(kFrames, kWidth, kHeight, motion, kNoise), {}, SilentProgress(), &summary);
+    const Tracks tracks =
+        TrackVideo(TexturedFrames(kFrames, kWidth, kHeight, motion, kNoise), {}, SilentProgress(), &summary);
     ExpectSound(tracks);
     const Quality q = Compare(tracks, motion, [&](int frame) { return std::pow(c.zoom, frame); });
     EXPECT_LT(q.rms_px, 0.1);
@@ -140,7 +145,8 @@ TEST(TrackVideo, TheFirstPatchKeepsTracksFromDrifting) {
   TrackVideoOptions steps;
   steps.hold_to_first_patch = false;
   const auto scale = [](int frame) { return std::pow(1.01, frame); };
-  const Quality held = Compare(TrackVideo(frames, {}, SilentProgress()), motion, scale), free = Compare(TrackVideo(frames, steps, SilentProgress()), motion, scale);
+  const Quality held = Compare(TrackVideo(frames, {}, SilentProgress()), motion, scale),
+                free = Compare(TrackVideo(frames, steps, SilentProgress()), motion, scale);
   EXPECT_LT(held.last_rms_px, 0.4 * free.last_rms_px);
 }
 
@@ -220,8 +226,7 @@ TEST(TrackVideo, PhotosAndMasksAreFoundByName) {
   EXPECT_EQ(tracks.frames[5].name, "f/5.png");
   for (const Track& t : tracks.tracks) {
     EXPECT_GT(t.color[0], t.color[2]);
-    for (const TrackObservation& o : t.observations)
-      EXPECT_TRUE(o.frame == 2 || o.x_px.x() >= 80);
+    for (const TrackObservation& o : t.observations) EXPECT_TRUE(o.frame == 2 || o.x_px.x() >= 80);
   }
   fs::remove(folder / names[3]);
   EXPECT_REFUSED(ExitCode::kCorruptInput, "3.png", TrackVideo(PhotoSource(folder.path(), names), {}, SilentProgress()));
@@ -283,7 +288,8 @@ std::vector<Rigid3> RoadPoses(const fs::path& file) {
     Eigen::Matrix<double, 3, 4> m;
     for (int i = 0; i < 12; ++i) row >> m(i / 4, i % 4);
     if (!row) break;
-    cam_from_world.push_back(Rigid3{Eigen::Quaterniond(Eigen::Matrix3d(m.leftCols<3>())).normalized(), m.col(3)}.Inverse());
+    cam_from_world.push_back(
+        Rigid3{Eigen::Quaterniond(Eigen::Matrix3d(m.leftCols<3>())).normalized(), m.col(3)}.Inverse());
   }
   return cam_from_world;
 }
@@ -321,13 +327,16 @@ TEST(TrackVideo, ADriveAgreesWithItsMeasuredPoses) {
   for (const Track& t : tracks.tracks)
     for (std::size_t k = kGap; k < t.observations.size(); ++k) {
       const auto &a = t.observations[k - kGap], &b = t.observations[k];
-      errors.push_back(EpipolarPx(poses[static_cast<std::size_t>(a.frame)], poses[static_cast<std::size_t>(b.frame)], a.x_px, b.x_px));
+      errors.push_back(EpipolarPx(poses[static_cast<std::size_t>(a.frame)], poses[static_cast<std::size_t>(b.frame)],
+                                  a.x_px, b.x_px));
     }
   ASSERT_GT(errors.size(), 10000u);
   std::sort(errors.begin(), errors.end());
   EXPECT_LT(errors[errors.size() / 2], 0.8);
   EXPECT_LT(errors[errors.size() * 95 / 100], 2.0);
-  EXPECT_LT(errors.end() - std::lower_bound(errors.begin(), errors.end(), 3.0), static_cast<std::ptrdiff_t>(errors.size() / 50)) << "outliers";
+  EXPECT_LT(errors.end() - std::lower_bound(errors.begin(), errors.end(), 3.0),
+            static_cast<std::ptrdiff_t>(errors.size() / 50))
+      << "outliers";
 }
 
 // --- Photos in no order ------------------------------------------------------------------------------------------
@@ -479,7 +488,9 @@ TEST(MatchPhotos, ASymmetricSpotIsAtItsMiddle) {
 TEST(MatchPhotos, PhotosAreMatchedWithTheirBestPartners) {
   constexpr int kPhotos = 12;
   const auto place = [](int i) { return i * 5 % kPhotos; };
-  const Motion way = [&](int photo, const Eigen::Vector2d& x) -> Eigen::Vector2d { return x + Eigen::Vector2d(110.0 * place(photo), 0); };
+  const Motion way = [&](int photo, const Eigen::Vector2d& x) -> Eigen::Vector2d {
+    return x + Eigen::Vector2d(110.0 * place(photo), 0);
+  };
   const FrameSource photos = TexturedFrames(kPhotos, 320, 240, way, kNoise);
   MatchPhotosOptions options;
   MatchPhotosSummary all, some;

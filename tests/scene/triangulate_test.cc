@@ -37,8 +37,8 @@ TEST(Triangulate, NoiseOfAPixelStaysAPixel) {
     }
     const auto t = Triangulate(P, px);
     ASSERT_TRUE(t);
-    EXPECT_LT(t->rms_px, 1.2);                       // at most the noise's own radius
-    EXPECT_LT((t->x_in_world - x).norm(), 0.05);     // 6 units away, f 520: a pixel is 0.012
+    EXPECT_LT(t->rms_px, 1.2);                    // at most the noise's own radius
+    EXPECT_LT((t->x_in_world - x).norm(), 0.05);  // 6 units away, f 520: a pixel is 0.012
   }
 }
 

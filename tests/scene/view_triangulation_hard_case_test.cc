@@ -54,7 +54,8 @@ TEST(ViewTriangulationHardCase, NoneOneTwoAndThreePoints) {
   std::vector<Eigen::Vector4d> X{{0, 0, -1, 1}};
   EXPECT_TRUE(TriangulateView(P, kImage, X, kAtInfinity).triangles.empty());
   X.clear();
-  for (const Eigen::Vector4d& x : {Eigen::Vector4d(0, 0, 4, 1), Eigen::Vector4d(1, 0, 4, 1), Eigen::Vector4d(0, 1, 4, 1)}) {
+  for (const Eigen::Vector4d& x :
+       {Eigen::Vector4d(0, 0, 4, 1), Eigen::Vector4d(1, 0, 4, 1), Eigen::Vector4d(0, 1, 4, 1)}) {
     X.push_back(x);
     const ViewTriangulation t = TriangulateView(P, kImage, X, kAtInfinity);
     ExpectTiled(t, P, std::to_string(X.size()) + " points");

@@ -18,12 +18,13 @@ std::vector<LatticePoint> RandomLattice(int count, int width, int height, unsign
   std::mt19937 random(seed);
   std::vector<LatticePoint> points{{0, 0}, {width, 0}, {width, height}, {0, height}};
   for (int i = 0; i < count; ++i)
-    points.push_back({static_cast<std::int32_t>(random() % static_cast<unsigned>(width + 1)), static_cast<std::int32_t>(random() % static_cast<unsigned>(height + 1))});
+    points.push_back({static_cast<std::int32_t>(random() % static_cast<unsigned>(width + 1)),
+                      static_cast<std::int32_t>(random() % static_cast<unsigned>(height + 1))});
   return points;
 }
 
-// Every triangle turns positively, together they have the rectangle's area, each inner edge has a triangle on both sides: a tiling.
-// No point lies in a triangle's circle: Delaunay's.
+// Every triangle turns positively, together they have the rectangle's area, each inner edge has a triangle on both
+// sides: a tiling. No point lies in a triangle's circle: Delaunay's.
 void ExpectDelaunay(const std::vector<LatticePoint>& points, const Triangles& triangles) {
   const auto at = [&](std::int32_t v) { return points[static_cast<std::size_t>(v)]; };
   std::int64_t area = 0;
@@ -46,7 +47,9 @@ void ExpectDelaunay(const std::vector<LatticePoint>& points, const Triangles& tr
     for (const LatticePoint& p : points) ASSERT_LE(InCircle(at(t[0]), at(t[1]), at(t[2]), p), 0);
   }
   for (std::size_t i = 0; i < points.size(); ++i)
-    EXPECT_TRUE(used[i] || std::find(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(i), points[i]) != points.begin() + static_cast<std::ptrdiff_t>(i) ||
+    EXPECT_TRUE(used[i] ||
+                std::find(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(i), points[i]) !=
+                    points.begin() + static_cast<std::ptrdiff_t>(i) ||
                 std::find(points.begin() + static_cast<std::ptrdiff_t>(i) + 1, points.end(), points[i]) != points.end())
         << i;
 }
@@ -62,11 +65,27 @@ TEST(LatticeDelaunay, RandomPointsInRectanglesOfAllSizes) {
 }
 
 TEST(LatticeDelaunay, GridsAndLinesAreNothingSpecial) {
-  std::vector<LatticePoint> grid{{0, 0}, {12, 0}, {12, 12}, {0, 12}}, line{{0, 0}, {40, 0}, {40, 40}, {0, 40}}, ring{{0, 0}, {100, 0}, {100, 100}, {0, 100}};
+  std::vector<LatticePoint> grid{{0, 0}, {12, 0}, {12, 12}, {0, 12}}, line{{0, 0}, {40, 0}, {40, 40}, {0, 40}},
+      ring{{0, 0}, {100, 0}, {100, 100}, {0, 100}};
   for (int x = 0; x <= 12; ++x)
     for (int y = 0; y <= 12; ++y) grid.push_back({x, y});
   for (int i = 0; i <= 40; ++i) line.push_back({i, i});
-  for (const auto& [x, y] : {std::pair(25, 0), {0, 25}, {-25, 0}, {0, -25}, {7, 24}, {-7, 24}, {7, -24}, {-7, -24}, {24, 7}, {-24, 7}, {24, -7}, {-24, -7}, {15, 20}, {20, 15}, {-15, -20}, {-20, 15}})
+  for (const auto& [x, y] : {std::pair(25, 0),
+                             {0, 25},
+                             {-25, 0},
+                             {0, -25},
+                             {7, 24},
+                             {-7, 24},
+                             {7, -24},
+                             {-7, -24},
+                             {24, 7},
+                             {-24, 7},
+                             {24, -7},
+                             {-24, -7},
+                             {15, 20},
+                             {20, 15},
+                             {-15, -20},
+                             {-20, 15}})
     ring.push_back({50 + x, 50 + y});
   for (const auto& points : {grid, line, ring}) ExpectDelaunay(points, TriangulateLattice(points));
 }
@@ -85,7 +104,8 @@ TEST(LatticeDelaunay, PredicatesAreExactWhereDoublesAreNot) {
 TEST(LatticeDelaunay, RefusesWhatIsNoRectangle) {
   EXPECT_THROW(TriangulateLattice(std::vector<LatticePoint>{{0, 0}, {1, 0}, {1, 1}}), std::invalid_argument);
   EXPECT_THROW(TriangulateLattice(std::vector<LatticePoint>{{0, 0}, {9, 0}, {9, 9}, {1, 9}}), std::invalid_argument);
-  EXPECT_THROW(TriangulateLattice(std::vector<LatticePoint>{{0, 0}, {9, 0}, {9, 9}, {0, 9}, {10, 3}}), std::invalid_argument);
+  EXPECT_THROW(TriangulateLattice(std::vector<LatticePoint>{{0, 0}, {9, 0}, {9, 9}, {0, 9}, {10, 3}}),
+               std::invalid_argument);
 }
 
 // --- Views ---------------------------------------------------------------------------------------------------------
@@ -186,7 +206,8 @@ TEST(ViewTriangulation, AProjectiveTransformationOfTheSceneChangesNothing) {
   const Matrix34d P_there = 0.37 * P * inverse;  // P up to scale, too
   std::vector<Eigen::Vector4d> X_there;
   for (const Eigen::Vector4d& x : X) X_there.push_back(H * x);
-  const ViewTriangulation there = TriangulateView(P_there, kSize, X_there, Plane(inverse.transpose() * kMetricInfinity));
+  const ViewTriangulation there =
+      TriangulateView(P_there, kSize, X_there, Plane(inverse.transpose() * kMetricInfinity));
   ExpectSound(there, P_there);
   ASSERT_EQ(there.triangles, here.triangles);
   for (std::size_t i = 0; i < here.vertices.size(); ++i) {
@@ -228,12 +249,12 @@ TEST(ViewTriangulation, PointsBehindOutsideAndWrongOnesAreLeftOut) {
   options.outlier_spread = 0.3;  // the plane is slanted, and sparse at its border
   const std::size_t good = TriangulateView(P, kSize, X, kMetricInfinity, options).used;
   const std::size_t outside = TriangulateView(P, kSize, X, kMetricInfinity, options).outside;
-  X.emplace_back(0, 0, -10, 1);                                       // behind
+  X.emplace_back(0, 0, -10, 1);  // behind
   X.emplace_back(std::nan(""), 0, 0, 1);
-  X.emplace_back(0, 0, 1, 0);                                         // at infinity
-  X.emplace_back(5, 0, 0, 1);                                         // beside the image
-  X.emplace_back(0.05, -0.15, -2.5, 1);                               // in front of the plane, alone
-  X.push_back(X[0]);                                                  // twice
+  X.emplace_back(0, 0, 1, 0);            // at infinity
+  X.emplace_back(5, 0, 0, 1);            // beside the image
+  X.emplace_back(0.05, -0.15, -2.5, 1);  // in front of the plane, alone
+  X.push_back(X[0]);                     // twice
   const ViewTriangulation t = TriangulateView(P, kSize, X, kMetricInfinity, options);
   ExpectSound(t, P);
   EXPECT_EQ(t.behind, 2U);
@@ -274,8 +295,8 @@ TEST(ViewTriangulation, TheReliablePointsOfASceneAreTaken) {
   };
   point({0, 0, 5}, {0, 1}, 0.3);
   point({0, 1, 5}, {0, 1, 2}, 0.3);
-  point({0, 0, 5}, {0, 1}, 9);           // inaccurate
-  point({0, 0, 500}, {0, 1, 2}, 0.3);    // far: its rays are parallel
+  point({0, 0, 5}, {0, 1}, 9);         // inaccurate
+  point({0, 0, 500}, {0, 1, 2}, 0.3);  // far: its rays are parallel
   point({0, std::nan(""), 5}, {0, 1}, 0.3);
   point({0, 0, 5}, {2}, 0.3);
   const auto X = StructurePoints(scene);

@@ -228,7 +228,8 @@ TEST_P(ExampleCapture, RunsSmall) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ExampleCapture, ::testing::Values("desk", "plaza", "hallway", "car", "person", "vertigo"));
+INSTANTIATE_TEST_SUITE_P(All, ExampleCapture,
+                         ::testing::Values("desk", "plaza", "hallway", "car", "person", "vertigo"));
 
 }  // namespace
 }  // namespace lumi

@@ -93,7 +93,9 @@ TEST_F(PeriodicCapture, TruthAtAPhaseIsTheTripodsPicture) {
   SimulateOptions options = Options("truth", R"(, "effects": {"noise_sigma": 9})");
   options.at_file = WritePath({R"("phase": 0)", R"("time_s": 1e-12)", R"("phase": 0.25)", R"("phase": 1.25)"});
   Simulate(options, SilentProgress());
-  const auto photo = [&](int i) { return ReadImage8(options.output / "images" / ("ball_000" + std::to_string(i) + ".png")); };
+  const auto photo = [&](int i) {
+    return ReadImage8(options.output / "images" / ("ball_000" + std::to_string(i) + ".png"));
+  };
   EXPECT_EQ(photo(0).data, photo(1).data);
   EXPECT_NE(photo(0).data, photo(2).data);
   EXPECT_EQ(photo(2).data, photo(3).data);  // noise would differ

@@ -112,7 +112,10 @@ TEST(Checker, AveragesItsSquaresOverTheFootprint) {
   description.size = {0.02, 0.02};
   const Texture checker(description);
   const auto at = [&](double u, double v, double footprint) {
-    return checker.At({Eigen::Vector3f::Zero(), Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)), static_cast<float>(footprint)}).x();
+    return checker
+        .At({Eigen::Vector3f::Zero(), Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)),
+             static_cast<float>(footprint)})
+        .x();
   };
   constexpr float kTolerance = 2e-4f;  // floats, over a footprint of a fortieth of a square
   for (const double fine : {0.0, 0.0005}) {
@@ -121,7 +124,7 @@ TEST(Checker, AveragesItsSquaresOverTheFootprint) {
     EXPECT_NEAR(at(0.03, 0.03, fine), 0, kTolerance);
     EXPECT_NEAR(at(-0.01, 0.01, fine), 1, kTolerance);
   }
-  EXPECT_NEAR(at(0.02, 0.02, 0.001), 0.5, kTolerance);     // at a corner
+  EXPECT_NEAR(at(0.02, 0.02, 0.001), 0.5, kTolerance);      // at a corner
   EXPECT_NEAR(at(0.02025, 0.01, 0.001), 0.75, kTolerance);  // a quarter of the footprint beyond an edge
   EXPECT_NEAR(at(0.013, 0.007, 0.04), 0.5, kTolerance);     // two squares wide: grey
 }

@@ -68,11 +68,14 @@ INSTANTIATE_TEST_SUITE_P(
                 "objects[1].sections: needs at least 2"},
         BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "spin": {"period_s": -1}})"),
                 "objects[1].spin.period_s: must be > 0"},
-        BadCase{Object(R"({"kind": "sphere", "radius": [1, 0, 1], "material": "m"})"), "objects[1].radius: must be > 0"},
+        BadCase{Object(R"({"kind": "sphere", "radius": [1, 0, 1], "material": "m"})"),
+                "objects[1].radius: must be > 0"},
         BadCase{Object(R"({"kind": "loft", "sections": [[0, 0, 0, 1], [0, 0, 1, 1]], "material": "m"})"),
                 "objects[1].sections[0].section: must be 5 numbers"},
-        BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "copies": {"count": [0, 1, 1], "step": [1, 1, 1]}})"),
-                "objects[1].copies.count: must be whole numbers >= 1"},
+        BadCase{
+            Object(
+                R"({"kind": "sphere", "radius": 1, "material": "m", "copies": {"count": [0, 1, 1], "step": [1, 1, 1]}})"),
+            "objects[1].copies.count: must be whole numbers >= 1"},
         BadCase{Object(R"({"kind": "group", "objects": []})"), "objects[1].objects: needs at least one"},
         BadCase{Object(R"({"kind": "group", "objects": [{"kind": "sphere", "radius": 0, "material": "m"}]})"),
                 "objects[1].objects[0].radius: must be > 0"},
@@ -116,7 +119,8 @@ TEST(SceneDescription, CopiesOfAGroupStandWhereItsPartsWould) {
   for (std::size_t i = 0; i < 4; ++i) {
     const ObjectDescription &ball = scene.objects[2 * i], &quad = scene.objects[2 * i + 1];
     EXPECT_LT((ball.world_from_object.translation() - kGroups[i] - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12);
-    EXPECT_LT((ball.world_from_object * Eigen::Vector3d(0, 4, 0) - kGroups[i] - Eigen::Vector3d(-2, 1, 0)).norm(), 1e-12);
+    EXPECT_LT((ball.world_from_object * Eigen::Vector3d(0, 4, 0) - kGroups[i] - Eigen::Vector3d(-2, 1, 0)).norm(),
+              1e-12);
     EXPECT_EQ(ball.radius, 4);
     EXPECT_FALSE(ball.foreground);
     EXPECT_EQ(ball.spin->centre, kGroups[i]);

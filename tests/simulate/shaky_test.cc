@@ -22,12 +22,14 @@ using Eigen::Vector3d;
 constexpr double kRounding = 1e-12;
 
 SceneDescription ShakyScene(const std::string& path, const std::string& more = "") {
-  return ParseScene(R"({"name": "s", "cameras": [{"size": [64, 48], "fov_deg": 50}], "path": )" + path + more + "}", "test.json", ".");
+  return ParseScene(R"({"name": "s", "cameras": [{"size": [64, 48], "fov_deg": 50}], "path": )" + path + more + "}",
+                    "test.json", ".");
 }
 PathDescription ExamplePath(const char* name) { return ParseScene(ExampleJson(name), name, ".").paths[0]; }
 Vector3d EyeAt(const PathDescription& path, double frame) { return PoseAt(path, frame).OriginInSource(); }
 
-constexpr const char* kDrive = R"({"kind": "drive", "views": 31, "from": [0, 0, 1], "to": [3, 0, 1], "direction": [0, 1, 0]})";
+constexpr const char* kDrive =
+    R"({"kind": "drive", "views": 31, "from": [0, 0, 1], "to": [3, 0, 1], "direction": [0, 1, 0]})";
 
 TEST(ShakyPaths, ADriveIsShakenLikeAWalkWhenAsked) {
   const PathDescription drive = ShakyScene(kDrive).paths[0];
@@ -39,13 +41,15 @@ TEST(ShakyPaths, ADriveIsShakenLikeAWalkWhenAsked) {
     const Vector3d ideal(0.1 * i, 0, 1);
     // bob 3 cm up at 1.9 Hz, sway 2.5 cm to the right of the drive (-y) at half of that.
     const double step = 2 * M_PI * 1.9 * i / 30;
-    EXPECT_LT((EyeAt(once, i) - ideal - Vector3d(0, -0.025 * std::sin(0.5 * step), 0.03 * std::sin(step))).norm(), kRounding);
+    EXPECT_LT((EyeAt(once, i) - ideal - Vector3d(0, -0.025 * std::sin(0.5 * step), 0.03 * std::sin(step))).norm(),
+              kRounding);
     EXPECT_LT((EyeAt(twice, i) - ideal - 2 * (EyeAt(once, i) - ideal)).norm(), kRounding);
     EXPECT_LT((EyeAt(WithShake(twice, 0), i) - ideal).norm(), kRounding);
     EXPECT_LT(PoseAt(WithShake(twice, 0), i).rotation.angularDistance(PoseAt(drive, i).rotation), 1e-9);
   }
   double turned_rad = 0;
-  for (int i = 0; i <= 30; ++i) turned_rad = std::max(turned_rad, PoseAt(once, i).rotation.angularDistance(PoseAt(drive, i).rotation));
+  for (int i = 0; i <= 30; ++i)
+    turned_rad = std::max(turned_rad, PoseAt(once, i).rotation.angularDistance(PoseAt(drive, i).rotation));
   EXPECT_GT(turned_rad, 0.2 * 0.012);
 }
 
@@ -60,7 +64,9 @@ TEST(ShakyPaths, AWalksIdealPathIsStraightAndEven) {
 TEST(ShakyPaths, HoldKeepsTheSizeOfWhatItHoldsOnTheIdealPathOnly) {
   const PathDescription shaken = ExamplePath("vertigo"), ideal = WithShake(shaken, 0);
   ASSERT_TRUE(shaken.hold.has_value());
-  const auto size = [&](const PathDescription& path, double frame) { return ZoomAt(path, frame) / (PoseAt(path, frame) * *path.hold).z(); };
+  const auto size = [&](const PathDescription& path, double frame) {
+    return ZoomAt(path, frame) / (PoseAt(path, frame) * *path.hold).z();
+  };
   double most = 0;
   for (int i = 0; i < shaken.views; ++i) {
     EXPECT_NEAR(size(ideal, i) / size(ideal, 0), 1, kRounding);
@@ -78,7 +84,9 @@ TEST(ShakyPaths, HoldKeepsTheSizeOfWhatItHoldsOnTheIdealPathOnly) {
 }
 
 TEST(ShakyPaths, AZoomWithoutMotionIsEvenInItsLogarithm) {
-  const PathDescription path = ShakyScene(R"({"kind": "wave", "views": 41, "centre": [0, 0, 1], "amplitude": [0, 0, 0], "zoom": [0.5, 2]})").paths[0];
+  const PathDescription path =
+      ShakyScene(R"({"kind": "wave", "views": 41, "centre": [0, 0, 1], "amplitude": [0, 0, 0], "zoom": [0.5, 2]})")
+          .paths[0];
   EXPECT_NEAR(ZoomAt(path, 0), 0.5, kRounding);
   EXPECT_NEAR(ZoomAt(path, 20), 1, kRounding);
   EXPECT_NEAR(ZoomAt(path, 40), 2, kRounding);
@@ -103,16 +111,19 @@ TEST(ShakyPaths, WhatCannotBeHeldOrZoomedIsRefused) {
 class ShakyCapture : public ::testing::Test {
  protected:
   SimulateOptions Options(const std::string& output, const std::string& path, const std::string& more = "") {
-    std::ofstream(folder_ / "scene.json") << R"({"name": "wall", "image": {"format": "png"}, "cameras": [{"size": [64, 48], "fov_deg": 50}], "path": )"
-                                          << path << R"(, "materials": [{"name": "wall", "texture": {"kind": "cells", "size": 0.3}}],
+    std::ofstream(folder_ / "scene.json")
+        << R"({"name": "wall", "image": {"format": "png"}, "cameras": [{"size": [64, 48], "fov_deg": 50}], "path": )"
+        << path << R"(, "materials": [{"name": "wall", "texture": {"kind": "cells", "size": 0.3}}],
         "objects": [{"kind": "quad", "size": [20, 20], "position": [0, 4, 0], "rotate_deg": [90, 0, 0], "material": "wall"}])"
-                                          << more << "}";
+        << more << "}";
     SimulateOptions options;
     options.scene_file = folder_ / "scene.json";
     options.output = folder_ / output;
     return options;
   }
-  nlohmann::json Views(const std::string& capture, const char* file) { return nlohmann::json::parse(ReadText(folder_ / capture / "truth" / file))["views"]; }
+  nlohmann::json Views(const std::string& capture, const char* file) {
+    return nlohmann::json::parse(ReadText(folder_ / capture / "truth" / file))["views"];
+  }
   TemporaryFolder folder_;
 };
 
@@ -146,7 +157,9 @@ TEST_F(ShakyCapture, HasTheCamerasOfItsIdealPathAndASteadyCaptureShowsThem) {
 }
 
 TEST_F(ShakyCapture, OfALensThatZoomsHasACameraAView) {
-  SimulateOptions options = Options("zoom", R"({"kind": "wave", "views": 3, "centre": [0, 0, 0], "direction": [0, 1, 0], "amplitude": [0, 0, 0], "zoom": [1, 4]})");
+  SimulateOptions options = Options(
+      "zoom",
+      R"({"kind": "wave", "views": 3, "centre": [0, 0, 0], "direction": [0, 1, 0], "amplitude": [0, 0, 0], "zoom": [1, 4]})");
   Simulate(options, SilentProgress());
   const Scene scene = OpenScene(options.output, {}, SilentProgress());
   ASSERT_EQ(scene.cameras.size(), 3u);
@@ -163,9 +176,11 @@ TEST_F(ShakyCapture, OfALensThatZoomsHasACameraAView) {
 }
 
 TEST_F(ShakyCapture, OfATripodRepeatsOnePicture) {
-  SimulateOptions options = Options("tripod", R"({"kind": "wave", "views": 2, "centre": [0, 0, 0], "direction": [0, 1, 0], "amplitude": [0, 0, 0]})");
+  SimulateOptions options = Options(
+      "tripod", R"({"kind": "wave", "views": 2, "centre": [0, 0, 0], "direction": [0, 1, 0], "amplitude": [0, 0, 0]})");
   Simulate(options, SilentProgress());
-  EXPECT_EQ(ReadImage8(options.output / "images/wall_0000.png").data, ReadImage8(options.output / "images/wall_0001.png").data);
+  EXPECT_EQ(ReadImage8(options.output / "images/wall_0000.png").data,
+            ReadImage8(options.output / "images/wall_0001.png").data);
 }
 
 TEST_F(ShakyCapture, WhereNothingShakesThereIsNothingToScale) {

@@ -1,4 +1,5 @@
-// The families in closed form: what a camera without a shake shows is found exactly, a shaky one's path is smooth and near.
+// The families in closed form: what a camera without a shake shows is found exactly, a shaky one's path is smooth and
+// near.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,15 +15,18 @@ namespace {
 
 using namespace test;
 
-constexpr double kExactPx = 1e-4;    // of a fit by iterations that stop at a relative decrease of 1e-10
-constexpr double kJitterPx = 0.1;    // above 1 Hz of a path that is smooth by its form; what is left is of points that pass near by
+constexpr double kExactPx = 1e-4;  // of a fit by iterations that stop at a relative decrease of 1e-10
+constexpr double kJitterPx =
+    0.1;  // above 1 Hz of a path that is smooth by its form; what is left is of points that pass near by
 
-std::vector<Matrix34d> Fitted(const Walk& walk, MotionModel model, const Telling& telling = {}, ModelFit* out = nullptr) {
+std::vector<Matrix34d> Fitted(const Walk& walk, MotionModel model, const Telling& telling = {},
+                              ModelFit* out = nullptr) {
   const FilmedScene film = ReadWalk(walk, telling);
   ModelFitOptions options;
   if (model == MotionModel::kVertigo) {
     // The object's points by their place in the scene: all points are told in their order, those hardly seen left out.
-    for (std::size_t i = film.X.size() - walk.object.size(); i < film.X.size(); ++i) options.object.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = film.X.size() - walk.object.size(); i < film.X.size(); ++i)
+      options.object.push_back(static_cast<std::int32_t>(i));
   }
   const ModelFit fit = FitModel(film, model, options);
   if (out) *out = fit;
@@ -97,7 +101,8 @@ TEST(Vertigo, IsFoundExactlyAndFollowsItsLaw) {
       const double rho = 6 / walk.X[j].z(), r0 = (Eigen::Vector3d(P[0] * walk.X[j]).hnormalized() - focus).norm();
       for (const std::size_t t : {20U, 59U}) {
         const double time = 2.5 / 6 * static_cast<double>(t) / 59;
-        EXPECT_NEAR((Eigen::Vector3d(P[t] * walk.X[j]).hnormalized() - focus).norm(), r0 * (1 - time) / (1 - rho * time), 1e-2);
+        EXPECT_NEAR((Eigen::Vector3d(P[t] * walk.X[j]).hnormalized() - focus).norm(),
+                    r0 * (1 - time) / (1 - rho * time), 1e-2);
       }
     }
   }
@@ -107,7 +112,9 @@ TEST(Circular, IsFoundExactlyFromFiveDegreesToTheWholeCircle) {
   for (const double arc : {5.0, 40.0, 120.0, 350.0}) {
     const Walk walk = Around(60, arc, kStill);
     ModelFit fit;
-    const auto P = Fitted(walk, MotionModel::kCircular, In(walk, 10, 4, arc < 100 ? Eigen::Vector3d(0.004, 0.002, -0.005) : Eigen::Vector3d::Zero()), &fit);
+    const auto P =
+        Fitted(walk, MotionModel::kCircular,
+               In(walk, 10, 4, arc < 100 ? Eigen::Vector3d(0.004, 0.002, -0.005) : Eigen::Vector3d::Zero()), &fit);
     EXPECT_LT(LargestDistancePx(walk, P, walk.ideal), 0.01) << arc;
     EXPECT_NEAR(std::abs(fit.turn_rad) * 180 / std::numbers::pi, arc, 0.02 * arc) << arc;
   }
@@ -116,7 +123,8 @@ TEST(Circular, IsFoundExactlyFromFiveDegreesToTheWholeCircle) {
 TEST(Circular, PointsRunThroughConics) {
   const Walk walk = Around(90, 100);
   const auto P = Fitted(walk, MotionModel::kCircular);
-  // Six images of a point lie on one conic: the determinant of their monomials vanishes, against five and one moved by a pixel.
+  // Six images of a point lie on one conic: the determinant of their monomials vanishes, against five and one moved by
+  // a pixel.
   for (std::size_t j = 0; j < 200; j += 20) {
     const auto determinant = [&](double moved) {
       Eigen::Matrix<double, 6, 6> M;
@@ -154,7 +162,9 @@ TEST(Vertigo, KeepsTheObjectsSizeWithinAPercent) {
   for (const double aside : {0.0, 1.2}) {
     const Walk walk = Vertigo(150, aside);
     const auto sizes = ObjectSizes(walk, Fitted(walk, MotionModel::kVertigo)), shaky = ObjectSizes(walk, walk.shaky);
-    const auto spread = [](const std::vector<double>& s) { return *std::max_element(s.begin(), s.end()) / *std::min_element(s.begin(), s.end()) - 1; };
+    const auto spread = [](const std::vector<double>& s) {
+      return *std::max_element(s.begin(), s.end()) / *std::min_element(s.begin(), s.end()) - 1;
+    };
     EXPECT_GT(spread(shaky), 0.02);
     EXPECT_LT(spread(sizes), 0.01);
   }

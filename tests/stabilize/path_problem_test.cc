@@ -37,20 +37,24 @@ TEST(PathProblem, IsTheLowPassItSaysItIs) {
     for (const double hz : {0.05, 0.3, 1.0, 2.0}) {
       constexpr int kFrames = 901, kMiddle = 450;  // ends far from the middle
       const double amplitude = 0.02;
-      const Shifted s = Shift(kFrames, [&](int t) { return Eigen::Vector2d(amplitude * std::cos(2 * std::numbers::pi * hz * (t - kMiddle) / kFps), 0); });
+      const Shifted s = Shift(kFrames, [&](int t) {
+        return Eigen::Vector2d(amplitude * std::cos(2 * std::numbers::pi * hz * (t - kMiddle) / kFps), 0);
+      });
       PathProblemOptions options;
       options.smoothness = SmoothnessOf(cutoff, kFps);
       std::vector<Matrix34d> P = s.P;
       const PathProblemSummary summary = SolvePathProblem(s.wanted, options, P);
       ASSERT_TRUE(summary.usable);
-      const double w = 2 - 2 * std::cos(2 * std::numbers::pi * hz / kFps), expected = 1 / (1 + options.smoothness * w * w);
+      const double w = 2 - 2 * std::cos(2 * std::numbers::pi * hz / kFps),
+                   expected = 1 / (1 + options.smoothness * w * w);
       EXPECT_NEAR(ShiftOf(P[kMiddle]) / amplitude, expected, 2e-3) << cutoff << " " << hz;
     }
   EXPECT_NEAR(1 / (1 + SmoothnessOf(0.3, 30) * std::pow(2 - 2 * std::cos(2 * std::numbers::pi * 0.01), 2)), 0.5, 1e-12);
   EXPECT_NEAR(SmoothnessOf(1000, 30), 1.0 / 16, 1e-12);  // beyond Nyquist: its own
 }
 
-// The cost's gradient by finite differences vanishes at the solution, and only there: the analytic derivatives are the residuals'.
+// The cost's gradient by finite differences vanishes at the solution, and only there: the analytic derivatives are the
+// residuals'.
 TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
   const Walk walk = Forward(14);
   const FilmedScene film = ReadWalk(walk);
@@ -68,7 +72,9 @@ TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
     const Eigen::Vector4d centre = CentreOfProjection(film.frames[t].P);
     for (std::size_t k = 0; k < film.frames[t].sights.size(); k += 5) {
       const Eigen::Vector4d& X = film.X[static_cast<std::size_t>(film.frames[t].sights[k].point)];
-      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3), k % 2 == 0 ? Eigen::Vector4d(X + 0.3 * X.norm() * centre) : Eigen::Vector4d::Zero(), film.frames[t].sights[k].x});
+      frame.points.push_back({X, film.frames[t].sights[k].x, 1.0 + static_cast<double>(k % 3),
+                              k % 2 == 0 ? Eigen::Vector4d(X + 0.3 * X.norm() * centre) : Eigen::Vector4d::Zero(),
+                              film.frames[t].sights[k].x});
       frame.bend.emplace_back(1e-3 * std::sin(static_cast<double>(k)), 1e-3);
     }
     P.push_back(film.frames[t].P);
@@ -99,10 +105,13 @@ TEST(PathProblem, EndsWhereFiniteDifferencesSayThatNothingIsToBeGained) {
         const WantedPoint& p = wanted[t].points[j];
         const auto image = [&](std::size_t s) { return Eigen::Vector2d(Eigen::Vector3d(at[s] * p.X).hnormalized()); };
         sum += 0.5 * p.share / shares * wanted[t].weight * (image(t) - p.y).squaredNorm();
-        if (!p.Z.isZero()) sum += 0.5 * p.share / shares * wanted[t].parallax * (image(t) - Eigen::Vector3d(at[t] * p.Z).hnormalized()).squaredNorm();
+        if (!p.Z.isZero())
+          sum += 0.5 * p.share / shares * wanted[t].parallax *
+                 (image(t) - Eigen::Vector3d(at[t] * p.Z).hnormalized()).squaredNorm();
         if (t == 0 || t + 1 == at.size()) continue;
         const auto D2 = SecondDifference(options.times, t);
-        sum += 0.5 * p.share / shares * options.smoothness * (D2[0] * image(t - 1) + D2[1] * image(t) + D2[2] * image(t + 1) - wanted[t].bend[j]).squaredNorm();
+        sum += 0.5 * p.share / shares * options.smoothness *
+               (D2[0] * image(t - 1) + D2[1] * image(t) + D2[2] * image(t + 1) - wanted[t].bend[j]).squaredNorm();
       }
     }
     return sum;
@@ -133,7 +142,8 @@ TEST(SecondDifference, OfAConstantVelocityIsNoneWhereverFramesAreMissing) {
     const auto d = SecondDifference(times, t);
     EXPECT_NEAR(d[0] + d[1] + d[2], 0, 1e-12);
     EXPECT_NEAR(d[0] * times[t - 1] + d[1] * times[t] + d[2] * times[t + 1], 0, 1e-12);
-    const double parabola = d[0] * times[t - 1] * times[t - 1] + d[1] * times[t] * times[t] + d[2] * times[t + 1] * times[t + 1];
+    const double parabola =
+        d[0] * times[t - 1] * times[t - 1] + d[1] * times[t] * times[t] + d[2] * times[t + 1] * times[t + 1];
     EXPECT_NEAR(parabola, 2 * std::sqrt(0.5 * (times[t + 1] - times[t - 1])), 1e-12);
   }
   const auto even = SecondDifference({0, 1, 2}, 1);
@@ -145,7 +155,8 @@ TEST(SecondDifference, OfAConstantVelocityIsNoneWhereverFramesAreMissing) {
 TEST(PathProblem, LeavesHeldFramesWhereTheyAreAndJoinsThemSmoothly) {
   Shifted s = Shift(80, [](int t) { return Eigen::Vector2d(t % 2 == 0 ? 0.01 : -0.01, 0); });
   for (int t = 0; t < 10; ++t) {
-    s.P[static_cast<std::size_t>(t)].block<2, 1>(0, 2) = s.P[static_cast<std::size_t>(t)](2, 2) * Eigen::Vector2d(0.05, 0);
+    s.P[static_cast<std::size_t>(t)].block<2, 1>(0, 2) =
+        s.P[static_cast<std::size_t>(t)](2, 2) * Eigen::Vector2d(0.05, 0);
     s.wanted[static_cast<std::size_t>(t)].held = true;
   }
   PathProblemOptions options;
@@ -155,7 +166,8 @@ TEST(PathProblem, LeavesHeldFramesWhereTheyAreAndJoinsThemSmoothly) {
   for (std::size_t t = 0; t < 10; ++t) EXPECT_TRUE(P[t].isApprox(s.P[t].normalized(), 1e-12));
   EXPECT_NEAR(ShiftOf(P[10]), 0.05, 2e-3);  // goes on as it was
   EXPECT_NEAR(ShiftOf(P[60]), 0, 3e-3);
-  for (std::size_t t = 9; t < 78; ++t) EXPECT_LT(std::abs(ShiftOf(P[t]) - 2 * ShiftOf(P[t + 1]) + ShiftOf(P[t + 2])), 5e-4);
+  for (std::size_t t = 9; t < 78; ++t)
+    EXPECT_LT(std::abs(ShiftOf(P[t]) - 2 * ShiftOf(P[t + 1]) + ShiftOf(P[t + 2])), 5e-4);
 }
 
 TEST(PathProblem, RefusesNumbersThatDoNotFitAndReturnsWithoutTargets) {

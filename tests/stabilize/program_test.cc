@@ -6,8 +6,8 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
-#include "scene/files/scene_folder.h"
 #include "scene/files/matrix_path.h"
+#include "scene/files/scene_folder.h"
 #include "tests/stabilize/walks.h"
 #include "tests/support/child_program.h"
 
@@ -24,7 +24,8 @@ fs::path SceneOn(const fs::path& folder, const Walk& walk) {
   fs::create_directories(folder / "images");
   WriteImage(folder / "images" / scene.views.front().name, Image8(kWidthPx, kHeightPx, 3, 90));
   for (std::size_t v = 1; v < scene.views.size(); ++v)
-    fs::copy_file(folder / "images" / scene.views.front().name, folder / "images" / scene.views[v].name, fs::copy_options::overwrite_existing);
+    fs::copy_file(folder / "images" / scene.views.front().name, folder / "images" / scene.views[v].name,
+                  fs::copy_options::overwrite_existing);
   scene.folder = folder;
   scene.image_folder = folder / "images";
   UpdateFrameOfReference(scene);
@@ -36,7 +37,8 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   const TemporaryFolder folder;
   const Walk walk = Sideways(75);
   const fs::path scene = SceneOn(folder / "scene", walk), path = folder / "path.json";
-  const ProgramResult run = RunProgram({"lumi-stabilize", scene, "-o", path, "--model", "linear", "--plot", folder / "tracks.svg", "--border", "fill", "--json"});
+  const ProgramResult run = RunProgram({"lumi-stabilize", scene, "-o", path, "--model", "linear", "--plot",
+                                        folder / "tracks.svg", "--border", "fill", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
   EXPECT_EQ(j["model"], "linear");
@@ -52,7 +54,10 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   EXPECT_LT(JitterPx(walk, InWalk(read, {})), 0.1);
   EXPECT_THAT(ReadText(folder / "tracks.svg"), HasSubstr("<svg"));
   // The same bytes again, and a window that goes on from it.
-  ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "again.json", "--model", "linear", "--border", "fill", "--threads", "1"}).exit_code, 0);
+  ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "again.json", "--model", "linear", "--border", "fill",
+                        "--threads", "1"})
+                .exit_code,
+            0);
   EXPECT_EQ(ReadText(path), ReadText(folder / "again.json"));
   ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", path, "--anchors", "75"}).exit_code, 0);
   MatrixPath anchored = ReadMatrixPath(path);
@@ -63,10 +68,12 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   const MatrixPath copy = ReadMatrixPath(folder / "copy.json");
   EXPECT_EQ(copy.object_px, anchored.object_px);
   EXPECT_EQ(copy.keys[70].steady, anchored.keys[70].steady);
-  const ProgramResult next = RunProgram({"lumi-stabilize", scene, "-o", folder / "next.json", "--continue", path, "--json"});
+  const ProgramResult next =
+      RunProgram({"lumi-stabilize", scene, "-o", folder / "next.json", "--continue", path, "--json"});
   ASSERT_EQ(next.exit_code, 0) << next.err;
   EXPECT_EQ(json::parse(next.out)["joined_frames"], 75);
-  EXPECT_EQ(json::parse(next.out)["shown"], (json{"frame_000005.png", "frame_000074.png"}));  // from where its own frames can fill a picture
+  EXPECT_EQ(json::parse(next.out)["shown"],
+            (json{"frame_000005.png", "frame_000074.png"}));  // from where its own frames can fill a picture
 }
 
 TEST(StabilizeProgram, RefusesByNameAndExitCode) {

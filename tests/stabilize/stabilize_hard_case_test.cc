@@ -1,4 +1,5 @@
-// Where a video has no structure, too little of it, or something else in it: each ends in the right path or a named refusal.
+// Where a video has no structure, too little of it, or something else in it: each ends in the right path or a named
+// refusal.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +15,8 @@ namespace {
 
 using namespace test;
 
-constexpr double kJitterPx = 0.5;   // what is promised above 1 Hz
-constexpr double kFamilyPx = 0.1;   // of paths that are smooth by their form
+constexpr double kJitterPx = 0.5;  // what is promised above 1 Hz
+constexpr double kFamilyPx = 0.1;  // of paths that are smooth by their form
 constexpr double kTripodPx = 1.0;
 
 StabilizeOptions With(MotionModel model) {
@@ -31,7 +32,8 @@ StabilizeOptions WithObject(const Walk& walk) {
   return options;
 }
 
-std::vector<Matrix34d> Stabilized(const Walk& walk, const StabilizeOptions& options, const Telling& telling = {}, StabilizeReport* out = nullptr) {
+std::vector<Matrix34d> Stabilized(const Walk& walk, const StabilizeOptions& options, const Telling& telling = {},
+                                  StabilizeReport* out = nullptr) {
   StabilizeReport report;
   const auto P = InWalk(Stabilize(ReadWalk(walk, telling), options, report, SilentProgress()), telling);
   if (out) *out = report;
@@ -54,19 +56,23 @@ std::string Refused(const std::function<void()>& what, ExitCode code = ExitCode:
 // Homographies as lumi-reconstruct writes them: [G | 0] and points (d, 1) on the unit sphere.
 Walk Turning(int frames, const std::function<Eigen::Matrix3d(double u)>& meant, const Hand& hand) {
   std::vector<Eigen::Vector4d> X;
-  for (const Eigen::Vector4d& x : PointsIn({-2.5, -1.2, 1}, {2.5, 1.2, 1.2}, 900, 21)) X.push_back(Eigen::Vector3d(x.head<3>().normalized()).homogeneous());
+  for (const Eigen::Vector4d& x : PointsIn({-2.5, -1.2, 1}, {2.5, 1.2, 1.2}, 900, 21))
+    X.push_back(Eigen::Vector3d(x.head<3>().normalized()).homogeneous());
   Hand turning = hand;
   turning.move = 0;
-  Walk walk = Film(frames, [&](double) { return Pose{}; }, X, turning);  // the hand alone, at the world's origin
+  Walk walk = Film(
+      frames, [&](double) { return Pose{}; }, X, turning);  // the hand alone, at the world's origin
   const Eigen::Matrix3d lens = walk.ideal[0].leftCols<3>(), inverse = lens.inverse();
   for (int t = 0; t < frames; ++t) {
     const auto at = static_cast<std::size_t>(t);
-    const Eigen::Matrix3d H = meant(frames > 1 ? t / (frames - 1.0) : 0), shake = walk.shaky[at].leftCols<3>() * inverse;
+    const Eigen::Matrix3d H = meant(frames > 1 ? t / (frames - 1.0) : 0),
+                          shake = walk.shaky[at].leftCols<3>() * inverse;
     walk.ideal[at].leftCols<3>() = H * lens;
     walk.shaky[at].leftCols<3>() = shake * walk.ideal[at].leftCols<3>();
     for (std::size_t j = 0; j < X.size(); ++j) {
       const Eigen::Vector3d q = walk.shaky[at] * X[j];
-      walk.seen[at][j] = q.z() > 0.1 && q.x() >= 0 && q.y() >= 0 && q.x() <= kWidthPx * q.z() && q.y() <= kHeightPx * q.z();
+      walk.seen[at][j] =
+          q.z() > 0.1 && q.x() >= 0 && q.y() >= 0 && q.x() <= kWidthPx * q.z() && q.y() <= kHeightPx * q.z();
     }
   }
   return walk;
@@ -99,7 +105,8 @@ TEST(HardCase, PureRotationIsSmoothedByHomographiesAndSaysSo) {
 }
 
 TEST(HardCase, ATripodsVideoStaysWhatItIs) {
-  const Walk walk = Turning(60, [](double) { return Eigen::Matrix3d::Identity(); }, kStill);
+  const Walk walk = Turning(
+      60, [](double) { return Eigen::Matrix3d::Identity(); }, kStill);
   for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
     StabilizeOptions options = With(model);
     options.crop = true;  // there is nothing to crop
@@ -116,7 +123,8 @@ TEST(HardCase, ATripodsVideoStaysWhatItIs) {
   }
   Telling telling;
   telling.noise_px = 0.2;
-  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) EXPECT_LT(LargestDistancePx(still, Stabilized(still, With(model), telling), still.shaky), kTripodPx);
+  for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear})
+    EXPECT_LT(LargestDistancePx(still, Stabilized(still, With(model), telling), still.shaky), kTripodPx);
   EXPECT_EQ(Refused([&] { Stabilized(still, With(MotionModel::kCircular)); }).find("circular: "), 0U);
 }
 
@@ -128,7 +136,10 @@ TEST(HardCase, APlaneFilmedAlongALineIsExactByItsHomographies) {
         [](double u) {
           Eigen::Matrix3d K;
           K << kFocalPx, 0, 320, 0, kFocalPx, 180, 0, 0, 1;
-          return Eigen::Matrix3d(K * (Eigen::Matrix3d::Identity() + u * Eigen::Vector3d(0.5, 0.05, -0.2) * Eigen::RowVector3d(-0.1, 0, 1)) * K.inverse());
+          return Eigen::Matrix3d(
+              K *
+              (Eigen::Matrix3d::Identity() + u * Eigen::Vector3d(0.5, 0.05, -0.2) * Eigen::RowVector3d(-0.1, 0, 1)) *
+              K.inverse());
         },
         hand);
     const auto P = Stabilized(walk, With(MotionModel::kLinear));
@@ -148,26 +159,33 @@ TEST(HardCase, AZoomWithoutMotionIsSmoothedWithoutItsShake) {
 }
 
 TEST(HardCase, TheFocusOfExpansionMayLieAnywhereAndGoThroughTheBorder) {
-  // Along (sin a, 0, cos a), looking ahead: the focus is at the picture's middle, inside, on its border, just beyond, far, at infinity.
+  // Along (sin a, 0, cos a), looking ahead: the focus is at the picture's middle, inside, on its border, just beyond,
+  // far, at infinity.
   const double border_deg = std::atan(320 / kFocalPx) * kDegPerRad;
   for (const double angle_deg : {0.0, 15.0, border_deg, border_deg + 1e-9, 50.0, 85.0, 89.999, 90.0, 90.001, 120.0}) {
     const Eigen::Vector3d along(std::sin(angle_deg * kRadPerDeg), 0, std::cos(angle_deg * kRadPerDeg));
     const Walk walk = Film(
-        40, [&](double u) { return Pose{{Eigen::Quaterniond::Identity(), -2 * u * along}}; }, PointsIn({-9, -4, 5}, {9, 4, 20}, 500, 31), kStill);
+        40,
+        [&](double u) {
+          return Pose{{Eigen::Quaterniond::Identity(), -2 * u * along}};
+        },
+        PointsIn({-9, -4, 5}, {9, 4, 20}, 500, 31), kStill);
     StabilizeReport report;
-    EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kLinear), {}, &report), walk.ideal), 1e-3) << angle_deg;
+    EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kLinear), {}, &report), walk.ideal), 1e-3)
+        << angle_deg;
     ASSERT_TRUE(report.focus_of_expansion_px);
-    const Eigen::Vector3d e = *report.focus_of_expansion_px, truth(kFocalPx * along.x() + 320 * along.z(), 180 * along.z(), along.z());
+    const Eigen::Vector3d e = *report.focus_of_expansion_px,
+                          truth(kFocalPx * along.x() + 320 * along.z(), 180 * along.z(), along.z());
     EXPECT_LT(e.normalized().cross(truth.normalized()).norm(), 1e-5) << angle_deg;
   }
   // And within one video: a walk that turns from its line of sight, the focus passing through the border.
-  const Walk turning = Film(
-      120,
-      [](double u) {
-        const double a = 1.2 * u;
-        return Pose{LookAt({0, 0, 4 * u}, Eigen::Vector3d(std::sin(a), 0, 4 * u + std::cos(a)), -Eigen::Vector3d::UnitY())};
-      },
-      PointsIn({-12, -4, -2}, {25, 4, 25}, 2000, 32), {});
+  const Walk turning = Film(120,
+                            [](double u) {
+                              const double a = 1.2 * u;
+                              return Pose{LookAt({0, 0, 4 * u}, Eigen::Vector3d(std::sin(a), 0, 4 * u + std::cos(a)),
+                                                 -Eigen::Vector3d::UnitY())};
+                            },
+                            PointsIn({-12, -4, -2}, {25, 4, 25}, 2000, 32), {});
   EXPECT_LT(JitterPx(turning, Stabilized(turning, With(MotionModel::kSmooth))), kJitterPx);
 }
 
@@ -177,7 +195,8 @@ TEST(HardCase, FortyPercentOfTheTracksFollowAnotherMotion) {
     Scene scene = Told(walk);
     for (std::size_t j = 0; j < scene.points.size(); j += 1)
       if (j % 5 < 2)
-        for (Observation& o : scene.points[j].track) o.x_px += Eigen::Vector2d(3.0 * o.view.value, 40 * std::sin(0.1 * o.view.value));
+        for (Observation& o : scene.points[j].track)
+          o.x_px += Eigen::Vector2d(3.0 * o.view.value, 40 * std::sin(0.1 * o.view.value));
     StabilizeReport report;
     const auto P = InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {});
     EXPECT_LT(JitterPx(walk, P), model == MotionModel::kLinear ? kFamilyPx : kJitterPx);
@@ -191,7 +210,9 @@ TEST(HardCase, AFewFramesAreEnoughOrRefused) {
     EXPECT_EQ(P.size(), 10U);
     EXPECT_LT(LargestDistancePx(ten, P, ten.ideal), 60);  // a third of a second says little of what was meant
   }
-  EXPECT_LT(LargestDistancePx(Sideways(10, kStill), Stabilized(Sideways(10, kStill), With(MotionModel::kSmooth)), Sideways(10, kStill).ideal), 1e-2);
+  EXPECT_LT(LargestDistancePx(Sideways(10, kStill), Stabilized(Sideways(10, kStill), With(MotionModel::kSmooth)),
+                              Sideways(10, kStill).ideal),
+            1e-2);
   const Walk three = Sideways(3, kStill), two = Sideways(2, kStill);
   EXPECT_LT(LargestDistancePx(three, Stabilized(three, With(MotionModel::kLinear)), three.ideal), 1e-2);
   EXPECT_LT(LargestDistancePx(three, Stabilized(three, With(MotionModel::kSmooth)), three.ideal), 1e-2);
@@ -210,14 +231,18 @@ TEST(HardCase, WithoutAPointSmoothChangesNothingAndModelsAreRefused) {
   const auto P = InWalk(Stabilize(film, With(MotionModel::kSmooth), report, SilentProgress()), {});
   EXPECT_LT(LargestDistancePx(walk, P, walk.shaky), 1e-6);
   EXPECT_EQ(report.view_scale, 1);
-  EXPECT_NE(Refused([&] { Stabilize(film, With(MotionModel::kLinear), report, SilentProgress()); }).find("no frame has a point"), std::string::npos);
+  EXPECT_NE(Refused([&] {
+              Stabilize(film, With(MotionModel::kLinear), report, SilentProgress());
+            }).find("no frame has a point"),
+            std::string::npos);
   EXPECT_FALSE(Refused([&] { Stabilize(film, With(MotionModel::kCircular), report, SilentProgress()); }).empty());
 }
 
 TEST(HardCase, FramesWithoutPointsInsideAVideoAreCarriedByTheirNeighbours) {
   const Walk walk = Wander(120);
   Scene scene = Told(walk);
-  for (Point& point : scene.points) std::erase_if(point.track, [](const Observation& o) { return o.view.value >= 50 && o.view.value < 65; });
+  for (Point& point : scene.points)
+    std::erase_if(point.track, [](const Observation& o) { return o.view.value >= 50 && o.view.value < 65; });
   for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
     StabilizeReport report;
     const auto P = InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {});
@@ -226,7 +251,8 @@ TEST(HardCase, FramesWithoutPointsInsideAVideoAreCarriedByTheirNeighbours) {
 }
 
 TEST(HardCase, AnyProjectiveFrameOfConditionAMillionGivesTheSamePixels) {
-  // In such a frame P and X, kept in doubles, tell the film itself to a few 1e-7 px only: the path can be no surer than they are.
+  // In such a frame P and X, kept in doubles, tell the film itself to a few 1e-7 px only: the path can be no surer than
+  // they are.
   constexpr double kSamePx = 1e-6, kTimesTheFilms = 100;
   const Walk walk = Sideways(60);
   for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
@@ -241,9 +267,14 @@ TEST(HardCase, AnyProjectiveFrameOfConditionAMillionGivesTheSamePixels) {
       double film_px = 0;
       for (const Point& point : told.points)
         for (const Observation& o : point.track)
-          film_px = std::max(film_px, (Eigen::Vector3d(told.views[static_cast<std::size_t>(o.view.value)].P * point.X_in_world).hnormalized() - o.x_px).norm());
+          film_px = std::max(
+              film_px,
+              (Eigen::Vector3d(told.views[static_cast<std::size_t>(o.view.value)].P * point.X_in_world).hnormalized() -
+               o.x_px)
+                  .norm());
       const double apart = LargestDistancePx(walk, P, plain);
-      EXPECT_LT(apart, std::max(kSamePx, kTimesTheFilms * film_px)) << Name(model) << " " << seed << ": the film's own " << film_px;
+      EXPECT_LT(apart, std::max(kSamePx, kTimesTheFilms * film_px))
+          << Name(model) << " " << seed << ": the film's own " << film_px;
       EXPECT_LT(apart, 1e-4);
     }
   }
@@ -263,7 +294,8 @@ TEST(HardCase, PointsMayCrossThePlaneAtInfinity) {
 }
 
 TEST(HardCase, PointsThatTheCameraRunsIntoDoNotBendThePath) {
-  // A few centimetres ahead of a camera that goes four a frame: in the next frame or the one after they lie in its principal plane.
+  // A few centimetres ahead of a camera that goes four a frame: in the next frame or the one after they lie in its
+  // principal plane.
   const Walk walk = Forward(90);
   Scene scene = Told(walk);
   for (int t = 40; t < 60; ++t) {
@@ -277,11 +309,14 @@ TEST(HardCase, PointsThatTheCameraRunsIntoDoNotBendThePath) {
     }
     scene.points.push_back(point);
   }
-  constexpr double kNearbyPx = 1;  // 3.4 where they count in every frame; what is left of them is true parallax of a hand's breadth
+  constexpr double kNearbyPx =
+      1;  // 3.4 where they count in every frame; what is left of them is true parallax of a hand's breadth
   StabilizeOptions options = With(MotionModel::kSmooth);
   options.points = 1000;  // all of them
   StabilizeReport report;
-  EXPECT_LT(JitterPx(walk, InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), options, report, SilentProgress()), {})), kNearbyPx);
+  EXPECT_LT(
+      JitterPx(walk, InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), options, report, SilentProgress()), {})),
+      kNearbyPx);
 }
 
 TEST(HardCase, TheFixedObjectMayLeaveTheFrame) {
@@ -319,7 +354,10 @@ TEST(HardCase, ARollingShuttersRowsDoNotShakeThePath) {
     }
   for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
     StabilizeReport report;
-    EXPECT_LT(JitterPx(walk, InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {})), kJitterPx);
+    EXPECT_LT(
+        JitterPx(walk,
+                 InWalk(Stabilize(ReadFilmedScene(scene, std::nullopt), With(model), report, SilentProgress()), {})),
+        kJitterPx);
   }
 }
 
@@ -331,7 +369,8 @@ TEST(HardCase, FramesMissingInTheMiddleDoNotBendThePath) {
   cut(walk.ideal), cut(walk.shaky), cut(walk.seen);
   for (const bool timed : {true, false}) {
     Scene scene = Told(walk);
-    for (std::size_t t = 45; t < scene.views.size(); ++t) scene.views[t].frame_index = static_cast<int>(t) + 15, scene.views[t].time_s = (t + 15.0) / kFps;
+    for (std::size_t t = 45; t < scene.views.size(); ++t)
+      scene.views[t].frame_index = static_cast<int>(t) + 15, scene.views[t].time_s = (t + 15.0) / kFps;
     if (!timed)
       for (View& view : scene.views) view.time_s.reset();
     for (const MotionModel model : {MotionModel::kSmooth, MotionModel::kLinear}) {
@@ -352,7 +391,8 @@ TEST(HardCase, SmoothKeepsWhatWasMeantAndTakesTheShakeByItsTransferFunction) {
     Hand hand = kStill;
     hand.turn_rad = 0.015;
     hand.only_hz = hz;
-    const Walk walk = Turning(frames, [](double) { return Eigen::Matrix3d::Identity(); }, hand);
+    const Walk walk = Turning(
+        frames, [](double) { return Eigen::Matrix3d::Identity(); }, hand);
     const auto P = Stabilized(walk, With(MotionModel::kSmooth));
     // Of the whole picture: its keystone passes up to a higher frequency, which the middle moves by as well.
     double in = 0, out = 0;
@@ -370,25 +410,32 @@ TEST(HardCase, SmoothKeepsWhatWasMeantAndTakesTheShakeByItsTransferFunction) {
       out = std::max(out, std::abs(steady) / points);
     }
     const double expected = 1 / (1 + std::pow(hz / 0.3, 4));
-    EXPECT_NEAR(out / in, expected, hz > 1 ? 5e-3 : 0.03) << hz;  // a homography's perspective is not linear: 0.03 px of 8
+    EXPECT_NEAR(out / in, expected, hz > 1 ? 5e-3 : 0.03)
+        << hz;  // a homography's perspective is not linear: 0.03 px of 8
   }
 }
 
 TEST(HardCase, WhatIsNoSimilarityOfTheFilmPassesUpToAHigherFrequency) {
-  // The picture breathes, lower and less wider, so that no scale is nearer to it than 1: at a frequency between the two cutoffs.
+  // The picture breathes, lower and less wider, so that no scale is nearer to it than 1: at a frequency between the two
+  // cutoffs.
   constexpr double kHz = 0.4, kStretch = 0.02, kWider = double(kHeightPx * kHeightPx) / (kWidthPx * kWidthPx);
   constexpr int kFrames = 600;
-  const Walk walk = Turning(kFrames, [](double u) {
-    const double s = kStretch * std::sin(2 * M_PI * kHz * u * (kFrames - 1) / kFps);
-    Eigen::Matrix3d H;
-    H << 1 + kWider * s, 0, -320 * kWider * s, 0, 1 - s, 180 * s, 0, 0, 1;
-    return H;
-  }, kStill);
+  const Walk walk = Turning(
+      kFrames,
+      [](double u) {
+        const double s = kStretch * std::sin(2 * M_PI * kHz * u * (kFrames - 1) / kFps);
+        Eigen::Matrix3d H;
+        H << 1 + kWider * s, 0, -320 * kWider * s, 0, 1 - s, 180 * s, 0, 0, 1;
+        return H;
+      },
+      kStill);
   const StabilizeOptions options = With(MotionModel::kSmooth);
   const auto P = Stabilized(walk, options);
   double out = 0;
   for (std::size_t t = 100; t < 500; ++t) {
-    const auto y = [&](double slope) { return Eigen::Vector3d(P[t] * Eigen::Vector4d(0, slope, 1, 1)).hnormalized().y(); };
+    const auto y = [&](double slope) {
+      return Eigen::Vector3d(P[t] * Eigen::Vector4d(0, slope, 1, 1)).hnormalized().y();
+    };
     out = std::max(out, std::abs((y(0.2) - y(-0.2)) / (0.4 * kFocalPx) - 1));
   }
   const double weight = 1 + std::pow(options.similar_hz / options.cutoff_hz, 4);
@@ -396,43 +443,59 @@ TEST(HardCase, WhatIsNoSimilarityOfTheFilmPassesUpToAHigherFrequency) {
 }
 
 TEST(HardCase, ASmoothPathIsOneCamerasPath) {
-  // Rigid by its form: where all points are put is what one matrix does, whose epipolar geometry to the film is exact. What a low-pass
-  // of each trajectory would be instead differs by parallax of the shake.
+  // Rigid by its form: where all points are put is what one matrix does, whose epipolar geometry to the film is exact.
+  // What a low-pass of each trajectory would be instead differs by parallax of the shake.
   const Walk walk = Wander(150);
   EXPECT_LT(JitterPx(walk, Stabilized(walk, With(MotionModel::kSmooth))), kJitterPx);
-  EXPECT_LT(JitterPx(walk, Stabilized(walk, [] { StabilizeOptions o = With(MotionModel::kSmooth); o.min_scale = 0.8; return o; }())), kJitterPx);
+  EXPECT_LT(JitterPx(walk, Stabilized(walk,
+                                      [] {
+                                        StabilizeOptions o = With(MotionModel::kSmooth);
+                                        o.min_scale = 0.8;
+                                        return o;
+                                      }())),
+            kJitterPx);
 }
 
-// A floor before a wall: one depth a direction, at which a camera that wanders ahead and zooms back shows all points nearly where they
-// were. Its pictures would be made of photos from elsewhere.
+// A floor before a wall: one depth a direction, at which a camera that wanders ahead and zooms back shows all points
+// nearly where they were. Its pictures would be made of photos from elsewhere.
 TEST(HardCase, OverAFloorBeforeAWallTheCentreStaysNearTheFilms) {
   std::vector<Eigen::Vector4d> X = PointsIn({-6, -4, 1}, {6, 1.4, 9}, 900, 31);
   for (std::size_t i = 0; i < X.size(); ++i) (i % 2 == 0 ? X[i].y() = 1.4 : X[i].z() = 9);
   const Hand hand{0.014, 0.012, 0, 0, 4};
-  const Walk walk = Film(90, [](double u) { return Pose{LookAt({0, 0, 2.5 * u}, {0, 0, 2.5 * u + 1}, -Eigen::Vector3d::UnitY())}; }, X, hand);
+  const Walk walk = Film(
+      90,
+      [](double u) {
+        return Pose{LookAt({0, 0, 2.5 * u}, {0, 0, 2.5 * u + 1}, -Eigen::Vector3d::UnitY())};
+      },
+      X, hand);
   Telling telling;  // as the film of such a place is told: cheirality leaves the plane at infinity far from where it is
   telling.plane_tilt = {0.002, -0.004, 0.05};
   const auto P = Stabilized(walk, With(MotionModel::kSmooth), telling);
   double apart = 0;
-  for (std::size_t t = 0; t < P.size(); ++t) apart = std::max(apart, (CentreOfProjection(P[t]).hnormalized() - CentreOfProjection(walk.ideal[t]).hnormalized()).norm());
+  for (std::size_t t = 0; t < P.size(); ++t)
+    apart = std::max(apart,
+                     (CentreOfProjection(P[t]).hnormalized() - CentreOfProjection(walk.ideal[t]).hnormalized()).norm());
   EXPECT_LT(apart, 0.06);  // measured 0.024, of the way's 2.5 m, on which the hand moves by up to 0.04
   EXPECT_LT(JitterPx(walk, P), kJitterPx);
 }
 
-// Windows in projective frames of their own, each with a wrong guess at the plane at infinity, against one window that knows all.
+// Windows in projective frames of their own, each with a wrong guess at the plane at infinity, against one window that
+// knows all.
 TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
   constexpr int kWindow = 200, kOverlap = 80, kTotal = 2 * kWindow - kOverlap;
-  constexpr double kTimesAlone = 1.3;     // shake at the seam, of what one window leaves there
-  constexpr double kSlowPx = 0.1;         // where one window leaves none: two straight lines are led over in 2.3 s
-  constexpr double kStepPx = 0.05;         // of any point, third difference in time
-  constexpr double kApartPx = 3, kLinesApartPx = 5;  // of where the one window puts it, which knew what comes; a straight line of fewer frames is another one
+  constexpr double kTimesAlone = 1.3;  // shake at the seam, of what one window leaves there
+  constexpr double kSlowPx = 0.1;      // where one window leaves none: two straight lines are led over in 2.3 s
+  constexpr double kStepPx = 0.05;     // of any point, third difference in time
+  constexpr double kApartPx = 3, kLinesApartPx = 5;  // of where the one window puts it, which knew what comes; a
+                                                     // straight line of fewer frames is another one
   struct Case {
     MotionModel model;
     Walk walk;
   };
   const Hand hand{0.014, 0.012, 0, 0, 2};
-  for (const Case& c : {Case{MotionModel::kSmooth, Wander(kTotal)}, Case{MotionModel::kSmooth, Forward(kTotal, hand)}, Case{MotionModel::kLinear, Sideways(kTotal)},
-                        Case{MotionModel::kVertigo, Vertigo(kTotal)}, Case{MotionModel::kCircular, Around(kTotal, 60)}}) {
+  for (const Case& c : {Case{MotionModel::kSmooth, Wander(kTotal)}, Case{MotionModel::kSmooth, Forward(kTotal, hand)},
+                        Case{MotionModel::kLinear, Sideways(kTotal)}, Case{MotionModel::kVertigo, Vertigo(kTotal)},
+                        Case{MotionModel::kCircular, Around(kTotal, 60)}}) {
     SCOPED_TRACE(Name(c.model));
     StabilizeOptions options = c.model == MotionModel::kVertigo ? WithObject(c.walk) : With(c.model);
     Telling telling;
@@ -443,7 +506,8 @@ TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
     ASSERT_EQ(joined.seams.size(), 1U);
     EXPECT_EQ(joined.reports.back().joined_frames, kOverlap);
     const int seam = joined.seams[0];
-    const double shake = JitterPx(c.walk, joined.P, seam - 30, seam + kOverlap), shake_alone = JitterPx(c.walk, alone, seam - 30, seam + kOverlap);
+    const double shake = JitterPx(c.walk, joined.P, seam - 30, seam + kOverlap),
+                 shake_alone = JitterPx(c.walk, alone, seam - 30, seam + kOverlap);
     EXPECT_LT(shake, std::max(kTimesAlone * shake_alone, kSlowPx)) << "alone " << shake_alone;
     double step = 0, apart = 0;
     for (int t = seam - 3; t < seam + kOverlap; ++t)
@@ -451,15 +515,19 @@ TEST(HardCase, WindowsInFramesOfTheirOwnJoinAsIfTheyWereOne) {
         bool seen = true;
         for (int d = -2; d <= 1; ++d) seen = seen && c.walk.seen[static_cast<std::size_t>(t + d)][j];
         if (!seen) continue;
-        const auto x = [&](const std::vector<Matrix34d>& P, int at) { return Eigen::Vector2d(Eigen::Vector3d(P[static_cast<std::size_t>(at)] * c.walk.X[j]).hnormalized()); };
-        step = std::max(step, (x(joined.P, t - 2) - 3 * x(joined.P, t - 1) + 3 * x(joined.P, t) - x(joined.P, t + 1)).norm());
+        const auto x = [&](const std::vector<Matrix34d>& P, int at) {
+          return Eigen::Vector2d(Eigen::Vector3d(P[static_cast<std::size_t>(at)] * c.walk.X[j]).hnormalized());
+        };
+        step = std::max(step,
+                        (x(joined.P, t - 2) - 3 * x(joined.P, t - 1) + 3 * x(joined.P, t) - x(joined.P, t + 1)).norm());
         apart = std::max(apart, (x(joined.P, t) - x(alone, t)).norm());
       }
     EXPECT_LT(step, kStepPx);
     EXPECT_LT(apart, c.model == MotionModel::kSmooth ? kApartPx : kLinesApartPx);
     if (c.model != MotionModel::kVertigo) continue;
     const auto sizes = ObjectSizes(c.walk, joined.P);
-    EXPECT_LT(*std::max_element(sizes.begin(), sizes.end()) / *std::min_element(sizes.begin(), sizes.end()) - 1, 0.01);  // the later window finds it again
+    EXPECT_LT(*std::max_element(sizes.begin(), sizes.end()) / *std::min_element(sizes.begin(), sizes.end()) - 1,
+              0.01);  // the later window finds it again
   }
 }
 
@@ -468,15 +536,22 @@ TEST(HardCase, APathThatHasNoFrameInCommonIsRefusedByName) {
   StabilizeOptions options = With(MotionModel::kSmooth);
   options.anchors = 20;
   StabilizeReport report;
-  options.before = Stabilize(ReadFilmedScene(ToldFrom(WindowOf(walk, 0, 30), {}, 0), std::nullopt), options, report, SilentProgress());
+  options.before = Stabilize(ReadFilmedScene(ToldFrom(WindowOf(walk, 0, 30), {}, 0), std::nullopt), options, report,
+                             SilentProgress());
   EXPECT_EQ(report.last_shown, 30 - 20 + SeamOf(20, options.half_window).begin - 1);
-  EXPECT_NE(Refused([&] { Stabilize(ReadFilmedScene(ToldFrom(WindowOf(walk, 30, 30), {}, 30), std::nullopt), options, report, SilentProgress()); }).find("anchors"), std::string::npos);
+  EXPECT_NE(Refused([&] {
+              Stabilize(ReadFilmedScene(ToldFrom(WindowOf(walk, 30, 30), {}, 30), std::nullopt), options, report,
+                        SilentProgress());
+            }).find("anchors"),
+            std::string::npos);
 }
 
-// A steady turn bends the images of points more at the picture's border than in its middle, and a walk those of near points: that is
-// what was meant, and no low-pass may flatten it.
+// A steady turn bends the images of points more at the picture's border than in its middle, and a walk those of near
+// points: that is what was meant, and no low-pass may flatten it.
 TEST(HardCase, ASteadyTurnAndASteadyWalkPassUnchanged) {
-  for (const Walk& walk : {Turning(120, [](double u) { return Pan(0.7 * (u - 0.5)); }, kStill), Forward(120, kStill), Sideways(120, kStill), Around(120, 60, kStill)})
+  for (const Walk& walk : {Turning(
+                               120, [](double u) { return Pan(0.7 * (u - 0.5)); }, kStill),
+                           Forward(120, kStill), Sideways(120, kStill), Around(120, 60, kStill)})
     EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kSmooth)), walk.ideal), 0.1);
 }
 

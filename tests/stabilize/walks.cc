@@ -42,7 +42,9 @@ class Tremor {
   std::vector<Sine> sines_;
 };
 
-Rigid3 Looking(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction) { return LookAt(eye, eye + direction, -Eigen::Vector3d::UnitY()); }
+Rigid3 Looking(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction) {
+  return LookAt(eye, eye + direction, -Eigen::Vector3d::UnitY());
+}
 
 std::optional<Eigen::Vector2d> Image(const Matrix34d& P, const Eigen::Vector4d& X) {
   const Eigen::Vector3d q = P * X;
@@ -83,16 +85,19 @@ Walk Film(int frames, const std::function<Pose(double)>& at, std::vector<Eigen::
     walk.ideal.push_back(MatrixOf(pose));
     Eigen::Vector3d turned(turn[0].At(time_s), turn[1].At(time_s), turn[2].At(time_s));
     if (hand.only_hz > 0) turned = Eigen::Vector3d(0, hand.turn_rad * std::sin(kTwoPi * hand.only_hz * time_s), 0);
-    const Eigen::Quaterniond shake = Eigen::AngleAxisd(turned.x(), Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(turned.y(), Eigen::Vector3d::UnitY()) *
+    const Eigen::Quaterniond shake = Eigen::AngleAxisd(turned.x(), Eigen::Vector3d::UnitX()) *
+                                     Eigen::AngleAxisd(turned.y(), Eigen::Vector3d::UnitY()) *
                                      Eigen::AngleAxisd(0.7 * turned.z(), Eigen::Vector3d::UnitZ());
-    pose.cam_from_world = Rigid3{shake, Eigen::Vector3d(move[0].At(time_s), move[1].At(time_s), move[2].At(time_s))} * pose.cam_from_world;
+    pose.cam_from_world = Rigid3{shake, Eigen::Vector3d(move[0].At(time_s), move[1].At(time_s), move[2].At(time_s))} *
+                          pose.cam_from_world;
     pose.focal_px *= std::exp(zoom.At(time_s));
     walk.shaky.push_back(MatrixOf(pose));
     std::vector<char>& seen = walk.seen.emplace_back();
     for (const Eigen::Vector4d& x : walk.X) {
       const auto image = Image(walk.shaky.back(), x);
       const bool near = (walk.shaky.back() * x).z() < 0.3;
-      seen.push_back(image && !near && image->x() >= 0 && image->y() >= 0 && image->x() <= kWidthPx && image->y() <= kHeightPx);
+      seen.push_back(image && !near && image->x() >= 0 && image->y() >= 0 && image->x() <= kWidthPx &&
+                     image->y() <= kHeightPx);
     }
   }
   return walk;
@@ -101,23 +106,41 @@ Walk Film(int frames, const std::function<Pose(double)>& at, std::vector<Eigen::
 Walk Forward(int frames, const Hand& hand) {
   std::vector<Eigen::Vector4d> X = PointsIn({-1.2, -1.1, 2}, {1.2, 1.1, 30}, 900, 8);
   for (std::size_t i = 0; i < X.size(); ++i) {
-    if (i % 4 < 2) X[i].x() = i % 2 == 0 ? -1.2 : 1.2;
-    else if (i % 9 != 0) X[i].y() = i % 2 == 0 ? -1.1 : 1.1;
-    else X[i].z() = 30;
+    if (i % 4 < 2)
+      X[i].x() = i % 2 == 0 ? -1.2 : 1.2;
+    else if (i % 9 != 0)
+      X[i].y() = i % 2 == 0 ? -1.1 : 1.1;
+    else
+      X[i].z() = 30;
   }
   const double way = 1.2 * frames / kFps;
-  return Film(frames, [=](double u) { return Pose{Looking({0.1, 0.05, way * u}, {0.02, 0.01, 1})}; }, X, hand);
+  return Film(
+      frames,
+      [=](double u) {
+        return Pose{Looking({0.1, 0.05, way * u}, {0.02, 0.01, 1})};
+      },
+      X, hand);
 }
 
 Walk Sideways(int frames, const Hand& hand) {
   const double way = 0.8 * frames / kFps;
-  return Film(frames, [=](double u) { return Pose{Looking({way * u, 0, 0}, {0, 0.03, 1})}; }, PointsIn({-9, -4, 5}, {9 + way, 4, 16}, 900, 7), hand);
+  return Film(
+      frames,
+      [=](double u) {
+        return Pose{Looking({way * u, 0, 0}, {0, 0.03, 1})};
+      },
+      PointsIn({-9, -4, 5}, {9 + way, 4, 16}, 900, 7), hand);
 }
 
 Walk Diagonal(int frames, const Hand& hand) {
   const double way = 0.9 * frames / kFps;
   const Eigen::Vector3d along(std::sin(25 * kRadPerDeg), 0, std::cos(25 * kRadPerDeg));
-  return Film(frames, [=](double u) { return Pose{Looking(way * u * along, {0, 0, 1})}; }, PointsIn({-12, -5, 6 + way}, {14, 5, 25 + way}, 900, 9), hand);
+  return Film(
+      frames,
+      [=](double u) {
+        return Pose{Looking(way * u * along, {0, 0, 1})};
+      },
+      PointsIn({-12, -5, 6 + way}, {14, 5, 25 + way}, 900, 9), hand);
 }
 
 Walk Vertigo(int frames, double off_axis, const Hand& hand) {
@@ -125,11 +148,17 @@ Walk Vertigo(int frames, double off_axis, const Hand& hand) {
   const double way = 2.5;
   std::vector<Eigen::Vector4d> X = PointsIn({-7, -4, 9}, {7, 4, 25}, 600, 11);
   std::vector<std::int32_t> object;
-  for (const Eigen::Vector4d& x : PointsIn({-0.5 + off_axis, -0.5, kObjectAt}, {0.5 + off_axis, 0.5, kObjectAt}, 60, 12)) {
+  for (const Eigen::Vector4d& x :
+       PointsIn({-0.5 + off_axis, -0.5, kObjectAt}, {0.5 + off_axis, 0.5, kObjectAt}, 60, 12)) {
     object.push_back(static_cast<std::int32_t>(X.size()));
     X.push_back(x);
   }
-  Walk walk = Film(frames, [=](double u) { return Pose{Looking({0, 0, way * u}, {0, 0, 1}), kFocalPx * (kObjectAt - way * u) / kObjectAt}; }, X, hand);
+  Walk walk = Film(
+      frames,
+      [=](double u) {
+        return Pose{Looking({0, 0, way * u}, {0, 0, 1}), kFocalPx * (kObjectAt - way * u) / kObjectAt};
+      },
+      X, hand);
   walk.object = object;
   return walk;
 }
@@ -197,7 +226,9 @@ Scene Told(const Walk& walk, const Telling& telling) {
   return scene;
 }
 
-FilmedScene ReadWalk(const Walk& walk, const Telling& telling) { return ReadFilmedScene(Told(walk, telling), std::nullopt); }
+FilmedScene ReadWalk(const Walk& walk, const Telling& telling) {
+  return ReadFilmedScene(Told(walk, telling), std::nullopt);
+}
 
 Eigen::Matrix4d ProjectiveFrame(const Walk& walk, double condition, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -209,10 +240,11 @@ Eigen::Matrix4d ProjectiveFrame(const Walk& walk, double condition, unsigned see
     Eigen::Vector4d values;
     for (int i = 0; i < 4; ++i) values[i] = std::pow(condition, -i / 3.0);
     Eigen::Matrix4d H = svd.U * values.asDiagonal() * svd.V.transpose();
-    // Its last row says where infinity goes: nothing that is seen may lie there. The first singular direction is free to be replaced,
-    // so that any condition can be had.
+    // Its last row says where infinity goes: nothing that is seen may lie there. The first singular direction is free
+    // to be replaced, so that any condition can be had.
     double low = 1e300, high = -1e300;
-    for (const Eigen::Vector4d& x : walk.X) low = std::min(low, H.row(3).dot(x)), high = std::max(high, H.row(3).dot(x));
+    for (const Eigen::Vector4d& x : walk.X)
+      low = std::min(low, H.row(3).dot(x)), high = std::max(high, H.row(3).dot(x));
     if (low > 0) return H;
     if (high < 0) return -H;
   }
@@ -232,11 +264,13 @@ std::vector<Matrix34d> InWalk(const FilmedScene& film, const std::vector<Matrix3
 
 double JitterPx(const Walk& walk, const std::vector<Matrix34d>& P, int first, int last) {
   const auto n = static_cast<int>(P.size());
-  const int reach = std::min(static_cast<int>(kFps), (n - 1) / 2);  // a Hann window of two seconds: nothing above 1 Hz passes
+  const int reach =
+      std::min(static_cast<int>(kFps), (n - 1) / 2);  // a Hann window of two seconds: nothing above 1 Hz passes
   double sum = 0;
   long count = 0;
   const auto off = [&](int t, std::size_t j) -> std::optional<Eigen::Vector2d> {
-    const auto a = Image(P[static_cast<std::size_t>(t)], walk.X[j]), b = Image(walk.ideal[static_cast<std::size_t>(t)], walk.X[j]);
+    const auto a = Image(P[static_cast<std::size_t>(t)], walk.X[j]),
+               b = Image(walk.ideal[static_cast<std::size_t>(t)], walk.X[j]);
     if (!a || !b) return std::nullopt;
     return Eigen::Vector2d(*a - *b);
   };
@@ -299,7 +333,8 @@ Scene ToldFrom(const Walk& window, const Telling& telling, int first) {
   return scene;
 }
 
-InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& asked, int length, int overlap, const Telling& telling) {
+InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& asked, int length, int overlap,
+                             const Telling& telling) {
   InWindows result;
   StabilizeOptions options = asked;
   const auto total = static_cast<int>(walk.shaky.size());
@@ -314,7 +349,8 @@ InWindows StabilizeInWindows(const Walk& walk, const StabilizeOptions& asked, in
     options.anchors = last ? 0 : overlap;
     if (number > 0) options.object_px.clear();  // it is known from the window before
     StabilizeReport& report = result.reports.emplace_back();
-    const MatrixPath path = Stabilize(ReadFilmedScene(ToldFrom(window, told, first), std::nullopt), options, report, SilentProgress());
+    const MatrixPath path =
+        Stabilize(ReadFilmedScene(ToldFrom(window, told, first), std::nullopt), options, report, SilentProgress());
     const std::vector<Matrix34d> P = InWalk(path, told);
     if (number > 0) result.seams.push_back(first + report.first_shown);
     result.P.insert(result.P.end(), P.begin() + report.first_shown, P.begin() + report.last_shown + 1);
@@ -340,7 +376,8 @@ std::vector<double> ObjectSizes(const Walk& walk, const std::vector<Matrix34d>& 
   for (const Matrix34d& p : P) {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     std::vector<Eigen::Vector2d> images;
-    for (const std::int32_t j : walk.object) images.push_back(Image(p, walk.X[static_cast<std::size_t>(j)]).value_or(Eigen::Vector2d::Constant(std::nan(""))));
+    for (const std::int32_t j : walk.object)
+      images.push_back(Image(p, walk.X[static_cast<std::size_t>(j)]).value_or(Eigen::Vector2d::Constant(std::nan(""))));
     for (const auto& x : images) mean += x / static_cast<double>(images.size());
     double sum = 0;
     for (const auto& x : images) sum += (x - mean).squaredNorm();
@@ -356,7 +393,8 @@ std::vector<double> ObjectBox(const Walk& walk) {
     const Eigen::Vector2d x = Eigen::Vector3d(walk.shaky.front() * walk.X[static_cast<std::size_t>(j)]).hnormalized();
     low = low.cwiseMin(x), high = high.cwiseMax(x);
   }
-  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx, high.y() - low.y() + 2 * kMarginPx};
+  return {low.x() - kMarginPx, low.y() - kMarginPx, high.x() - low.x() + 2 * kMarginPx,
+          high.y() - low.y() + 2 * kMarginPx};
 }
 
 }  // namespace lumi::test

@@ -28,7 +28,10 @@ std::string Contents(const fs::path& path) {
     if (fs::is_regular_file(file)) {
       std::ifstream in(file, std::ios::binary);
       const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-      text.append(" ").append(std::to_string(bytes.size())).append(" ").append(std::to_string(std::hash<std::string>{}(bytes)));
+      text.append(" ")
+          .append(std::to_string(bytes.size()))
+          .append(" ")
+          .append(std::to_string(std::hash<std::string>{}(bytes)));
     }
     text += "\n";
   }
@@ -55,7 +58,9 @@ void ExpectRefusal(const Refusal& refusal) {
     ASSERT_FALSE(lines.empty());
     const std::string name = fs::path(refusal.argv[0]).filename().string() + ": ";
     EXPECT_THAT(lines.back(), testing::StartsWith(name));
-    EXPECT_EQ(std::count_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.starts_with(name); }), 1) << result->err;
+    EXPECT_EQ(
+        std::count_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.starts_with(name); }), 1)
+        << result->err;
     for (const std::string& part : refusal.line_names) EXPECT_THAT(lines.back(), HasSubstr(part));
   }
   EXPECT_EQ(for_people.out, "");
@@ -64,7 +69,8 @@ void ExpectRefusal(const Refusal& refusal) {
   EXPECT_EQ(parsed["error"]["code"], refusal.exit_code);
   EXPECT_FALSE(parsed["error"]["message"].get<std::string>().empty());
 
-  for (std::size_t i = 0; i < refusal.users.size(); ++i) EXPECT_EQ(Contents(refusal.users[i]), before[i]) << refusal.users[i];
+  for (std::size_t i = 0; i < refusal.users.size(); ++i)
+    EXPECT_EQ(Contents(refusal.users[i]), before[i]) << refusal.users[i];
   if (!refusal.output.empty()) {
     EXPECT_EQ(Contents(refusal.output), output_before) << "left behind in " << refusal.output;
   }

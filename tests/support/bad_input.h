@@ -13,9 +13,9 @@ namespace lumi {
 struct Refusal {
   std::vector<std::string> argv;
   int exit_code = 0;
-  std::vector<std::string> line_names;   // each appears in the one line
-  std::filesystem::path output;          // must not be there afterwards (or stay as it was)
-  std::vector<std::filesystem::path> users;   // must not change
+  std::vector<std::string> line_names;       // each appears in the one line
+  std::filesystem::path output;              // must not be there afterwards (or stay as it was)
+  std::vector<std::filesystem::path> users;  // must not change
 };
 
 // Runs it twice, for a person and with --json, and checks both.

@@ -28,8 +28,8 @@ std::string Slurp(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// The command line of a process of /proc; empty where it ended meanwhile: its file can then still be open, but reading it fails
-// (ESRCH), which a stream's buffer throws and `read` keeps to itself.
+// The command line of a process of /proc; empty where it ended meanwhile: its file can then still be open, but reading
+// it fails (ESRCH), which a stream's buffer throws and `read` keeps to itself.
 std::string CommandLine(const fs::path& process) {
   std::ifstream in(process / "cmdline", std::ios::binary);
   std::string line;
@@ -127,7 +127,8 @@ std::vector<pid_t> ProcessesNaming(const fs::path& path) {
   std::error_code error;
   for (fs::directory_iterator it("/proc", error), end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
-    if (name.empty() || !std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c); })) continue;
+    if (name.empty() || !std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c); }))
+      continue;
     const pid_t pid = std::stoi(name);
     if (pid != ::getpid() && CommandLine(it->path()).find(path.string()) != std::string::npos) found.push_back(pid);
   }

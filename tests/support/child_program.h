@@ -15,7 +15,7 @@
 namespace lumi {
 
 struct ProgramResult {
-  int exit_code = 0;   // 128 + signal where one ended it
+  int exit_code = 0;  // 128 + signal where one ended it
   std::string out, err;
   double seconds = 0;
 
@@ -45,7 +45,8 @@ class ChildProgram {
   double start_s_ = 0;
 };
 
-ProgramResult RunProgram(const std::vector<std::string>& argv, const std::map<std::string, std::string>& environment = {});
+ProgramResult RunProgram(const std::vector<std::string>& argv,
+                         const std::map<std::string, std::string>& environment = {});
 
 // Running processes whose command line names `path`.
 std::vector<pid_t> ProcessesNaming(const std::filesystem::path& path);

@@ -10,8 +10,8 @@ namespace lumi {
 class SimulatedCapture {
  public:
   SimulatedCapture(const std::string& example, int views, int width_px) {
-    const ProgramResult made = RunProgram({"lumi-simulate", "--example", example, "--views", std::to_string(views), "--width",
-                                           std::to_string(width_px), "-o", path().string(), "--quiet"});
+    const ProgramResult made = RunProgram({"lumi-simulate", "--example", example, "--views", std::to_string(views),
+                                           "--width", std::to_string(width_px), "-o", path().string(), "--quiet"});
     if (made.exit_code != 0) throw std::runtime_error("lumi-simulate failed: " + made.err);
   }
   std::filesystem::path path() const { return folder_ / "capture"; }

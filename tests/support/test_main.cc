@@ -1,5 +1,5 @@
-// The main function of every test executable. ctest knows executables, not tests: one of which everything that ran was skipped ends with
-// the code that ctest calls "skipped", and the tests that were skipped are named with their reason.
+// The main function of every test executable. ctest knows executables, not tests: one of which everything that ran was
+// skipped ends with the code that ctest calls "skipped", and the tests that were skipped are named with their reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,5 +32,6 @@ int main(int argc, char** argv) {
   testing::UnitTest& all = *testing::UnitTest::GetInstance();
   all.listeners().Append(new SkippedTests);  // owned by GoogleTest
   const int code = RUN_ALL_TESTS();
-  return code == 0 && all.skipped_test_count() > 0 && all.skipped_test_count() == all.test_to_run_count() ? kSkipped : code;
+  return code == 0 && all.skipped_test_count() > 0 && all.skipped_test_count() == all.test_to_run_count() ? kSkipped
+                                                                                                          : code;
 }

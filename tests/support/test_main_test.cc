@@ -1,4 +1,5 @@
-// What a test executable tells ctest: this one is started again, on tests that are skipped or fail where they are asked to.
+// What a test executable tells ctest: this one is started again, on tests that are skipped or fail where they are asked
+// to.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A small ray-traced turning lamp, filmed by a waved camera and from a tripod: all of lumi-timeperiodic calibrate, against
-// the truth.
+// A small ray-traced turning lamp, filmed by a waved camera and from a tripod: all of lumi-timeperiodic calibrate,
+// against the truth.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,8 +48,18 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   const fs::path capture = Capture(folder), out = folder / "scene";
   const Scene truth = OpenScene(capture, {}, SilentProgress());
   const double focal = truth.cameras[0].FocalPx().x();
-  std::vector<std::string> command{"lumi-timeperiodic", "calibrate", capture / "video.mp4", "-o", out, "--fixed-video", capture / "fixed.mp4",
-                                   "--backend", "factorization", "--focal-px", std::to_string(focal), "--json"};
+  std::vector<std::string> command{"lumi-timeperiodic",
+                                   "calibrate",
+                                   capture / "video.mp4",
+                                   "-o",
+                                   out,
+                                   "--fixed-video",
+                                   capture / "fixed.mp4",
+                                   "--backend",
+                                   "factorization",
+                                   "--focal-px",
+                                   std::to_string(focal),
+                                   "--json"};
   const ProgramResult run = RunProgram(command);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
@@ -82,8 +92,8 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   double moving = 0, covered = 0, masked = 0, pixels = 0;
   for (int i = 0; i < kFrames; i += 13) {
     const Image8 found = ReadImage8(out / "masks" / (scene.views[static_cast<std::size_t>(i)].name + ".png"));
-    const Image8 is =
-        ReadImage8(capture / "truth" / "moving" / (fs::path(truth.views[static_cast<std::size_t>(i)].name).stem().string() + ".png"));
+    const Image8 is = ReadImage8(capture / "truth" / "moving" /
+                                 (fs::path(truth.views[static_cast<std::size_t>(i)].name).stem().string() + ".png"));
     ASSERT_EQ(found.width, is.width);
     for (int y = 0; y < is.height; ++y)
       for (int x = 0; x < is.width; ++x) {
@@ -101,7 +111,8 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   ASSERT_EQ(sampling.exit_code, 0) << sampling.err;
   EXPECT_NEAR(json::parse(sampling.out)["samples_per_window"].get<double>(), kFrames / kLampPeriod, 0.01);
 
-  // What the period costs, and what it brings: held-out frames of the scene that is there, rendered with each row's period.
+  // What the period costs, and what it brings: held-out frames of the scene that is there, rendered with each row's
+  // period.
   command.push_back("--tradeoff");
   const ProgramResult measured = RunProgram(command);
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
@@ -118,8 +129,10 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
   }
   EXPECT_GT(worst_db, 10);
   EXPECT_LT(best_db, 60);
-  EXPECT_NEAR(with["tradeoff"]["points"][0]["psnr_holdout_db"].get<double>(), best_db, 0.5) << "all frames at their width find the period";
-  for (const char* ending : {".json", ".csv", ".svg"}) EXPECT_TRUE(fs::exists(out / "tradeoff" / (std::string("period") + ending))) << ending;
+  EXPECT_NEAR(with["tradeoff"]["points"][0]["psnr_holdout_db"].get<double>(), best_db, 0.5)
+      << "all frames at their width find the period";
+  for (const char* ending : {".json", ".csv", ".svg"})
+    EXPECT_TRUE(fs::exists(out / "tradeoff" / (std::string("period") + ending))) << ending;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Small videos whose period is known: things that turn before a still background, painted, with noise and exposure, by a
-// camera that stands or waves. Milliseconds where ray tracing takes minutes.
+// Small videos whose period is known: things that turn before a still background, painted, with noise and exposure, by
+// a camera that stands or waves. Milliseconds where ray tracing takes minutes.
 #pragma once
 
 #include <cmath>
@@ -18,10 +18,11 @@ struct PaintedVideo {
   double other_blade = 0.5;  // brightness of the second blade; 1: like the first, 0: there is none
   unsigned seed = 1;
   bool moves = true;
-  std::function<double(double)> turns;            // of a frame; empty: frame / period
-  std::function<double(int)> gain;                // empty: 1
-  std::function<Eigen::Vector2d(double)> camera;  // place of the camera, pixels of parallax at unit depth; empty: stands
-  double texture = 1;                             // of the background, 0: none
+  std::function<double(double)> turns;  // of a frame; empty: frame / period
+  std::function<double(int)> gain;      // empty: 1
+  std::function<Eigen::Vector2d(double)>
+      camera;          // place of the camera, pixels of parallax at unit depth; empty: stands
+  double texture = 1;  // of the background, 0: none
 
   double TurnsAt(double frame) const { return turns ? turns(frame) : frame / period; }
 
@@ -38,7 +39,8 @@ struct PaintedVideo {
       for (int x = 0; x < width; ++x) {
         const double depth = y > 0.6 * height ? 0.6 + 0.4 * (y - 0.6 * height) / (0.4 * height) : 0.6;
         const double u = x + depth * c.x(), v = y + depth * c.y();
-        const double pattern = std::sin(0.61 * u + 0.3 * v) * std::cos(0.47 * v - 0.21 * u) + 0.6 * std::sin(0.23 * u - 0.35 * v + 1) +
+        const double pattern = std::sin(0.61 * u + 0.3 * v) * std::cos(0.47 * v - 0.21 * u) +
+                               0.6 * std::sin(0.23 * u - 0.35 * v + 1) +
                                0.5 * std::cos(1.1 * u + 0.2) * std::sin(0.9 * v);
         double value[3] = {120 + 40 * texture * pattern, 110 + 30 * texture * pattern, 100 + 36 * texture * pattern};
         if (moves)
@@ -52,7 +54,8 @@ struct PaintedVideo {
             value[2] += 30 * cover;
           }
         for (int k = 0; k < 3; ++k)
-          image.At(x, y, k) = static_cast<std::uint8_t>(std::lround(std::clamp(g * value[k] + normal(random), 0.0, 255.0)));
+          image.At(x, y, k) =
+              static_cast<std::uint8_t>(std::lround(std::clamp(g * value[k] + normal(random), 0.0, 255.0)));
       }
     return image;
   }

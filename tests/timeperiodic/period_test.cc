@@ -15,9 +15,13 @@ namespace {
 
 constexpr double kFixedAccuracy = 5e-4, kMovingAccuracy = 2e-3;  // what the suite promises
 
-PeriodEstimate FixedPeriod(const PaintedVideo& video) { return EstimatePeriod(FixedSignals(video.Stack(), {}), {}, {}); }
+PeriodEstimate FixedPeriod(const PaintedVideo& video) {
+  return EstimatePeriod(FixedSignals(video.Stack(), {}), {}, {});
+}
 
-Eigen::Vector2d Waved(double t) { return {5 * std::sin(t / 9.1) + 1.2 * std::sin(t / 23.7 + 1), 1.5 * std::sin(t / 6.3)}; }
+Eigen::Vector2d Waved(double t) {
+  return {5 * std::sin(t / 9.1) + 1.2 * std::sin(t / 23.7 + 1), 1.5 * std::sin(t / 6.3)};
+}
 
 TEST(Period, OfATripodsVideoIsFoundFarBelowAFrame) {
   for (const double period : {15.37, 37.21, 6.283, 91.7}) {
@@ -34,8 +38,8 @@ TEST(Period, OfATripodsVideoIsFoundFarBelowAFrame) {
 }
 
 TEST(Period, KnowsItsOwnError) {
-  // Errors in units of what is claimed: 16 of them have a mean square of 1, give or take a third of that; the bounds are
-  // what a claim wrong by a factor of two misses.
+  // Errors in units of what is claimed: 16 of them have a mean square of 1, give or take a third of that; the bounds
+  // are what a claim wrong by a factor of two misses.
   double sum = 0;
   constexpr int kVideos = 16;
   for (int k = 0; k < kVideos; ++k) {

@@ -44,11 +44,13 @@ TEST(PeriodProgram, PrintsThePeriodOfACompressedVideoAndPlotsIt) {
   const ProgramResult again = RunProgram({"lumi-timeperiodic", "period", video, "--json", "--threads", "1"});
   EXPECT_EQ(json::parse(again.out)["period_frames"], j["period_frames"]);  // on any number of threads
 
-  const ProgramResult counted = RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "157", "--count", "10", "--json"});
+  const ProgramResult counted =
+      RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "157", "--count", "10", "--json"});
   EXPECT_NEAR(json::parse(counted.out)["period_frames"].get<double>(), 15.4, 1e-9);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "240", "--count", "10"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "157"}).exit_code, 2);
-  const ProgramResult aliased = RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "18", "--count", "10", "--json"});
+  const ProgramResult aliased =
+      RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "18", "--count", "10", "--json"});
   EXPECT_EQ(aliased.exit_code, 1);
   EXPECT_THAT(json::parse(aliased.out)["error"]["message"].get<std::string>(), HasSubstr("aliased"));
 }
@@ -94,20 +96,29 @@ TEST(PeriodProgram, RefusesWhatHasNoPeriodByName) {
   PaintedVideo painted;
   painted.moves = false;
   painted.frames = 90;
-  const ProgramResult still = RunProgram({"lumi-timeperiodic", "period", Written(painted, folder / "still.mp4"), "--json"});
+  const ProgramResult still =
+      RunProgram({"lumi-timeperiodic", "period", Written(painted, folder / "still.mp4"), "--json"});
   EXPECT_EQ(still.exit_code, 1);
   EXPECT_THAT(json::parse(still.out)["error"]["message"].get<std::string>(), HasSubstr("no period"));
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "absent.mp4"}).exit_code, 3);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--min-period", "1"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--true-period", "9"}).exit_code, 2);
-  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--frames", "3", "30", "--count", "2", "--tradeoff", folder / "out"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "period", folder / "still.mp4", "--frames", "3", "30", "--count", "2",
+                        "--tradeoff", folder / "out"})
+                .exit_code,
+            2);
   EXPECT_FALSE(fs::exists(folder / "out"));
   const fs::path scene = folder / "scene";
-  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--masks-only", "--tradeoff"}).exit_code, 2);
-  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "1.5"}).exit_code, 1);
-  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "9", "--fixed-video",
-                        folder / "still.mp4"})
+  EXPECT_EQ(
+      RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--masks-only", "--tradeoff"})
+          .exit_code,
+      2);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "1.5"})
+                .exit_code,
+            1);
+  EXPECT_EQ(RunProgram({"lumi-timeperiodic", "calibrate", folder / "still.mp4", "-o", scene, "--period-frames", "9",
+                        "--fixed-video", folder / "still.mp4"})
                 .exit_code,
             2);
   EXPECT_FALSE(fs::exists(scene));
@@ -117,9 +128,12 @@ TEST(CalibrateProgram, WritesMasksToBeLookedAt) {
   const TemporaryFolder folder;
   PaintedVideo painted;
   painted.width = 128, painted.height = 96, painted.frames = 120;
-  painted.camera = [](double t) { return Eigen::Vector2d(4 * std::sin(t / 9.1) + std::sin(t / 23.7), std::sin(t / 6.3)); };
+  painted.camera = [](double t) {
+    return Eigen::Vector2d(4 * std::sin(t / 9.1) + std::sin(t / 23.7), std::sin(t / 6.3));
+  };
   const fs::path video = Written(painted, folder / "moving.mp4"), scene = folder / "scene";
-  const std::vector<std::string> command{"lumi-timeperiodic", "calibrate", video, "-o", scene, "--masks-only", "--json"};
+  const std::vector<std::string> command{"lumi-timeperiodic", "calibrate", video, "-o", scene,
+                                         "--masks-only",      "--json"};
   const ProgramResult run = RunProgram(command);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json j = json::parse(run.out);
@@ -128,7 +142,8 @@ TEST(CalibrateProgram, WritesMasksToBeLookedAt) {
   EXPECT_GT(j["masks"]["moving_share"].get<double>(), 0.02);
   EXPECT_LT(j["masks"]["moving_share"].get<double>(), 0.5);
   int masks = 0;
-  for (const auto& file : fs::directory_iterator(scene / "timeperiodic" / "masks")) masks += file.path().extension() == ".png" ? 1 : 0;
+  for (const auto& file : fs::directory_iterator(scene / "timeperiodic" / "masks"))
+    masks += file.path().extension() == ".png" ? 1 : 0;
   EXPECT_EQ(masks, 120);
   EXPECT_EQ(ReadImageInfo(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png").width, 128);
   const ProgramResult again = RunProgram(command);

@@ -19,7 +19,8 @@ std::vector<SampledView> Waved(int frames, double camera_period, double begin = 
   std::vector<SampledView> views;
   for (int i = 0; i < frames; ++i) {
     const double t = begin + i;
-    views.push_back({t, Eigen::Vector3d(0.3 * std::sin(kTwoPi * i / camera_period), 0.02 * std::cos(kTwoPi * i / 61.7), 1), i});
+    views.push_back(
+        {t, Eigen::Vector3d(0.3 * std::sin(kTwoPi * i / camera_period), 0.02 * std::cos(kTwoPi * i / 61.7), 1), i});
   }
   return views;
 }
@@ -78,7 +79,8 @@ TEST(SamplingHardCase, TimesAtTheWrapAreAtPhaseZero) {
 
 TEST(SamplingHardCase, TimesOfABillionSecondsFoldAsThoseFromZero) {
   const double period = 150.0;
-  const SamplingReport near = ReportSampling(Waved(900, 243.3), period), far = ReportSampling(Waved(900, 243.3, 3e10), period);
+  const SamplingReport near = ReportSampling(Waved(900, 243.3), period),
+                       far = ReportSampling(Waved(900, 243.3, 3e10), period);
   EXPECT_EQ(near.covered, far.covered);
   EXPECT_EQ(near.window_least, far.window_least);
   EXPECT_NEAR(near.camera_period, far.camera_period, 1e-3);

@@ -1,6 +1,6 @@
-// Angle at the proxy point p between the desired ray and the ray to camera j (thesis sec. 4.1; Kahan's form). With d the unit
-// ray, t the distance to p and D = C_j - C_desired: atan2(|D x d|, t - D.d), which keeps its digits down to 0 because D was
-// formed in double. A camera behind the view counts: it sees the same radiance.
+// Angle at the proxy point p between the desired ray and the ray to camera j (thesis sec. 4.1; Kahan's form). With d
+// the unit ray, t the distance to p and D = C_j - C_desired: atan2(|D x d|, t - D.d), which keeps its digits down to 0
+// because D was formed in double. A camera behind the view counts: it sees the same radiance.
 #pragma once
 
 #include "render/radiance/measures/record.h"

@@ -24,8 +24,8 @@ LUMI_KERNEL void FieldsOfView(const RelativeSources& r, const RayPoint& point, f
 
 // A term's values, and what they add to h.
 template <typename M, Resolution kStretch>
-LUMI_KERNEL void AddTerm(const RelativeSources& r, const RayPoint& point, const typename M::Shape& given, float scale, float* __restrict value,
-                         float* __restrict terms) {
+LUMI_KERNEL void AddTerm(const RelativeSources& r, const RayPoint& point, const typename M::Shape& given, float scale,
+                         float* __restrict value, float* __restrict terms) {
   const PhotoArrays a(r);
   const RayPoint p = point;
   const typename M::Shape shape = given;
@@ -52,7 +52,8 @@ void AddTerm(const RelativeSources& sources, const RadianceSettings& settings, c
 
 }  // namespace
 
-RayPoint PointOfRay(const RelativeSources& r, const RadianceSettings& settings, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
+RayPoint PointOfRay(const RelativeSources& r, const RadianceSettings& settings, const Eigen::Vector3f& d, float t,
+                    const Eigen::Vector3f& normal) {
   RayPoint p;
   p.dx = d.x();
   p.dy = d.y();
@@ -63,7 +64,8 @@ RayPoint PointOfRay(const RelativeSources& r, const RadianceSettings& settings, 
   p.z = t * d.z();
   p.focal_px = r.desired_focal_px;
   if (settings.time) {
-    // The difference in double, on the circle already: a video's times run into hours, a period into fractions of a second.
+    // The difference in double, on the circle already: a video's times run into hours, a period into fractions of a
+    // second.
     double dt = settings.time_s - r.time_origin_s;
     if (settings.period_s > 0) dt = std::remainder(dt, settings.period_s);
     p.dt_s = static_cast<float>(dt);
@@ -92,8 +94,8 @@ bool HasTerms(const RadianceSettings& settings) {
   return any;
 }
 
-void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& settings, const Eigen::Vector3f& d, float t,
-                      const Eigen::Vector3f& normal, Measures& out) {
+void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& settings, const Eigen::Vector3f& d,
+                      float t, const Eigen::Vector3f& normal, Measures& out) {
   const auto n = static_cast<std::size_t>(sources.padded);
   const RayPoint point = PointOfRay(sources, settings, d, t, normal);
   out.theta.resize(n);
@@ -106,14 +108,16 @@ void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& se
   EvaluateTerms(sources, settings, point, out);
 }
 
-void EvaluateTerms(const RelativeSources& sources, const RadianceSettings& settings, const RayPoint& point, Measures& out) {
+void EvaluateTerms(const RelativeSources& sources, const RadianceSettings& settings, const RayPoint& point,
+                   Measures& out) {
   out.terms.clear();
   ForEachTerm([&]<typename M> {
     if (M::On(settings)) AddTerm<M>(sources, settings, point, out);
   });
 }
 
-void EvaluateVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t, Measures& out) {
+void EvaluateVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
+                        Measures& out) {
   out.v.assign(static_cast<std::size_t>(r.padded), 1.0F);
   if (!maps || maps->empty()) return;
   const PhotoArrays a(r);

@@ -31,13 +31,14 @@ struct RayPoint;  // photo_sight.h
 bool HasTerms(const RadianceSettings& settings);
 
 // theta, f and, where they are on, the terms. `normal` is read by Resolution::kJacobian only.
-void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& settings, const Eigen::Vector3f& direction, float t,
-                      const Eigen::Vector3f& normal, Measures& out);
+void EvaluateMeasures(const RelativeSources& sources, const RadianceSettings& settings,
+                      const Eigen::Vector3f& direction, float t, const Eigen::Vector3f& normal, Measures& out);
 // The terms alone: `value` and `terms`.
-void EvaluateTerms(const RelativeSources& sources, const RadianceSettings& settings, const RayPoint& point, Measures& out);
+void EvaluateTerms(const RelativeSources& sources, const RadianceSettings& settings, const RayPoint& point,
+                   Measures& out);
 // v of every photo with f > 0; 1 where `maps` is nullptr or empty.
-void EvaluateVisibility(const RelativeSources& sources, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
-                        Measures& out);
+void EvaluateVisibility(const RelativeSources& sources, const VisibilityMaps* maps, const Eigen::Vector3f& direction,
+                        float t, Measures& out);
 
 // The terms that do not depend on the ray, summed, a number for each photo.
 std::vector<float> PhotoTerms(const RelativeSources& sources, const RadianceSettings& settings);

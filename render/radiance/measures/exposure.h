@@ -1,4 +1,5 @@
-// Exposure: photos' gains (render/effects/exposure.h) are divided out where they are read, and the view's own applied. No term of h.
+// Exposure: photos' gains (render/effects/exposure.h) are divided out where they are read, and the view's own applied.
+// No term of h.
 #pragma once
 
 #include "render/radiance/measures/record.h"
@@ -25,7 +26,8 @@ struct Exposure {
     explicit Evidence(const Settings&) {}
     void Look(std::span<const NearPhoto>) {}
     Verdict Decide(const ViewFacts& facts, Settings&) const {
-      if (facts.gain_spread > 1) return {true, fmt::format("photos of one point differ by a factor of up to {:.2f}", facts.gain_spread)};
+      if (facts.gain_spread > 1)
+        return {true, fmt::format("photos of one point differ by a factor of up to {:.2f}", facts.gain_spread)};
       return {false, "photos of one point agree"};
     }
   };

@@ -1,5 +1,5 @@
-// Field-of-view value (thesis sec. 4.2.1), a gate: 1 inside a photo, 0 outside, a raised cosine between over the feather at its
-// border. `edge_px`: distance of the point's image to the nearest border, negative outside.
+// Field-of-view value (thesis sec. 4.2.1), a gate: 1 inside a photo, 0 outside, a raised cosine between over the
+// feather at its border. `edge_px`: distance of the point's image to the nearest border, negative outside.
 #pragma once
 
 #include "render/radiance/measures/record.h"
@@ -30,8 +30,10 @@ struct FieldOfView {
   static void Switch(Settings& s, bool on) { s.field_of_view = on; }
   template <typename Table>
   static void Options(Table& table) {
-    table.Switch("fov", &Settings::field_of_view, "Field of view: a photo fades towards its border, and others fill in", "field of view");
-    table.Real("fov-feather", &Settings::fov_feather, {0, 0.5, true}, "Border over which a photo fades, fraction of its smaller side, (0, 0.5]",
+    table.Switch("fov", &Settings::field_of_view, "Field of view: a photo fades towards its border, and others fill in",
+                 "field of view");
+    table.Real("fov-feather", &Settings::fov_feather, {0, 0.5, true},
+               "Border over which a photo fades, fraction of its smaller side, (0, 0.5]",
                {"feather", 0.005, 0.5, "%.3f"});
     table.Real("gamma", &Settings::gamma, kFactorRange, "Weight of the field-of-view and visibility penalty, >= 0",
                {"weight of field of view and visibility", 0, 100});
@@ -53,7 +55,8 @@ struct FieldOfView {
     }
     Verdict Decide(const ViewFacts&, Settings&) const {
       const double ends = Share(ends_, rays_);
-      return {ends >= kShareThatCounts, fmt::format("at {:.1f} % of the rays one of the nearest photos ends", 100 * ends)};
+      return {ends >= kShareThatCounts,
+              fmt::format("at {:.1f} % of the rays one of the nearest photos ends", 100 * ends)};
     }
 
    private:

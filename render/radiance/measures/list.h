@@ -1,5 +1,5 @@
-// The measures, in the order in which --effects, summaries and the viewer's panel name them. record.h says what a record holds and what
-// follows from its place here.
+// The measures, in the order in which --effects, summaries and the viewer's panel name them. record.h says what a
+// record holds and what follows from its place here.
 #pragma once
 
 #include <bit>
@@ -37,12 +37,14 @@ struct MeasureListOf {
   }
 };
 
-using MeasureList = MeasureListOf<measure::Angle, measure::FieldOfView, measure::Resolution, measure::Visibility, measure::Time, measure::Sharpness,
-                               measure::Exposure, measure::Prefilter>;
+using MeasureList = MeasureListOf<measure::Angle, measure::FieldOfView, measure::Resolution, measure::Visibility,
+                                  measure::Time, measure::Sharpness, measure::Exposure, measure::Prefilter>;
 
 // A term of h, the angle aside: it grows by Factor 2 r_max |kOwn - Value|.
 template <typename M>
-concept Term = requires { M::kOwn; };
+concept Term = requires {
+  M::kOwn;
+};
 // A term whose value depends on the ray.
 template <typename M>
 concept PixelTerm = Term<M> && !M::kPerPhoto;
@@ -50,10 +52,14 @@ template <typename M>
 concept Effectual = M::kEffect;
 // A measure with a heat map.
 template <typename M>
-concept Mapped = requires { M::kHeatMapUnit; };
+concept Mapped = requires {
+  M::kHeatMapUnit;
+};
 // A measure that reads something of its own off the photos.
 template <typename M>
-concept Estimated = requires { &M::Estimate; };
+concept Estimated = requires {
+  &M::Estimate;
+};
 // Its evidence is in the photos' pixels, not in the rays of views.
 template <typename M>
 concept FromPhotos = Estimated<M> || std::is_same_v<M, measure::Exposure>;

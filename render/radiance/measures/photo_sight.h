@@ -1,5 +1,6 @@
-// Where a ray's point lies for photo j of a RelativeSources: what measures ask of it (measures/record.h), in float, for loops over photos.
-// Members are read through plain pointers and nothing is computed that is not asked for, so that such a loop vectorises.
+// Where a ray's point lies for photo j of a RelativeSources: what measures ask of it (measures/record.h), in float, for
+// loops over photos. Members are read through plain pointers and nothing is computed that is not asked for, so that
+// such a loop vectorises.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,20 +19,29 @@ struct RayPoint {
   float x = 0, y = 0, z = 1;            // t times it
   float focal_px = 1;                   // of the view
   float dt_s = 0;                       // the view's time less the sources' origin, on the circle of a period already
-  // For the stretch by Jacobian: tangents of the proxy's plane, and the image of a step along each in the view, as long as the point is
-  // deep: sigma is a ratio of areas, and those of far points would underflow.
+  // For the stretch by Jacobian: tangents of the proxy's plane, and the image of a step along each in the view, as long
+  // as the point is deep: sigma is a ratio of areas, and those of far points would underflow.
   float e1[3] = {}, e2[3] = {};
   float depth = 1;
   float v00 = 0, v01 = 0, v10 = 0, v11 = 0;
 };
-RayPoint PointOfRay(const RelativeSources& sources, const RadianceSettings& settings, const Eigen::Vector3f& direction, float t,
-                    const Eigen::Vector3f& normal);
+RayPoint PointOfRay(const RelativeSources& sources, const RadianceSettings& settings, const Eigen::Vector3f& direction,
+                    float t, const Eigen::Vector3f& normal);
 
 // A RelativeSources's arrays.
 struct PhotoArrays {
   explicit PhotoArrays(const RelativeSources& r)
-      : Dx(r.dx.data()), Dy(r.dy.data()), Dz(r.dz.data()), width(r.width_px.data()), height(r.height_px.data()), feather(r.feather_px.data()),
-        enabled(r.enabled.data()), focal(r.focal_px.data()), dt(r.dt_s.data()), timed(r.timed.data()), view(r.view.data()) {
+      : Dx(r.dx.data()),
+        Dy(r.dy.data()),
+        Dz(r.dz.data()),
+        width(r.width_px.data()),
+        height(r.height_px.data()),
+        feather(r.feather_px.data()),
+        enabled(r.enabled.data()),
+        focal(r.focal_px.data()),
+        dt(r.dt_s.data()),
+        timed(r.timed.data()),
+        view(r.view.data()) {
     for (int i = 0; i < 9; ++i) m[i] = r.m[i].data();
   }
   const float *Dx, *Dy, *Dz, *width, *height, *feather, *enabled, *focal, *dt, *timed;
@@ -47,7 +57,8 @@ LUMI_INLINE PlaceInPhoto PlaceOf(const PhotoArrays& a, const RayPoint& p, int j)
   const float x = p.x - a.Dx[j], y = p.y - a.Dy[j], z = p.z - a.Dz[j];
   const float w = a.m[6][j] * x + a.m[7][j] * y + a.m[8][j] * z;
   const float iw = 1.0F / (w > 0 ? w : 1.0F);
-  return {(a.m[0][j] * x + a.m[1][j] * y + a.m[2][j] * z) * iw, (a.m[3][j] * x + a.m[4][j] * y + a.m[5][j] * z) * iw, w};
+  return {(a.m[0][j] * x + a.m[1][j] * y + a.m[2][j] * z) * iw, (a.m[3][j] * x + a.m[4][j] * y + a.m[5][j] * z) * iw,
+          w};
 }
 
 // 0 where the photo does not contain the point, or is left out.
@@ -60,9 +71,11 @@ LUMI_INLINE float FieldOfViewOf(const PhotoArrays& a, const RayPoint& p, int j) 
 
 // A PhotoField's number at a place in its photo, px; `cells`: the photo's own.
 LUMI_INLINE float FieldAt(const float* cells, int columns, int rows, float u, float v, float width, float height) {
-  const float x = std::min(std::max(0.0F, u / width * static_cast<float>(columns) - 0.5F), static_cast<float>(columns - 1));
+  const float x =
+      std::min(std::max(0.0F, u / width * static_cast<float>(columns) - 0.5F), static_cast<float>(columns - 1));
   const float y = std::min(std::max(0.0F, v / height * static_cast<float>(rows) - 0.5F), static_cast<float>(rows - 1));
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y), x1 = std::min(x0 + 1, columns - 1), y1 = std::min(y0 + 1, rows - 1);
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y), x1 = std::min(x0 + 1, columns - 1),
+            y1 = std::min(y0 + 1, rows - 1);
   const float ax = x - static_cast<float>(x0), ay = y - static_cast<float>(y0);
   const float top = (1 - ax) * cells[y0 * columns + x0] + ax * cells[y0 * columns + x1];
   const float bottom = (1 - ax) * cells[y1 * columns + x0] + ax * cells[y1 * columns + x1];
@@ -85,7 +98,8 @@ struct PhotoSight {
   LUMI_INLINE float field() const {
     const PlaceInPhoto x = PlaceOf(a, p, j);
     const int view = of->value.empty() ? 0 : std::max(a.view[j], 0);
-    return FieldAt(of->Of(0).data() + view * of->columns * of->rows, of->columns, of->rows, x.u, x.v, a.width[j], a.height[j]);
+    return FieldAt(of->Of(0).data() + view * of->columns * of->rows, of->columns, of->rows, x.u, x.v, a.width[j],
+                   a.height[j]);
   }
   LUMI_INLINE float timed() const { return a.timed[j]; }
   LUMI_INLINE float dt_s() const { return a.dt[j] - p.dt_s; }
@@ -98,9 +112,10 @@ struct PhotoSight {
       const float step = p.depth / (w > 0 ? w : 1.0F);
       const float a0 = a.m[0][j] - u * a.m[6][j], a1 = a.m[1][j] - u * a.m[7][j], a2 = a.m[2][j] - u * a.m[8][j];
       const float b0 = a.m[3][j] - v * a.m[6][j], b1 = a.m[4][j] - v * a.m[7][j], b2 = a.m[5][j] - v * a.m[8][j];
-      const float sigma = JacobianStretch(p.v00, p.v01, p.v10, p.v11,  //
-                                          (a0 * p.e1[0] + a1 * p.e1[1] + a2 * p.e1[2]) * step, (a0 * p.e2[0] + a1 * p.e2[1] + a2 * p.e2[2]) * step,
-                                          (b0 * p.e1[0] + b1 * p.e1[1] + b2 * p.e1[2]) * step, (b0 * p.e2[0] + b1 * p.e2[1] + b2 * p.e2[2]) * step);
+      const float sigma = JacobianStretch(
+          p.v00, p.v01, p.v10, p.v11,  //
+          (a0 * p.e1[0] + a1 * p.e1[1] + a2 * p.e1[2]) * step, (a0 * p.e2[0] + a1 * p.e2[1] + a2 * p.e2[2]) * step,
+          (b0 * p.e1[0] + b1 * p.e1[1] + b2 * p.e1[2]) * step, (b0 * p.e2[0] + b1 * p.e2[1] + b2 * p.e2[2]) * step);
       return w > 0 ? sigma : 1e12F;
     }
   }

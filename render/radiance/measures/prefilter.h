@@ -1,13 +1,14 @@
-// Prefiltering: how many pixels of a photo a pixel of the view covers on the proxy's plane, and the level of the photo's pyramid
-// that it is read at.
+// Prefiltering: how many pixels of a photo a pixel of the view covers on the proxy's plane, and the level of the
+// photo's pyramid that it is read at.
 //
-// The photo's pixels as functions of the view's have the Jacobian J, the inverse of that whose stretch resolution.h measures. On a
-// plane they are a homography, whose Jacobian's determinant is that of the matrix over w^3 (errata of sec. 4.2.2), so that
+// The photo's pixels as functions of the view's have the Jacobian J, the inverse of that whose stretch resolution.h
+// measures. On a plane they are a homography, whose Jacobian's determinant is that of the matrix over w^3 (errata of
+// sec. 4.2.2), so that
 //   |det J| = (f_j / f)^2  |n.(p - D_j)| / |n.p|  (z / z_j)^3
-// with focal lengths f in pixels, depths z along the optical axes and n the plane's normal at p, all from the view's centre. A pyramid
-// has one level for both directions: log2 of sqrt |det J|, the geometric mean of J's singular values, blurs the one by what it
-// leaves the other aliased. By the smaller (the resolution measure's largest stretch) oblique planes shimmer, by the larger they
-// smear: docs/render.md has the figures.
+// with focal lengths f in pixels, depths z along the optical axes and n the plane's normal at p, all from the view's
+// centre. A pyramid has one level for both directions: log2 of sqrt |det J|, the geometric mean of J's singular values,
+// blurs the one by what it leaves the other aliased. By the smaller (the resolution measure's largest stretch) oblique
+// planes shimmer, by the larger they smear: docs/render.md has the figures.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +18,9 @@
 
 namespace lumi {
 
-// Octaves. A trilinear sample is bilinear at a level whose own pixels are boxes 2^level wide already: at log2 of the footprint's side its
-// variance is three times a pixel's. log2(3) / 2 below, 0.79, they are equal on one level; between levels the mixture is wider.
+// Octaves. A trilinear sample is bilinear at a level whose own pixels are boxes 2^level wide already: at log2 of the
+// footprint's side its variance is three times a pixel's. log2(3) / 2 below, 0.79, they are equal on one level; between
+// levels the mixture is wider.
 constexpr float kLevelBias = -0.5F;
 // Photo pixels a pixel: up to here level 0 is read.
 constexpr float kReadWhole = 2;  // 4^-kLevelBias
@@ -26,8 +28,8 @@ constexpr float kReadWhole = 2;  // 4^-kLevelBias
 template <typename T>
 constexpr T kMostFacing = T(1e6);
 
-// |n.(p - D)| / |n.p|: how much nearer the plane is to the photo's centre than to the view's. Held where either sees it edge on;
-// 1 for a normal of 0 (a triangle without area).
+// |n.(p - D)| / |n.p|: how much nearer the plane is to the photo's centre than to the view's. Held where either sees it
+// edge on; 1 for a normal of 0 (a triangle without area).
 template <typename T>
 LUMI_INLINE T FacingRatio(T of_photo, T of_view) {
   constexpr T kMost = kMostFacing<T>, kLeast = 1 / kMost;
@@ -77,8 +79,9 @@ struct Prefilter {
     }
     Verdict Decide(const ViewFacts&, Settings&) const {
       const double oversampled = Share(oversampled_, photos_);
-      return {oversampled >= kShareThatCounts, fmt::format("{:.1f} % of the photos have more than {:.1f} pixels a pixel", 100 * oversampled,
-                                                           std::sqrt(static_cast<double>(kReadWhole)) * std::exp2(kLevelThatCounts))};
+      return {oversampled >= kShareThatCounts,
+              fmt::format("{:.1f} % of the photos have more than {:.1f} pixels a pixel", 100 * oversampled,
+                          std::sqrt(static_cast<double>(kReadWhole)) * std::exp2(kLevelThatCounts))};
     }
 
    private:

@@ -1,6 +1,6 @@
-// Sharpness: photos that show a place less sharply than others that see the same points (motion blur, defocus) rank behind. A photo's own
-// number there, s in (0, 1], is the share of the fine detail's energy that it has left of what the sharpest of them have
-// (render/effects/sharpness.h).
+// Sharpness: photos that show a place less sharply than others that see the same points (motion blur, defocus) rank
+// behind. A photo's own number there, s in (0, 1], is the share of the fine detail's energy that it has left of what
+// the sharpest of them have (render/effects/sharpness.h).
 #pragma once
 
 #include <algorithm>
@@ -32,8 +32,10 @@ struct Sharpness {
   static void Switch(Settings& s, bool on) { s.sharpness = on; }
   template <typename Table>
   static void Options(Table& table) {
-    table.Switch("sharpness", &Settings::sharpness, "Photos that show a place less sharply than others rank behind", "sharpness");
-    table.Real("delta", &Settings::delta, kFactorRange, "Weight of the sharpness measure, >= 0", kFactorRow("its weight"));
+    table.Switch("sharpness", &Settings::sharpness, "Photos that show a place less sharply than others rank behind",
+                 "sharpness");
+    table.Real("delta", &Settings::delta, kFactorRange, "Weight of the sharpness measure, >= 0",
+               kFactorRow("its weight"));
   }
 
   static constexpr double kOwn = 1;
@@ -73,8 +75,11 @@ float SharpnessValue(Sight s, vec4 shape) { return s.field; }
         for (std::size_t c = first; c < first + cells; ++c) sum += value[c];
         unsharp += sum < kUnsharp * static_cast<float>(cells);
       }
-      return {unsharp > 0, fmt::format("{:.0f} % of the photos have less than {:.0f} % of the fine detail that others show of the same points",
-                                       100 * Share(unsharp, static_cast<long>(value.size() / cells)), 100 * static_cast<double>(kUnsharp))};
+      return {
+          unsharp > 0,
+          fmt::format(
+              "{:.0f} % of the photos have less than {:.0f} % of the fine detail that others show of the same points",
+              100 * Share(unsharp, static_cast<long>(value.size() / cells)), 100 * static_cast<double>(kUnsharp))};
     }
 
    private:

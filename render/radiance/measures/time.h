@@ -1,6 +1,6 @@
-// Time (thesis sec. 7.1): dissimilarity of two times in units of 2 r_max. `least` in the window's core, a raised cosine from there up to
-// 1 at the window's edge, and in proportion beyond, so that the nearest in time still lead where the window is empty. On the circle
-// of a period where there is one.
+// Time (thesis sec. 7.1): dissimilarity of two times in units of 2 r_max. `least` in the window's core, a raised cosine
+// from there up to 1 at the window's edge, and in proportion beyond, so that the nearest in time still lead where the
+// window is empty. On the circle of a period where there is one.
 #pragma once
 
 #include <algorithm>
@@ -34,26 +34,31 @@ struct Time {
   static constexpr bool kEffect = true;
 
   struct Settings {
-    bool time = false;               // photos away from time_s fade, within half of time_window_s each way
+    bool time = false;  // photos away from time_s fade, within half of time_window_s each way
     double time_s = 0;
     double time_window_s = 1.0 / 3;  // > 0 (11 frames of 30 a second, errata of sec. 6.4.3)
     double time_core = 0.5;          // part of the window in which time counts least, [0, 0.95]: 0: from the middle on
-    double time_least = 0;           // and how much it counts there, of what it counts at the window's edge, [0, 0.5]: above
-                                     // 0 a photo gives way before it ends, even one on whose own rays the view looks
-    double period_s = 0;             // of the scene; 0: time does not repeat
-    double epsilon = 1;              // >= 0
+    double time_least = 0;  // and how much it counts there, of what it counts at the window's edge, [0, 0.5]: above
+                            // 0 a photo gives way before it ends, even one on whose own rays the view looks
+    double period_s = 0;    // of the scene; 0: time does not repeat
+    double epsilon = 1;     // >= 0
     bool operator==(const Settings&) const = default;
   };
   static bool On(const Settings& s) { return s.time; }
   static void Switch(Settings& s, bool on) { s.time = on; }
   template <typename Table>
   static void Options(Table& table) {
-    table.Switch("time", &Settings::time, "Photos away from the view's time rank behind", "photos of the view's time first");
+    table.Switch("time", &Settings::time, "Photos away from the view's time rank behind",
+                 "photos of the view's time first");
     table.Real("time-s", &Settings::time_s, kAnyNumber, "The view's time, seconds");
-    table.Real("time-window-s", &Settings::time_window_s, {0, kAnyNumber.high, true}, "Window around it, seconds, > 0", {"window", 0.01, 60, "%.2f s"});
-    table.Real("time-core", &Settings::time_core, {0, 0.95}, "Part of the window in which time counts least, [0, 0.95]");
-    table.Real("time-least", &Settings::time_least, {0, 0.5}, "How much it counts there, of what it counts at the window's edge, [0, 0.5]");
-    table.Real("epsilon", &Settings::epsilon, kFactorRange, "Weight of the time measure, >= 0", kFactorRow("its weight"));
+    table.Real("time-window-s", &Settings::time_window_s, {0, kAnyNumber.high, true}, "Window around it, seconds, > 0",
+               {"window", 0.01, 60, "%.2f s"});
+    table.Real("time-core", &Settings::time_core, {0, 0.95},
+               "Part of the window in which time counts least, [0, 0.95]");
+    table.Real("time-least", &Settings::time_least, {0, 0.5},
+               "How much it counts there, of what it counts at the window's edge, [0, 0.5]");
+    table.Real("epsilon", &Settings::epsilon, kFactorRange, "Weight of the time measure, >= 0",
+               kFactorRow("its weight"));
   }
 
   static constexpr double kOwn = 0;
@@ -85,11 +90,12 @@ struct Time {
     void Look(std::span<const NearPhoto>) {}
     Verdict Decide(const ViewFacts& facts, Settings&) const {
       const bool at_once = facts.timed && facts.several_at_once;
-      return {facts.timed && (periodic_ || at_once), !facts.timed  ? "photos carry no times"
-                                                     : periodic_   ? "photos carry times and the scene a period"
-                                                     : at_once     ? "several photos were taken at each moment"
-                                                     : facts.asked ? "photos carry times"
-                                                                   : "the scene has no period, and no time was asked for"};
+      return {facts.timed && (periodic_ || at_once), !facts.timed ? "photos carry no times"
+                                                     : periodic_  ? "photos carry times and the scene a period"
+                                                     : at_once    ? "several photos were taken at each moment"
+                                                     : facts.asked
+                                                         ? "photos carry times"
+                                                         : "the scene has no period, and no time was asked for"};
     }
 
    private:

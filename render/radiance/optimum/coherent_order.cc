@@ -23,8 +23,9 @@ void Split(std::span<Key> keys, std::size_t group) {
   (hi - lo).maxCoeff(&axis);
   const std::size_t groups = (keys.size() + group - 1) / group, half = groups / 2 * group;
   // Ties by index: the same order on every machine.
-  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(half), keys.end(),
-                   [axis](const Key& a, const Key& b) { return a.p[axis] != b.p[axis] ? a.p[axis] < b.p[axis] : a.ray < b.ray; });
+  std::nth_element(
+      keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(half), keys.end(),
+      [axis](const Key& a, const Key& b) { return a.p[axis] != b.p[axis] ? a.p[axis] < b.p[axis] : a.ray < b.ray; });
   Split(keys.first(half), group);
   Split(keys.subspan(half), group);
 }
@@ -35,7 +36,8 @@ std::vector<std::uint32_t> CoherentOrder(const RaySamples& rays, std::size_t gro
   std::vector<Key> keys;
   keys.reserve(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i)
-    if (rays.t[i] > 0 && std::isfinite(rays.t[i])) keys.push_back({rays.t[i] * rays.direction[i], static_cast<std::uint32_t>(i)});
+    if (rays.t[i] > 0 && std::isfinite(rays.t[i]))
+      keys.push_back({rays.t[i] * rays.direction[i], static_cast<std::uint32_t>(i)});
   Split(keys, group);
   std::vector<std::uint32_t> order;
   order.reserve(keys.size());

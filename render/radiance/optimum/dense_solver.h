@@ -1,5 +1,6 @@
-// S w = y for one ray in double, by Cholesky: what the lanes hand over (near-duplicate photos, leaves of nearly one size),
-// and the path of full accuracy. Near-singular S gets more on its diagonal, indefinite S has its eigenvalues clipped.
+// S w = y for one ray in double, by Cholesky: what the lanes hand over (near-duplicate photos, leaves of nearly one
+// size), and the path of full accuracy. Near-singular S gets more on its diagonal, indefinite S has its eigenvalues
+// clipped.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +21,8 @@ struct DenseSystem {
   Eigen::Matrix<double, 3, Eigen::Dynamic> u;  // unit directions from the proxy point to the photos
   Eigen::VectorXd f;                           // S_ij = f_i f_j R(h_ij) off the diagonal
   Eigen::VectorXd y;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> channel;  // n x channels; h_ij / (2 r_max) grows by each |difference|
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>
+      channel;  // n x channels; h_ij / (2 r_max) grows by each |difference|
 };
 
 struct DenseResult {

@@ -1,8 +1,8 @@
-// Photos taken from one and the same point, as from a tripod's head. They see every ray under one direction, so that S has
-// equal rows where their f is 1. They stand in S as one photo, exactly: with S_ij = f_i f_j + (1 - f_i^2) [i = j] among them,
-// photo i is f_i times the direction's radiance plus noise of variance 1 - f_i^2, and all of them together tell as much as
-// one photo with f_g^2 = pi / (1 + pi), pi = sum f_i^2 / (1 - f_i^2 + nugget). Its weight is shared in proportion to
-// f_i / (1 - f_i^2 + nugget): equal photos share equally.
+// Photos taken from one and the same point, as from a tripod's head. They see every ray under one direction, so that S
+// has equal rows where their f is 1. They stand in S as one photo, exactly: with S_ij = f_i f_j + (1 - f_i^2) [i = j]
+// among them, photo i is f_i times the direction's radiance plus noise of variance 1 - f_i^2, and all of them together
+// tell as much as one photo with f_g^2 = pi / (1 + pi), pi = sum f_i^2 / (1 - f_i^2 + nugget). Its weight is shared in
+// proportion to f_i / (1 - f_i^2 + nugget): equal photos share equally.
 #pragma once
 
 #include <cstdint>

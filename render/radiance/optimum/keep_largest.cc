@@ -20,8 +20,9 @@ void Shrink(std::vector<Entry>& row, float by) {
     magnitude += static_cast<double>(std::abs(e.weight));
   }
   for (Entry& e : row)
-    e.weight = magnitude > 0 ? e.weight + static_cast<float>((1 - sum) * static_cast<double>(std::abs(e.weight)) / magnitude)
-                             : 1.0F / static_cast<float>(row.size());
+    e.weight = magnitude > 0
+                   ? e.weight + static_cast<float>((1 - sum) * static_cast<double>(std::abs(e.weight)) / magnitude)
+                   : 1.0F / static_cast<float>(row.size());
 }
 
 // change(row) for every row of the table, which may only become shorter.
@@ -68,7 +69,8 @@ void KeepLargest(WeightTable& table, int k) {
 void DropSmall(WeightTable& table, float threshold) {
   if (!(threshold >= 0)) throw std::invalid_argument("DropSmall: threshold >= 0 is wanted");
   ForRows(table, [threshold](std::vector<Entry>& row) {
-    if (std::none_of(row.begin(), row.end(), [threshold](const Entry& e) { return std::abs(e.weight) > threshold; })) return;
+    if (std::none_of(row.begin(), row.end(), [threshold](const Entry& e) { return std::abs(e.weight) > threshold; }))
+      return;
     std::erase_if(row, [threshold](const Entry& e) { return std::abs(e.weight) <= threshold; });
     Shrink(row, threshold);
   });

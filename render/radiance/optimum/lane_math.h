@@ -1,4 +1,5 @@
-// Arithmetic on lanes.h, for kernels: include it only where they are compiled (render/CMakeLists.txt sets their options).
+// Arithmetic on lanes.h, for kernels: include it only where they are compiled (render/CMakeLists.txt sets their
+// options).
 #pragma once
 
 #include <cmath>
@@ -44,18 +45,18 @@ LUMI_INLINE V Turned(V v) {
 }
 template <class V>
 LUMI_INLINE LaneValue<V> Smallest(V v) {
-  if constexpr (kLanesOf<V> > 8) v = LaneMin(v, Turned<8>(v));
-  if constexpr (kLanesOf<V> > 4) v = LaneMin(v, Turned<4>(v));
-  if constexpr (kLanesOf<V> > 2) v = LaneMin(v, Turned<2>(v));
+  if constexpr (kLanesOf < V >> 8) v = LaneMin(v, Turned<8>(v));
+  if constexpr (kLanesOf < V >> 4) v = LaneMin(v, Turned<4>(v));
+  if constexpr (kLanesOf < V >> 2) v = LaneMin(v, Turned<2>(v));
   return LaneMin(v, Turned<1>(v))[0];
 }
 
-// Natural logarithm of positive, normal numbers: exponent, and mantissa m in [sqrt(1/2), sqrt(2)). Error below 2e-7 (float), 1e-13
-// (double), absolute near 1 and relative elsewhere. In float by a polynomial of m - 1 (the coefficients are those of Cephes' logf:
-// a division costs more), in double by the series of 2 atanh((m - 1)/(m + 1)).
+// Natural logarithm of positive, normal numbers: exponent, and mantissa m in [sqrt(1/2), sqrt(2)). Error below 2e-7
+// (float), 1e-13 (double), absolute near 1 and relative elsewhere. In float by a polynomial of m - 1 (the coefficients
+// are those of Cephes' logf: a division costs more), in double by the series of 2 atanh((m - 1)/(m + 1)).
 template <class V>
-  requires std::is_same_v<LaneValue<V>, float>
-LUMI_INLINE V LaneLog(V x) {
+requires std::is_same_v < LaneValue<V>,
+float > LUMI_INLINE V LaneLog(V x) {
   using I = LaneIntegers<V>;
   const I bits = (I)x, exponent = (bits - 0x3f3504f3) >> 23;
   const V t = (V)(bits - (exponent << 23)) - 1.0F, t2 = t * t;
@@ -70,8 +71,8 @@ LUMI_INLINE V LaneLog(V x) {
   return __builtin_convertvector(exponent, V) * 0.6931471806F + (t + t2 * (t * p - 0.5F));
 }
 template <class V>
-  requires std::is_same_v<LaneValue<V>, double>
-LUMI_INLINE V LaneLog(V x) {
+requires std::is_same_v < LaneValue<V>,
+double > LUMI_INLINE V LaneLog(V x) {
   // Exponents by 1024 too large: AVX2 shifts 64-bit integers without their sign only.
   typedef std::uint64_t U __attribute__((vector_size(sizeof(V))));
   constexpr std::uint64_t kBias = std::uint64_t{1024} << 52;

@@ -37,8 +37,8 @@ LUMI_INLINE void MeanAndSpread(LaneSystem<T, kBytes>& s) {
 }
 
 LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restrict mx, const float* __restrict my,
-                           const float* __restrict mz, const float* __restrict spread, std::int32_t* __restrict near_flag,
-                           std::int32_t* __restrict out) {
+                           const float* __restrict mz, const float* __restrict spread,
+                           std::int32_t* __restrict near_flag, std::int32_t* __restrict out) {
   const float x = mx[i], y = my[i], z = mz[i], own = reach + spread[i];
   for (int j = i + 1; j < count; ++j) {
     const float dx = mx[j] - x, dy = my[j] - y, dz = mz[j] - z, bound = own + spread[j];
@@ -53,18 +53,20 @@ LUMI_INLINE int Candidates(int i, int count, float reach, const float* __restric
 }
 
 template <class T, int kBytes>
-LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T, kBytes>& system, std::int32_t* flag, std::int32_t* candidate) {
+LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T, kBytes>& system, std::int32_t* flag,
+                          std::int32_t* candidate) {
   using V = Lanes<T, kBytes>;
   const int n = system.count;
-  const LaneBlock<T, kBytes>*ux = system.u[0].data(), *uy = system.u[1].data(), *uz = system.u[2].data(), *f = system.f.data();
+  const LaneBlock<T, kBytes>*ux = system.u[0].data(), *uy = system.u[1].data(), *uz = system.u[2].data(),
+                     *f = system.f.data();
   const float reach = std::sqrt(static_cast<float>(fit.c2_max)) * (1 + 1e-6F);
   const T near_chord = fit.y_near / fit.y_from_theta, c2_near = near_chord * near_chord;
   const V c2_max = Broadcast<V>(fit.c2_max);
   std::size_t used = 0;
   for (int i = 0; i < n; ++i) {
     system.first[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(used);
-    const int found =
-        Candidates(i, n, reach, system.mean[0].data(), system.mean[1].data(), system.mean[2].data(), system.spread.data(), flag, candidate);
+    const int found = Candidates(i, n, reach, system.mean[0].data(), system.mean[1].data(), system.mean[2].data(),
+                                 system.spread.data(), flag, candidate);
     if (system.s.size() < used + static_cast<std::size_t>(found)) {
       system.s.resize(2 * used + static_cast<std::size_t>(found));
       system.column.resize(system.s.size());
@@ -94,7 +96,8 @@ LUMI_INLINE void Assemble(const LeavesFit<T>& fit, LaneSystem<T, kBytes>& system
 
 // out = S p
 template <class T, int kBytes>
-LUMI_INLINE void Multiply(const LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* p, LaneBlock<T, kBytes>* out) {
+LUMI_INLINE void Multiply(const LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* p,
+                          LaneBlock<T, kBytes>* out) {
   using V = Lanes<T, kBytes>;
   const int n = system.count;
   const std::int32_t *first = system.first.data(), *column = system.column.data();
@@ -114,7 +117,8 @@ LUMI_INLINE void Multiply(const LaneSystem<T, kBytes>& system, const LaneBlock<T
 }
 
 template <class T, int kBytes>
-LUMI_INLINE void ConjugateGradients(LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* b, LaneBlock<T, kBytes>* x, T tolerance) {
+LUMI_INLINE void ConjugateGradients(LaneSystem<T, kBytes>& system, const LaneBlock<T, kBytes>* b,
+                                    LaneBlock<T, kBytes>* x, T tolerance) {
   using V = Lanes<T, kBytes>;
   const int n = system.count;
   LaneBlock<T, kBytes>*r = system.r.data(), *p = system.p.data(), *q = system.q.data();
@@ -157,8 +161,8 @@ LUMI_INLINE void ConjugateGradients(LaneSystem<T, kBytes>& system, const LaneBlo
 }
 
 template <class T, int kBytes>
-LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system, std::int32_t* flag,
-                            std::int32_t* candidate) {
+LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system,
+                            std::int32_t* flag, std::int32_t* candidate) {
   MeanAndSpread(system);
   Assemble(fit, system, flag, candidate);
   system.solved.fill(true);
@@ -168,8 +172,8 @@ LUMI_INLINE void SolveLanes(const LeavesFit<T>& fit, T tolerance, bool also_z, L
 }
 
 template <class T, int kBytes>
-LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p, const T* desired,
-                            LaneSystem<T, kBytes>& system) {
+LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p,
+                            const T* desired, LaneSystem<T, kBytes>& system) {
   using V = Lanes<T, kBytes>;
   V point[3];
   for (std::size_t c = 0; c < 3; ++c)
@@ -209,14 +213,14 @@ LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, cons
 #define LUMI_LANES_32
 #endif
 #define LUMI_LANES_16
-#define LUMI_LANE_KERNELS(T, kBytes)                                                                                                  \
-  LUMI_LANES_##kBytes void SolveKernel(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kBytes>& system,              \
-                                       std::int32_t* lists) {                                                                         \
-    SolveLanes(fit, tolerance, also_z, system, lists, lists + system.count);                                                          \
-  }                                                                                                                                   \
-  LUMI_LANES_##kBytes void PlaceKernel(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p,                \
-                                       const T* desired, LaneSystem<T, kBytes>& system) {                                             \
-    PlaceLanes(fit, D, p, desired, system);                                                                                           \
+#define LUMI_LANE_KERNELS(T, kBytes)                                                                                   \
+  LUMI_LANES_##kBytes void SolveKernel(const LeavesFit<T>& fit, T tolerance, bool also_z,                              \
+                                       LaneSystem<T, kBytes>& system, std::int32_t* lists) {                           \
+    SolveLanes(fit, tolerance, also_z, system, lists, lists + system.count);                                           \
+  }                                                                                                                    \
+  LUMI_LANES_##kBytes void PlaceKernel(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p, \
+                                       const T* desired, LaneSystem<T, kBytes>& system) {                              \
+    PlaceLanes(fit, D, p, desired, system);                                                                            \
   }
 LUMI_LANE_KERNELS(float, 64)
 LUMI_LANE_KERNELS(float, 32)
@@ -245,16 +249,16 @@ void Solve(const LeavesFit<T>& fit, T tolerance, bool also_z, LaneSystem<T, kByt
   SolveKernel(fit, tolerance, also_z, system, system.first.data() + system.count + 1);
 }
 template <class T, int kBytes>
-void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p, const T (&desired)[kMaxChannels],
-           LaneSystem<T, kBytes>& system) {
+void Place(const LeavesFit<T>& fit, const float* const (&D)[3], const LanePoints<T, kBytes>& p,
+           const T (&desired)[kMaxChannels], LaneSystem<T, kBytes>& system) {
   PlaceKernel(fit, D, p, desired, system);
 }
 
-#define LUMI_LANE_ENTRIES(T, kBytes)                                                                \
-  template struct LaneSystem<T, kBytes>;                                                            \
-  template void Solve(const LeavesFit<T>&, T, bool, LaneSystem<T, kBytes>&);                        \
-  template void Place(const LeavesFit<T>&, const float* const (&)[3], const LanePoints<T, kBytes>&, \
-                      const T (&)[kMaxChannels], LaneSystem<T, kBytes>&);
+#define LUMI_LANE_ENTRIES(T, kBytes)                                                               \
+  template struct LaneSystem<T, kBytes>;                                                           \
+  template void Solve(const LeavesFit<T>&, T, bool, LaneSystem<T, kBytes>&);                       \
+  template void Place(const LeavesFit<T>&, const float* const(&)[3], const LanePoints<T, kBytes>&, \
+                      const T(&)[kMaxChannels], LaneSystem<T, kBytes>&);
 LUMI_LANE_ENTRIES(float, 64)
 LUMI_LANE_ENTRIES(float, 32)
 LUMI_LANE_ENTRIES(float, 16)

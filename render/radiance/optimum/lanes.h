@@ -1,5 +1,5 @@
-// A register's worth of numbers, one ray in each: what the optimum's kernels are written in. As wide as the machine's registers: what
-// is wider the compiler splits, and badly (GCC 12 goes through memory for every comparison).
+// A register's worth of numbers, one ray in each: what the optimum's kernels are written in. As wide as the machine's
+// registers: what is wider the compiler splits, and badly (GCC 12 goes through memory for every comparison).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ constexpr int kLaneCount = kBytes / static_cast<int>(sizeof(T));
 template <class V>
 using LaneValue = std::remove_cvref_t<decltype(std::declval<V&>()[0])>;
 template <class V>
-using LaneIntegers = Lanes<std::conditional_t<sizeof(LaneValue<V>) == 4, std::int32_t, std::int64_t>, static_cast<int>(sizeof(V))>;
+using LaneIntegers =
+    Lanes<std::conditional_t<sizeof(LaneValue<V>) == 4, std::int32_t, std::int64_t>, static_cast<int>(sizeof(V))>;
 template <class V>
 constexpr int kLanesOf = static_cast<int>(sizeof(V) / sizeof(LaneValue<V>));
 

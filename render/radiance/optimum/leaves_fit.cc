@@ -15,7 +15,8 @@ std::array<double, N> Interpolate(const F& f) {
   std::array<double, N> chebyshev{};
   for (int i = 0; i < n; ++i) {
     const double angle = std::numbers::pi * (i + 0.5) / n, value = f(std::cos(angle));
-    for (int k = 0; k < n; ++k) chebyshev[static_cast<std::size_t>(k)] += value * std::cos(k * angle) * (k == 0 ? 1.0 : 2.0) / n;
+    for (int k = 0; k < n; ++k)
+      chebyshev[static_cast<std::size_t>(k)] += value * std::cos(k * angle) * (k == 0 ? 1.0 : 2.0) / n;
   }
   // T_{k+1} = 2 z T_k - T_{k-1}
   std::array<double, N> power{}, before{}, now{};

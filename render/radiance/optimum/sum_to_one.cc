@@ -20,8 +20,7 @@ double SumToOne(WeightSum how, std::vector<double>& w, const std::vector<double>
       for (std::size_t i = 0; i < w.size(); ++i) w[i] += lambda * z[i];
       return 1 - sum - lambda * z_sum;
     }
-    case WeightSum::kLocalMean:
-      break;
+    case WeightSum::kLocalMean: break;
   }
   return 1 - sum;
 }

@@ -9,14 +9,16 @@
 
 namespace lumi {
 
-void TriangulateConstrained(std::span<const Eigen::Vector2d> points, std::span<const std::array<Eigen::Vector2d, 2>> segments,
-                            PlanarTriangulation& out) {
+void TriangulateConstrained(std::span<const Eigen::Vector2d> points,
+                            std::span<const std::array<Eigen::Vector2d, 2>> segments, PlanarTriangulation& out) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   using Vertex = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
-  using Face = CGAL::Triangulation_face_base_with_info_2<std::int32_t, Kernel, CGAL::Constrained_triangulation_face_base_2<Kernel>>;
+  using Face = CGAL::Triangulation_face_base_with_info_2<std::int32_t, Kernel,
+                                                         CGAL::Constrained_triangulation_face_base_2<Kernel>>;
   // A crossing's coordinates are rounded; its place in the triangulation is decided exactly.
   using Triangulation =
-      CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<Vertex, Face>, CGAL::Exact_predicates_tag>;
+      CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<Vertex, Face>,
+                                                 CGAL::Exact_predicates_tag>;
   const auto at = [](const Eigen::Vector2d& x) { return Kernel::Point_2(x.x(), x.y()); };
   Triangulation t;
   for (const auto& p : points) t.insert(at(p));

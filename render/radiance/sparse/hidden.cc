@@ -55,7 +55,9 @@ class Buffer {
     nearest.assign(static_cast<std::size_t>((end - begin) * size_.x()), 0.0F);
     const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]),
                to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
-    const auto at = [&](int x, int y) -> float& { return nearest[static_cast<std::size_t>((y - begin) * size_.x() + x)]; };
+    const auto at = [&](int x, int y) -> float& {
+      return nearest[static_cast<std::size_t>((y - begin) * size_.x() + x)];
+    };
     const auto rows = [&](const SparseTriangle& t, auto&& body) {
       InverseDepth z;
       if (!Plane(t, z)) return;
@@ -92,8 +94,12 @@ class Buffer {
   }
 
  private:
-  const Eigen::Vector2f& X(const SparseTriangle& t, std::size_t i) const { return g_.x_px[static_cast<std::size_t>(t.vertex[i])]; }
-  float Z(const SparseTriangle& t, std::size_t i) const { return inverse_depth_[static_cast<std::size_t>(t.vertex[i])]; }
+  const Eigen::Vector2f& X(const SparseTriangle& t, std::size_t i) const {
+    return g_.x_px[static_cast<std::size_t>(t.vertex[i])];
+  }
+  float Z(const SparseTriangle& t, std::size_t i) const {
+    return inverse_depth_[static_cast<std::size_t>(t.vertex[i])];
+  }
 
   bool Plane(const SparseTriangle& t, InverseDepth& out) const {
     const Eigen::Vector2d d1 = (X(t, 1) - X(t, 0)).cast<double>(), d2 = (X(t, 2) - X(t, 0)).cast<double>();

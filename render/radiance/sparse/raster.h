@@ -1,6 +1,6 @@
-// Triangles to pixels. A pixel belongs to a triangle whose inside its centre lies in; on an edge, to the one below or right of
-// it. The crossing of an edge with a row is computed from the edge's upper end whichever triangle asks, so that neighbours meet
-// without a gap and without a pixel in common.
+// Triangles to pixels. A pixel belongs to a triangle whose inside its centre lies in; on an edge, to the one below or
+// right of it. The crossing of an edge with a row is computed from the edge's upper end whichever triangle asks, so
+// that neighbours meet without a gap and without a pixel in common.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,8 @@ namespace lumi {
 class TriangleRows {
  public:
   explicit TriangleRows(std::array<Eigen::Vector2f, 3> x_px) {
-    std::sort(x_px.begin(), x_px.end(), [](const auto& a, const auto& b) { return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x(); });
+    std::sort(x_px.begin(), x_px.end(),
+              [](const auto& a, const auto& b) { return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x(); });
     for (std::size_t i = 0; i < 3; ++i) x_[i] = x_px[i].cast<double>();
   }
 

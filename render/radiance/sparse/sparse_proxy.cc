@@ -46,7 +46,9 @@ SparseProxy::SparseProxy(const Mesh& mesh, const Similarity3& normalized_from_wo
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     std::array<std::int32_t, 3> face;
     for (std::size_t i = 0; i < 3; ++i) face[i] = id[static_cast<std::size_t>(mesh.faces[f][i])];
-    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& { return vertices_[static_cast<std::size_t>(face[i])]; };
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& {
+      return vertices_[static_cast<std::size_t>(face[i])];
+    };
     const Eigen::Vector3d normal = (at(1) - at(0)).cross(at(2) - at(0));
     if (!(normal.squaredNorm() > 0)) continue;
     faces_.push_back(face);
@@ -122,7 +124,9 @@ void SparseProxy::FindFacets() {
     }
     facet.axis_u = facet.normal.unitOrthogonal();
     facet.axis_v = facet.normal.cross(facet.axis_u);
-    const auto in_plane = [&](std::int32_t v) { return Eigen::Vector2d(facet.axis_u.dot(at(v)), facet.axis_v.dot(at(v))); };
+    const auto in_plane = [&](std::int32_t v) {
+      return Eigen::Vector2d(facet.axis_u.dot(at(v)), facet.axis_v.dot(at(v)));
+    };
     std::set<std::int32_t> on_border;
     for (const auto& [edge, net] : directed) {
       if (net == 0) continue;

@@ -1,9 +1,11 @@
-// The view cut along grid lines, the projected borders of the proxy's facets, and at epipoles (thesis sec. 5.2.1, 5.2.2).
+// The view cut along grid lines, the projected borders of the proxy's facets, and at epipoles (thesis
+// sec. 5.2.1, 5.2.2).
 //
-// The grid's own lines are constraints, as the thesis advises (a grid's Delaunay triangulation is ambiguous, and changes from
-// frame to frame). A constrained triangulation then falls apart into one a cell: cells that nothing crosses, nearly all of
-// them, need no triangulation at all, and the others are small and independent of one another. Points lie on a lattice of
-// 1/256 pixel, so that what lies on a grid line does so exactly, for both of its cells: no T-junctions, no cracks.
+// The grid's own lines are constraints, as the thesis advises (a grid's Delaunay triangulation is ambiguous, and
+// changes from frame to frame). A constrained triangulation then falls apart into one a cell: cells that nothing
+// crosses, nearly all of them, need no triangulation at all, and the others are small and independent of one another.
+// Points lie on a lattice of 1/256 pixel, so that what lies on a grid line does so exactly, for both of its cells: no
+// T-junctions, no cracks.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
@@ -27,9 +29,9 @@ using Point = Eigen::Matrix<std::int64_t, 2, 1>;  // lattice
 // A facet in this view.
 struct SeenFacet {
   const Facet* facet = nullptr;
-  Eigen::Vector3d inverse_depth;  // dot (x_px, y_px, 1)
+  Eigen::Vector3d inverse_depth;     // dot (x_px, y_px, 1)
   double nearest = 0, farthest = 0;  // inverse depths of its corners: largest, smallest
-  Eigen::Vector2d low, high;  // its bounds, px
+  Eigen::Vector2d low, high;         // its bounds, px
 };
 
 struct Cell {
@@ -150,7 +152,9 @@ class Tessellation {
 
  private:
   static Eigen::Vector2d ToPx(const Point& p) { return p.cast<double>() / kLattice; }
-  Eigen::Vector2d Corner(int i, int j) const { return ToPx({grid_x_[static_cast<std::size_t>(i)], grid_y_[static_cast<std::size_t>(j)]}); }
+  Eigen::Vector2d Corner(int i, int j) const {
+    return ToPx({grid_x_[static_cast<std::size_t>(i)], grid_y_[static_cast<std::size_t>(j)]});
+  }
   Point Snap(const Eigen::Vector2d& x_px) const {
     return {std::clamp<std::int64_t>(std::llround(x_px.x() * kLattice), 0, grid_x_.back()),
             std::clamp<std::int64_t>(std::llround(x_px.y() * kLattice), 0, grid_y_.back())};
@@ -208,17 +212,20 @@ class Tessellation {
     std::vector<Eigen::Vector3d> crossings;
     for (const auto& [a, b] : facet.border_vertices) {
       const Eigen::Vector3d &p = camera_[static_cast<std::size_t>(a)], &q = camera_[static_cast<std::size_t>(b)];
-      if ((p.z() > kNearPlane) != (q.z() > kNearPlane)) crossings.push_back(p.z() > kNearPlane ? AtNearPlane(p, q) : AtNearPlane(q, p));
+      if ((p.z() > kNearPlane) != (q.z() > kNearPlane))
+        crossings.push_back(p.z() > kNearPlane ? AtNearPlane(p, q) : AtNearPlane(q, p));
     }
     if (crossings.size() < 2) return;
     Eigen::Vector3d along = Eigen::Vector3d::Zero();
     for (const auto& x : crossings)
       if (const Eigen::Vector3d d = x - crossings.front(); d.squaredNorm() > along.squaredNorm()) along = d;
-    std::sort(crossings.begin(), crossings.end(), [&](const auto& x, const auto& y) { return along.dot(x) < along.dot(y); });
+    std::sort(crossings.begin(), crossings.end(),
+              [&](const auto& x, const auto& y) { return along.dot(x) < along.dot(y); });
     for (std::size_t i = 0; i + 1 < crossings.size(); ++i) AddEdge(crossings[i], crossings[i + 1]);
   }
 
-  // An edge of a facet, in camera_'s coordinates: cut at the near plane and the view's borders, then at the grid's lines.
+  // An edge of a facet, in camera_'s coordinates: cut at the near plane and the view's borders, then at the grid's
+  // lines.
   void AddEdge(Eigen::Vector3d p, Eigen::Vector3d q) {
     if (p.z() < kNearPlane && q.z() < kNearPlane) return;
     if (p.z() < kNearPlane) p = AtNearPlane(q, p);
@@ -297,7 +304,8 @@ class Tessellation {
       }
   }
 
-  // Kept within the facet's own range: next to the horizon of its plane a point moved by the lattice may have any depth.
+  // Kept within the facet's own range: next to the horizon of its plane a point moved by the lattice may have any
+  // depth.
   static double InverseDepth(const SeenFacet& f, const Eigen::Vector2d& x_px) {
     return std::clamp(f.inverse_depth.dot(x_px.homogeneous()), f.farthest, f.nearest);
   }
@@ -309,7 +317,8 @@ class Tessellation {
     return f.facet->Contains(setup_.desired.centre + setup_.ray_from_pixel * x_px.homogeneous() / inverse_depth);
   }
 
-  void Covering(const Eigen::Vector2d& x_px, const std::vector<std::int32_t>& near, std::vector<std::int32_t>& out) const {
+  void Covering(const Eigen::Vector2d& x_px, const std::vector<std::int32_t>& near,
+                std::vector<std::int32_t>& out) const {
     out.clear();
     for (const std::int32_t f : near)
       if (Covers(seen_[static_cast<std::size_t>(f)], x_px)) out.push_back(f);
@@ -323,7 +332,8 @@ class Tessellation {
   }
 
   // One triangle a facet, less those that another facet hides everywhere.
-  void Emit(const std::array<Eigen::Vector2d, 3>& x_px, const std::vector<std::int32_t>& facets, std::vector<LocalTriangle>& out) const {
+  void Emit(const std::array<Eigen::Vector2d, 3>& x_px, const std::vector<std::int32_t>& facets,
+            std::vector<LocalTriangle>& out) const {
     if (facets.size() == 1) {
       out.push_back({x_px, facets.front(), true});
       return;
@@ -371,7 +381,8 @@ class VertexTable {
   // The vertex, or a new one's number: `next`.
   std::int32_t Find(const Eigen::Vector2d& x, std::int32_t facet, std::int32_t next) {
     std::uint64_t h = std::bit_cast<std::uint64_t>(x.x()) * 0x9E3779B97F4A7C15U ^
-                      std::bit_cast<std::uint64_t>(x.y()) * 0xC2B2AE3D27D4EB4FU ^ static_cast<std::uint64_t>(facet) * 0x165667B19E3779F9U;
+                      std::bit_cast<std::uint64_t>(x.y()) * 0xC2B2AE3D27D4EB4FU ^
+                      static_cast<std::uint64_t>(facet) * 0x165667B19E3779F9U;
     h ^= h >> 29;
     h *= 0xBF58476D1CE4E5B9U;
     for (std::size_t i = (h >> 20) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
@@ -394,7 +405,8 @@ class VertexTable {
 
 }  // namespace
 
-void TessellateFacets(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges, SparseGeometry& out) {
+void TessellateFacets(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges,
+                      SparseGeometry& out) {
   Tessellation tessellation(setup, proxy);
   if (setup.settings.epipoles) tessellation.AddEpipoles(out.epipoles_px);
   const auto cells = static_cast<std::size_t>(tessellation.CellCount());
@@ -429,7 +441,9 @@ void TessellateFacets(const ViewSetup& setup, const SparseProxy& proxy, const Fo
   out.x_px.reserve(x_px.size());
   for (std::size_t i = 0; i < x_px.size(); ++i) {
     out.x_px.push_back(x_px[i].cast<float>());
-    out.offset.push_back((tessellation.Depth(facet_of_vertex[i], x_px[i]) * (setup.ray_from_pixel * x_px[i].homogeneous())).cast<float>());
+    out.offset.push_back(
+        (tessellation.Depth(facet_of_vertex[i], x_px[i]) * (setup.ray_from_pixel * x_px[i].homogeneous()))
+            .cast<float>());
     out.normal.push_back(tessellation.At(facet_of_vertex[i]).normal.cast<float>());
   }
 }

@@ -1,6 +1,6 @@
-// Fine proxies are sampled at their vertices (thesis Examples #4 and #5): the mesh's triangles, cut at the near plane and at the
-// view's borders, and split where they are larger than a grid cell. Which edges are split depends on the edge alone, and by how much
-// as well, so that neighbours agree: no cracks.
+// Fine proxies are sampled at their vertices (thesis Examples #4 and #5): the mesh's triangles, cut at the near plane
+// and at the view's borders, and split where they are larger than a grid cell. Which edges are split depends on the
+// edge alone, and by how much as well, so that neighbours agree: no cracks.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ constexpr int kDeepest = 16;
 
 // Edges that were cut lie on a border up to rounding, and are in the view.
 constexpr double kOnBorderPx = 1e-3;
-constexpr int kSides = 5;                        // the near plane, and the view's borders
+constexpr int kSides = 5;                         // the near plane, and the view's borders
 constexpr std::size_t kMostCorners = 3 + kSides;  // of a triangle that each of them cuts
 
 struct Corner {
@@ -45,7 +45,8 @@ class MeshCutter {
     const auto& f = proxy_.faces()[face];
     std::array<std::int32_t, kMostCorners> polygon = {f[0], f[1], f[2]}, kept;
     std::size_t n = 3;
-    // At the near plane and at the view's borders: a sample outside the view is one that the photo taken from here does not contain.
+    // At the near plane and at the view's borders: a sample outside the view is one that the photo taken from here does
+    // not contain.
     for (int side = 0; side < kSides && n >= 3; ++side) {
       std::size_t m = 0;
       for (std::size_t i = 0; i < n; ++i) {
@@ -74,12 +75,14 @@ class MeshCutter {
   }
   bool Inside(std::int32_t v, int side) const { return Room(At(v).camera, side) >= 0; }
   static std::uint64_t Key(std::int32_t a, std::int32_t b) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) | static_cast<std::uint32_t>(std::max(a, b));
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) |
+           static_cast<std::uint32_t>(std::max(a, b));
   }
 
   // Always from the same end: both faces of the edge get the same point.
   std::int32_t Cut(std::int32_t in, std::int32_t out, int side) {
-    const auto [at, fresh] = cut_[static_cast<std::size_t>(side)].try_emplace(Key(in, out), static_cast<std::int32_t>(corners_.size()));
+    const auto [at, fresh] =
+        cut_[static_cast<std::size_t>(side)].try_emplace(Key(in, out), static_cast<std::int32_t>(corners_.size()));
     if (fresh) {
       const Corner &p = At(in), &q = At(out);
       const double room = Room(p.camera, side), u = room / (room - Room(q.camera, side));
@@ -97,12 +100,16 @@ class MeshCutter {
 
   // Outside the view on one side of it: no part of it is seen.
   bool Outside(const std::array<std::int32_t, 3>& t) const {
-    const auto all = [&](auto&& beyond) { return beyond(At(t[0]).camera) && beyond(At(t[1]).camera) && beyond(At(t[2]).camera); };
+    const auto all = [&](auto&& beyond) {
+      return beyond(At(t[0]).camera) && beyond(At(t[1]).camera) && beyond(At(t[2]).camera);
+    };
     return all([](const auto& x) { return x.x() < 0; }) || all([](const auto& x) { return x.y() < 0; }) ||
-           all([&](const auto& x) { return x.x() > size_.x() * x.z(); }) || all([&](const auto& x) { return x.y() > size_.y() * x.z(); });
+           all([&](const auto& x) { return x.x() > size_.x() * x.z(); }) ||
+           all([&](const auto& x) { return x.y() > size_.y() * x.z(); });
   }
 
-  // Where an edge is to be halved, as a share of it from a to b in the image; 0: nowhere. Only the part in the view counts.
+  // Where an edge is to be halved, as a share of it from a to b in the image; 0: nowhere. Only the part in the view
+  // counts.
   double Halving(const Eigen::Vector3d& p, const Eigen::Vector3d& q) const {
     const Eigen::Vector2d a = p.head<2>() / p.z(), d = q.head<2>() / q.z() - a;
     double from = 0, to = 1;
@@ -132,7 +139,8 @@ class MeshCutter {
     const double u = s * p.camera.z() / (s * p.camera.z() + (1 - s) * q.camera.z());
     if (!(u > 1e-9 && u < 1 - 1e-9)) return -1;
     const Eigen::Vector3f normal = (1 - static_cast<float>(u)) * p.normal + static_cast<float>(u) * q.normal;
-    const Corner c{p.camera + u * (q.camera - p.camera), normal.squaredNorm() > 0 ? Eigen::Vector3f(normal.normalized()) : normal, -1};
+    const Corner c{p.camera + u * (q.camera - p.camera),
+                   normal.squaredNorm() > 0 ? Eigen::Vector3f(normal.normalized()) : normal, -1};
     at->second = static_cast<std::int32_t>(corners_.size());
     corners_.push_back(c);
     return at->second;
@@ -193,7 +201,8 @@ class MeshCutter {
 
 }  // namespace
 
-void TessellateMesh(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges, SparseGeometry& out) {
+void TessellateMesh(const ViewSetup& setup, const SparseProxy& proxy, const ForRanges& for_ranges,
+                    SparseGeometry& out) {
   MeshCutter cutter(setup, proxy, out);
   for (std::size_t f = 0; f < proxy.faces().size(); ++f) cutter.Add(f);
   DropHidden(setup, for_ranges, out);

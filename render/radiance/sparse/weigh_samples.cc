@@ -37,14 +37,13 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
     rays.t[i] = static_cast<float>(geometry.offset[i].cast<double>().norm());  // a float's squares end at 1e19
     rays.direction[i] = rays.t[i] > 0 ? Eigen::Vector3f(geometry.offset[i] / rays.t[i]) : Eigen::Vector3f::UnitZ();
     const Eigen::Vector2d x = geometry.x_px[i].cast<double>(), inside = x.cwiseMax(low).cwiseMin(high);
-    if (x != inside)
-      rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
+    if (x != inside) rays.direction[i] = (setup.ray_from_pixel * inside.homogeneous()).normalized().cast<float>();
   }
   return rays;
 }
 
-void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, const ForRanges& for_ranges,
-                  WeightTable& table, OptimumCounts& counts) {
+void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays,
+                  const ForRanges& for_ranges, WeightTable& table, OptimumCounts& counts) {
   const std::size_t chunks = (rays.size() + kRaysAChunk - 1) / kRaysAChunk;
   std::vector<WeightTable> tables(chunks);
   std::vector<OptimumCounts> counted(chunks);
@@ -52,13 +51,15 @@ void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, cons
     WeighScratch scratch;
     RaySamples some;
     for (std::size_t c = begin; c < end; ++c) {
-      const auto from = static_cast<std::ptrdiff_t>(c * kRaysAChunk), to = static_cast<std::ptrdiff_t>(std::min(rays.size(), (c + 1) * kRaysAChunk));
+      const auto from = static_cast<std::ptrdiff_t>(c * kRaysAChunk),
+                 to = static_cast<std::ptrdiff_t>(std::min(rays.size(), (c + 1) * kRaysAChunk));
       some.direction.assign(rays.direction.begin() + from, rays.direction.begin() + to);
       some.t.assign(rays.t.begin() + from, rays.t.begin() + to);
       some.normal.assign(rays.normal.begin() + from, rays.normal.begin() + to);
       Reconstruct(setup, visibility, some, tables[c], counted[c], scratch);
       // A triangle draws few photos: what the optimum spreads over all is cut to the k that weigh most, continuously.
-      if (setup.settings.similarity == Similarity::kFull && setup.settings.k > 0) KeepLargest(tables[c], setup.settings.k);
+      if (setup.settings.similarity == Similarity::kFull && setup.settings.k > 0)
+        KeepLargest(tables[c], setup.settings.k);
       SortByCamera(tables[c]);
     }
   });

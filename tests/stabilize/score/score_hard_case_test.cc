@@ -21,7 +21,9 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
-Eigen::Matrix3d Shaken(int i) { return Shift(4 * std::sin(kTwoPi * i / 9) + 10 * std::sin(kTwoPi * i / 60), 3 * std::cos(kTwoPi * i / 7)); }
+Eigen::Matrix3d Shaken(int i) {
+  return Shift(4 * std::sin(kTwoPi * i / 9) + 10 * std::sin(kTwoPi * i / 60), 3 * std::cos(kTwoPi * i / 7));
+}
 
 class ScoreHardCase : public ::testing::Test {
  protected:
@@ -29,7 +31,9 @@ class ScoreHardCase : public ::testing::Test {
     plane_.frames = 60;
     plane_.frame_from_plane = Shaken;
   }
-  ScoreResult Of(const fs::path& input, const std::vector<fs::path>& others = {}) { return Score({input, others}, SilentProgress()); }
+  ScoreResult Of(const fs::path& input, const std::vector<fs::path>& others = {}) {
+    return Score({input, others}, SilentProgress());
+  }
   static void ExpectRefused(const std::function<void()>& what, ExitCode code, const std::string& words) {
     try {
       what();
@@ -52,7 +56,10 @@ TEST_F(ScoreHardCase, OfATripodIsStable) {
 }
 
 TEST_F(ScoreHardCase, OfAPureZoomMovesNothingButFeatures) {
-  plane_.frame_from_plane = [&](int i) { return Eigen::Matrix3d(Shift(96, 72) * Eigen::Vector3d(1 + 0.01 * i, 1 + 0.01 * i, 1).asDiagonal() * Shift(-96, -72)); };
+  plane_.frame_from_plane = [&](int i) {
+    return Eigen::Matrix3d(Shift(96, 72) * Eigen::Vector3d(1 + 0.01 * i, 1 + 0.01 * i, 1).asDiagonal() *
+                           Shift(-96, -72));
+  };
   const ScoreResult result = Of(plane_.Write(folder_ / "zoom.mp4"));
   for (const double x : result.videos[0].path.x_px) EXPECT_LT(std::abs(x), 0.5);
   EXPECT_LT(*result.videos[0].jitter.jitter_px, 0.1);
@@ -74,7 +81,8 @@ TEST_F(ScoreHardCase, ABlankOutputHasNoFiguresAndOthersStillDo) {
   plane_.contrast = 0;
   plane_.noise = 0;
   const ScoreResult result = Of(input, {plane_.Write(folder_ / "blank.mp4"), input});
-  EXPECT_FALSE(result.videos[1].cropping_ratio || result.videos[1].distortion || result.videos[1].stability || result.videos[1].jitter.jitter_px);
+  EXPECT_FALSE(result.videos[1].cropping_ratio || result.videos[1].distortion || result.videos[1].stability ||
+               result.videos[1].jitter.jitter_px);
   EXPECT_NEAR(*result.videos[2].cropping_ratio, 1, 1e-3);
   EXPECT_THAT(JsonKeys(result).Text(), HasSubstr(R"("cropping_ratio":null,"distortion":null)"));
   EXPECT_THAT(Describe(result), HasSubstr("-"));
@@ -116,7 +124,9 @@ TEST_F(ScoreHardCase, SomethingLargeThatMovesIsNotTheCamera) {
   plane_.elsewhere = [](int, double x, double) { return x < 0.4 * 192; };
   const ScoreResult result = Of(plane_.Write(folder_ / "moving.mp4"));
   double worst_px = 0;
-  for (int i = 0; i < 60; ++i) worst_px = std::max(worst_px, std::abs(result.videos[0].path.x_px[static_cast<std::size_t>(i)] - 2 * std::sin(kTwoPi * i / 30)));
+  for (int i = 0; i < 60; ++i)
+    worst_px = std::max(
+        worst_px, std::abs(result.videos[0].path.x_px[static_cast<std::size_t>(i)] - 2 * std::sin(kTwoPi * i / 30)));
   EXPECT_LT(worst_px, 0.6);  // of 180 px that the thing goes
 }
 
@@ -163,7 +173,8 @@ TEST_F(ScoreHardCase, WhatIsNoVideoIsRefusedByName) {
   ExpectRefused([&] { Of(folder_ / "letter.mp4"); }, ExitCode::kCorruptInput, "not a video");
   ExpectRefused([&] { Of(folder_ / "absent.mp4"); }, ExitCode::kCorruptInput, "no such video");
   // Sound alone.
-  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "sine=duration=1", (folder_ / "sound.mp4").string()});
+  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "sine=duration=1",
+                 (folder_ / "sound.mp4").string()});
   ExpectRefused([&] { Of(folder_ / "sound.mp4"); }, ExitCode::kCorruptInput, "video");
 }
 
@@ -172,7 +183,8 @@ TEST_F(ScoreHardCase, AVariableFrameRateIsPutInTime) {
   plane_.frames = 110;
   plane_.frame_from_plane = [](int i) { return Shift(0.9 * i, -0.4 * i); };
   const fs::path even = plane_.Write(folder_ / "even.mp4"), uneven = folder_ / "uneven.mp4";
-  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-i", even.string(), "-vf", "select=not(between(n\\,40\\,70)*mod(n\\,2))", "-vsync", "vfr", "-crf", "12", uneven.string()});
+  RunSubprocess({"ffmpeg", "-nostdin", "-loglevel", "error", "-i", even.string(), "-vf",
+                 "select=not(between(n\\,40\\,70)*mod(n\\,2))", "-vsync", "vfr", "-crf", "12", uneven.string()});
   const ScoreResult result = Of(uneven);
   EXPECT_TRUE(result.videos[0].uneven_times);
   EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("evenly")));
@@ -211,7 +223,8 @@ TEST_F(ScoreHardCase, IsTheSameOnAnyNumberOfThreads) {
     const std::string program = LUMI_BIN_DIR "/lumi-stabilize";
     SubprocessOptions options;
     options.separate_stdout = true;
-    const auto run = RunSubprocess({program, "score", input.string(), input.string(), "--json", "--quiet", "--threads", threads}, options);
+    const auto run = RunSubprocess(
+        {program, "score", input.string(), input.string(), "--json", "--quiet", "--threads", threads}, options);
     EXPECT_EQ(run.exit_code, 0);
     return run.out.substr(0, run.out.find("\"seconds\""));
   };

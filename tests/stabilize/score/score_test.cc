@@ -45,7 +45,8 @@ TEST(PictureChange, OfACropIsItsShareOfTheSides) {
   EXPECT_NEAR(upright->kept_area, 0.64, kRounding);
   // The same crop into pictures of half the size, and cut out without scaling.
   const Vector2i half(320, 180), cut(512, 288);
-  EXPECT_NEAR(ChangeOf(AboutMiddle(0.5 / 0.8 * Eigen::Matrix2d::Identity(), size, half), size, half)->cropping, 0.8, kRounding);
+  EXPECT_NEAR(ChangeOf(AboutMiddle(0.5 / 0.8 * Eigen::Matrix2d::Identity(), size, half), size, half)->cropping, 0.8,
+              kRounding);
   const auto cut_out = ChangeOf(Shift(-64, -36), size, cut);
   EXPECT_NEAR(cut_out->cropping, 0.8, kRounding);
   EXPECT_NEAR(cut_out->kept_area, 0.64, kRounding);
@@ -61,7 +62,8 @@ TEST(PictureChange, OfACropIsItsShareOfTheSides) {
   }
   EXPECT_NEAR(ChangeOf(Shift(700, 0), size, size)->kept_area, 0, kRounding);
   // Turned by a quarter: a square of the height in the middle of the input.
-  EXPECT_NEAR(ChangeOf(AboutMiddle(Turn(0.5 * std::numbers::pi), size, size), size, size)->kept_area, 360.0 / 640, kRounding);
+  EXPECT_NEAR(ChangeOf(AboutMiddle(Turn(0.5 * std::numbers::pi), size, size), size, size)->kept_area, 360.0 / 640,
+              kRounding);
 }
 
 TEST(PictureChange, OfAShearIsTheRatioOfItsSingularValues) {
@@ -84,7 +86,8 @@ TEST(Movement, IsThatOfTheMiddle) {
   EXPECT_NEAR(still.rotation_rad, 0.1, kRounding);
   // Perspective: the Jacobian at the middle, not the affine part.
   Matrix3d H = AboutMiddle(Turn(0.1), size, size);
-  const Matrix3d keystone = Shift(320, 180) * (Matrix3d() << 1, 0, 0, 0, 1, 0, 1e-4, 2e-4, 1).finished() * Shift(-320, -180);
+  const Matrix3d keystone =
+      Shift(320, 180) * (Matrix3d() << 1, 0, 0, 0, 1, 0, 1e-4, 2e-4, 1).finished() * Shift(-320, -180);
   const Movement moved = MovementOf(Shift(30, -20) * keystone * H, size);
   EXPECT_NEAR((moved.shift_px - Vector2d(30, -20)).norm(), 0, 1e-6);
   EXPECT_NEAR(moved.rotation_rad, 0.1, kRounding);
@@ -93,7 +96,8 @@ TEST(Movement, IsThatOfTheMiddle) {
 std::vector<double> Cosines(int n, const std::vector<std::pair<int, double>>& waves) {
   std::vector<double> path(static_cast<std::size_t>(n), 3.0);
   for (const auto& [cycles, amplitude] : waves)
-    for (int i = 0; i < n; ++i) path[static_cast<std::size_t>(i)] += amplitude * std::cos(kTwoPi * cycles * i / n + 0.4 * cycles);
+    for (int i = 0; i < n; ++i)
+      path[static_cast<std::size_t>(i)] += amplitude * std::cos(kTwoPi * cycles * i / n + 0.4 * cycles);
   return path;
 }
 
@@ -114,7 +118,9 @@ TEST(Stability, IsTheShareOfSlowWaves) {
   }
   EXPECT_NEAR(*StabilityOf(ramp, 0), slow / all, kRounding);
   EXPECT_EQ(*StabilityOf(WithoutLine(ramp), 1e-9), 1);
-  for (int i = 0; i < 500; ++i) ramp[static_cast<std::size_t>(i)] += std::cos(std::numbers::pi * (i - 249.5) / 5);  // even about the middle: no slope
+  for (int i = 0; i < 500; ++i)
+    ramp[static_cast<std::size_t>(i)] +=
+        std::cos(std::numbers::pi * (i - 249.5) / 5);  // even about the middle: no slope
   EXPECT_LT(*StabilityOf(WithoutLine(ramp), 1e-9), 1e-6);
 }
 
@@ -181,7 +187,8 @@ TEST(Jitter, OfASineIsItsRootMeanSquareTimesTheGain) {
       for (int i = 0; i < frames; ++i) {
         const double t = i / fps;
         // Speed and acceleration leave nothing.
-        const Vector2d moved(40 * t - 3 * t * t + 1.5 * std::cos(kTwoPi * hz * t), 20 * t + 1.5 * std::sin(kTwoPi * hz * t));
+        const Vector2d moved(40 * t - 3 * t * t + 1.5 * std::cos(kTwoPi * hz * t),
+                             20 * t + 1.5 * std::sin(kTwoPi * hz * t));
         meter.Add(t, Corners(0, 12, [&](long k) { return Vector2d(Vector2d(30 * k, 7 * k) + moved); }));
       }
       const JitterResult result = meter.Result();
@@ -198,7 +205,9 @@ TEST(Jitter, KnowsNoTracksEndsAndNoThingsThatMoveByThemselves) {
   for (int i = 0; i < 300; ++i) {
     const double t = i / 30.0;
     const Vector2d moved(2 * std::sin(kTwoPi * 2 * t), 2 * std::cos(kTwoPi * 2 * t));
-    const auto place = [&](long k) { return Vector2d(Vector2d(15.0 * static_cast<double>(k % 20), 9.0 * static_cast<double>(k % 7)) + moved); };
+    const auto place = [&](long k) {
+      return Vector2d(Vector2d(15.0 * static_cast<double>(k % 20), 9.0 * static_cast<double>(k % 7)) + moved);
+    };
     whole.Add(t, Corners(0, 20, place));
     // Tracks of 50 frames, of 1.7 s, that do not begin together.
     std::vector<FollowedCorner> some;
@@ -206,7 +215,9 @@ TEST(Jitter, KnowsNoTracksEndsAndNoThingsThatMoveByThemselves) {
       if (i >= k / 2 && i < k / 2 + 50) some.push_back({k, place(k)});
     pieces.Add(t, some);
     // 4 in 10 shake by 30 px at 4 Hz.
-    moving.Add(t, Corners(0, 20, [&](long k) { return Vector2d(place(k) + (k < 8 ? Vector2d(30 * std::sin(kTwoPi * 4 * t), 0) : Vector2d::Zero())); }));
+    moving.Add(t, Corners(0, 20, [&](long k) {
+                 return Vector2d(place(k) + (k < 8 ? Vector2d(30 * std::sin(kTwoPi * 4 * t), 0) : Vector2d::Zero()));
+               }));
   }
   EXPECT_NEAR(*pieces.Result().jitter_px, *whole.Result().jitter_px, 1e-3);  // not all of the same frames
   EXPECT_NEAR(*moving.Result().jitter_px, *whole.Result().jitter_px, kRounding);
@@ -236,8 +247,11 @@ TEST(MatchPictures, FindsAScalingATurnAndAShear) {
   const Vector2i size(320, 240), small(256, 200);
   Eigen::Matrix2d shear;
   shear << 1.03, 0.05, 0, 1;
-  const std::vector<std::pair<Eigen::Matrix2d, Vector2i>> cases = {
-      {Eigen::Matrix2d::Identity(), size}, {Turn(0.08) / 0.8, size}, {Turn(-0.05) * 0.64, small}, {shear, size}, {Eigen::Matrix2d::Identity() / 0.55, size}};
+  const std::vector<std::pair<Eigen::Matrix2d, Vector2i>> cases = {{Eigen::Matrix2d::Identity(), size},
+                                                                   {Turn(0.08) / 0.8, size},
+                                                                   {Turn(-0.05) * 0.64, small},
+                                                                   {shear, size},
+                                                                   {Eigen::Matrix2d::Identity() / 0.55, size}};
   for (const auto& [A, to] : cases) {
     const Matrix3d H = Shift(6, -4) * AboutMiddle(A, size, to);
     PaintedPlane seen = plane;
@@ -257,9 +271,11 @@ TEST(MatchPictures, FindsAScalingATurnAndAShear) {
 
 TEST(Score, OfVideosThatAreKnownIsTheirClosedForm) {
   const TemporaryFolder folder;
-  // Slow: 2 cycles of 12 px; shake: 20 cycles in 4 s, 5 Hz, of 3 px. The second video has a third of the shake, and is cropped to 0.8.
+  // Slow: 2 cycles of 12 px; shake: 20 cycles in 4 s, 5 Hz, of 3 px. The second video has a third of the shake, and is
+  // cropped to 0.8.
   const auto path = [](int i, double shake) -> Vector2d {
-    return Vector2d(12 * std::sin(kTwoPi * 2 * i / 120), 12 * std::cos(kTwoPi * 2 * i / 120)) + shake * Vector2d(std::cos(kTwoPi * 20 * i / 120), std::sin(kTwoPi * 20 * i / 120));
+    return Vector2d(12 * std::sin(kTwoPi * 2 * i / 120), 12 * std::cos(kTwoPi * 2 * i / 120)) +
+           shake * Vector2d(std::cos(kTwoPi * 20 * i / 120), std::sin(kTwoPi * 20 * i / 120));
   };
   PaintedPlane shaky, calm;
   const Vector2i size(shaky.width, shaky.height);
@@ -270,7 +286,8 @@ TEST(Score, OfVideosThatAreKnownIsTheirClosedForm) {
     zoom << 1, i == 0 ? 0.04 : 0, 0, 1;
     return Matrix3d(AboutMiddle(zoom / 0.8, size, size) * Shift(path(i, 1).x(), path(i, 1).y()));
   };
-  const auto input = shaky.Write(folder / "shaky.mp4"), output = calm.Write(folder / "calm.mp4"), copy = folder / "copy.mp4";
+  const auto input = shaky.Write(folder / "shaky.mp4"), output = calm.Write(folder / "calm.mp4"),
+             copy = folder / "copy.mp4";
   std::filesystem::copy(input, copy);
   const ScoreResult result = Score({input, {output, copy}}, SilentProgress());
   ASSERT_EQ(result.videos.size(), 3u);
