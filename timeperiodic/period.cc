@@ -514,7 +514,7 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
     }
     const CrossValidation final_fit = fit.CrossValidate(period, most);
     if (final_fit.explained > 0) harmonics = final_fit.harmonics;
-    period = fit.Refine(period, harmonics, 0.1);
+    period = std::max(options.min_period, fit.Refine(period, harmonics, 0.1));  // at 2 frames the fit is flat, and wanders below
     lead = LeadOverTime(fit, period, harmonics, 1);
     e.period_frames = period;
     e.sigma_frames = period * lead.sigma[1] / fit.span();
