@@ -255,7 +255,7 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
     e = *few;
     DescribeFewCycles(task.rho, fit.span(), e);
   } else {
-    TimedPeriod timed = FitTime(fit, s, *taken);
+    TimedPeriod timed = FitTime(fit, s, *taken, options.min_period);
     e.period_frames = timed.period, e.sigma_frames = timed.sigma;
     e.harmonics = timed.harmonics;
     e.explained = timed.explained;

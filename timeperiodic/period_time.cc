@@ -118,7 +118,7 @@ VectorXd UndoSlips(HarmonicFit& fit, const Signals& s, int harmonics, double& pe
 
 }  // namespace
 
-TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken) {
+TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, double min_period) {
   TimedPeriod t;
   t.period = taken.period;
   t.harmonics = std::max(1, taken.fit.harmonics);
@@ -147,7 +147,8 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken) {
   }
   const CrossValidation last = fit.CrossValidate(t.period, MostHarmonics(s));
   if (last.explained > 0) t.harmonics = last.harmonics;
-  t.period = fit.Refine(t.period, t.harmonics, kTimeReach);
+  // At 2 frames the fit is flat, and wanders below.
+  t.period = std::max(min_period, fit.Refine(t.period, t.harmonics, kTimeReach));
   t.sigma = t.period * LeadOverTime(fit, t.period, t.harmonics, 1).sigma[1] / fit.span();
   t.explained = std::max(last.explained, taken.fit.explained);
   return t;

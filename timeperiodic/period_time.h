@@ -18,6 +18,6 @@ struct TimedPeriod {
 };
 
 // `fit` is left at the times that were found.
-TimedPeriod FitTime(HarmonicFit& fit, const Signals& signals, const Refined& taken);
+TimedPeriod FitTime(HarmonicFit& fit, const Signals& signals, const Refined& taken, double min_period);
 
 }  // namespace lumi

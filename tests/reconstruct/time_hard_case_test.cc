@@ -1,6 +1,9 @@
 // Several cameras, and turning objects, where little tells when what was seen.
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <numbers>
+
 #include "scene/program/error.h"
 #include "turning_object.h"
 #include "watched_motion.h"
@@ -38,6 +41,41 @@ TEST(TurntableHardCase, WhatDoesNotGoRoundIsRefused) {
   std::normal_distribution<double> n(0, 1);
   for (Rigid3& pose : lost) pose.translation += Eigen::Vector3d(n(random), n(random), n(random));
   EXPECT_THROW(FindTurnAxis(lost, table.turns), DataError);
+}
+
+TEST(TurntableHardCase, ATurnThatVanishesBetweenPhotosTellsItsAxisOrNothing) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon(), kSafety = 10, kDistance = 3,
+                   kTurns = 2 * std::numbers::pi;
+  int answered = 0;
+  for (double step = 1e-2; step >= 1e-15; step /= 10) {
+    const Table table(60, step, 0, 0);
+    try {
+      const TurnAxis found = FindTurnAxis(table.cam_from_object, table.turns);
+      ++answered;
+      // Two photos' movement over the turn between them: doubles of the camera's distance over its angle.
+      EXPECT_LT(table.DistanceOff(found), kSafety * kEpsilon * kDistance / (kTurns * step)) << step;
+      EXPECT_NEAR(found.direction.norm(), 1, kSafety * kEpsilon) << step;
+    } catch (const DataError&) {
+    }
+  }
+  EXPECT_GE(answered,
+            3);  // down to 1e-4 of a turn: a camera that hardly moves is not told from one that does not go round
+}
+
+TEST(TurntableHardCase, TurnsThatAreCountedFromFartherAndFartherAwayLoseTheirPlacesOnly) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon(), kSafety = 10, kDistance = 3, kStep = 1 / 47.0;
+  int answered = 0;
+  for (double first = 1; first <= 1e15; first *= 10) {
+    const Table table(94, kStep, first, 0);
+    try {
+      const TurnAxis found = FindTurnAxis(table.cam_from_object, table.turns);
+      ++answered;
+      EXPECT_LT(table.DistanceOff(found), kSafety * kEpsilon * first * kDistance / kStep) << first;
+    } catch (const DataError&) {
+      EXPECT_GT(first, 1e12) << "a turn has 1e3 places left at 1e12";
+    }
+  }
+  EXPECT_GE(answered, 13);
 }
 
 TEST(EpipolarSynchroniseHardCase, WhatTellsNothingLeavesTheGuessAsItIs) {

@@ -116,12 +116,11 @@ TEST(Effects, TheUsersWordOverridesTheEvidence) {
   EXPECT_TRUE(choice.settings.visibility);
 }
 
-// Photos of a capture, each darkened by its own factor.
-TEST(Exposure, GainsComeBackFromThePhotos) {
+// Points on the front of a capture's proxy, with tracks through the photos that see them.
+test::Capture WithTracks() {
   test::Capture c = test::MakeCapture(8, 160);
   std::mt19937 engine(2);
   std::uniform_real_distribution<double> u(-1, 1);
-  // Points on the proxy's front, with tracks.
   c.scene.points.clear();
   for (int i = 0; i < 600; ++i) {
     Point p;
@@ -136,6 +135,12 @@ TEST(Exposure, GainsComeBackFromThePhotos) {
     }
     if (p.track.size() >= 2) c.scene.points.push_back(p);
   }
+  return c;
+}
+
+// Photos of a capture, each darkened by its own factor.
+TEST(Exposure, GainsComeBackFromThePhotos) {
+  test::Capture c = WithTracks();
   EXPECT_FALSE(EstimateExposures(c.scene, c.photos).Differ()) << "photos of one exposure";
 
   std::vector<double> truth;
@@ -150,6 +155,26 @@ TEST(Exposure, GainsComeBackFromThePhotos) {
   const Exposures e = EstimateExposures(c.scene, c.photos);
   EXPECT_TRUE(e.Differ());
   for (std::size_t v = 0; v < truth.size(); ++v) EXPECT_NEAR(e.gain[v], truth[v] / std::exp(mean), 0.02) << v;
+}
+
+// A highlight, or what stands before the points in one photo, is no exposure.
+TEST(Exposure, WhatDiffersInAPartOfAPhotoIsNoGain) {
+  test::Capture c = WithTracks();
+  constexpr std::size_t kShone = 3;
+  constexpr double kTimes = 1.5, kNear = 0.03;  // a mean over the points takes a part of it along: 4 %
+  for (Image8& level : c.photos[kShone].levels)
+    for (int y = 0; y < level.height; ++y)
+      for (int x = 0; 10 * x < 3 * level.width; ++x)
+        for (int k = 0; k < level.channels; ++k)
+          level.At(x, y, k) = static_cast<std::uint8_t>(std::min(255.0, kTimes * level.At(x, y, k)));
+  int shone = 0, seen = 0;
+  for (const Point& point : c.scene.points)
+    for (const Observation& o : point.track)
+      if (o.view.value == kShone) ++seen, shone += 10 * o.x_px.x() < 3 * c.photos[kShone].levels[0].width;
+  EXPECT_GT(shone, seen / 10);
+  EXPECT_LT(shone, seen / 3);
+  const Exposures e = EstimateExposures(c.scene, c.photos);
+  for (std::size_t v = 0; v < e.gain.size(); ++v) EXPECT_NEAR(e.gain[v], 1, kNear) << v;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/resolution.h"
 #include "render/radiance/measures/time.h"
+#include "render/radiance/visibility.h"
 #include "render/radiance/weights.h"
 
 namespace lumi {
@@ -38,6 +39,32 @@ double ResolutionOracle(double sigma, double low, double high) {
   const double octaves = std::log2(sigma);
   const double s = octaves > 0 ? 1 - octaves / std::log2(high) : low > 0 ? 1 - octaves / std::log2(low) : 1;
   return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(s, 0.0, 1.0));
+}
+
+TEST(VisibilityMaps, ATexelHoldsTheDepthAtItsCentre) {
+  // A slanted plane: half a texel to the side, a pixel of the photo, changes its depth by up to 1 %.
+  constexpr int kWidth = 64, kHeight = 48, kTexels = 2;
+  constexpr double kFocal = 60, kSlantX = 0.5, kSlantY = -0.3;
+  constexpr float kRelative = 1e-5F;  // of floats, and Embree's
+  Eigen::Matrix3d K;
+  K << kFocal, 0, 0.5 * kWidth, 0, kFocal, 0.5 * kHeight, 0, 0, 1;
+  const RenderView view{ProjectionMatrix(K, Rigid3{}), Eigen::Vector3d::Zero(), {kWidth, kHeight}, std::nullopt, 1.0};
+  Mesh plane;
+  for (const auto& [x, y] : {std::pair{-9.0, -9.0}, {9.0, -9.0}, {9.0, 9.0}, {-9.0, 9.0}})
+    plane.vertices.emplace_back(x, y, 20 + kSlantX * x + kSlantY * y);
+  plane.faces = {{0, 1, 2}, {0, 2, 3}};
+  VisibilityMaps maps(1, kWidth / kTexels, kHeight / kTexels);
+  maps.Fill(0, view, ProxyTracer(plane, Similarity3{}));
+  for (int y = 0; y < maps.height(); ++y)
+    for (int x = 0; x < maps.width(); ++x) {
+      const double u = (kTexels * (x + 0.5) - 0.5 * kWidth) / kFocal,
+                   v = (kTexels * (y + 0.5) - 0.5 * kHeight) / kFocal;
+      const float depth = static_cast<float>(20 / (1 - kSlantX * u - kSlantY * v));
+      if (std::max(std::abs(u), std::abs(v)) * depth > 8.9F) continue;  // beside the plane's end
+      ASSERT_NEAR(maps.Map(0)[static_cast<std::size_t>(y * maps.width() + x)], depth, kRelative * depth)
+          << x << ", " << y;
+    }
+  EXPECT_EQ(maps.Map(0).size(), static_cast<std::size_t>(kWidth * kHeight / kTexels / kTexels));
 }
 
 TEST(Log2, IsAccurateToFloat) {

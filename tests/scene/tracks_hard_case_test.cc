@@ -5,6 +5,7 @@
 #include <map>
 
 #include "files_test_util.h"
+#include "scene/tracks/affine_patch.h"
 #include "scene/tracks/match_photos.h"
 #include "scene/tracks/track_video.h"
 #include "textured_frames.h"
@@ -215,6 +216,92 @@ TEST(MatchPhotosHardCase, ARepeatedPatternIsNotMatchedAcrossItself) {
   for (const Track& t : tracks.tracks)
     for (std::size_t k = 1; k < t.observations.size(); ++k)
       EXPECT_NE(t.observations[k].frame, t.observations[k - 1].frame);
+}
+
+// ---- a patch next to its degenerate neighbours, step by step
+
+constexpr int kPatchRadius = 10;
+
+// Waves of the given heights along x and y, moved; in floats, as frames are when patches are taken.
+ImageF Waves(double height_x, double height_y, const Eigen::Vector2d& moved = {0, 0}) {
+  ImageF image(64, 64, 1);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      image.At(x, y, 0) = static_cast<float>(128 + height_x * std::sin(0.35 * (x - moved.x())) +
+                                             height_y * std::sin(0.29 * (y - moved.y()) + 1));
+  return image;
+}
+
+// What a patch of such waves, taken at the middle, finds itself moved by; nothing where it is refused.
+std::optional<double> OffByPx(double height_x, double height_y) {
+  const Eigen::Vector2d middle(32, 32), moved(0.4, -0.3);
+  const auto patch = TakePatch(Waves(height_x, height_y), middle, kPatchRadius);
+  if (!patch) return std::nullopt;
+  EXPECT_TRUE(patch->inverse_hessian.allFinite());
+  const auto match = AlignPatch(*patch, Waves(height_x, height_y, moved), {middle, Eigen::Matrix2d::Identity()});
+  return match ? (match->pose.x_px - middle - moved).norm() : 1e300;
+}
+
+TEST(PatchHardCase, OneThatBecomesAnEdgeIsFoundOrRefused) {
+  constexpr double kFoundPx = 0.03;  // steps settle at 0.003; bilinear samples of a wave of 18 px
+  bool refused = false;
+  int found = 0;
+  std::vector<double> heights{60, 30};
+  for (double share = 1e-1; share >= 1e-15; share /= 10) heights.push_back(60 * share), heights.push_back(30 * share);
+  for (const double height : heights) {
+    const auto off_px = OffByPx(60, height);
+    EXPECT_FALSE(refused && off_px) << height << ": refused once, an edge stays refused";
+    refused = refused || !off_px;
+    if (!off_px) continue;
+    ++found;
+    EXPECT_LT(*off_px, kFoundPx) << height;
+  }
+  EXPECT_GE(found, 3);
+  EXPECT_TRUE(refused);
+}
+
+TEST(PatchHardCase, OneThatLosesItsContrastIsFoundOrRefused) {
+  constexpr double kFoundPx = 0.03;
+  int found = 0, refused = 0;
+  for (double share = 1; share >= 1e-15; share /= 10) {
+    const auto off_px = OffByPx(60 * share, 60 * share);
+    found += off_px.has_value();
+    refused += !off_px;
+    EXPECT_FALSE(refused > 0 && off_px) << share;
+    if (off_px) {
+      EXPECT_LT(*off_px, kFoundPx) << share;
+    }
+  }
+  EXPECT_EQ(found, 2);  // 60 and 6 code values: 0.6 are noise
+}
+
+TEST(PatchHardCase, TheFramesBorderIsWhereAPatchEnds) {
+  const ImageF image = Waves(60, 60);
+  const double border = kPatchRadius + 1.5;
+  EXPECT_TRUE(TakePatch(image, {border, 32}, kPatchRadius));
+  for (double d = 1e-2; d >= 1e-15; d /= 10) {
+    EXPECT_TRUE(TakePatch(image, {border + d, 32}, kPatchRadius)) << d;
+    EXPECT_FALSE(TakePatch(image, {border - d, 32}, kPatchRadius)) << d;
+    EXPECT_FALSE(TakePatch(image, {32, border - d}, kPatchRadius)) << d;
+  }
+}
+
+TEST(TrackVideoHardCase, AMovementThatVanishesIsFollowedOrIsNone) {
+  constexpr int kFrames = 6;
+  for (double step = 1e-2; step >= 1e-15; step /= 10) {
+    const Tracks tracks = TrackVideo(TexturedFrames(kFrames, kWidth, kHeight, Sideways(step)), {}, SilentProgress());
+    ASSERT_GT(tracks.tracks.size(), 100u) << step;
+    double sum = 0;
+    int count = 0;
+    for (const Track& t : tracks.tracks)
+      if (t.observations.size() == kFrames) {
+        sum += (t.observations.back().x_px - t.observations.front().x_px - Eigen::Vector2d(step * (kFrames - 1), 0))
+                   .squaredNorm();
+        ++count;
+      }
+    ASSERT_GT(count, 100) << step;
+    EXPECT_LT(std::sqrt(sum / count), 0.02) << step;  // 8 bits a pixel tell no less
+  }
 }
 
 }  // namespace

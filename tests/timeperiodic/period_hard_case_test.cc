@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "scene/program/error.h"
 #include "tests/timeperiodic/painted_video.h"
 #include "timeperiodic/align.h"
@@ -201,6 +204,85 @@ TEST(PeriodHardCase, ACommensurateFrameRateStillHasOnePeriod) {
     video.period = 15 + off;
     EXPECT_NEAR(PeriodOf(video).period_frames, video.period, kAccuracy * video.period) << off;
   }
+}
+
+// ---- signals without a film's noise, next to their degenerate neighbours, step by step
+
+Signals SignalsOf(int frames, const std::function<double(double)>& value) {
+  Signals signals;
+  signals.time = Eigen::VectorXd::LinSpaced(frames, 0, frames - 1);
+  signals.values.resize(frames, 1);
+  for (int i = 0; i < frames; ++i) signals.values(i, 0) = value(i), signals.frame.push_back(i);
+  signals.values.array() -= signals.values.mean();
+  signals.nuisance = Eigen::MatrixXd::Constant(frames, 1, 1 / std::sqrt(static_cast<double>(frames)));
+  signals.modulation.resize(frames, 0);
+  signals.video_frames = frames;
+  signals.moving_share = 0.1;
+  signals.moving_deviation = 10;
+  return signals;
+}
+
+TEST(PeriodHardCase, BladesThatBecomeAlikeHaveTheWholePeriodOrHalfOfItAndNoOther) {
+  constexpr double kTurns = 2 * std::numbers::pi, kPeriod = 15.37;
+  bool half = false;
+  for (double difference = 1e-1; difference >= 1e-15; difference /= 10) {
+    const Signals signals = SignalsOf(300, [&](double t) {
+      return std::cos(2 * kTurns * t / kPeriod + 0.3) + difference * std::cos(kTurns * t / kPeriod);
+    });
+    const PeriodEstimate e = EstimatePeriod(signals, {}, {});
+    const bool is_half = std::abs(e.period_frames - 0.5 * kPeriod) < kAccuracy * kPeriod;
+    EXPECT_TRUE(is_half || std::abs(e.period_frames - kPeriod) < kAccuracy * kPeriod)
+        << difference << ": " << e.period_frames;
+    EXPECT_FALSE(half && !is_half) << difference << ": alike once, they stay alike";
+    half = is_half;
+    EXPECT_TRUE(std::isfinite(e.sigma_frames) && e.sigma_frames >= 0) << difference;
+    EXPECT_GT(e.explained, 0.9) << difference;
+    EXPECT_LE(e.explained, 1) << difference;
+  }
+  EXPECT_TRUE(half);
+}
+
+TEST(PeriodHardCase, APeriodThatComesDownToTwoFramesIsFoundOrRefused) {
+  constexpr double kTurns = 2 * std::numbers::pi;
+  constexpr int kFrames = 300;
+  int answered = 0;
+  for (double above = 1; above >= 1e-15; above /= 10) {
+    const double period = 2 + above;
+    RequireResolved(period);
+    try {
+      const PeriodEstimate e =
+          EstimatePeriod(SignalsOf(kFrames, [&](double t) { return std::cos(kTurns * t / period + 0.4); }), {}, {});
+      ++answered;
+      // At 2 frames pictures alternate, and a film tells frequencies apart by a quarter of a cycle over all of it.
+      EXPECT_NEAR(1 / e.period_frames, 1 / period, 0.25 / kFrames) << above;
+      EXPECT_GE(e.period_frames, 2) << above;
+      EXPECT_TRUE(std::isfinite(e.sigma_frames)) << above;
+      EXPECT_FALSE(e.aliases_frames.empty()) << above;
+    } catch (const DataError& e) {
+      EXPECT_THAT(e.what(), HasSubstr("period")) << above;
+    }
+  }
+  EXPECT_GE(answered, 10);
+}
+
+TEST(PeriodHardCase, AMotionThatVanishesInItsRoundingRepeatsItselfOrHasNoPeriod) {
+  // Beside an offset that doubles round the motion to: down to a part in 1e15 of it.
+  constexpr double kTurns = 2 * std::numbers::pi, kPeriod = 15.37;
+  int answered = 0;
+  for (double size = 1e-2; size >= 1e-15; size /= 10) {
+    try {
+      const PeriodEstimate e =
+          EstimatePeriod(SignalsOf(300, [&](double t) { return 1 + size * std::cos(kTurns * t / kPeriod); }), {}, {});
+      ++answered;
+      EXPECT_TRUE(std::isfinite(e.sigma_frames)) << size;
+      if (size > 1e-12) {
+        EXPECT_NEAR(e.period_frames, kPeriod, kAccuracy * kPeriod) << size;
+      }
+    } catch (const DataError& e) {
+      EXPECT_LT(size, 1e-12) << e.what();
+    }
+  }
+  EXPECT_GE(answered, 10);
 }
 
 }  // namespace

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <numbers>
 
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
+#include "stabilize/score/jitter.h"
 #include "stabilize/score/score.h"
 #include "stabilize/score/score_command.h"
+#include "stabilize/score/stability.h"
 #include "tests/stabilize/score/painted_plane.h"
 
 namespace lumi::score {
@@ -231,6 +234,98 @@ TEST_F(ScoreHardCase, IsTheSameOnAnyNumberOfThreads) {
   const std::string one = figures("1");
   EXPECT_THAT(one, HasSubstr(R"("schema": "lumi-stabilize")"));
   EXPECT_EQ(one, figures("4"));
+}
+
+// ---- the figures next to their degenerate neighbours, step by step
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon(), kSafety = 10;
+
+TEST(PictureChangeHardCase, APictureThatCollapsesToALineHasItsSharesOrNone) {
+  const Eigen::Vector2i size(640, 360);
+  int answered = 0;
+  for (double e = 1e-2; e >= 1e-15; e /= 10) {
+    const Eigen::Matrix3d H = Shift(320, 180) * Eigen::Vector3d(1, e, 1).asDiagonal() * Shift(-320, -180);
+    const auto change = ChangeOf(H, size, size);
+    if (!change) continue;
+    ++answered;
+    const double tolerance = kSafety * kEpsilon / e * 180;  // the middle, 180 px away, is what e is told beside
+    EXPECT_NEAR(change->distortion / e, 1, tolerance) << e;
+    EXPECT_NEAR(change->cropping * std::sqrt(e), 1, tolerance) << e;
+    EXPECT_GE(change->kept_area, 0) << e;
+    EXPECT_LE(change->kept_area, 1 + tolerance) << e;
+  }
+  EXPECT_GE(answered, 9);  // down to 1e-10
+  EXPECT_FALSE(ChangeOf(Shift(320, 180) * Eigen::Vector3d(1, 0, 1).asDiagonal() * Shift(-320, -180), size, size));
+}
+
+TEST(HomographyHardCase, FeaturesThatComeToLieOnALineMoveAsTheyDidOrTellNothing) {
+  // A turn of 0.02 about the picture's middle; features across all of its width, and less and less of its height.
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(0.02).toRotationMatrix();
+  const Eigen::Matrix3d H = Shift(323, 179) * turn * Shift(-320, -180);
+  int answered = 0;
+  for (double height = 1e-2; height >= 1e-15; height /= 10) {
+    std::vector<PointPair> pairs;
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Vector2d x(20 + 10 * i, 180 + 180 * height * std::sin(1.7 * i));
+      pairs.push_back({x, (H * x.homogeneous()).hnormalized()});
+    }
+    for (const bool step : {true, false}) {
+      const auto fit = step ? FitStep(pairs, 1) : FitHomography(pairs, 1);
+      if (!fit) continue;
+      answered += step;
+      EXPECT_TRUE(fit->to_from.allFinite()) << height;
+      for (const PointPair& p : pairs)
+        ASSERT_LT(((fit->to_from * p.from_px.homogeneous()).hnormalized() - p.to_px).norm(), 1) << height;
+    }
+  }
+  EXPECT_GE(answered, 5);  // fewer: features on a line are refused
+}
+
+TEST(StabilityHardCase, AShakeThatVanishesLeavesOneAndAWalkThatVanishesNothing) {
+  constexpr int kFrames = 120;
+  for (double ratio = 1e-1; ratio >= 1e-15; ratio /= 10) {
+    std::vector<double> shaken, walked;
+    for (int i = 0; i < kFrames; ++i) {
+      const double slow = std::cos(kTwoPi * 3 * i / kFrames), fast = std::cos(kTwoPi * 17 * i / kFrames);
+      shaken.push_back(slow + ratio * fast);
+      walked.push_back(ratio * slow + fast);
+    }
+    EXPECT_NEAR(*StabilityOf(shaken, 0), 1 / (1 + ratio * ratio), kSafety * kEpsilon) << ratio;
+    EXPECT_NEAR(*StabilityOf(walked, 0), ratio * ratio / (1 + ratio * ratio), kSafety * kEpsilon) << ratio;
+  }
+  // About the size below which nothing moves: 1 below it, the path's own above.
+  std::vector<double> path;
+  for (int i = 0; i < kFrames; ++i)
+    path.push_back(std::numbers::sqrt2 * std::cos(kTwoPi * 17 * i / kFrames));  // root mean square 1
+  for (double d = 1e-2; d >= 1e-14; d /= 10) {
+    EXPECT_EQ(*StabilityOf(path, 1 + d), 1) << d;
+    EXPECT_LT(*StabilityOf(path, 1 - d), kSafety * kEpsilon) << d;
+  }
+}
+
+TEST(JitterHardCase, TimesThatFallTogetherStillTellAParabolaOrNothing) {
+  constexpr double kReach_s = 0.7 + 1 / 30.0;
+  int steps = 0, answered = 0;
+  for (double apart_s = 1e-1; apart_s >= 1e-15; apart_s /= 10, ++steps) {
+    std::vector<double> times_s;
+    for (int i = -6; i <= 6; ++i) times_s.push_back(5 + apart_s * i);
+    const std::vector<double> weights = ParabolaWeights(times_s, 5, 1 / 30.0);
+    if (weights.empty()) continue;
+    ++answered;
+    double sum = 0, first = 0, second = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const double t = (times_s[i] - 5) / kReach_s;
+      sum += weights[i], first += weights[i] * t, second += weights[i] * t * t;
+    }
+    // Normal equations: the square of what the times' spread is of the window, squared again by the parabola.
+    const double tolerance = kSafety * kEpsilon * std::pow(kReach_s / (6 * apart_s), 4) + kSafety * kEpsilon;
+    EXPECT_NEAR(sum, 1, tolerance) << apart_s;
+    EXPECT_NEAR(first, 0, tolerance) << apart_s;
+    EXPECT_NEAR(second, 0, tolerance) << apart_s;
+  }
+  EXPECT_GE(answered, 3);
+  EXPECT_LT(answered, steps);
 }
 
 }  // namespace

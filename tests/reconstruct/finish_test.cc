@@ -1,0 +1,62 @@
+// The scene folder that a reconstruction leaves: what is beside a photo has moved as the photo has.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "reconstruct/finish.h"
+#include "scene/files/image_io.h"
+#include "scene/files/temporary_folder.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(FinishScene, AMaskIsUndistortedAsItsPhotoIs) {
+  // The photo is its own mask: black and white fields, whose borders lie anywhere in the undistorted pixels.
+  constexpr int kWidth = 240, kHeight = 180, kField = 6;
+  Image8 photo(kWidth, kHeight, 1);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) photo.At(x, y, 0) = (x / kField + y / kField) % 2 == 0 ? 255 : 0;
+  const TemporaryFolder folder;
+  WriteImage(folder / "photos" / "a.png", photo);
+  WriteImage(folder / "masks" / "a.png.png", photo);
+
+  Camera camera;
+  camera.model = CameraModel::kSimpleRadial;
+  camera.width_px = kWidth;
+  camera.height_px = kHeight;
+  camera.params = {200, 0.5 * kWidth + 3.3, 0.5 * kHeight - 2.6, -0.12};
+  Scene scene;
+  scene.image_folder = folder / "photos";
+  scene.cameras.push_back(camera);
+  View view;
+  view.name = "a.png";
+  view.camera = {0};
+  scene.views.push_back(view);
+  ReconstructOptions options;
+  options.scene = folder / "scene";
+  options.masks = folder / "masks";
+  ReconstructSummary summary;
+  FinishScene(scene, options, summary, SilentProgress());
+
+  const Image8 moved = ReadImage8(folder / "scene" / "images" / "a.png"),
+               mask = ReadImage8(folder / "scene" / "masks" / "a.png.png");
+  ASSERT_EQ(mask.width, moved.width);
+  ASSERT_EQ(mask.height, moved.height);
+  // The nearest pixel is white where more than half of what is interpolated is: by a straight border always, at a
+  // field's corner nearly.
+  int told = 0, apart = 0;
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x) {
+      const int grey = moved.At(x, y, 0);
+      if (std::abs(grey - 127.5) < 25) continue;
+      ++told;
+      apart += (grey > 127) != (mask.At(x, y, 0) > 127);
+    }
+  EXPECT_GT(told, 30000);
+  EXPECT_LT(apart, told / 500);
+}
+
+}  // namespace
+}  // namespace lumi
