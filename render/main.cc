@@ -27,7 +27,7 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
           if (options.backend != "cpu" && options.backend != "gl")
             throw lumi::InputError(file, "backend takes cpu or gl, not " + options.backend);
         } else if (lumi::SetOption(options.settings, name, value))
-          options.decided.insert(name);
+          options.decided.Add(name);
         else
           throw lumi::InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
       }
@@ -40,23 +40,23 @@ void ApplySettings(const std::filesystem::path& file, const Given& given, lumi::
   for (const auto& [name, value] : given)
     if (!value.empty()) {
       lumi::SetOption(options.settings, name, value);
-      options.decided.insert(name);
+      options.decided.Add(name);
     }
   if (options.phase && !given.at("time-s").empty())
     throw lumi::UsageError("--phase and --time-s do not go together: both say when");
   // Who names a time wants it to count.
   if ((!given.at("time-s").empty() || options.phase ||
-       (options.decided.count("time-s") > 0 && options.decided.count("time") == 0)) &&
+       (options.decided.Has("time-s") && !options.decided.Has("time"))) &&
       given.at("time").empty()) {
     options.settings.time = true;
-    options.decided.insert("time");
+    options.decided.Add("time");
   }
   // What the optimum needs and nobody spoke against: 1/h is no covariance, and candidates are weighed one by one. The
   // line's
   // --similarity full wins over what a file, written for another similarity, says of them.
   if (options.settings.similarity == lumi::Similarity::kFull) {
     const auto open = [&](const char* name) {
-      return given.at(name).empty() && (!given.at("similarity").empty() || options.decided.count(name) == 0);
+      return given.at(name).empty() && (!given.at("similarity").empty() || !options.decided.Has(name));
     };
     if (open("correlation")) options.settings.correlation = lumi::Correlation::kFallingLeaves;
     if (open("sampling")) options.settings.sampling = lumi::Sampling::kInterpolated;
@@ -209,7 +209,7 @@ void Read(const CLI::App& app, Line& line) {
   o.window_frames = WindowFrames(line.window_frames);
   o.border.fill = line.border == "fill";
   for (const std::string name : {"format", "fold", "seconds", "fps", "fill-frames"})
-    if (app.get_option("--" + name)->count() > 0) o.decided.insert(name);
+    if (app.get_option("--" + name)->count() > 0) o.decided.Add(name);
   line.properties = line.properties || line.properties_command->parsed();
 }
 

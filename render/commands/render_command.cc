@@ -61,7 +61,7 @@ namespace {
 // --path of matrices; without --path the photos' own where there are no poses.
 std::optional<MatrixPath> MatricesOf(const RenderOptions& o, const Lumigraph& lumigraph) {
   if (!o.along_path()) return std::nullopt;
-  if (!lumigraph.metric() && o.path.empty() && o.decided.contains("seconds"))
+  if (!lumigraph.metric() && o.path.empty() && o.decided.Has("seconds"))
     throw UsageError("--seconds is of a path between poses, which this scene does not have: a frame a photo");
   return MatrixPathFor(lumigraph.scene(), o.path, o.fps);
 }

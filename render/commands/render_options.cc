@@ -10,7 +10,7 @@ namespace {
 
 void RequireTogether(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
-  if (o.backend == "gl" && (!o.budget_ms || o.decided.count("grid") > 0)) RequireDrawnByGl(o.settings);
+  if (o.backend == "gl" && (!o.budget_ms || o.decided.Has("grid"))) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
   if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
@@ -27,7 +27,7 @@ void RequireTogether(const RenderOptions& o) {
 }
 
 void RequireNothingIgnored(const RenderOptions& o) {
-  const auto given = [&](const char* name) { return o.decided.count(name) > 0; };
+  const auto given = [&](const char* name) { return o.decided.Has(name); };
   if (o.phase && !std::isfinite(*o.phase)) throw UsageError("--phase must be a number");
   if (o.settings.Sparse() && !o.budget_ms && !HasSamples(o.settings))
     throw UsageError("--grid with --k all needs --sampling interpolated: all photos are candidates at every pixel");

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "render/cpu/sparse_blend.h"
-#include "render/radiance/candidate_plan.h"
+#include "render/radiance/sparse/candidate_plan.h"
 
 namespace lumi {
 

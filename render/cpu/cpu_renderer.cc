@@ -12,7 +12,7 @@
 #include "render/cpu/sparse_blend.h"
 #include "render/cpu/tessellation_overlay.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
 #include "render/world/visibility_maps.h"
 #include "scene/program/interrupt.h"

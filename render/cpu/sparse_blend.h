@@ -5,7 +5,7 @@
 
 #include "render/cpu/layers.h"
 #include "render/photos/photo_set.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "scene/model/image.h"
 
 namespace lumi {

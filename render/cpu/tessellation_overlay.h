@@ -1,7 +1,7 @@
 // The tessellation of a sparse plan drawn over its picture (thesis Figs. 5-5 and 5-8, last rows).
 #pragma once
 
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "scene/model/image.h"
 
 namespace lumi {

@@ -159,7 +159,7 @@ void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on) {
   if (!known) throw std::invalid_argument("SwitchEffect: no effect is called " + std::string(name));
 }
 
-void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std::set<std::string>& decided) {
+void ApplyEffectList(const std::string& effects, RadianceSettings& settings, Decided& decided) {
   if (effects == "auto") return;
   if (effects.empty()) throw UsageError("--effects takes auto, none, or a list; not nothing");
   std::set<std::string> wanted;
@@ -172,14 +172,14 @@ void ApplyEffectList(const std::string& effects, RadianceSettings& settings, std
     wanted.insert(name);
   }
   for (const std::string& name : EffectNames()) {
-    if (decided.count(name) > 0) continue;
-    decided.insert(name);
+    if (decided.Has(name)) continue;
+    decided.Add(name);
     SwitchEffect(settings, name, wanted.count(name) > 0);
   }
 }
 
 static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const RadianceSettings& settings,
-                           const std::set<std::string>& decided, double gain_spread) {
+                           const Decided& decided, double gain_spread) {
   EffectChoice choice;
   choice.settings = settings;
   ViewFacts facts;
@@ -192,7 +192,7 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
     Effect effect;
     effect.name = M::kName;
     effect.from_photos = FromPhotos<M>;
-    facts.asked = decided.count(effect.name) > 0;
+    facts.asked = decided.Has(effect.name);
     facts.field = &(*fields)[MeasureList::IndexOf<M>()];
     typename M::Settings chosen = choice.settings;
     const Verdict verdict = static_cast<const Held<M>&>(evidence).evidence.Decide(facts, chosen);
@@ -210,8 +210,8 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
 }
 
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
-                           const std::vector<bool>& use, const RadianceSettings& settings,
-                           const std::set<std::string>& decided, double gain_spread) {
+                           const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
+                           double gain_spread) {
   Evidence e(settings);
   const Sources sources = MakeSources(scene);
   const ProxyTracer tracer(proxy, scene.normalized_from_world);
@@ -222,7 +222,7 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
 
 EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
                            const std::function<PictureWorld(const RenderView&)>& world,
-                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread) {
+                           const RadianceSettings& settings, const Decided& decided, double gain_spread) {
   Evidence e(settings);
   ForSomeViews(desired, [&](const RenderView& view) {
     const PictureWorld w = world(view);

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <functional>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "render/radiance/decided.h"
 #include "render/world/renderer.h"
 
 namespace lumi {
@@ -37,19 +37,19 @@ void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 
 // --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise.
 // What is listed is decided from here on. Throws UsageError.
-void ApplyEffectList(const std::string& list, RadianceSettings& settings, std::set<std::string>& decided);
+void ApplyEffectList(const std::string& list, RadianceSettings& settings, Decided& decided);
 
 // `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the
 // user spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the
 // photos' exposures (exposure.h), 1 where they agree.
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
-                           const std::vector<bool>& use, const RadianceSettings& settings,
-                           const std::set<std::string>& decided, double gain_spread);
+                           const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
+                           double gain_spread);
 // The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from
 // a photo.
 EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
                            const std::function<PictureWorld(const RenderView&)>& world,
-                           const RadianceSettings& settings, const std::set<std::string>& decided, double gain_spread);
+                           const RadianceSettings& settings, const Decided& decided, double gain_spread);
 
 // Fills cost_ms: renders `desired` small, with and without each effect that is on.
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice);

@@ -18,9 +18,9 @@
 #include "render/gl/gl_target.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_drawing.h"
-#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/candidate_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "render/radiance/visibility.h"
 #include "render/world/renderer.h"
 

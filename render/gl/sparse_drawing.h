@@ -11,9 +11,9 @@
 #include "render/gl/gl_objects.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_shader.h"
-#include "render/radiance/candidate_plan.h"
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/candidate_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 

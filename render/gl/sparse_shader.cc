@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "render/gl/shader_parts.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 namespace {

@@ -27,17 +27,17 @@ void Lumigraph::RequireNothingMetric(const std::string& proxy) const {
   const std::string frame(Name(scene_.frame));
   if (!proxy.empty() && proxy != kPerViewProxy)
     throw UsageError(fmt::format("a {} scene is rendered with each view's own proxy: --proxy per-view", frame));
-  if (options_.decided.contains("resolution") && options_.settings.resolution == Resolution::kDistance)
+  if (options_.decided.Has("resolution") && options_.settings.resolution == Resolution::kDistance)
     throw UsageError(fmt::format("--resolution distance compares distances, which a {} scene does not have", frame),
                      "use --resolution jacobian");
 }
 
 void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
   if (!metric()) RequireNothingMetric(proxy);
-  const std::set<std::string> asked = decided_;
+  const Decided asked = decided_;
   const auto decide = [&](const char* why) {
-    for (const std::string& name : decided_)
-      if (!asked.contains(name)) why_.emplace(name, why);
+    for (const std::string& name : decided_.options())
+      if (!asked.Has(name)) why_.emplace(name, why);
   };
   if (along_matrices || !metric())
     reach_ = TakeWindow(scene_, options_.window_frames, along_matrices, decided_, settings_);
@@ -48,10 +48,10 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     own.nominal_focal_px = options_.nominal_focal_px;
     per_view_.emplace(scene_, own);
     // What a photo sees of a surface made for another view is not known.
-    if (decided_.contains("visibility") && settings_.visibility)
+    if (decided_.Has("visibility") && settings_.visibility)
       throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
     settings_.visibility = false;
-    decided_.insert("visibility");
+    decided_.Add("visibility");
     decide("so for a proxy of each view");
   } else {
     if (options_.border.fill || options_.nominal_focal_px > 0)
@@ -60,8 +60,8 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     mesh_ = LoadProxy(scene_, proxy);
     proxy_name_ = proxy.empty() ? scene_.active_proxy : proxy;
   }
-  TakeClock(scene_, decided_.contains("time-window-s"), settings_);
-  own_times_ = !options_.phase && !decided_.contains("time-s");
+  TakeClock(scene_, decided_.Has("time-window-s"), settings_);
+  own_times_ = !options_.phase && !decided_.Has("time-s");
   if (own_times_) settings_.time_s = FirstTime(scene_).value_or(settings_.time_s);
   if (!options_.phase) return;
   if (!(settings_.period_s > 0))
@@ -71,9 +71,7 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
 
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
-  const auto wanted = [&](std::string_view effect) {
-    return !decided_.contains(std::string(effect)) || IsOn(settings_, effect);
-  };
+  const auto wanted = [&](std::string_view effect) { return !decided_.Has(effect) || IsOn(settings_, effect); };
   SetEstimates(EstimateFromPhotos(scene_, one_mesh() ? &photos_ : nullptr, wanted, sink));
 }
 

@@ -13,7 +13,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -31,10 +30,10 @@ namespace lumi {
 
 struct LumigraphOptions {
   std::filesystem::path scene;
-  RadianceSettings settings;      // from --settings and the line
-  std::string effects = "auto";   // auto, none, or a list of EffectNames()
-  std::set<std::string> decided;  // options and effects that the user spoke about
-  std::optional<double> phase;    // of the scene's period, instead of a time
+  RadianceSettings settings;     // from --settings and the line
+  std::string effects = "auto";  // auto, none, or a list of EffectNames()
+  Decided decided;               // options and effects that the user spoke about
+  std::optional<double> phase;   // of the scene's period, instead of a time
   std::optional<int>
       window_frames;  // photos to either side in time that a picture may use, -1: all; default: 5 for videos, else all
   double nominal_focal_px =
@@ -76,7 +75,7 @@ class Lumigraph {
 
   const RadianceSettings& settings() const { return settings_; }
   void SetSettings(const RadianceSettings& settings) { settings_ = settings; }
-  const std::set<std::string>& decided() const { return decided_; }
+  const Decided& decided() const { return decided_; }
   const std::vector<Effect>& effects() const { return effects_; }
   std::vector<Effect>& effects() { return effects_; }
   bool own_times() const { return own_times_; }  // a picture is of its view's moment; else all are of settings().time_s
@@ -100,7 +99,7 @@ class Lumigraph {
 
   const LumigraphOptions options_;
   RadianceSettings settings_;
-  std::set<std::string> decided_;           // by the user, or by what pictures are made of
+  Decided decided_;                         // by the user, or by what pictures are made of
   std::map<std::string, std::string> why_;  // of the latter
   Scene scene_;
   std::string proxy_name_;

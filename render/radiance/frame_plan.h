@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/radiance/proxy_tracer.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/radiance/rays.h"
 
 namespace lumi {

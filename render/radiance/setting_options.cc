@@ -241,17 +241,4 @@ bool IsOn(const RadianceSettings& settings, std::string_view measure) {
   return on;
 }
 
-void Decided::Add(const std::string& option) {
-  ForEachEffect([&]<typename M> {
-    if (M::kName == option) measures_.Add<M>();
-  });
-  if (!Has(option)) options_.push_back(option);
-}
-
-bool Decided::Has(std::string_view option) const {
-  bool measure = false;
-  ForEachEffect([&]<typename M> { measure = measure || (M::kName == option && measures_.Has<M>()); });
-  return measure || std::find(options_.begin(), options_.end(), option) != options_.end();
-}
-
 }  // namespace lumi

@@ -43,28 +43,4 @@ const SettingOption* FindSettingOption(std::string_view name);
 // Whether a measure is on; the angle always is.
 bool IsOn(const RadianceSettings& settings, std::string_view measure);
 
-// What somebody spoke about: options of this table and, among them, measures; and further options of the program's own.
-class Decided {
- public:
-  Decided() = default;
-  Decided(std::initializer_list<std::string> options) {
-    for (const std::string& o : options) Add(o);
-  }
-  void Add(const std::string& option);
-  template <typename M>
-  void Add() {
-    measures_.Add<M>();
-  }
-  bool Has(std::string_view option) const;
-  template <typename M>
-  bool Has() const {
-    return measures_.Has<M>();
-  }
-  const std::vector<std::string>& options() const { return options_; }
-
- private:
-  MeasureSet measures_;
-  std::vector<std::string> options_;
-};
-
 }  // namespace lumi

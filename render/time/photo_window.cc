@@ -7,8 +7,7 @@
 
 namespace lumi {
 
-int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided,
-               RadianceSettings& settings) {
+int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, Decided& decided, RadianceSettings& settings) {
   constexpr int kUsualReach = 5;  // 11 frames (sec. 6.4.3)
   constexpr double kPathTimeLeast =
       0.005;  // less, and a photo ends within a pixel; more, and its neighbours show through it
@@ -18,7 +17,7 @@ int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::se
   if (reach < 0) return reach;
   GiveTimes(scene);
   const double frame_s = ClockOf(scene).frame_s;
-  const auto open = [&](const char* name) { return decided.count(name) == 0; };
+  const auto open = [&](const char* name) { return !decided.Has(name); };
   if (open("time")) settings.time = true;
   if (open("time-window-s") && frame_s > 0) settings.time_window_s = (2 * reach + 1) * frame_s;
   if (open("time-core")) settings.time_core = 0;
@@ -26,7 +25,7 @@ int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::se
   if (open("time-least") && along_path) settings.time_least = kPathTimeLeast;
   // Frames that nobody looked at may be the ones in which the photos end.
   if (open("fov")) settings.field_of_view = true;
-  decided.insert({"time", "time-window-s", "fov"});
+  decided.Add({"time", "time-window-s", "fov"});
   return reach;
 }
 

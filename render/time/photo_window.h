@@ -2,9 +2,9 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <string>
 
+#include "render/radiance/decided.h"
 #include "render/radiance/settings.h"
 #include "scene/model/scene.h"
 
@@ -14,7 +14,6 @@ namespace lumi {
 // is a video's or the picture is of a path of matrices (frame and photo go together), else all. Photos get times, time
 // counts from the middle of the window on, fields of view are looked at, and along a path a photo gives way before it
 // ends. Returns the reach, -1: all.
-int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, std::set<std::string>& decided,
-               RadianceSettings& settings);
+int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, Decided& decided, RadianceSettings& settings);
 
 }  // namespace lumi

@@ -29,10 +29,10 @@ RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
 
 }  // namespace
 
-FixedOptions Fixed(const RadianceSettings& settings, const std::set<std::string>& decided) {
+FixedOptions Fixed(const RadianceSettings& settings, const Decided& decided) {
   FixedOptions fixed;
   const nlohmann::ordered_json now = ToJson(settings);
-  for (const std::string& name : decided)
+  for (const std::string& name : decided.options())
     if (now.contains(name))
       fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
   return fixed;

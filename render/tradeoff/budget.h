@@ -4,10 +4,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "render/radiance/decided.h"
 #include "render/tradeoff/front.h"
 #include "render/world/renderer.h"
 
@@ -25,7 +25,7 @@ nlohmann::ordered_json ToJson(const BudgetChoice& choice);
 
 // Options that the user gave, by name and text: they stay whatever the budget says.
 using FixedOptions = std::vector<std::pair<std::string, std::string>>;
-FixedOptions Fixed(const RadianceSettings& settings, const std::set<std::string>& decided);
+FixedOptions Fixed(const RadianceSettings& settings, const Decided& decided);
 
 // Settings that a probe tries, cheapest first, each at least as accurate as the one before (measured on `desk`, see
 // docs/tradeoff.md). With `fixed` applied; those that this makes equal or invalid are left out.

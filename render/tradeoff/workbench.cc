@@ -32,7 +32,7 @@ void RequireConsistent(const MeasureOptions& o) {
         o.proxies.begin() + static_cast<std::ptrdiff_t>(i))
       throw UsageError("--proxy " + o.proxies[i] + " is given twice");
   RadianceSettings settings = o.settings;
-  std::set<std::string> decided = o.decided;
+  Decided decided = o.decided;
   ApplyEffectList(o.effects, settings, decided);
 }
 

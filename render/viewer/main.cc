@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     for (const auto& [name, value] : given)
       if (!value.empty()) {
         lumi::SetOption(o.settings, name, value);
-        o.decided.insert(name);
+        o.decided.Add(name);
       }
     if (!refine.empty()) o.refine = refine == "on";
     // What the optimum needs and nobody spoke against.

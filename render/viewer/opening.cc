@@ -39,9 +39,9 @@ PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& so
   return p;
 }
 
-void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings) {
+void ApplyEffects(const EffectChoice& choice, const Decided& decided, RadianceSettings& settings) {
   for (const Effect& e : choice.effects) {
-    if (decided.count(e.name) > 0) continue;
+    if (decided.Has(e.name)) continue;
     SwitchEffect(settings, e.name, e.on);
     // And in the way that the data call for, where it comes in several.
     const SettingOption* option = FindSettingOption(e.name);
@@ -50,7 +50,7 @@ void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decid
 }
 
 void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSettings& settings) {
-  std::set<std::string> decided;
+  Decided decided;
   if (list == "auto")
     ApplyEffects(choice, decided, settings);
   else

@@ -4,7 +4,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,7 +69,7 @@ struct Opened {
 };
 
 // The effects of `choice` in settings that otherwise stay; those in `decided` stay as well.
-void ApplyEffects(const EffectChoice& choice, const std::set<std::string>& decided, RadianceSettings& settings);
+void ApplyEffects(const EffectChoice& choice, const Decided& decided, RadianceSettings& settings);
 // A list of effects, none or auto as a script spells it: those and no others. Throws UsageError.
 void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSettings& settings);
 

@@ -16,7 +16,7 @@ namespace lumi {
 
 std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
-  if (options.phase && options.decided.contains("time-s")) throw UsageError("--phase and --time-s do not go together");
+  if (options.phase && options.decided.Has("time-s")) throw UsageError("--phase and --time-s do not go together");
   std::vector<ScriptStep> script = ParseScript(options.script);
   if (!options.screenshot.empty()) {
     if (!HasImageExtension(options.screenshot))

@@ -51,7 +51,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   facts_.period_s = s.period_s;
   if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
   // Who names a moment wants to see it.
-  if (!times.empty() && options.effects == "auto" && (options.phase || decided_.count("time-s") > 0)) s.time = true;
+  if (!times.empty() && options.effects == "auto" && (options.phase || decided_.Has("time-s"))) s.time = true;
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
   settings_.refine = options.refine;
@@ -233,7 +233,7 @@ void Viewer::DrawPanels() {
   facts_.message = message();
   const bool exposure = settings_.radiance.exposure;
   const PanelWishes wishes = DrawPanel(facts_, settings_);
-  if (settings_.radiance.exposure != exposure) decided_.insert("exposure");  // before the photos' own word came
+  if (settings_.radiance.exposure != exposure) decided_.Add("exposure");  // before the photos' own word came
   Grant(wishes);
   if (window_.Dragging() && steering_.drag_pivot)
     if (const auto x =

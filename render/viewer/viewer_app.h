@@ -11,7 +11,6 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -236,8 +235,8 @@ class Viewer final : public ViewSession {
   Lumigraph& lumigraph_;
   const Scene& scene_;
   ProgressSink& progress_;
-  EffectChoice effects_;           // as the data call for them
-  std::set<std::string> decided_;  // effects that the user spoke about
+  EffectChoice effects_;  // as the data call for them
+  Decided decided_;       // effects that the user spoke about
   PhotoBudget budget_;
   GlLumigraph gl_;
   FramePainter painter_;

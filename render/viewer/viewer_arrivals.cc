@@ -41,9 +41,7 @@ void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
 void Viewer::TakeEstimates() {
   if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader.outstanding() == 0) {
     arriving_.estimates_wanted = false;
-    const auto wanted = [decided = decided_](std::string_view effect) {
-      return !decided.contains(std::string(effect));
-    };
+    const auto wanted = [decided = decided_](std::string_view effect) { return !decided.Has(effect); };
     arriving_.estimates = std::async(std::launch::async, [this, wanted, photos = std::move(arriving_.small_photos)] {
       const auto exposure = [](std::string_view effect) { return effect == measure::Exposure::kName; };
       const auto others = [&](std::string_view effect) { return !exposure(effect) && wanted(effect); };
@@ -63,7 +61,7 @@ void Viewer::TakeEstimates() {
   for (std::size_t i = 0; i < effects_.effects.size(); ++i) {
     if (!seen.effects[i].from_photos) continue;
     effects_.effects[i] = seen.effects[i];
-    if (options_.effects == "auto" && !decided_.contains(seen.effects[i].name)) {
+    if (options_.effects == "auto" && !decided_.Has(seen.effects[i].name)) {
       SwitchEffect(settings_.radiance, seen.effects[i].name, seen.effects[i].on);
       if (seen.effects[i].on) ++generation_;
     }

@@ -73,7 +73,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kK: radiance.k = s.word == "all" ? 0 : std::stoi(s.word); break;
     case ScriptVerb::kSet:
       SetOption(radiance, s.word, s.value);
-      decided_.insert(s.word);
+      decided_.Add(s.word);
       Reconcile(radiance, s.word);
       break;
     case ScriptVerb::kEffects:

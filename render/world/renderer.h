@@ -7,7 +7,7 @@
 
 #include "render/photos/photo_set.h"
 #include "render/picture/source_color.h"
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/radiance/settings.h"
 #include "render/world/picture_world.h"
 #include "scene/model/image.h"

@@ -12,10 +12,10 @@
 #include <ctime>
 #include <random>
 
-#include "render/radiance/optimum.h"
 #include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/dense_solver.h"
 #include "render/radiance/optimum/leaves_fit.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/radiance/reconstruct.h"
 #include "scene/program/parallel.h"
 #include "tests/render/optimum_oracle.h"

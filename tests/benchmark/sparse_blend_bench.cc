@@ -18,7 +18,7 @@
 #include "render/cpu/layers.h"
 #include "render/cpu/photo_maps.h"
 #include "render/picture/convert.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"

@@ -9,7 +9,7 @@
 #include "capture.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/measures/evaluate.h"
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/world/visibility_maps.h"
 
 namespace lumi {

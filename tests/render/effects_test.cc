@@ -38,7 +38,7 @@ test::Capture Plain() {
   return c;
 }
 
-EffectChoice Choose(const test::Capture& c, const RenderView& desired, const std::set<std::string>& decided = {},
+EffectChoice Choose(const test::Capture& c, const RenderView& desired, const Decided& decided = {},
                     RadianceSettings settings = {}) {
   return ChooseEffects(c.scene, c.proxy, {desired}, {}, settings, decided, 1);
 }

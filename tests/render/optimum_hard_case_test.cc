@@ -6,8 +6,8 @@
 #include <random>
 
 #include "optimum_oracle.h"
-#include "render/radiance/optimum.h"
 #include "render/radiance/optimum/dense_solver.h"
+#include "render/radiance/optimum/optimum.h"
 
 namespace lumi {
 namespace {

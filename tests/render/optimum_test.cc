@@ -1,5 +1,5 @@
 // The optimal weights: that they are the ones of the full system, in the rays' order, and sum to 1.
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 
 #include <gtest/gtest.h>
 

@@ -148,7 +148,7 @@ TEST_F(RenderCommand, MeasuresEachViewAtItsOwnMoment) {
   o.repeats = 1;
   const auto nearest_db = [&] {
     const Json j = Json::parse(RunAblation(o, SilentProgress()));
-    EXPECT_EQ(j["rows"][3]["settings"].contains("time-s"), o.decided.contains("time-s"));
+    EXPECT_EQ(j["rows"][3]["settings"].contains("time-s"), o.decided.Has("time-s"));
     return j["rows"][3]["psnr_photo_db"].get<double>();
   };
   const double own_db = nearest_db();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "render/radiance/candidate_plan.h"
+#include "render/radiance/sparse/candidate_plan.h"
 #include "render/radiance/sparse/constrained_delaunay.h"
 #include "scene/program/parallel.h"
 #include "sparse_test_scene.h"

@@ -5,7 +5,7 @@
 
 #include "capture.h"
 #include "render/radiance/sparse/raster.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
 
 namespace lumi::test {

@@ -1,7 +1,7 @@
 // Triangles of a fine mesh that others hide need no weights.
 #pragma once
 
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 

@@ -1,7 +1,7 @@
 // The two ways of TessellateView (sparse_plan.h).
 #pragma once
 
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 

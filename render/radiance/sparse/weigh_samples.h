@@ -1,7 +1,7 @@
 // The one place where the sparse plans ask for weights.
 #pragma once
 
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 

@@ -9,7 +9,7 @@
 
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/proxy_tracer.h"
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 namespace lumi {
 

@@ -1,4 +1,4 @@
-#include "render/radiance/candidate_plan.h"
+#include "render/radiance/sparse/candidate_plan.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "render/radiance/frame_plan.h"
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 #include "render/radiance/rays.h"
 #include "render/radiance/sparse/sparse_proxy.h"
 #include "render/radiance/visibility.h"

@@ -1,4 +1,4 @@
-#include "render/radiance/optimum.h"
+#include "render/radiance/optimum/optimum.h"
 
 #include <algorithm>
 #include <array>

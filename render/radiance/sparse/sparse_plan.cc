@@ -1,4 +1,4 @@
-#include "render/radiance/sparse_plan.h"
+#include "render/radiance/sparse/sparse_plan.h"
 
 #include <algorithm>
 #include <cmath>
