@@ -148,7 +148,8 @@ TradeoffFiles WritePeriodTradeoff(const std::filesystem::path& folder, const Tra
                       kLeastShownPercent};
   std::vector<Plot> plots{PlotOf(table, panel)};
   panel.title = "Held-out photos", panel.subtitle = "of the scene, rendered with each setting's period";
-  panel.y = "psnr_holdout_db", panel.y_axis = {"PSNR, dB"};
+  panel.y = "psnr_holdout_db", panel.y_axis = PlotAxis();
+  panel.y_axis.label = "PSNR, dB";
   panel.front.clear();
   if (const Plot plot = PlotOf(table, panel); !plot.series.empty()) plots.push_back(plot);
   return WriteTradeoff(folder / "period", table, plots);

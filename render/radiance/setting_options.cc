@@ -44,7 +44,7 @@ bool OnOff(std::string_view name, const OptionValue& v) {
 }
 
 // A degree's rounding must not show in a summary: 20 and not 20.000000000000004.
-double Degrees(double rad) { return std::round(rad / kRadiansPerDegree * 1e12) / 1e12; }
+double Degrees(double rad) { return std::round(rad / kRadPerDeg * 1e12) / 1e12; }
 
 // What records and the core fill; fields of a measure's Settings are fields of RadianceSettings.
 class Table {
@@ -59,7 +59,7 @@ class Table {
   // Degrees outside, radians inside.
   template <typename Base>
   void Angle(std::string_view name, double Base::*field, Range range_deg, std::string_view help, PanelRow row = {}) {
-    Number(name, static_cast<double S::*>(field), range_deg, kRadiansPerDegree, help, row);
+    Number(name, static_cast<double S::*>(field), range_deg, kRadPerDeg, help, row);
   }
   template <typename Base>
   void Switch(std::string_view name, bool Base::*field, std::string_view help, const char* label = nullptr) {

@@ -28,10 +28,10 @@ struct RadianceSettings : MeasureList::Settings {
   Correlation correlation = Correlation::kInverse;
   Combine combine = Combine::kSmooth;
   WeightSum sum = WeightSum::kLocalMean;
-  double cutoff_rad = 20 * kRadiansPerDegree;    // the optimum leaves out photos farther from the ray, (0, pi]
+  double cutoff_rad = 20 * kRadPerDeg;    // the optimum leaves out photos farther from the ray, (0, pi]
   double accuracy = 1e-3;                        // of the optimum's weights, > 0: 1e-4 and up take single precision
-  double r_min_rad = 0.001 * kRadiansPerDegree;  // smallest and largest leaf, 0 <= r_min <= r_max
-  double r_max_rad = 5 * kRadiansPerDegree;
+  double r_min_rad = 0.001 * kRadPerDeg;  // smallest and largest leaf, 0 <= r_min <= r_max
+  double r_max_rad = 5 * kRadPerDeg;
 
   int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
   bool epipoles = true;                 // sparse samples at the photos' centres, too

@@ -23,7 +23,7 @@ float ValueOf(std::size_t j, const RadianceSettings& s, const Measures& m) {
   if constexpr (Term<M>)
     return static_cast<float>(M::Shown(static_cast<double>(m.Of<M>()[j]), s));
   else if constexpr (std::is_same_v<M, measure::Angle>)
-    return m.theta[j] / static_cast<float>(kRadiansPerDegree);
+    return m.theta[j] / static_cast<float>(kRadPerDeg);
   else if constexpr (std::is_same_v<M, measure::FieldOfView>)
     return m.f[j];
   else
@@ -40,7 +40,7 @@ float Value(std::string_view name, std::size_t j, const RadianceSettings& s, con
   if (name != kDissimilarity || !(m.f[j] > 0)) return value;
   const float g = static_cast<float>(s.alpha) * m.theta[j] + (m.terms.empty() ? 0.0F : m.terms[j]);
   return Dissimilarity(g, m.f[j] * (s.visibility ? m.v[j] : 1.0F), static_cast<float>(s.gamma)) /
-         static_cast<float>(kRadiansPerDegree);
+         static_cast<float>(kRadPerDeg);
 }
 
 }  // namespace

@@ -125,8 +125,8 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
 
   // The optimum's own dials.
   for (const double deg : {10.0, 14.0, 24.0}) {
-    with(Method::kOptimumGrid, grid, [&](RadianceSettings& s) { s.cutoff_rad = deg * kRadiansPerDegree; });
-    with(Method::kOptimumPixel, grid, [&](RadianceSettings& s) { s.cutoff_rad = deg * kRadiansPerDegree; });
+    with(Method::kOptimumGrid, grid, [&](RadianceSettings& s) { s.cutoff_rad = deg * kRadPerDeg; });
+    with(Method::kOptimumPixel, grid, [&](RadianceSettings& s) { s.cutoff_rad = deg * kRadPerDeg; });
   }
   for (const WeightSum sum : {WeightSum::kRenormalise, WeightSum::kConstrained, WeightSum::kLocalMean})
     with(Method::kOptimumGrid, grid, [&](RadianceSettings& s) { s.sum = sum; });

@@ -105,7 +105,7 @@ bool Workbench::MayWriteScene() const {
 
 RadianceSettings ReferenceSettings(const RadianceSettings& base) {
   RadianceSettings s = WithMethod(base, Method::kOptimumPixel);
-  s.cutoff_rad = kReferenceCutoffDeg * kRadiansPerDegree;
+  s.cutoff_rad = kReferenceCutoffDeg * kRadPerDeg;
   return s;
 }
 

@@ -43,7 +43,7 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
 
 std::string Describe(const RadianceSettings& s) {
   std::string text = s.similarity == Similarity::kFull
-                         ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadiansPerDegree)
+                         ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadPerDeg)
                      : s.k == 0 ? "all photos"
                                 : fmt::format("k {}", s.k);
   if (s.Sparse())

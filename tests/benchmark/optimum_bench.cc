@@ -51,7 +51,7 @@ RadianceSettings Settings(double accuracy, double cutoff_deg) {
   s.similarity = Similarity::kFull;
   s.correlation = Correlation::kFallingLeaves;
   s.accuracy = accuracy;
-  s.cutoff_rad = cutoff_deg * kRadiansPerDegree;
+  s.cutoff_rad = cutoff_deg * kRadPerDeg;
   return s;
 }
 
@@ -264,7 +264,7 @@ void Main(bool quick) {
   for (const auto& [what, r_min_deg, accuracy] : std::vector<std::tuple<std::string, double, double>>{
            {"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
     RadianceSettings s = Settings(accuracy, 20);
-    s.r_min_rad = r_min_deg * kRadiansPerDegree;
+    s.r_min_rad = r_min_deg * kRadPerDeg;
     const ViewSetup setup = setup_for(s);
     RaySamples some = random;
     some.direction.resize(64);

@@ -59,7 +59,7 @@ TEST(EpipoleConsistency, TheOptimumGivesAPhotoAtLeast99PercentOfItsOwnViewBeside
   RadianceSettings settings;
   settings.similarity = Similarity::kFull;
   settings.correlation = Correlation::kFallingLeaves;
-  settings.r_max_rad = 12 * kRadiansPerDegree;  // photos correlate with their neighbours
+  settings.r_max_rad = 12 * kRadPerDeg;  // photos correlate with their neighbours
   int blocked = 0;
   for (const WeightSum sum : {WeightSum::kLocalMean, WeightSum::kRenormalise, WeightSum::kConstrained}) {
     settings.sum = sum;
@@ -236,7 +236,7 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesForTheOptimum) {
   settings.similarity = Similarity::kFull;
   settings.correlation = Correlation::kFallingLeaves;
   settings.accuracy = 1e-6;                     // else the changes at the smallest steps are its own
-  settings.r_max_rad = 12 * kRadiansPerDegree;  // photos correlate with their neighbours
+  settings.r_max_rad = 12 * kRadPerDeg;  // photos correlate with their neighbours
   ExpectContinuousAcrossOcclusionEdges(settings, "optimum");
 }
 
@@ -253,8 +253,8 @@ TEST(Continuity, HoldsForTheOptimumWhereAViewPassesThroughABlockedPhoto) {
   settings.sum = WeightSum::kRenormalise;  // the real-time weights have no part: they turn to the photo within a
                                            // hundredth of a degree
   // Leaves so large that P_same changes little over the angles at hand: what remains is visibility's.
-  settings.r_min_rad = 2 * kRadiansPerDegree;
-  settings.r_max_rad = 8 * kRadiansPerDegree;
+  settings.r_min_rad = 2 * kRadPerDeg;
+  settings.r_max_rad = 8 * kRadPerDeg;
   constexpr std::size_t kPhoto = 11;
   const Eigen::Vector3d centre = c.scene.views[kPhoto].CentreInWorld();
   // Behind the box.
@@ -266,7 +266,7 @@ TEST(Continuity, HoldsForTheOptimumWhereAViewPassesThroughABlockedPhoto) {
   for (const double step_deg : {0.02, 0.004, 0.0008}) {
     double change = 0, before = -1;
     for (double at = -0.4; at <= 0.4; at += step_deg) {
-      const Eigen::Vector3d eye = centre + Eigen::Vector3d(0, std::tan(at * kRadiansPerDegree) * distance, 0);
+      const Eigen::Vector3d eye = centre + Eigen::Vector3d(0, std::tan(at * kRadPerDeg) * distance, 0);
       const ViewSetup setup =
           MakeViewSetup(sources, MakeRenderView(c.scene.cameras[0], LookAt(eye, target, {0, -1, 0})), settings);
       const Eigen::Vector3d ray = c.scene.normalized_from_world * target - setup.desired.centre;

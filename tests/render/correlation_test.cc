@@ -18,7 +18,7 @@ namespace lumi {
 namespace {
 
 using Decimal = boost::multiprecision::number<boost::multiprecision::cpp_dec_float<50>, boost::multiprecision::et_off>;
-constexpr double kDeg = kRadiansPerDegree;
+constexpr double kDeg = kRadPerDeg;
 
 TEST(Correlation, OverlapOfDiscsHasItsClosedForm) {
   // x = 1: a third of a turn, less a triangle; x = 2: they touch.

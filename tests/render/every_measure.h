@@ -44,7 +44,7 @@ RadianceSettings OnlyWith(double time_s) {
   s.time_window_s = 0.6;
   s.resolution_low = 0.3;
   s.resolution_high = 3;
-  s.r_max_rad = 20 * kRadiansPerDegree;
+  s.r_max_rad = 20 * kRadPerDeg;
   return s;
 }
 
@@ -101,7 +101,6 @@ template <Term M>
 std::vector<DefinedPhoto> Define(const Sources& sources, const ViewSetup& setup, const Eigen::Vector3d& p,
                                  const Eigen::Vector3d& normal) {
   const RadianceSettings& s = setup.settings;
-  const Eigen::Vector3d ray = (p - setup.desired.centre).normalized();
   std::vector<DefinedPhoto> out;
   for (const RenderView& photo : sources.views) {
     DefinedPhoto& d = out.emplace_back();

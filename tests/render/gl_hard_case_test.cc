@@ -444,14 +444,14 @@ TEST_F(GlHardCase, LeavesDownToNoSizeAndUpToOneSize) {
   for (Way way : Ways()) {
     way.settings.correlation = Correlation::kFallingLeaves;
     const auto sound = [&](double r_min_deg, const char* what) {
-      way.settings.r_min_rad = std::min(r_min_deg * kRadiansPerDegree, way.settings.r_max_rad);
+      way.settings.r_min_rad = std::min(r_min_deg * kRadPerDeg, way.settings.r_max_rad);
       ExpectSound(way, view, what + (" " + Step(r_min_deg)), 0);
     };
     for (double r_min_deg = 1; r_min_deg > 1e-18; r_min_deg /= 1000) sound(r_min_deg, "towards 0");
     sound(0, "at");
     for (double d = 1e-1; d > 1e-16; d /= 1000) sound(5 / (1 + d), "towards 5");
     sound(5, "at");
-    way.settings.r_max_rad = 1e-6 * kRadiansPerDegree;  // smaller than any angle here
+    way.settings.r_max_rad = 1e-6 * kRadPerDeg;  // smaller than any angle here
     sound(0, "all tiny");
     sound(1e-6, "all tiny");
   }

@@ -201,8 +201,8 @@ TEST(GlRenderer, EveryEffectAgreesWithTheCpu) {
         r.show = Show::kFalseColor;  // photos differ
         r.settings.k = 0;
         r.settings.sum = WeightSum::kRenormalise;
-        r.settings.r_min_rad = 6 * kRadiansPerDegree;
-        r.settings.r_max_rad = 15 * kRadiansPerDegree;
+        r.settings.r_min_rad = 6 * kRadPerDeg;
+        r.settings.r_max_rad = 15 * kRadPerDeg;
       };
       add("the optimum", optimum);
       add("negative weights", negative);

@@ -129,7 +129,7 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
     s.field_of_view = frame % 5 != 2;
     s.visibility = frame % 6 < 2;
     if (frame % 8 >= 6) s.correlation = Correlation::kFallingLeaves;
-    s.r_max_rad = (1 + 20 * uniform(random)) * kRadiansPerDegree;
+    s.r_max_rad = (1 + 20 * uniform(random)) * kRadPerDeg;
     const VisibilityMaps* visibility = s.visibility ? &maps : nullptr;
     const ViewSetup setup = MakeViewSetup(sources, request.view, s, request.use);
     const std::vector<ImageF> pictures = WeightPictures(request);

@@ -44,7 +44,7 @@ struct ObliqueFloor {
       c.scene.points.push_back(p);
     }
     UpdateFrameOfReference(c.scene);
-    const double a = 15 * kRadiansPerDegree;
+    const double a = 15 * kRadPerDeg;
     const Rigid3 from = LookAt({0, -2.2 * std::cos(a), -2.2 * std::sin(a)}, {0, 0, 0}, {0, 0, -1});
     const Camera camera = Camera::Pinhole(160, 60, 256, 256, 80, 30);
     view = MakeRenderView(camera, from);

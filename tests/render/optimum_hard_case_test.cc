@@ -88,7 +88,7 @@ TEST(HardCase, WeightsOfTheFullSystemAgainstFiftyDigits) {
 
 // Cholesky in double: 10 x condition x epsilon, two photos approaching from a tenth of a radian down to 1e-15.
 TEST(HardCase, CholeskyHoldsItsDigitsAsTwoPhotosMeet) {
-  const double r_min = 0.001 * kRadiansPerDegree, r_max = 5 * kRadiansPerDegree;
+  const double r_min = 0.001 * kRadPerDeg, r_max = 5 * kRadPerDeg;
   const FallingLeaves leaves(r_min, r_max);
   const test::OracleLeaves<Decimal> exact{Decimal(r_min), Decimal(r_max)};
   std::mt19937 engine(3);
@@ -256,7 +256,7 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
         for (const double w : r.weight) EXPECT_LT(std::abs(w), 2) << what;
       };
       for (double r_min = 1; r_min > 1e-18; r_min /= 10) {
-        settings.r_min_rad = r_min * kRadiansPerDegree;
+        settings.r_min_rad = r_min * kRadPerDeg;
         expect_sane("towards 0");
       }
       settings.r_min_rad = 0;
@@ -278,7 +278,7 @@ TEST(HardCase, AnglesThatDoNotCountAndLeavesAsWideAsTheSky) {
         for (const double r_max_deg : {1e-6, 5.0, 60.0, 90.0}) {
           RadianceSettings settings = Full(accuracy, sum);
           settings.alpha = alpha;
-          settings.r_max_rad = r_max_deg * kRadiansPerDegree;
+          settings.r_max_rad = r_max_deg * kRadPerDeg;
           settings.r_min_rad = 1e-4 * settings.r_max_rad;
           const Solved r = AtOrigin(s, {0.03, 0.02, -3}, settings);
           EXPECT_NEAR(r.Sum(), 1, 1e-4) << alpha << " " << r_max_deg;
@@ -420,7 +420,7 @@ TEST(HardCase, NearlySingularSimilarityTakesMoreOnItsDiagonal) {
 }
 
 TEST(HardCase, APhotoCrossesTheCutoffWithoutAWeight) {
-  const double deg = kRadiansPerDegree;
+  const double deg = kRadPerDeg;
   for (const double accuracy : kAccuracies) {
     RadianceSettings settings = Full(accuracy, WeightSum::kRenormalise);
     settings.cutoff_rad = 6 * deg;  // well within reach: y is 0.01 there
@@ -445,7 +445,7 @@ TEST(HardCase, APhotoCrossesTheCutoffWithoutAWeight) {
 TEST(HardCase, WeightsChangeInProportionToTheStep) {
   test::DeskLike desk = test::MakeDeskLike(120);
   RadianceSettings s = Full(1e-6);
-  s.cutoff_rad = 6 * kRadiansPerDegree;  // well within reach: a photo without a feather would enter with 0.01
+  s.cutoff_rad = 6 * kRadPerDeg;  // well within reach: a photo without a feather would enter with 0.01
   const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
   std::vector<double> largest;
   for (const double step : {1e-2, 1e-3, 1e-4}) {

@@ -244,7 +244,7 @@ inline DeskLike MakeDeskLike(int photos = 262) {
     return 2 * state - 1;
   };
   const Camera camera = Camera::Pinhole(640, 480, 700, 700, 320, 240);
-  const double deg = kRadiansPerDegree;
+  const double deg = kRadPerDeg;
   constexpr int kALine = 5;
   const int places = (photos + kALine - 1) / kALine;
   for (int i = 0; i < photos; ++i) {

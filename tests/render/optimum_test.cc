@@ -23,7 +23,7 @@ RadianceSettings Full(double accuracy = 1e-3, double cutoff_deg = 180) {
   s.similarity = Similarity::kFull;
   s.correlation = Correlation::kFallingLeaves;
   s.accuracy = accuracy;
-  s.cutoff_rad = cutoff_deg * kRadiansPerDegree;
+  s.cutoff_rad = cutoff_deg * kRadPerDeg;
   return s;
 }
 
@@ -157,7 +157,7 @@ TEST(Optimum, TheCutoffsErrorFallsWithIt) {
     before = error;
   }
   EXPECT_LT(before, 1e-6);
-  EXPECT_LT(WorstError(Full(1e-7, RadianceSettings{}.cutoff_rad / kRadiansPerDegree), 150, 40), 1e-4);
+  EXPECT_LT(WorstError(Full(1e-7, RadianceSettings{}.cutoff_rad / kRadPerDeg), 150, 40), 1e-4);
 }
 
 TEST(Optimum, RowsFollowTheRaysWhateverTheirOrder) {
@@ -230,7 +230,7 @@ TEST(Optimum, BlockedPhotosCountLess) {
   const RenderView view = MakeRenderView(c.scene.cameras[0], LookAt({0.7, 0.3, -4}, {0, 0, 0.5}, {0, -1, 0}));
   const Sources sources = MakeSources(c.scene);
   RadianceSettings s = Full(1e-6);
-  s.r_max_rad = 12 * kRadiansPerDegree;
+  s.r_max_rad = 12 * kRadPerDeg;
   const ViewSetup setup = MakeViewSetup(sources, view, s);
   const ProxyTracer tracer(c.proxy, c.scene.normalized_from_world);
   const VisibilityMaps maps = MakeVisibilityMaps(sources, tracer);

@@ -179,7 +179,7 @@ TEST_F(RenderCommand, TheOptimumsCountsAreOfAllFramesAndNoBaseline) {
   RenderOptions o = Optimum(Options("holdout"));
   o.holdout = 8;
   o.width_px = 16;
-  o.settings.r_max_rad = 10 * kRadiansPerDegree;  // photos stand up to 6.5 degrees apart
+  o.settings.r_max_rad = 10 * kRadPerDeg;  // photos stand up to 6.5 degrees apart
   const Json holdout = Run(o)["optimum"];
   EXPECT_GT(holdout["cameras_mean"], 1.5);
   EXPECT_LT(holdout["small_sums"].get<long>(), holdout["samples"].get<long>() / 2);

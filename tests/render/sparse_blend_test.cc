@@ -231,8 +231,8 @@ TEST(SparseBlend, TheOptimumsNegativeWeightsTakeAwayAsPerPixel) {
     r.settings.similarity = Similarity::kFull;
     r.settings.correlation = Correlation::kFallingLeaves;
     r.settings.sum = WeightSum::kRenormalise;
-    r.settings.r_min_rad = 6 * kRadiansPerDegree;
-    r.settings.r_max_rad = 15 * kRadiansPerDegree;
+    r.settings.r_min_rad = 6 * kRadPerDeg;
+    r.settings.r_max_rad = 15 * kRadPerDeg;
     const Image8 reference = ToRgb8(renderer->Render(r));
     r.settings.grid_columns = r.settings.grid_rows = 64;
     const ImageF image = renderer->Render(r);

@@ -209,7 +209,7 @@ TEST(HardCase, LeavesDownToNoSizeAndUpToOneSize) {
         for (int j = 1; j < 6; ++j) EXPECT_LE(WeightOf(r, j), WeightOf(r, 0) + 1e-6) << what << " camera " << j;
       };
       for (const double r_max_deg : {1e-6, 5.0, 90.0}) {
-        settings.r_max_rad = r_max_deg * kRadiansPerDegree;
+        settings.r_max_rad = r_max_deg * kRadPerDeg;
         for (double share = 1e-1; share > 1e-18; share /= 10) {
           settings.r_min_rad = share * settings.r_max_rad;
           expect_sound("towards 0: " + std::to_string(share));

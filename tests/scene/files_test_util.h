@@ -127,6 +127,7 @@ inline Scene SmallScene(int points, CameraModel second = CameraModel::kPinhole) 
     case CameraModel::kRadial: other.params = {60, 32, 24, -0.05, 0.01}; break;
     case CameraModel::kOpenCV: other.params = {60, 62, 32, 24, -0.05, 0.01, 1e-3, -2e-3}; break;
     case CameraModel::kOpenCVFisheye: other.params = {40, 41, 32, 24, 0.01, -0.002, 0.001, -1e-4}; break;
+    case CameraModel::kPlumbBob: break;  // of camera.yaml alone: no scene's camera
   }
   scene.cameras.push_back(other);
   const char* names[] = {"a one.jpg", "b/two.jpg", "c.jpg", "d.jpg"};

@@ -44,10 +44,9 @@
 
 #include "render/radiance/kernel.h"
 #include "render/radiance/measures/photo_field.h"
+#include "scene/geometry/constants.h"
 
 namespace lumi {
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 // Where an option's number may lie.
 struct Range {
