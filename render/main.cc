@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <map>
@@ -113,7 +116,7 @@ void AddRendering(CLI::App& app, Line& line) {
   app.add_option("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
   app.add_option(
          "--effects", o.effects,
-         "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
+         fmt::format("auto: what the data call for; none; or a list of {}", fmt::join(lumi::EffectNames(), ", ")))
       ->capture_default_str();
   app.add_option("--phase", o.phase, "The view's time as a fraction of the scene's period");
   for (const lumi::SettingOption& s : lumi::SettingOptions())

@@ -2,10 +2,10 @@
 // log|t - t0| + b is not that of a constant velocity). In any projective frame, s from -1 at the first frame to 1 at
 // the last:
 //
-//   linear     P(s) = P0 + s e pi^T                      constant velocity, orientation and lens: x(s) ~ x0 + kappa s
-//   e, kappa = pi . X vertigo    P(s) = Z(1 + tau s) (P0 + s e pi^T)       the same, with a zoom Z about the focus of
-//   expansion e that keeps an object's size circular   P(s) = P0 exp(omega s B), B^3 = -B        constant angular
-//   velocity about an axis: points run through conics
+// - linear: P(s) = P0 + s e pi^T. Constant velocity, orientation and lens: x(s) ~ x0 + kappa s e, kappa = pi . X
+// - vertigo: P(s) = Z(1 + tau s) (P0 + s e pi^T). The same, with a zoom Z about the focus of expansion e that keeps an
+//   object's size
+// - circular: P(s) = P0 exp(omega s B), B^3 = -B. Constant angular velocity about an axis: points run through conics
 //
 // e, the focus of expansion, is a homogeneous image point: inside the picture, outside or at infinity are one case. pi
 // is refined with the path: the plane at infinity that a scene comes with is only cheirality's.

@@ -16,8 +16,9 @@ double MetresIn(const std::string& unit);
 
 // What the mesh's axes are in the scene's frame, a rotation or, where the mesh is of a left-handed frame, one with a
 // reflection.
-//   "y-up", "z-up", "-y-up" ...   the mesh's axis that is the scene's up, turned there the shortest way (about x from
-//   straight below) "x,-z,y"                       the scene's x, y and z, each as one of the mesh's axes
+// - "y-up", "z-up", "-y-up" ...: the mesh's axis that is the scene's up, turned there the shortest way (about x from
+//   straight below)
+// - "x,-z,y": the scene's x, y and z, each as one of the mesh's axes
 // Throws UsageError.
 Eigen::Matrix3d AxesFromText(const std::string& text, const Eigen::Vector3d& scene_up);
 

@@ -1,12 +1,22 @@
 #include "render/commands/render_options.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cmath>
+#include <string_view>
 
 #include "render/tradeoff/sweep.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
+
+std::vector<std::string_view> HeatMapNames() {
+  std::vector<std::string_view> names;
+  for (const HeatMap& map : HeatMaps()) names.push_back(map.name);
+  return names;
+}
 
 void RequireTogether(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
@@ -20,7 +30,7 @@ void RequireTogether(const RenderOptions& o) {
   if (o.show == "cameras" && o.view.empty() && o.path.empty())
     throw UsageError("--show cameras needs --view or --path: the virtual view that is drawn among them");
   if (!o.of.empty() && !MeasureFromName(o.show))
-    throw UsageError("--of goes with --show weights, angle, fov, resolution, visibility, time or dissimilarity");
+    throw UsageError(fmt::format("--of goes with --show {}", fmt::join(HeatMapNames(), ", ")));
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
   if (o.show == "difference" && o.view.empty())
     throw UsageError("--show difference needs --view: the photo to compare with");
@@ -55,9 +65,12 @@ void RequireNothingIgnored(const RenderOptions& o) {
 }  // namespace
 
 const std::vector<std::string>& ShowNames() {
-  static const std::vector<std::string> names = {
-      "color",      "false-color", "tessellation",  "weights",    "angle",   "fov",  "resolution",
-      "visibility", "time",        "dissimilarity", "difference", "cameras", "proxy"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> n{"color", "false-color", "tessellation"};
+    for (const std::string_view map : HeatMapNames()) n.emplace_back(map);
+    for (const char* last : {"difference", "cameras", "proxy"}) n.emplace_back(last);
+    return n;
+  }();
   return names;
 }
 

@@ -69,7 +69,9 @@ class CandidateBlender {
     rule_.field_of_view = s.field_of_view;
     rule_.settings = &s;
     rule_.fields = r.fields.get();
-    planes_ = s.beta > 0 && s.resolution == Resolution::kJacobian;
+    ForEachTerm([&]<typename M> {
+      if (ReadsStretch<M> && M::Factor(s) > 0) planes_ = s.resolution == Resolution::kJacobian;
+    });
     const std::vector<float> terms = PhotoTerms(r, s);
     for (std::size_t j = 0; j < candidates_.size(); ++j) candidates_[j].terms = terms[j];
     if (visibility) {

@@ -131,8 +131,9 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
       variant.terms.Add<M>();
     else
       variant.photo_terms = true;
+    if constexpr (ReadsStretch<M>)
+      variant.stretch = s.resolution == Resolution::kJacobian ? Resolution::kJacobian : Resolution::kDistance;
   });
-  if (variant.terms.Has<measure::Resolution>()) variant.stretch = s.resolution;
   variant.exposure = s.exposure && !variant.false_color;
   variant.prefilter = s.prefilter && !variant.false_color;
   const auto count = static_cast<unsigned>(sources_.views.size());

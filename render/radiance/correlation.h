@@ -3,8 +3,8 @@
 // law between r_min and r_max. Everything here is in radians.
 //
 // With x = angle / radius, two discs of one radius overlap by g(x) = (2/pi) (acos(x/2) - (x/2) sqrt(1 - x^2/4)), and
-//   B = integral of g(theta/r) dr/r over [r_min, r_max] = G(theta/r_max) - G(theta/r_min),   P_same = B / (2
-//   ln(r_max/r_min) - B).
+//   B = integral of g(theta/r) dr/r over [r_min, r_max] = G(theta/r_max) - G(theta/r_min),
+//   P_same = B / (2 ln(r_max/r_min) - B).
 // The thesis puts a cubic for g (errata: a2 = -0.051, not 0.051). It dips below 0 near x = 2, so the exact g is
 // integrated here, which has a closed form with psi = asin(x/2):
 //   G(x) = -ln x - 1/2 + (2/pi) F(psi),   F(psi) = integral of t cot t + cos^2 t over [0, psi],

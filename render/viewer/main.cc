@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -23,7 +26,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option(
          "--effects", o.effects,
-         "auto: what the data call for; none; or a list of fov, resolution, visibility, time, exposure, prefilter")
+         fmt::format("auto: what the data call for; none; or a list of {}", fmt::join(lumi::EffectNames(), ", ")))
       ->capture_default_str();
   app.add_option("--phase", o.phase, "Moment of a periodic scene to begin with, 0 to 1 of its period");
   app.add_option("--budget-ms", o.budget_ms,

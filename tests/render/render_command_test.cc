@@ -290,6 +290,10 @@ TEST_F(RenderCommand, AnAblationInOpenGlIsComparedWithTheOptimum) {
   for (const Json& row : j["rows"]) EXPECT_FALSE(row.contains("refused")) << row["name"];
 }
 
+TEST(ShowNames, HaveEveryHeatMap) {
+  for (const HeatMap& map : HeatMaps()) EXPECT_THAT(ShowNames(), testing::Contains(std::string(map.name)));
+}
+
 TEST(Budget, SamplesThatDecideNothingAreNotTried) {
   for (const FrontPoint& p : ProbeTable({}, {{"k", "all"}}))
     EXPECT_TRUE(!p.settings.Sparse() || HasSamples(p.settings)) << p.name;

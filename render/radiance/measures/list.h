@@ -49,6 +49,10 @@ concept Term = requires {
 template <typename M>
 concept PixelTerm = Term<M> && !M::kPerPhoto;
 template <typename M>
+concept ReadsStretch = requires {
+  M::kReadsStretch;
+};
+template <typename M>
 concept Effectual = M::kEffect;
 // A measure with a heat map.
 template <typename M>

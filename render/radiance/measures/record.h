@@ -1,36 +1,44 @@
-// What a measure is: a record, a struct of static members in a header of its own, named in measures/list.h. Everything
-// that lists measures follows from that list: options and their help, --settings, --effects, --show, the viewer's
-// panel, the trade-off's sweep, the kernels of the CPU, the shaders and the optimum. To add one, write a record that
-// has
+// What a measure is: a record, a struct of static members in namespace lumi::measure, in a header of its own, named in
+// measures/list.h. Everything that lists measures follows from that list: options and their help, --settings, --show,
+// --effects, the viewer's panel, the trade-off's sweep, the kernels of the CPU, the shaders and the optimum.
+// docs/render.md, "Another measure", goes through an example. A record has
 //
-//   kName, kTitle     as --effects and --show spell it ("time"); as a sentence does ("time", "the resolution measure")
-//   kEffect           whether --effects switches it (the angle is always on)
-//   Settings          its options' values; RadianceSettings inherits them. On(settings), Switch(settings, on)
-//   Options(table)    its options: name, field, range, help, and how the viewer's panel shows them
+// - kName ("time", as --effects and --show spell it) and kTitle ("time", "the resolution measure", as a sentence does);
+// - kEffect: whether --effects switches it (the angle is always on);
+// - Settings: its options' values. RadianceSettings inherits them, so their names are unique over all measures;
+// - On(settings), Switch(settings, on);
+// - Options(table): its options. The table (setting_options.cc) has Switch, Choice, Real, Angle (degrees outside,
+//   radians inside) and Pair; each takes a name, the field, a Range, the help, and a PanelRow for the viewer's panel.
+//   The option that bears the measure's own name is its switch.
 //
-// and, if it is a term of the dissimilarity h (as Resolution, Time, Sharpness are),
+// A term of the dissimilarity h (as Resolution, Time, Sharpness are) also has
 //
-//   kOwn              the value of a photo that is the view itself
-//   kPerPhoto         whether the value is the same for all rays of a view (then it is evaluated once a frame, by the
-//   core) Factor(settings)  how much it counts: h grows by Factor 2 r_max |kOwn - Value|. 0 switches it off Shape,
-//   ShapeOf(settings, view)   what Value needs of the settings, up to four floats Value(sight, shape)   the photo's
-//   value at a ray's point: one template for float, double and whatever a kernel has. `sight` is asked
-//                     for what is needed and computes nothing else (struct Sight, below, says what there is)
-//   kGlsl, kGlslValue the same in GLSL ES 3.00, and its name: float ResolutionValue(Sight s, vec4 shape), pure in its
-//   arguments (a term
-//                     that is kPerPhoto needs none)
-//   kHeatMapUnit, kHeatMapHelp, Shown(value, settings), ShowAll(settings)   its heat map: unit, a line of help, the
-//   value shown, and how
-//                     it is evaluated while the measure is off
+// - kOwn: the value of a photo that nothing speaks against;
+// - kPerPhoto: the value is the same for all rays of a view. The core then evaluates it once a frame;
+// - Factor(settings): how much it counts. h grows by Factor 2 r_max |kOwn - Value|; 0 switches it off;
+// - Shape and ShapeOf(settings): what Value needs of the settings. Shape::Packed() gives it to the shaders as an
+//   array<float, 4> (no need where the measure is kPerPhoto);
+// - Value(sight, shape): the photo's value at a ray's point, a template for float and double: take the type from what
+//   the sight returns, as resolution.h does. The sight, described at the end of this file, computes only what it is
+//   asked for;
+// - kGlsl and kGlslValue: the same in GLSL ES 3.00, float NameValue(Sight s, vec4 shape), and its name; pure in its
+//   arguments. Sight there has theta, x_px, size_px, depth, stretch and field (gl/measures_shader.cc). RaisedCosine
+//   exists in C++ (kernel.h) and in GLSL. A term that is kPerPhoto needs none;
+// - kReadsStretch, if Value asks for stretch();
+// - kHeatMapUnit (empty: the scale ends at 1; else where the farthest tenth begins), kHeatMapHelp,
+//   Shown(value, settings), and ShowAll(settings), which switches the measure on for its heat map.
 //
-// and, if it is an effect, Evidence: Look(ray) at rays of the views to come, then Decide(facts). A measure that needs
-// something of the photos themselves has Estimate(scene, photos, sink): a PhotoGrid for each view, or none where the
-// photos do not differ; sight.field() reads it (photos: nullptr where they are not in memory, and the estimator reads
-// them).
+// An effect also has Evidence: made from Settings, it sees the photos near rays of the views to come (Look), and then
+// Decide(facts, settings) returns a Verdict. Decide may also change the measure's settings (which of several ways it is
+// evaluated by). A measure that no data call for returns {false, why}.
 //
-// A value must be continuous in the point and in the view, kOwn for a photo that is the view, and finite wherever the
-// proxy can be. A factor of f v, as field of view and visibility are, is a gate; gates are few, and each kernel knows
-// them by name (dissimilarity.h).
+// A measure that reads something off the photos' pixels has Estimate(scene, photos, sink): a PhotoGrid for each view,
+// or none where the photos do not differ. sight.field() reads it. photos is nullptr where they are not in memory; then
+// the estimator reads them.
+//
+// A value must be continuous in the point and in the view, and finite wherever the proxy can be, also where the point
+// lies behind the photo (w() <= 0; u() and v() mean nothing there). A gate, a factor of f v as field of view and
+// visibility are, is more than a record: each kernel knows them by name (dissimilarity.h).
 #pragma once
 
 #include <fmt/format.h>
@@ -108,14 +116,15 @@ inline double Share(long part, long whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
-// ---- What a value may ask of the place where a ray's point lies for a photo. Backends have structs with these members
-// of their own.
+// ---- What a value may ask of the place where a ray's point lies for a photo (backends have sights of their own):
 //
-//   T theta()            angle at the point between the ray and the ray to the photo, rad
-//   T u(), v()           the point in the photo, px from its upper left corner; w() its depth there (<= 0: behind it)
-//   T width(), height()  of the photo, px
-//   T stretch()          sigma of a photo's pixel in the view (resolution.h), by distance or by Jacobian as
-//   --resolution says T dt_s()             the photo's time less the view's, on the circle of a period already; timed()
-//   0 where the photo has none, else 1 T field()            the photo's own number there, interpolated (PhotoGrid)
+// - T theta(): angle at the point between the ray and the ray to the photo, rad
+// - T u(), v(): the point in the photo, px from its upper left corner; w(): its depth there, <= 0 behind the photo
+// - T width(), height(): of the photo, px
+// - T stretch(): sigma of a photo's pixel in the view (resolution.h), by Jacobian where --resolution says so, else by
+//   distance
+// - T field(): the photo's own number there, interpolated (PhotoGrid); 1 where nothing is known
+// - T dt_s(), timed(): only where the measure is kPerPhoto. The photo's time less the view's, on the circle of a period
+//   already; 0 where the photo has no time, else 1
 
 }  // namespace lumi

@@ -98,7 +98,7 @@ struct Resolution {
   }
 
   static constexpr double kOwn = 1;
-  static constexpr bool kPerPhoto = false;
+  static constexpr bool kPerPhoto = false, kReadsStretch = true;
   static double Factor(const Settings& s) { return On(s) ? s.beta : 0; }
   struct Shape {
     float inverse_log_low = 0, inverse_log_high = 0;

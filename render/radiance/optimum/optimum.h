@@ -1,9 +1,10 @@
 // The optimal weights at rays (thesis chapter 4, corrected as docs/optimum.md says): S w = y over the photos within
 // settings.cutoff_rad of the ray,
-//   Combine::kSmooth    S_ij = f_i f_j R(h_ij) off the diagonal, 1 on it, y_i = f_i R(h_i): a blind photo's weight is
-//   exactly 0, Combine::kAdditive  S_ij = R(h_ij), y_i = R(h_i) with h growing by gamma 2 r_max |f_i - f_j| (Eq. 4.7),
-// R the falling leaves' P_same, h_ij = alpha theta_ij + 2 r_max (beta |r_i - r_j| + epsilon |tau_i - tau_j|), the view
-// itself having f = r = 1 and tau = 0, and f standing for field of view times visibility.
+// - Combine::kSmooth: S_ij = f_i f_j R(h_ij) off the diagonal, 1 on it, y_i = f_i R(h_i): a blind photo's weight is
+//   exactly 0,
+// - Combine::kAdditive: S_ij = R(h_ij), y_i = R(h_i) with h growing by gamma 2 r_max |f_i - f_j| (Eq. 4.7),
+// R the falling leaves' P_same, h_ij = alpha theta_ij + 2 r_max sum over the measures' terms of factor |value_i -
+// value_j|, the view itself having f = 1 and each term's kOwn, and f standing for field of view times visibility.
 //
 // Three paths, chosen by settings.accuracy: as many rays at a time as a register holds in float (to kFloatAccuracy) or
 // double (to kLaneAccuracy), or ray by ray with Cholesky in double. The parts are in optimum/, one idea a file.
