@@ -137,6 +137,24 @@ if [ -z "$only_speed" ]; then
     for width in 160 320 640; do effects_row "$work/$scene" "$width"; done
   done
 fi
+# Photos that are left out are sharp; off last, as its cost is measured beside.
+sharpness() {
+  local blurred=$work/plaza-blurred delta
+  [ -f "$blurred/lumigraph.json" ] ||
+    "$bin/lumi-simulate" --example plaza --views 36 --width 480 --blur-s 0.08 --blur-every 3 -o "$blurred" --quiet
+  printf '\n## Sharpness: plaza with every third photo blurred by motion\n\n| `--delta` | held-out PSNR, dB | ms a frame |\n|---|---|---|\n'
+  sharpness_row() {
+    local label=$1 json
+    shift
+    json=$("$bin/lumi-render" "$blurred" --holdout 6 --json --quiet "$@")
+    printf '| %s | %s | %s |\n' "$label" "$(grep -o '"psnr_mean_db": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$' | cut -c1-5)" \
+      "$(grep -o '"ms_per_frame": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$' | cut -c1-5)"
+  }
+  for delta in 1 2 4 8 20; do sharpness_row "$delta" --sharpness on --delta "$delta"; done
+  sharpness_row 'auto (4)'
+  sharpness_row off --sharpness off
+}
+[ -n "$only_speed$only_quality" ] || sharpness
 if [ -z "$only_speed$only_quality" ]; then
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
