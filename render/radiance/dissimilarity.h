@@ -33,9 +33,11 @@ LUMI_INLINE T Penalty(T gate, T gamma) {
 
 template <typename T>
 LUMI_INLINE T Dissimilarity(T g, T gate, T gamma) {
-  const T h = g * Penalty(gate > 0 ? gate : T(1), gamma);
-  const T seen = g > 0 ? h : T(0);
-  return gate > 0 ? seen : std::numeric_limits<T>::infinity();
+  // Without branches, which would keep a loop scalar.
+  const bool seen = gate > 0;
+  const T h = g * Penalty(seen ? gate : T(1), gamma);
+  const T finite = g > 0 ? h : T(0);
+  return seen ? finite : std::numeric_limits<T>::infinity();
 }
 
 // h with a second gate v, from h with the first alone.

@@ -66,7 +66,9 @@ LUMI_INLINE float FieldOfViewOf(const PhotoArrays& a, const RayPoint& p, int j) 
   const PlaceInPhoto x = PlaceOf(a, p, j);
   const float edge = std::min(std::min(x.u, a.width[j] - x.u), std::min(x.v, a.height[j] - x.v));
   const bool seen = (x.w > 0) & (edge >= 0) & (a.enabled[j] > 0);
-  return seen ? std::max(FieldOfView(edge, a.feather[j]), kBarelySeen) : 0.0F;
+  // A product and no choice: who asks whether it is above 0 would get a branch, which keeps a loop scalar.
+  const float inside = FieldOfView(edge, a.feather[j]), counts = seen ? 1.0F : 0.0F;
+  return (inside > kBarelySeen ? inside : kBarelySeen) * counts;
 }
 
 // A PhotoField's number at a place in its photo, px; `cells`: the photo's own.
