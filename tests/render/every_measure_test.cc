@@ -197,10 +197,26 @@ TEST_F(EveryMeasure, HasAHeatMapOfItsValue) {
     ASSERT_TRUE(measure) << M::kName;
     const MeasureMap map = RenderMeasureMap(capture_.scene, capture_.proxy, request, *measure, 0);
     EXPECT_EQ(map.unit, M::kHeatMapUnit);
-    std::vector<float> seen;
-    for (std::size_t i = 0; i < map.image.data.size(); i += 4)
-      if (map.image.data[i + 3] > 0) seen.push_back(map.image.data[i] + map.image.data[i + 1] + map.image.data[i + 2]);
-    EXPECT_GT(seen.size(), 100U) << M::kName;
+    // The colour scale's green rises all the way: pixels are in the order of their values.
+    const ViewSetup setup = MakeViewSetup(sources_, request.view, request.settings);
+    std::vector<std::pair<double, float>> value_and_green;
+    for (int y = 2; y < 48; y += 5)
+      for (int x = 2; x < 64; x += 5) {
+        RaySamples ray;
+        ray.direction = {(setup.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>()};
+        ray.t.resize(1);
+        ray.normal.resize(1);
+        tracer_->Trace(setup.desired.centre.cast<float>(), ray.direction, ray.t, ray.normal);
+        if (!(map.image.At(x, y, 3) > 0) || !std::isfinite(ray.t[0])) continue;
+        const test::DefinedPhoto photo = DefineAt<M>(setup, ray, 0)[0];
+        if (photo.f > kClearOfBorders) value_and_green.emplace_back(photo.value, map.image.At(x, y, 1));
+      }
+    EXPECT_GT(value_and_green.size(), 20U) << M::kName;
+    for (const auto& [value, green] : value_and_green)
+      for (const auto& [other, other_green] : value_and_green)
+        if (value > other + 0.05) {
+          ASSERT_GE(green, other_green) << M::kName << " " << value << " " << other;
+        }
   });
 }
 
