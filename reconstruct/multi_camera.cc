@@ -21,7 +21,6 @@ namespace {
 // a camera that stands is a third of it.
 constexpr double kStandsStill = 3e-4;
 constexpr double kSameRate = 1e-3;
-constexpr int kJpegQuality = 95;
 
 std::string PhotoName(const fs::path& video) { return video.stem().string() + ".jpg"; }
 
@@ -108,7 +107,7 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
     photo.name = PhotoName(capture.videos[v]);
     photo.width_px = frame->rgb.width;
     photo.height_px = frame->rgb.height;
-    WriteImage(capture.moment.folder / photo.name, frame->rgb, kJpegQuality);
+    WriteImage(capture.moment.folder / photo.name, frame->rgb, kFrameJpegQuality);
     capture.moment.photos.push_back(photo);
     capture.moment_frame.push_back(wanted);
     progress.Step();
@@ -172,7 +171,7 @@ void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOp
       if (index == capture.moment_frame[v])
         moment_view[static_cast<std::size_t>(of_camera - scene.views.begin())] = {
             static_cast<std::int32_t>(views.size())};
-      WriteImage(folder / view.name, frame->rgb, kJpegQuality);
+      WriteImage(folder / view.name, frame->rgb, kFrameJpegQuality);
       views.push_back(std::move(view));
       progress.Step();
     }

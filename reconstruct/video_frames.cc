@@ -16,8 +16,6 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// Frames are decoded compression already; a second one must not add to it.
-constexpr int kJpegQuality = 95;
 // Frames encoded at once: bounds the memory.
 constexpr std::size_t kBatch = 32;
 
@@ -33,7 +31,7 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
   const auto flush = [&] {
     ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kJpegQuality);
+        WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kFrameJpegQuality);
     });
     batch.clear();
   };

@@ -13,6 +13,9 @@ namespace lumi {
 // "frame_000123.jpg"
 std::string FrameName(int index);
 
+// Frames are decoded compression already; a second one must not add to it.
+inline constexpr int kFrameJpegQuality = 95;
+
 // Picks keyframes and writes them to work_folder/keyframes, unless they are there already (said in *reused). Throws
 // DataError when the camera does not move.
 Capture ExtractKeyframes(const ReconstructOptions& options, const std::filesystem::path& work_folder,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "simulate/noise.h"
 
@@ -10,14 +11,14 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr int kMirrorDepth = 2;
-constexpr double kTwoPi = 6.283185307179586;
+constexpr double kTurn = 2 * std::numbers::pi;
 
 // A direction within `radius_rad` of `axis`: `u`, `v` in [0, 1) pick the point of the disc.
 Vector3d InCone(const Vector3d& axis, double radius_rad, double u, double v) {
   const Vector3d side = axis.unitOrthogonal();
   const Vector3d other = axis.cross(side);
   const double r = std::tan(radius_rad) * std::sqrt(u);
-  return (axis + side * (r * std::cos(kTwoPi * v)) + other * (r * std::sin(kTwoPi * v))).normalized();
+  return (axis + side * (r * std::cos(kTurn * v)) + other * (r * std::sin(kTurn * v))).normalized();
 }
 
 Rgb Mix(const Rgb& a, const Rgb& b, double t) { return a + static_cast<float>(t) * (b - a); }

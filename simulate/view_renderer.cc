@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numbers>
 
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -15,7 +16,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kTwoPi = 6.283185307179586;
 constexpr int kBlurSamples = 16;  // at least, under motion blur: steps of a sixteenth of its length
 
 // One over the side of a square of samples, each at the middle of its cell: a box filter without grain.
@@ -70,7 +70,7 @@ TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
   camera.cam_from_world = PoseAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame);
   if (scene_.effects.exposure_stops)
     camera.gain = CodeGainFromStops(*scene_.effects.exposure_stops *
-                                    std::sin(kTwoPi * view.time_s / scene_.effects.exposure_period_s));
+                                    std::sin(2 * std::numbers::pi * view.time_s / scene_.effects.exposure_period_s));
   return camera;
 }
 

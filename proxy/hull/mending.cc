@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostConflicts = 400;  // of a view: of more, every n-th pixel is asked
 constexpr double kAsBad = 0.8;               // of the worst view's blame
-constexpr double kReserve = 0.8;             // of what may stay uncovered
+constexpr double kMendingReserve = 0.8;             // of what may stay uncovered
 constexpr double kLeastRadius = 1.5;  // of a mend, in pixels: the four pixels around a point are then of the object
 
 constexpr float kMendReachPx = 8;  // from the silhouette, beyond the point where a ray is blocked least
@@ -137,7 +137,7 @@ class Settling {
       deepest[c.view] = std::max<double>(deepest[c.view], c.ray.depth_px);
     }
     const auto fails = [&](std::size_t v) {
-      return share[v] > kReserve * options_.agreement.max_uncovered ||
+      return share[v] > kMendingReserve * options_.agreement.max_uncovered ||
              deepest[v] > options_.agreement.max_uncovered_depth_px;
     };
     std::erase_if(conflicts_, [&](const Conflict& c) { return !fails(c.view); });

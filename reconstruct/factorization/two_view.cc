@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr int kMinShared = 16;
 constexpr int kMinAgreeing = 12;
-constexpr int kFewestFitted = 8;          // points that a homography is fitted to: twice those that fix it
+constexpr int kFewestInPlane = 8;         // points that a homography is fitted to: twice those that fix it
 constexpr int kMostParallaxTrials = 300;  // pairs of points off the plane
 // Distances to a homography below this are a tracker's own error, however small the noise of the rest; or below so many
 // standard deviations of the distance to epipolar lines (it has one dimension and is shared by both frames, this one
@@ -172,7 +172,7 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   Consensus<Matrix3d, decltype(transfer)> plane(n, limit2, transfer);
   DrawModels<4>({.min_trials = 30, .max_trials = options.max_iterations / 4}, n, random, plane,
                 [&](const std::array<std::size_t, 4>& sample) { return plane.Offer(FourPoint(p, sample)); });
-  for (int round = 0; round < 3 && plane.InlierCount() >= kFewestFitted; ++round)
+  for (int round = 0; round < 3 && plane.InlierCount() >= kFewestInPlane; ++round)
     if (!plane.Offer(FitHomography(p, plane.Inliers()))) break;
   result.H = plane.best();
 

@@ -23,7 +23,7 @@ TriangleRows Rows(const SparsePlan& plan, const SparseTriangle& t) {
 }
 
 // What a thread keeps.
-struct Workspace {
+struct BandWorkspace {
   LayerBatch batch;
   std::vector<PhotoLayer> layers;
   std::vector<float> weights;
@@ -54,7 +54,7 @@ class Blender {
 
   int bands() const { return bands_; }
 
-  void Band(int band, Workspace& work) const {
+  void Band(int band, BandWorkspace& work) const {
     const int begin = band * kBandRows, end = std::min(image_.height, begin + kBandRows);
     const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]),
                to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
@@ -87,7 +87,7 @@ class Blender {
     return inverse_depth.allFinite();
   }
 
-  void TestDepth(std::int32_t index, int begin, int end, Workspace& work) const {
+  void TestDepth(std::int32_t index, int begin, int end, BandWorkspace& work) const {
     const SparseTriangle& t = plan_.triangles[static_cast<std::size_t>(index)];
     const TriangleRows rows = Rows(plan_, t);
     auto [low, high] = rows.Rows(image_.height);
@@ -110,7 +110,7 @@ class Blender {
     }
   }
 
-  void Draw(std::int32_t index, int begin, int end, Workspace& work) const {
+  void Draw(std::int32_t index, int begin, int end, BandWorkspace& work) const {
     const SparseTriangle& t = plan_.triangles[static_cast<std::size_t>(index)];
     if (t.count == 0) return;
     const TriangleRows rows = Rows(plan_, t);
@@ -196,7 +196,7 @@ class Blender {
 void BlendSparse(const SparsePlan& plan, const ViewSetup& setup, const BlendSources& sources, ImageF& image) {
   const Blender blender(plan, setup, sources, image);
   ParallelFor(static_cast<std::size_t>(blender.bands()), 1, [&](std::size_t begin, std::size_t end) {
-    const auto work = std::make_unique<Workspace>();
+    const auto work = std::make_unique<BandWorkspace>();
     for (std::size_t band = begin; band < end; ++band) {
       if (InterruptRequested()) return;
       blender.Band(static_cast<int>(band), *work);

@@ -8,7 +8,7 @@
 namespace lumi {
 namespace {
 
-constexpr const char* kHead = R"(
+constexpr const char* kSparseHead = R"(
 layout(location = 0) out vec4 color;  // premultiplied
 layout(location = 1) out float depth;
 )";
@@ -135,7 +135,7 @@ std::string SparseFragmentShader(const SparseVariant& variant) {
   if (variant.ends == PhotoEnds::kCut) text += "#define CUT\n";
   if (variant.negative) text += fmt::format("#define NEGATIVE\n#define MOST_TAKEN {:.6f}\n", kMostTaken);
   text += shader::kCameras;
-  text += kHead;
+  text += kSparseHead;
   text += shader::Photos(variant.blend);
   text += kAdd;
   if (variant.layers == 0) return text + kLoop;

@@ -10,10 +10,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // Condition beyond which a point on a plane is rounding rather than geometry.
-constexpr double kSingular = 1e3 * kEpsilon;
+constexpr double kSingular = 1e3 * std::numeric_limits<double>::epsilon();
 
 // Homogeneous coordinates with w >= 0.
 Eigen::Vector4d Oriented(const Eigen::Vector4d& x) { return x.w() < 0 ? Eigen::Vector4d(-x) : x; }

@@ -10,7 +10,7 @@
 namespace lumi::test {
 namespace {
 
-constexpr double kNormalised = 1e-15;
+constexpr double kReadBack = 1e-15;
 
 // A scene with photos in folder/images.
 Scene SceneWithPhotos(const fs::path& folder, int points = 20, CameraModel second = CameraModel::kPinhole) {
@@ -35,20 +35,20 @@ TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   scene.normalized_from_world = {0.25, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {1, 2, 3}};
   WriteScene(scene, folder.path());
   const Scene back = Open(folder.path());
-  ExpectSame(back, scene, kNormalised);
+  ExpectSame(back, scene, kReadBack);
   EXPECT_EQ(back.views[1].time_s, 0.125);
   EXPECT_EQ(back.views[1].frame_index, 7);
   EXPECT_FALSE(back.views[0].time_s);
   EXPECT_EQ(back.views[2].gain, 1.25);
   EXPECT_EQ(back.period_s, 2.5);
   EXPECT_EQ(back.active_proxy, "auto");
-  EXPECT_LT((back.up - scene.up).norm(), kNormalised);
+  EXPECT_LT((back.up - scene.up).norm(), kReadBack);
   EXPECT_EQ(back.normalized_from_world.scale, 0.25);
   EXPECT_LT((back.normalized_from_world.rotation.coeffs() - scene.normalized_from_world.rotation.coeffs()).norm(),
-            kNormalised);
+            kReadBack);
   EXPECT_EQ(back.normalized_from_world.translation, scene.normalized_from_world.translation);
   EXPECT_TRUE(fs::exists(back.ImagePath(back.views[1])));
-  ExpectSame(Open(folder / "lumigraph.json"), scene, kNormalised);
+  ExpectSame(Open(folder / "lumigraph.json"), scene, kReadBack);
 }
 
 TEST(SceneFolder, AMovedSceneStillFindsItsPhotosInsideAndBesideIt) {
@@ -129,7 +129,7 @@ TEST(SceneFolder, WorkspacesOpenInEveryLayoutWithoutBeingWrittenTo) {
     for (const auto& e : fs::recursive_directory_iterator(folder.path())) before.insert(e.path());
     const Scene opened = Open(folder / layout.open);
     for (const auto& e : fs::recursive_directory_iterator(folder.path())) after.insert(e.path());
-    ExpectSame(opened, scene, kNormalised);
+    ExpectSame(opened, scene, kReadBack);
     EXPECT_EQ(before, after);
     constexpr double kUpAngle = 0.2;  // the photos' own up is -y, give or take the tilt of the views
     EXPECT_LT((opened.up + Eigen::Vector3d::UnitY()).norm(), kUpAngle);

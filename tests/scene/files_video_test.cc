@@ -8,7 +8,7 @@ namespace lumi::test {
 namespace {
 
 // A frame whose brightness tells its number.
-Image8 Frame(int width, int height, int index) {
+Image8 NumberedFrame(int width, int height, int index) {
   return Image8(width, height, 3, static_cast<std::uint8_t>(40 + 8 * index));
 }
 
@@ -17,7 +17,7 @@ constexpr double kCodeTolerance = 3;  // of H.264 at crf 18 and 8-bit YCbCr on f
 TEST(Video, FramesComeBackInOrderWithTheirTimes) {
   const TempFolder folder;
   VideoWriter writer(folder / "sub/v.mp4", 25);
-  for (int i = 0; i < 20; ++i) writer.Add(Frame(64, 48, i));
+  for (int i = 0; i < 20; ++i) writer.Add(NumberedFrame(64, 48, i));
   EXPECT_FALSE(fs::exists(folder / "sub/v.mp4"));
   writer.Finish();
   EXPECT_EQ(CountFiles(folder / "sub"), 1u);
@@ -65,7 +65,7 @@ TEST(Video, ColoursKeepTheirOrder) {
 TEST(Video, OddSizesArePadded) {
   const TempFolder folder;
   VideoWriter writer(folder / "v.mp4", 30);
-  for (int i = 0; i < 3; ++i) writer.Add(Frame(33, 27, i));
+  for (int i = 0; i < 3; ++i) writer.Add(NumberedFrame(33, 27, i));
   writer.Finish();
   VideoReader reader(folder / "v.mp4");
   EXPECT_EQ(reader.width(), 34);
@@ -78,7 +78,7 @@ TEST(Video, WithoutFinishNothingIsLeft) {
   const TempFolder folder;
   {
     VideoWriter writer(folder / "v.mp4", 30);
-    for (int i = 0; i < 3; ++i) writer.Add(Frame(64, 48, i));
+    for (int i = 0; i < 3; ++i) writer.Add(NumberedFrame(64, 48, i));
   }
   EXPECT_EQ(CountFiles(folder.path()), 0u);
 }

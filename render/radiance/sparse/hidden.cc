@@ -9,7 +9,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kBandRows = 32;
+constexpr int kHiddenBandRows = 32;
 constexpr float kNearEnough = 0.99F;
 
 // 1 / depth over a triangle's pixels.
@@ -24,7 +24,7 @@ class Buffer {
     const Eigen::RowVector3f axis = setup.desired.P.row(2).head<3>().cast<float>();
     inverse_depth_.reserve(g.offset.size());
     for (const auto& o : g.offset) inverse_depth_.push_back(1 / axis.dot(o));
-    bands_ = (size_.y() + kBandRows - 1) / kBandRows;
+    bands_ = (size_.y() + kHiddenBandRows - 1) / kHiddenBandRows;
     first_.assign(static_cast<std::size_t>(bands_) + 1, 0);
     const auto range = [&](const SparseTriangle& t) {
       float low = X(t, 0).y(), high = low;
@@ -33,7 +33,7 @@ class Buffer {
         high = std::max(high, X(t, i).y());
       }
       const auto band = [&](float y) {
-        return static_cast<int>(std::clamp(std::floor(y / kBandRows), 0.0F, static_cast<float>(bands_ - 1)));
+        return static_cast<int>(std::clamp(std::floor(y / kHiddenBandRows), 0.0F, static_cast<float>(bands_ - 1)));
       };
       return std::pair(band(low), band(high));
     };
@@ -51,7 +51,7 @@ class Buffer {
 
   // Triangles of a band that are seen there.
   void Seen(int band, std::vector<float>& nearest, std::vector<std::int32_t>& out) const {
-    const int begin = band * kBandRows, end = std::min(size_.y(), begin + kBandRows);
+    const int begin = band * kHiddenBandRows, end = std::min(size_.y(), begin + kHiddenBandRows);
     nearest.assign(static_cast<std::size_t>((end - begin) * size_.x()), 0.0F);
     const auto from = static_cast<std::size_t>(first_[static_cast<std::size_t>(band)]),
                to = static_cast<std::size_t>(first_[static_cast<std::size_t>(band) + 1]);
