@@ -3,9 +3,10 @@
 // them, so that no Jacobian of all residuals is stored. ceres::TinySolver stores one, and knows neither weights nor
 // homogeneous unknowns; what is large or sparse is Ceres'.
 //
-//   const auto cost = [&](const Eigen::Vector3d& x, NormalEquations<3>* normal) { ...; if (normal) normal->Add(J, r,
-//   weight); ...; return sum; }; const LeastSquaresSummary summary = MinimiseSquares<3>({.max_iterations = 10}, cost,
-//   x);
+//   const auto cost = [&](const Eigen::Vector3d& x, NormalEquations<3>* normal) {
+//     ...; if (normal) normal->Add(J, r, weight); ...; return sum;
+//   };
+//   const LeastSquaresSummary summary = MinimiseSquares<3>({.max_iterations = 10}, cost, x);
 #pragma once
 
 #include <Eigen/Core>
