@@ -47,14 +47,15 @@ LUMI_KERNEL float Largest(const float* __restrict f, int n) {
   return m;
 }
 
-void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal,
-              const RadianceSettings& settings, WeighScratch& scratch) {
+void Evaluate(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
+  const auto& [sources, visibility, settings] = by;
   const auto n = static_cast<std::size_t>(sources.padded);
   if (scratch.f.size() < n) {
     scratch.f.resize(n);
     scratch.h.resize(n + n / kLanes);
   }
-  const RayPoint point = PointOfRay(sources, settings, d, t, normal);
+  const RayPoint point =
+      PointOfRay(sources, settings, sight.direction.cast<float>(), static_cast<float>(sight.t), sight.normal);
   const bool terms = HasTerms(settings);
   scratch.measures.terms.clear();
   if (terms) EvaluateTerms(sources, settings, point, scratch.measures);
@@ -68,9 +69,11 @@ void Evaluate(const RelativeSources& sources, const Eigen::Vector3f& d, float t,
 // h with visibility from h without it: 1/f becomes 1/(f v). v <= 1, so h only grows.
 class WithVisibility {
  public:
-  WithVisibility(const RelativeSources& r, const VisibilityMaps* maps, const Eigen::Vector3f& direction, float t,
-                 float gamma)
-      : r_(r), maps_(maps && !maps->empty() && gamma > 0 ? maps : nullptr), p_(t * direction), gamma_(gamma) {}
+  WithVisibility(const Weighing& by, const Sight& sight)
+      : r_(by.sources),
+        maps_(by.visibility && !by.visibility->empty() && by.settings.gamma > 0 ? by.visibility : nullptr),
+        p_(static_cast<float>(sight.t) * sight.direction.cast<float>()),
+        gamma_(static_cast<float>(by.settings.gamma)) {}
 
   // `seen`: v.
   float operator()(std::int32_t camera, float h, float f, float& seen) const {
@@ -166,16 +169,16 @@ struct Ranked {
 
 // The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the
 // weights.
-int Refine(const RelativeSources& sources, const WithVisibility& visible, const Nearest& found,
-           const Eigen::Vector3d& d, double t, const RadianceSettings& settings, const WeighScratch& scratch,
-           std::array<Ranked, kMostFound>& out) {
+int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& found, const Sight& sight,
+           const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
+  const auto& [sources, visibility, settings] = by;
   ExactRows e;
   for (int i = 0; i < (found.count + kExactLanes - 1) / kExactLanes * kExactLanes; ++i) {
     const auto j = static_cast<std::size_t>(found.camera[static_cast<std::size_t>(std::min(i, found.count - 1))]);
     const double* exact = sources.exact.data() + RelativeSources::kExact * j;
     for (std::size_t row = 0; row < RelativeSources::kExact; ++row) e.value[row][i] = exact[row];
   }
-  Exactly(e, found.count, d.x(), d.y(), d.z(), t);
+  Exactly(e, found.count, sight.direction.x(), sight.direction.y(), sight.direction.z(), sight.t);
 
   int count = 0;
   for (int i = 0; i < found.count; ++i) {
@@ -226,23 +229,16 @@ float Alpha(float f_largest, float h_smallest) {
 
 }  // namespace
 
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-                 float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
-  return Weigh(sources, visibility, direction.cast<double>().normalized(), static_cast<double>(t), settings, scratch,
-               normal);
-}
-
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
-                 double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal) {
+RayWeights Weigh(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
+  const auto& [sources, visibility, settings] = by;
   RayWeights out;
-  const Eigen::Vector3f d = direction.cast<float>();
-  Evaluate(sources, d, static_cast<float>(t), normal, settings, scratch);
-  const WithVisibility seen(sources, visibility, d, static_cast<float>(t), static_cast<float>(settings.gamma));
+  Evaluate(by, sight, scratch);
+  const WithVisibility seen(by, sight);
   const int k = settings.k;
   const Nearest found = FindNearest(sources, seen, k + 1, scratch);
   if (found.count == 0) return out;
   std::array<Ranked, kMostFound> best;
-  const int ranked = Refine(sources, seen, found, direction, t, settings, scratch, best);
+  const int ranked = Refine(by, seen, found, sight, scratch, best);
 
   // h_1/h_j - h_1/h_{k+1}, with h_1/h_1 = 1 also at 0; no k+1st camera: the window's edge is at infinity.
   const double h1 = best[0].h;
@@ -277,11 +273,10 @@ RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibilit
   return out;
 }
 
-float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-               float t, const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
-               const Eigen::Vector3f& normal) {
-  Evaluate(sources, direction, t, normal, settings, scratch);
-  const WithVisibility seen(sources, visibility, direction, t, static_cast<float>(settings.gamma));
+float WeighAll(const Weighing& by, const Sight& sight, WeighScratch& scratch, std::vector<float>& weights_out) {
+  const auto& [sources, visibility, settings] = by;
+  Evaluate(by, sight, scratch);
+  const WithVisibility seen(by, sight);
   float* h = scratch.h.data();
   float h1 = kInfinity;
   const auto n = static_cast<std::size_t>(sources.count);
@@ -305,41 +300,21 @@ float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility,
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
 }
 
-namespace {
-
-template <typename Direction, typename T>
-float WeighRayBy(const RelativeSources& sources, const VisibilityMaps* visibility, const Direction& direction, T t,
-                 const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
-                 WeightedPhotos& out) {
-  if (settings.k > 0) {
-    const RayWeights r = Weigh(sources, visibility, direction, t, settings, scratch, normal);
+float WeighRay(const Weighing& by, const Sight& sight, WeighScratch& scratch, WeightedPhotos& out) {
+  if (by.settings.k > 0) {
+    const RayWeights r = Weigh(by, sight, scratch);
     out.camera.insert(out.camera.end(), r.camera.begin(), r.camera.begin() + r.count);
     out.weight.insert(out.weight.end(), r.weight.begin(), r.weight.begin() + r.count);
     return r.count > 0 ? r.alpha : 0.0F;
   }
   std::vector<float>& all = scratch.everyone;
-  const float alpha = WeighAll(sources, visibility, direction.template cast<float>(), static_cast<float>(t), settings,
-                               scratch, all, normal);
+  const float alpha = WeighAll(by, sight, scratch, all);
   for (std::size_t j = 0; j < all.size(); ++j)
     if (all[j] > 0) {
       out.camera.push_back(static_cast<std::int32_t>(j));
       out.weight.push_back(all[j]);
     }
   return alpha;
-}
-
-}  // namespace
-
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
-               double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
-               WeightedPhotos& out) {
-  return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
-}
-
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-               float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
-               WeightedPhotos& out) {
-  return WeighRayBy(sources, visibility, direction, t, settings, scratch, normal, out);
 }
 
 }  // namespace lumi

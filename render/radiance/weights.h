@@ -37,30 +37,37 @@ struct WeighScratch {
   Measures measures;
 };
 
-// direction: unit, normalised frame; t: distance along it to the proxy, normalised units, > 0. In double: of one ray
-// that two views look along, floats are not the same ray. normal: of the proxy there (read by Resolution::kJacobian;
-// zero: it faces the view). settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the
-// k + 1 nearest; nullptr or empty maps: everything is visible.
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
-                 double t, const RadianceSettings& settings, WeighScratch& scratch,
-                 const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
-// Where floats are what there is: `direction` is made unit to double's digits.
-RayWeights Weigh(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-                 float t, const RadianceSettings& settings, WeighScratch& scratch,
-                 const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+// What weighs photos in a view.
+struct Weighing {
+  const RelativeSources& sources;
+  const VisibilityMaps* visibility;  // nullptr or empty maps: everything is visible
+  const RadianceSettings& settings;
+};
+
+// A ray of the view, up to the proxy.
+struct Sight {
+  // In double: of one ray that two views look along, floats are not the same ray.
+  Sight(const Eigen::Vector3d& unit_direction, double distance,
+        const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
+      : direction(unit_direction), t(distance), normal(of_proxy) {}
+  // Where floats are what there is: the direction is made unit to double's digits.
+  Sight(const Eigen::Vector3f& unit_direction, float distance,
+        const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
+      : Sight(unit_direction.cast<double>().normalized(), static_cast<double>(distance), of_proxy) {}
+
+  Eigen::Vector3d direction;  // unit, normalised frame
+  double t;                   // distance along it to the proxy, normalised units, > 0
+  Eigen::Vector3f normal;     // of the proxy there (read by Resolution::kJacobian; zero: it faces the view)
+};
+
+// settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest.
+RayWeights Weigh(const Weighing& by, const Sight& sight, WeighScratch& scratch);
 
 // The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
-float WeighAll(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-               float t, const RadianceSettings& settings, WeighScratch& scratch, std::vector<float>& weights_out,
-               const Eigen::Vector3f& normal = Eigen::Vector3f::Zero());
+float WeighAll(const Weighing& by, const Sight& sight, WeighScratch& scratch, std::vector<float>& weights_out);
 
 // The k nearest or all, as settings.k says: appends the photos with a weight above 0, in ascending order of h or of
 // their number. Returns alpha.
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
-               double t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
-               WeightedPhotos& out);
-float WeighRay(const RelativeSources& sources, const VisibilityMaps* visibility, const Eigen::Vector3f& direction,
-               float t, const RadianceSettings& settings, WeighScratch& scratch, const Eigen::Vector3f& normal,
-               WeightedPhotos& out);
+float WeighRay(const Weighing& by, const Sight& sight, WeighScratch& scratch, WeightedPhotos& out);
 
 }  // namespace lumi

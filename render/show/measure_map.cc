@@ -118,8 +118,9 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
         if (!std::isfinite(t[x]) || !(t[x] > 0)) continue;
         row.camera.clear();
         row.weight.clear();
-        if (!(WeighRay(weighing.sources, blocked, direction[x], t[x], weighing.settings, scratch, normal[x], row) > 0))
-          continue;
+        const float alpha =
+            WeighRay({weighing.sources, blocked, weighing.settings}, {direction[x], t[x], normal[x]}, scratch, row);
+        if (!(alpha > 0)) continue;
         int camera = source;
         float weight = 0;
         for (std::size_t i = 0; i < row.camera.size(); ++i)

@@ -181,16 +181,10 @@ class Properties {
     std::vector<double> weights(sources_.views.size(), 0.0);
     const Eigen::Vector3d direction =
         (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
-    const double t = (p - eye).norm();
-    if (s.k == 0) {
-      std::vector<float> all;
-      WeighAll(setup.sources, Visibility(s), direction.cast<float>(), static_cast<float>(t), s, scratch, all);
-      for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = all[j];
-    } else {
-      const RayWeights w = Weigh(setup.sources, Visibility(s), direction, t, s, scratch);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
-        weights[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
-    }
+    WeightedPhotos found;
+    WeighRay({setup.sources, Visibility(s), s}, {direction, (p - eye).norm()}, scratch, found);
+    for (std::size_t i = 0; i < found.camera.size(); ++i)
+      weights[static_cast<std::size_t>(found.camera[i])] = found.weight[i];
     return weights;
   }
   Eigen::Matrix3d Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {

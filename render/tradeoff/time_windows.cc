@@ -103,8 +103,8 @@ void AddBlur(const Sources& sources, const ProxyTracer& tracer, const Visibility
   Measures m;
   for (std::size_t i = 0; i < direction.size(); ++i) {
     if (!std::isfinite(t[i]) || !(t[i] > 0)) continue;
-    const RayWeights w =
-        Weigh(setup.sources, settings.visibility ? &maps : nullptr, direction[i], t[i], settings, scratch, normal[i]);
+    const RayWeights w = Weigh({setup.sources, settings.visibility ? &maps : nullptr, settings},
+                               {direction[i], t[i], normal[i]}, scratch);
     if (w.count == 0) continue;
     EvaluateMeasures(setup.sources, settings, direction[i], t[i], normal[i], m);
     for (std::size_t c = 0; c < static_cast<std::size_t>(w.count); ++c) {

@@ -66,7 +66,7 @@ World WorldOf(const Scene& scene, const Mesh& proxy, const RenderView& view, con
 // Weights of all photos for one ray to a point.
 std::vector<double> Weights(const RelativeSources& sources, const Eigen::Vector3d& to, const RadianceSettings& settings,
                             WeighScratch& scratch) {
-  const RayWeights r = Weigh(sources, nullptr, Eigen::Vector3d(to.normalized()), to.norm(), settings, scratch);
+  const RayWeights r = Weigh({sources, nullptr, settings}, {to.normalized(), to.norm()}, scratch);
   std::vector<double> w(static_cast<std::size_t>(sources.count), 0.0);
   for (std::size_t i = 0; i < static_cast<std::size_t>(r.count); ++i)
     w[static_cast<std::size_t>(r.camera[i])] = static_cast<double>(r.weight[i]);

@@ -125,8 +125,8 @@ TEST(RadianceConsistency, OneRayFromTwoViewpointsOnItHasTheSameWeights) {
         sources,
         MakeRenderView(c.scene.cameras[0], LookAt(nearer, target + Eigen::Vector3d(0.2, 0.1, 0), {0.1, -1, 0})),
         settings);
-    const auto a = Dense(Weigh(one.sources, &maps, ray, static_cast<float>(far), settings, scratch), 30);
-    const auto b = Dense(Weigh(two.sources, &maps, ray, static_cast<float>(far - apart), settings, scratch), 30);
+    const auto a = Dense(Weigh({one.sources, &maps, settings}, {ray, static_cast<float>(far)}, scratch), 30);
+    const auto b = Dense(Weigh({two.sources, &maps, settings}, {ray, static_cast<float>(far - apart)}, scratch), 30);
     for (std::size_t j = 0; j < 30; ++j) worst = std::max(worst, std::abs(a[j] - b[j]));
     ++rays;
   }
@@ -187,7 +187,7 @@ void ExpectContinuousAcrossOcclusionEdges(RadianceSettings settings, const char*
       WeighScratch scratch;
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const RayWeights w =
-            Weigh(setup.sources, &maps, ray[i].normalized(), ray[i].norm(), settings, scratch, rays.normal[i]);
+            Weigh({setup.sources, &maps, settings}, {ray[i].normalized(), ray[i].norm(), rays.normal[i]}, scratch);
         weights[i] = Dense(w, 24);
         for (double& x : weights[i]) x *= w.alpha;
       }
@@ -235,7 +235,7 @@ TEST(Continuity, HoldsAcrossOcclusionEdgesForTheOptimum) {
   RadianceSettings settings;
   settings.similarity = Similarity::kFull;
   settings.correlation = Correlation::kFallingLeaves;
-  settings.accuracy = 1e-6;                     // else the changes at the smallest steps are its own
+  settings.accuracy = 1e-6;              // else the changes at the smallest steps are its own
   settings.r_max_rad = 12 * kRadPerDeg;  // photos correlate with their neighbours
   ExpectContinuousAcrossOcclusionEdges(settings, "optimum");
 }

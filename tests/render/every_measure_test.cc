@@ -95,7 +95,7 @@ TEST_F(EveryMeasure, HasItsDefinedValueAndWeightsAtAPixel) {
                 << M::kName << " photo " << j;
           }
         const RayWeights w =
-            Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], setup.settings, scratch, rays.normal[i]);
+            Weigh({setup.sources, nullptr, setup.settings}, {rays.direction[i], rays.t[i], rays.normal[i]}, scratch);
         std::vector<double> got(photos.size(), 0.0);
         for (std::size_t e = 0; e < static_cast<std::size_t>(w.count); ++e)
           got[static_cast<std::size_t>(w.camera[e])] = static_cast<double>(w.weight[e]);

@@ -68,8 +68,8 @@ SparsePlan PlanOfMesh(const ViewSetup& setup, const Mesh& mesh, const Similarity
         in_front.push_back(c.z() > 0.02);
         plan.x_px.push_back((c.head<2>() / c.z()).cast<float>());
         plan.offset.push_back(x.cast<float>());
-        weights.push_back(Weigh(setup.sources, nullptr, x.normalized().cast<float>(), static_cast<float>(x.norm()),
-                                setup.settings, scratch));
+        weights.push_back(Weigh({setup.sources, nullptr, setup.settings},
+                                {x.normalized().cast<float>(), static_cast<float>(x.norm())}, scratch));
         plan.alpha.push_back(weights.back().alpha);
       }
     const auto add = [&](int a, int b, int c) {

@@ -63,9 +63,9 @@ TEST_F(GlWeights, EqualTheCoresAtRandomRays) {
         std::vector<float> wanted(world_.scene.views.size(), 0.0F);
         float wanted_alpha = 0;
         if (request.settings.k == 0) {
-          wanted_alpha = WeighAll(setup.sources, visibility, direction, t, request.settings, scratch, wanted);
+          wanted_alpha = WeighAll({setup.sources, visibility, request.settings}, {direction, t}, scratch, wanted);
         } else {
-          const RayWeights w = Weigh(setup.sources, visibility, direction, t, request.settings, scratch);
+          const RayWeights w = Weigh({setup.sources, visibility, request.settings}, {direction, t}, scratch);
           wanted_alpha = w.alpha;
           for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
             wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];
@@ -147,9 +147,9 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
         std::vector<float> wanted(world_.scene.views.size(), 0.0F);
         float wanted_alpha = 0;
         if (s.k == 0) {
-          wanted_alpha = WeighAll(setup.sources, visibility, direction, t, s, scratch, wanted, normal);
+          wanted_alpha = WeighAll({setup.sources, visibility, s}, {direction, t, normal}, scratch, wanted);
         } else {
-          const RayWeights w = Weigh(setup.sources, visibility, direction, t, s, scratch, normal);
+          const RayWeights w = Weigh({setup.sources, visibility, s}, {direction, t, normal}, scratch);
           wanted_alpha = w.alpha;
           for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
             wanted[static_cast<std::size_t>(w.camera[i])] = w.weight[i];

@@ -48,7 +48,8 @@ TEST(VisibilityMaps, ATexelHoldsTheDepthAtItsCentre) {
   constexpr float kRelative = 1e-5F;  // of floats, and Embree's
   Eigen::Matrix3d K;
   K << kFocal, 0, 0.5 * kWidth, 0, kFocal, 0.5 * kHeight, 0, 0, 1;
-  const RenderView view{ProjectionMatrix(K, Rigid3{}), Eigen::Vector3d::Zero(), {kWidth, kHeight}, std::nullopt, 1.0, nullptr};
+  const RenderView view{
+      ProjectionMatrix(K, Rigid3{}), Eigen::Vector3d::Zero(), {kWidth, kHeight}, std::nullopt, 1.0, nullptr};
   Mesh plane;
   for (const auto& [x, y] : {std::pair{-9.0, -9.0}, {9.0, -9.0}, {9.0, 9.0}, {-9.0, 9.0}})
     plane.vertices.emplace_back(x, y, 20 + kSlantX * x + kSlantY * y);
@@ -242,7 +243,7 @@ TEST_F(OnACapture, WeightsCombineTheMeasuresAsWritten) {
   ForRandomRays(settings,
                 [&](const ViewSetup& setup, const Eigen::Vector3f& d, float t, const Eigen::Vector3f& normal) {
                   EvaluateMeasures(setup.sources, settings, d, t, normal, m);
-                  const RayWeights w = Weigh(setup.sources, nullptr, d, t, settings, scratch, normal);
+                  const RayWeights w = Weigh({setup.sources, nullptr, settings}, {d, t, normal}, scratch);
                   std::vector<std::pair<double, int>> h;
                   for (int j = 0; j < 12; ++j) {
                     const auto i = static_cast<std::size_t>(j);
@@ -275,7 +276,7 @@ TEST_F(OnACapture, WithoutFieldOfViewAPhotoCountsWhereItDoesNotLook) {
   const ViewSetup setup = MakeViewSetup(
       sources_, MakeRenderView(capture_.scene.cameras[0], LookAt({0, 0, -4}, {0, 0, 0}, {0, -1, 0})), settings);
   WeighScratch scratch;
-  const RayWeights w = Weigh(setup.sources, nullptr, {0, 0, 1}, 0.5F, settings, scratch);
+  const RayWeights w = Weigh({setup.sources, nullptr, settings}, {Eigen::Vector3f(0, 0, 1), 0.5F}, scratch);
   ASSERT_EQ(w.count, 1);
   EXPECT_EQ(w.camera[0], 0);
 }

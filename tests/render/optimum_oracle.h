@@ -185,10 +185,10 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   std::vector<Real> mean(static_cast<std::size_t>(r.count));
   if (s.k == 0) {
     std::vector<float> all;
-    if (!(WeighAll(r, maps, direction, t, s, scratch, all, normal) > 0)) return out;
+    if (!(WeighAll({r, maps, s}, {direction, t, normal}, scratch, all) > 0)) return out;
     for (std::size_t j = 0; j < all.size(); ++j) mean[j] = Real(all[j]);
   } else {
-    const RayWeights near = Weigh(r, maps, direction, t, s, scratch, normal);
+    const RayWeights near = Weigh({r, maps, s}, {direction, t, normal}, scratch);
     if (!(near.alpha > 0)) return out;
     for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i)
       mean[static_cast<std::size_t>(near.camera[i])] = Real(near.weight[i]);

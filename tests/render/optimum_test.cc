@@ -310,11 +310,11 @@ TEST(Reconstruct, IdentityIsTheRealTimeWeight) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (k == 0) {
         std::vector<float> all;
-        EXPECT_EQ(table.alpha[i], WeighAll(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch, all));
+        EXPECT_EQ(table.alpha[i], WeighAll({setup.sources, nullptr, s}, {rays.direction[i], rays.t[i]}, scratch, all));
         for (int c = 0; c < 50; ++c)
           EXPECT_EQ(WeightOf(table, i, c), static_cast<double>(all[static_cast<std::size_t>(c)]));
       } else {
-        const RayWeights r = Weigh(setup.sources, nullptr, rays.direction[i], rays.t[i], s, scratch);
+        const RayWeights r = Weigh({setup.sources, nullptr, s}, {rays.direction[i], rays.t[i]}, scratch);
         EXPECT_EQ(table.first[i + 1] - table.first[i], r.count);
         for (std::size_t c = 0; c < static_cast<std::size_t>(r.count); ++c)
           EXPECT_EQ(WeightOf(table, i, r.camera[c]), static_cast<double>(r.weight[c]));

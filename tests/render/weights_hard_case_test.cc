@@ -46,7 +46,7 @@ void ExpectConvex(const RayWeights& r, bool hole = false) {
 RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, const RadianceSettings& settings) {
   WeighScratch scratch;
   const RelativeSources r = MakeRelative(s, DesiredAt(eye), {}, settings.fov_feather);
-  return Weigh(r, nullptr, (-eye.normalized()).cast<float>(), static_cast<float>(eye.norm()), settings, scratch);
+  return Weigh({r, nullptr, settings}, {(-eye.normalized()).cast<float>(), static_cast<float>(eye.norm())}, scratch);
 }
 RayWeights AtOrigin(const Sources& s, const Eigen::Vector3d& eye, int k) {
   RadianceSettings settings;
@@ -183,7 +183,7 @@ TEST(HardCase, AVeryFarProxyPointMakesAllRaysAgree) {
       // 1e19: the squares of a distance.
       if (resolution == Resolution::kDistance && t > 1e18F) break;
       const RayWeights w =
-          Weigh(r, nullptr, Eigen::Vector3f(0, 0, 1), t, settings, scratch, Eigen::Vector3f(0, 0.6F, 0.8F));
+          Weigh({r, nullptr, settings}, {Eigen::Vector3f(0, 0, 1), t, Eigen::Vector3f(0, 0.6F, 0.8F)}, scratch);
       ExpectConvex(w);
       if (t < (resolution == Resolution::kOff ? 1e7F : 1e13F)) continue;  // there the last digits of r outweigh angles
       if (limit.empty())
@@ -400,7 +400,7 @@ TEST(HardCase, WeightsAreContinuousAcrossKPlusOneSwitchesAndPhotoBorders) {
       const Eigen::Vector3d p(at, 0.21 * at + 0.1, 0);
       const Eigen::Vector3d ray = p - Eigen::Vector3d(0.31, 0.17, -3);
       const RayWeights w =
-          Weigh(r, nullptr, ray.normalized().cast<float>(), static_cast<float>(ray.norm()), settings, scratch);
+          Weigh({r, nullptr, settings}, {ray.normalized().cast<float>(), static_cast<float>(ray.norm())}, scratch);
       ExpectConvex(w);
       std::vector<double> now(s.views.size(), 0.0);
       for (int c = 0; c < w.count; ++c)

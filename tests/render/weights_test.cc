@@ -100,7 +100,7 @@ TEST(Weights, AgreeWithTheFormulasInDouble) {
     if (!std::isfinite(t)) continue;
     const Eigen::Vector3d point = setup.desired.centre + static_cast<double>(t) * d.cast<double>();
     const Oracle o = Evaluate(sources, setup.desired, point, settings);
-    const RayWeights r = Weigh(setup.sources, nullptr, d, t, settings, scratch);
+    const RayWeights r = Weigh({setup.sources, nullptr, settings}, {d, t}, scratch);
     const std::vector<double> w = Dense(r, sources.views.size());
     for (std::size_t j = 0; j < w.size(); ++j) worst = std::max(worst, std::abs(w[j] - o.weight[j]));
     ++hits;

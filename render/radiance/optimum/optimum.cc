@@ -136,7 +136,7 @@ class Optimum {
     ray.normal = index < rays_.normal.size() ? rays_.normal[index] : Eigen::Vector3f::Zero();
     ray.mean.camera.clear();
     ray.mean.weight.clear();
-    ray.alpha = WeighRay(sources_, maps_, ray.direction, ray.t, settings_, scratch_, ray.normal, ray.mean);
+    ray.alpha = WeighRay({sources_, maps_, settings_}, {ray.direction, ray.t, ray.normal}, scratch_, ray.mean);
     if (!(ray.alpha > 0)) return false;
     alpha_[index] = ray.alpha;
     EvaluateMeasures(sources_, settings_, ray.direction, ray.t, ray.normal, ray.measures);
