@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,7 +17,6 @@
 #include "render/tradeoff/sweep.h"
 #include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
-#include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 
 #include "render/holdout/holdout.h"
-#include "render/picture/convert.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/front.h"
 #include "render/tradeoff/measure.h"
@@ -16,7 +14,6 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
 #include "scene/tradeoff/table.h"
 

@@ -1,7 +1,6 @@
 #include "render/viewer/flat_surface.h"
 
 #include <epoxy/gl.h>
-#include <fmt/format.h>
 
 #include "render/gl/blend_shader.h"
 

@@ -5,7 +5,6 @@
 
 #include "render/picture/convert.h"
 #include "render/viewer/canvas.h"
-#include "render/viewer/setting_rules.h"
 #include "render/viewer/viewer_app.h"
 
 namespace lumi {
