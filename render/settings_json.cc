@@ -1,29 +1,31 @@
 #include "render/settings_json.h"
 
-#include <nlohmann/json.hpp>
+#include "scene/program/error.h"
 
 namespace lumi {
 
-using Json = nlohmann::ordered_json;
-
-Json ToJson(const RadianceSettings& settings) {
-  Json j = Json::object();
+void ListKeys(JsonKeys& j, RadianceSettings& settings) {
+  if (j.reading()) {
+    for (const auto& [name, text] : j.Words())
+      if (!SetOption(settings, name, text)) throw UsageError("\"" + name + "\" is not a setting of the reconstruction");
+    return;
+  }
   for (const SettingOption& o : SettingOptions()) {
     const OptionValue v = o.get(settings);
-    const auto* number = std::get_if<double>(&v);
-    j[o.name] = number ? Json(*number) : o.name == "k" && settings.k > 0 ? Json(settings.k) : Json(Text(v));
+    const char* name = o.name.c_str();
+    if (const auto* number = std::get_if<double>(&v))
+      j.Say(name, *number);
+    else if (o.name == "k" && settings.k > 0)
+      j.Say(name, settings.k);
+    else
+      j.Say(name, Text(v));
   }
-  return j;
 }
 
-bool SetOption(RadianceSettings& settings, const std::string& name, const Json& value) {
-  const SettingOption* option = FindSettingOption(name);
-  if (!option) return false;
-  option->set(settings, value.is_boolean()        ? OptionValue(value.get<bool>())
-                        : value.is_number_float() ? OptionValue(value.get<double>())
-                        : value.is_string()       ? OptionValue(value.get<std::string>())
-                                                  : OptionValue(value.dump()));
-  return true;
+JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend) {
+  JsonKeys j(settings);
+  if (own_times) j.Remove("time-s");
+  return j.Say("backend", backend);
 }
 
 }  // namespace lumi

@@ -1,18 +1,15 @@
-// RadianceSettings as an object of lumi-render's own option names and values, as its summaries print them, fronts keep
-// them and --settings takes them back.
+// RadianceSettings in JSON.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-#include <string>
-
 #include "render/radiance/setting_options.h"
+#include "scene/files/json_keys.h"
 
 namespace lumi {
 
-nlohmann::ordered_json ToJson(const RadianceSettings& settings);
-
-// Sets the option called `name` (without dashes) from a JSON value or from its text on the command line. Throws
-// UsageError naming the option where the value does not fit; returns false for a name that is no setting.
-bool SetOption(RadianceSettings& settings, const std::string& name, const nlohmann::ordered_json& value);
+// An object of the options' names and values, as summaries print it, fronts keep it and --settings takes it back.
+// Throws UsageError for what SetOption does not take.
+void ListKeys(JsonKeys& j, RadianceSettings& settings);
+// The same as lumi-render says how a picture was made: by which backend; without a time that differs from view to view.
+JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend);
 
 }  // namespace lumi

@@ -7,7 +7,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
-#include "scene/tradeoff/json_rows.h"
+#include "scene/tradeoff/table.h"
 #include "timeperiodic/frame_stack.h"
 #include "timeperiodic/period_plot.h"
 

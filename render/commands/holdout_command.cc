@@ -25,7 +25,7 @@ void RenderHeldOut(RenderJob& job) {
   const HoldoutSummary& errors = s.holdout->errors;
   s.frames = static_cast<long>(errors.views.size());
   s.ms_per_frame = errors.ms_per_frame;
-  s.coverage = errors.coverage_mean;
+  s.coverage = errors.mean.coverage;
   s.samples = errors.samples;
   s.optimum = errors.optimum;
 }

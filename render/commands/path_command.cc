@@ -9,6 +9,7 @@
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
 #include "render/picture/convert.h"
+#include "render/settings_json.h"
 #include "render/time/clock.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
@@ -31,15 +32,8 @@ CameraPath RequestedPath(const RenderJob& job) {
 double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrices->fps : RequestedPath(job).fps; }
 
 std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
-  const RenderOptions& o = job.options;
-  const double aspect = static_cast<double>(path.height_px) / path.width_px;
-  const int width = o.width_px > 0    ? o.width_px
-                    : o.height_px > 0 ? std::max(1, static_cast<int>(std::lround(o.height_px / aspect)))
-                                      : path.width_px;
-  const int height = o.height_px > 0  ? o.height_px
-                     : o.width_px > 0 ? std::max(1, static_cast<int>(std::lround(width * aspect)))
-                                      : path.height_px;
-  return MatrixViews(job.scene(), path, width, height);
+  const Eigen::Vector2i size = SizeAskedFor(job.options, {path.width_px, path.height_px});
+  return MatrixViews(job.scene(), path, size.x(), size.y());
 }
 
 std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
@@ -87,8 +81,8 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   const Scene& scene = job.scene();
   const Eigen::Vector2i size = job.wanted.views.front().size_px;
   std::string text =
-      fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n", SettingsText(l.settings()),
-                  l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
+      fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n",
+                  JsonKeys(l.settings()).Text(), l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
   text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
                       o.nominal_focal_px);
   text += fmt::format("scene {} manifest {} proxy {}\n",

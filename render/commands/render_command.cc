@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "render/commands/render_job.h"
@@ -56,6 +58,14 @@ void RenderJob::Write(const std::filesystem::path& stem, const ImageF& image) co
     WriteImage(file, options.format == "jpg" ? ToRgb8(image) : ToRgba8(image));
 }
 
+Eigen::Vector2i SizeAskedFor(const RenderOptions& o, const Eigen::Vector2i& own) {
+  if (o.width_px == 0 && o.height_px == 0) return own;
+  const double aspect = static_cast<double>(own.y()) / own.x();
+  const int width = o.width_px > 0 ? o.width_px : std::max(1, static_cast<int>(std::lround(o.height_px / aspect)));
+  const int height = o.height_px > 0 ? o.height_px : std::max(1, static_cast<int>(std::lround(width * aspect)));
+  return {width, height};
+}
+
 namespace {
 
 // --path of matrices; without --path the photos' own where there are no poses.
@@ -79,7 +89,6 @@ void KeepBudget(RenderJob& job) {
   request.view = job.wanted.views.front();
   request.settings = lumigraph.At(request.view);
   request.use = job.wanted.use;
-  job.summary.budget_ms = *job.options.budget_ms;
   job.summary.budget =
       ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
                       Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
@@ -152,7 +161,7 @@ RenderSummary RunRender(const RenderOptions& o, ProgressSink& sink) {
   else
     RenderPath(job);
   Summarise(job);
-  if (to_folder) WriteTextAtomically(o.output / kRenderMarker, JsonText(job.summary, 2) + "\n");
+  if (to_folder) WriteTextAtomically(o.output / kRenderMarker, JsonKeys(job.summary).Text(2) + "\n");
   return std::move(job.summary);
 }
 

@@ -34,6 +34,9 @@ struct RenderJob {
   void Write(const std::filesystem::path& stem, const ImageF& image) const;
 };
 
+// The size asked for; a side that is not follows from `own`'s aspect.
+Eigen::Vector2i SizeAskedFor(const RenderOptions& options, const Eigen::Vector2i& own);
+
 // The frames of a path, at the size that is wanted.
 DesiredViews FramesWanted(const RenderJob& job);
 void RenderPath(RenderJob& job);

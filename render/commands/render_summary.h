@@ -1,7 +1,6 @@
 // What lumi-render did: of a path, one view, or the held-out photos.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +21,7 @@ struct PathFigures {
 
 struct ViewFigures {
   std::string name;
+  double coverage = 0;
   std::optional<double> time_s;
   // Of pictures, not of heat maps and false colours.
   std::optional<double> psnr_db, ssim, mean_absolute_difference, mean_absolute_difference_seen;
@@ -44,7 +44,7 @@ struct RenderSummary {
   long frames = 0;
   std::optional<double> ms_per_frame, coverage;  // nullopt: all frames were there already
   std::optional<PathFigures> path;               // one of the three
-  std::optional<ViewFigures> view;
+  std::vector<ViewFigures> views;                // the one of --view
   std::optional<HoldoutFigures> holdout;
   std::string proxy;
   std::string frame;       // of a scene without a metric
@@ -53,7 +53,6 @@ struct RenderSummary {
   RadianceSettings settings;
   bool own_times = true;  // each frame of its own moment: time-s would stop them all
   std::string backend;
-  double budget_ms = 0;
   std::optional<BudgetChoice> budget;
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
@@ -61,11 +60,7 @@ struct RenderSummary {
   OptimumCounts optimum;  // ... and what the optimum says of them
 };
 
-nlohmann::ordered_json ToJson(const RenderSummary& summary);
-// The same as text, indented or (indent < 0) in one line.
-std::string JsonText(const RenderSummary& summary, int indent = -1);
-std::string SettingsText(const RadianceSettings& settings);
-// A few lines for people.
-std::string Describe(const RenderSummary& summary);
+void ListKeys(JsonKeys& j, RenderSummary& summary);
+std::string Describe(const RenderSummary& summary);  // a few lines for people
 
 }  // namespace lumi

@@ -1,5 +1,4 @@
 // lumi-render --view: a photo's own camera.
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -32,14 +31,7 @@ DesiredViews ViewWanted(const RenderJob& job) {
   const RenderOptions& o = job.options;
   const auto id = static_cast<std::size_t>(ViewCalled(job.scene(), o.view));
   const View& view = job.scene().views[id];
-  Eigen::Vector2i size = SizePx(job.scene(), view);
-  if (o.width_px > 0 || o.height_px > 0) {
-    const double aspect = static_cast<double>(size.y()) / size.x();
-    const int width = o.width_px > 0 ? o.width_px : static_cast<int>(std::lround(o.height_px / aspect));
-    const int height = o.height_px > 0 ? o.height_px : static_cast<int>(std::lround(width * aspect));
-    size = {std::max(1, width), std::max(1, height)};
-  }
-  DesiredViews wanted{{PhotosView(job.scene(), view, size)}, {}};
+  DesiredViews wanted{{PhotosView(job.scene(), view, SizeAskedFor(o, SizePx(job.scene(), view)))}, {}};
   if (o.leave_out) {
     wanted.use.assign(job.scene().views.size(), true);
     wanted.use[id] = false;
@@ -57,8 +49,9 @@ void RenderOneView(RenderJob& job) {
   job.summary.ms_per_frame = 1000 * SecondsSince(start);
   job.summary.frames = 1;
   job.summary.coverage = Coverage(image);
-  ViewFigures& figures = job.summary.view.emplace();
+  ViewFigures& figures = job.summary.views.emplace_back();
   figures.name = view.name;
+  figures.coverage = *job.summary.coverage;
   if (request.settings.time) figures.time_s = request.settings.time_s;
   Image8 photo, rendered;
   // Heat maps and false colours are no picture of what was photographed.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -17,14 +16,10 @@
 #include "render/world/visibility_maps.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double Milliseconds(Clock::time_point from, Clock::time_point to) {
-  return std::chrono::duration<double, std::milli>(to - from).count();
-}
 
 class CpuRenderer final : public WorldRenderer {
  public:
@@ -73,11 +68,11 @@ class CpuRenderer final : public WorldRenderer {
  private:
   void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
                         ImageF& image) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     statistics_.optimum =
         RenderPixels(world_->sources, setup, *proxy_, visibility,
                      {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr}, InterruptRequested, image);
-    statistics_.blend_ms = Milliseconds(start, Clock::now());
+    statistics_.blend_ms = 1000 * watch.Seconds();
   }
 
   // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh
@@ -86,9 +81,9 @@ class CpuRenderer final : public WorldRenderer {
                    ImageF& image) {
     if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
     const std::vector<float> gains = RelativeGains(world_->sources, setup);
-    const Clock::time_point start = Clock::now();
+    Stopwatch watch;
     PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
-    const Clock::time_point planned = Clock::now();
+    statistics_.plan_ms = 1000 * watch.Lap();
     ParallelFor(static_cast<std::size_t>(candidates_.cell_columns) * static_cast<std::size_t>(candidates_.cell_rows), 1,
                 [&](std::size_t begin, std::size_t end) {
                   ViewSetup cell_setup;
@@ -105,8 +100,7 @@ class CpuRenderer final : public WorldRenderer {
                   }
                 });
     statistics_.samples = candidates_.samples;
-    statistics_.plan_ms = Milliseconds(start, planned);
-    statistics_.blend_ms = Milliseconds(planned, Clock::now());
+    statistics_.blend_ms = 1000 * watch.Seconds();
     if (request.show == Show::kTessellation)
       DrawGrid(request.settings.grid_columns, request.settings.grid_rows, candidates_.geometry.epipoles_px, image);
   }
@@ -121,24 +115,22 @@ class CpuRenderer final : public WorldRenderer {
       sources.colors = &colors_;
     else
       sources.photos = &levels.emplace(photos_);
-    const Clock::time_point start = Clock::now();
-    Clock::time_point planned;
+    Stopwatch watch;
     const SparseGeometry* geometry = &plan_;
     if (request.settings.sampling == Sampling::kCandidates) {
       PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
-      planned = Clock::now();
+      statistics_.plan_ms = 1000 * watch.Lap();
       BlendCandidates(candidates_, setup, *proxy_, visibility, sources, image);
       geometry = &candidates_.geometry;
       statistics_.samples = candidates_.samples;
     } else {
       PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
-      planned = Clock::now();
+      statistics_.plan_ms = 1000 * watch.Lap();
       BlendSparse(plan_, setup, sources, image);
       statistics_.samples = plan_.samples;
       statistics_.optimum = plan_.optimum;
     }
-    statistics_.plan_ms = Milliseconds(start, planned);
-    statistics_.blend_ms = Milliseconds(planned, Clock::now());
+    statistics_.blend_ms = 1000 * watch.Seconds();
     statistics_.triangles = static_cast<long>(geometry->triangles.size());
     if (request.show != Show::kTessellation) return;
     if (request.settings.sampling == Sampling::kCandidates)

@@ -4,7 +4,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -15,6 +14,7 @@
 #include "render/time/clock.h"
 #include "render/world/visibility_maps.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -94,11 +94,11 @@ void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen:
   out.octaves_distance = std::log2(DistanceStretch(q.norm(), p.norm(), focal, static_cast<double>(setup.focal_px)));
 }
 
-void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityMaps& maps, const Eigen::Vector3f& d,
-               float t, const Eigen::Vector3f& normal, WeighScratch& scratch, Evidence& evidence) {
-  Measures& m = scratch.measures;
+void LookAtRay(const TracedProxy& proxy, const ViewSetup& setup, const Eigen::Vector3f& d, float t,
+               const Eigen::Vector3f& normal, Evidence& evidence) {
+  Measures m;
   EvaluateMeasures(setup.sources, setup.settings, d, t, normal, m);
-  EvaluateVisibility(setup.sources, &maps, d, t, m);
+  EvaluateVisibility(setup.sources, &proxy.maps, d, t, m);
   const Eigen::Vector3d p = (t * d).cast<double>(), n = normal.norm() > 0 ? normal.cast<double>() : p.normalized();
   const Eigen::Vector3d e1 = n.unitOrthogonal(), e2 = n.cross(e1);
   std::vector<NearPhoto> photos;
@@ -107,17 +107,16 @@ void LookAtRay(const Sources& sources, const ViewSetup& setup, const VisibilityM
     NearPhoto& photo = photos.emplace_back();
     photo.f = m.f[j];
     photo.v = m.v[j];
-    if (photo.f > 0) MeasurePixels(sources.views[j], setup, p, n, e1, e2, photo);
+    if (photo.f > 0) MeasurePixels(proxy.sources.views[j], setup, p, n, e1, e2, photo);
   }
   ForEachEffect([&]<typename M> { static_cast<Held<M>&>(evidence).evidence.Look(photos); });
 }
 
-void LookAtView(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps,
-                const RenderView& desired, const std::vector<bool>& use, RadianceSettings settings, Evidence& e) {
+void LookAtView(const TracedProxy& proxy, const RenderView& desired, const std::vector<bool>& use,
+                RadianceSettings settings, Evidence& e) {
   settings.field_of_view = true;
   ForEachTerm([&]<typename M> { M::Switch(settings, false); });
-  WeighScratch scratch;
-  const ViewSetup setup = MakeViewSetup(sources, desired, settings, use);
+  const ViewSetup setup = MakeViewSetup(proxy.sources, desired, settings, use);
   std::vector<Eigen::Vector3f> directions, normals(kColumns * kRows);
   std::vector<float> t(kColumns * kRows);
   for (int y = 0; y < kRows; ++y)
@@ -126,9 +125,9 @@ void LookAtView(const Sources& sources, const ProxyTracer& tracer, const Visibil
                                                                    (y + 0.5) / kRows * desired.size_px.y(), 1))
                                .normalized()
                                .cast<float>());
-  tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
+  proxy.tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);
   for (std::size_t s = 0; s < t.size(); ++s)
-    if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(sources, setup, maps, directions[s], t[s], normals[s], scratch, e);
+    if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(proxy, setup, directions[s], t[s], normals[s], e);
 }
 
 // A few of the views.
@@ -147,6 +146,14 @@ const std::vector<std::string>& EffectNames() {
     return n;
   }();
   return names;
+}
+
+std::string EffectsHelp() {
+  return fmt::format("auto: what the data call for; none; or a list of {}", fmt::join(EffectNames(), ", "));
+}
+
+void ListKeys(JsonKeys& j, Effect& e) {
+  j("name", e.name, "on", e.on).Say("evidence", Reason(e)).IfAny("cost_ms", e.cost_ms);
 }
 
 void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on) {
@@ -213,10 +220,8 @@ EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vec
                            const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
                            double gain_spread) {
   Evidence e(settings);
-  const Sources sources = MakeSources(scene);
-  const ProxyTracer tracer(proxy, scene.normalized_from_world);
-  const VisibilityMaps maps = CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
-  ForSomeViews(desired, [&](const RenderView& view) { LookAtView(sources, tracer, maps, view, use, settings, e); });
+  const TracedProxy traced(scene, proxy);
+  ForSomeViews(desired, [&](const RenderView& view) { LookAtView(traced, view, use, settings, e); });
   return Choose(scene, e, settings, decided, gain_spread);
 }
 
@@ -226,13 +231,12 @@ EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& de
   Evidence e(settings);
   ForSomeViews(desired, [&](const RenderView& view) {
     const PictureWorld w = world(view);
-    LookAtView(w.sources, ProxyTracer(w.proxy, w.sources.normalized_from_world), {}, w.view, w.use, settings, e);
+    LookAtView(TracedProxy(w), w.view, w.use, settings, e);
   });
   return Choose(scene, e, settings, decided, gain_spread);
 }
 
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice) {
-  using Clock = std::chrono::steady_clock;
   RenderRequest request;
   request.view = desired;
   request.use = use;
@@ -247,14 +251,15 @@ void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::ve
     renderer.Render(request);
     double best = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {
-      const auto start = Clock::now();
+      const Stopwatch watch;
       renderer.Render(request);
-      best = std::min(best, std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+      best = std::min(best, 1000 * watch.Seconds());
     }
     return best * pixels;
   };
   const double all = time(choice.settings);
   for (Effect& effect : choice.effects) {
+    effect.cost_ms = 0;
     if (!effect.on) continue;
     RadianceSettings without = choice.settings;
     SwitchEffect(without, effect.name, false);

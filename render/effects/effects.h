@@ -3,11 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "render/radiance/decided.h"
 #include "render/world/renderer.h"
+#include "scene/files/json_keys.h"
 
 namespace lumi {
 
@@ -17,8 +19,10 @@ struct Effect {
   bool from_photos = false;  // the photos' pixels tell, not the rays of the views to come
   std::string evidence;      // a line for people
   std::string decided_by;    // what decided instead of the evidence, for people; empty: nothing did
-  double cost_ms = 0;        // a frame, against the same settings without it; 0 where it is off
+  // A frame, against the same settings without it; 0 where it is off, nullopt: not measured.
+  std::optional<double> cost_ms = {};
 };
+void ListKeys(JsonKeys& j, Effect& effect);
 
 inline std::string Reason(const Effect& e) {
   return e.decided_by.empty() ? e.evidence : e.decided_by + "; " + e.evidence;
@@ -31,6 +35,7 @@ struct EffectChoice {
 
 // All names, in the order of measures/list.h.
 const std::vector<std::string>& EffectNames();
+std::string EffectsHelp();  // of --effects
 
 // Throws std::invalid_argument for a name that is not among them.
 void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "scene/geometry/median.h"
+
 namespace lumi {
 namespace {
 
@@ -129,9 +131,8 @@ double NoiseSigma(const Image8& photo) {
       if (mean > kTooDark && mean < kTooBright) sigmas.push_back(std::sqrt(square / (kBlock * kBlock)));
     }
   if (sigmas.empty()) return kLeastNoise;
-  const auto at = static_cast<std::ptrdiff_t>(kFlattest * static_cast<double>(sigmas.size()));
-  std::nth_element(sigmas.begin(), sigmas.begin() + at, sigmas.end());
-  return std::max(kLeastNoise, sigmas[static_cast<std::size_t>(at)]);
+  const auto place = static_cast<std::size_t>(kFlattest * static_cast<double>(sigmas.size()));
+  return std::max(kLeastNoise, NthSmallest(std::move(sigmas), place));
 }
 
 std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px,

@@ -146,6 +146,19 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   return variant;
 }
 
+void UseFor(const GlProgram& program, const Eigen::Matrix3d& M, const RenderView& view) {
+  // Pixels to clip units; the picture's first row is GL's first.
+  Eigen::Matrix3d clip_from_pixel = Eigen::Matrix3d::Identity();
+  clip_from_pixel(0, 0) = 2.0 / view.size_px.x();
+  clip_from_pixel(1, 1) = 2.0 / view.size_px.y();
+  clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
+  const Eigen::Matrix3f clip = (clip_from_pixel * M).cast<float>();
+  const Eigen::Vector3f centre = view.centre.cast<float>();
+  program.Use();
+  glUniform3fv(program.Uniform("centre"), 1, centre.data());
+  glUniformMatrix3fv(program.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+}
+
 void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces) {
   target.Reserve(size_px_, faces);
   glBindFramebuffer(GL_FRAMEBUFFER, target.depth_framebuffer());
@@ -163,19 +176,10 @@ void GlLumigraph::DrawDepth(const ViewSetup& setup, GlTarget& target, bool faces
   if (faces) glClearBufferuiv(GL_COLOR, 1, no_face);
   glClearBufferfv(GL_DEPTH, 0, nothing);
   if (index_count_ > 0) {
-    // Pixels to clip units; the picture's first row is GL's first.
-    Eigen::Matrix3d clip_from_pixel = Eigen::Matrix3d::Identity();
-    clip_from_pixel(0, 0) = 2.0 / size_px_.x();
-    clip_from_pixel(1, 1) = 2.0 / size_px_.y();
-    clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
-    const Eigen::Matrix3f clip = (clip_from_pixel * setup.desired.P.leftCols<3>()).cast<float>();
-    const Eigen::Vector3f centre = setup.desired.centre.cast<float>();
     if (faces && !face_program_)
       face_program_ = GlProgram("depth and face", DepthVertexShader(), DepthFragmentShader(true));
     const GlProgram& program = faces ? face_program_ : depth_program_;
-    program.Use();
-    glUniform3fv(program.Uniform("centre"), 1, centre.data());
-    glUniformMatrix3fv(program.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+    UseFor(program, setup.desired.P.leftCols<3>(), setup.desired);
     glBindVertexArray(mesh_array_.id());
     glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
   }

@@ -138,6 +138,10 @@ class GlLumigraph {
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();
 };
 
+// A program that draws what lies in the normalised frame ("centre", "clip_from_offset") as this view sees it; M: its
+// matrix, scaled as the depth is to be.
+void UseFor(const GlProgram& program, const Eigen::Matrix3d& M, const RenderView& view);
+
 // Four floats a row, as the shaders read them; `views`: which, in order of their distance to the desired camera (near
 // ones first make the search for the nearest rays short).
 void PackCameras(const ViewSetup& setup, int rows_a_camera, std::vector<float>& rows, std::vector<int>& views);

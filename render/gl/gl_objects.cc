@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <initializer_list>
 #include <stdexcept>
 #include <vector>
@@ -72,6 +73,32 @@ template class GlObject<GlKind::kBuffer>;
 template class GlObject<GlKind::kTexture>;
 template class GlObject<GlKind::kFramebuffer>;
 template class GlObject<GlKind::kVertexArray>;
+
+void FillBuffer(GLenum target, GlBuffer& buffer, const void* data, std::size_t bytes) {
+  if (!buffer) buffer = GlBuffer::Make();
+  glBindBuffer(target, buffer.id());
+  glBufferData(target, static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 16)), nullptr, GL_STREAM_DRAW);
+  if (data != nullptr && bytes > 0) glBufferSubData(target, 0, static_cast<GLsizeiptr>(bytes), data);
+}
+
+void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, GLenum format, const void* data, std::size_t bytes) {
+  FillBuffer(GL_TEXTURE_BUFFER, buffer, data, bytes);
+  if (texture) return;
+  texture = GlTexture::Make();
+  glBindTexture(GL_TEXTURE_BUFFER, texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
+}
+
+GlTexture MakePictureTexture(GLenum format, int width, int height) {
+  GlTexture texture = GlTexture::Make();
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
+  for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+    glTexParameteri(GL_TEXTURE_2D, wrap, GL_CLAMP_TO_EDGE);
+  return texture;
+}
 
 GlProgram::GlProgram(const std::string& name, const std::string& vertex, const std::string& fragment) {
   const GLuint v = Compile(GL_VERTEX_SHADER, name, vertex);

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace lumi {
 
@@ -57,6 +58,22 @@ class GlProgram {
  private:
   unsigned id_ = 0;
 };
+
+// These bytes in a buffer, which is made where there is none and stays bound. It gets a new store: the one before may
+// still be read. `data` nullptr: room for them.
+void FillBuffer(unsigned target, GlBuffer& buffer, const void* data, std::size_t bytes);
+template <typename T>
+void FillBuffer(unsigned target, GlBuffer& buffer, const std::vector<T>& data) {
+  FillBuffer(target, buffer, data.data(), data.size() * sizeof(T));
+}
+// The same for a buffer that shaders read through a texture of this format, bound when it is made.
+void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, unsigned format, const void* data, std::size_t bytes);
+template <typename T>
+void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, unsigned format, const std::vector<T>& data) {
+  FillTextureBuffer(buffer, texture, format, data.data(), data.size() * sizeof(T));
+}
+// A texture of one level, bound: interpolated, held at its edges.
+GlTexture MakePictureTexture(unsigned format, int width, int height);
 
 // Throws MachineError unless the current context has OpenGL 4.3 core.
 void RequireGl43();

@@ -1,7 +1,6 @@
 // MakeGlRenderer: the whole lumigraph in graphics memory, one picture at a time.
 #include <epoxy/gl.h>
 
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include "render/gl/gl_lumigraph.h"
 #include "render/world/renderer.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -56,13 +56,12 @@ class GlRenderer final : public WorldRenderer {
     RenderRequest request = wanted;
     if (request.use.empty()) request.use = world_->use;
     const Eigen::Vector2i size = request.view.size_px;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     lumigraph_->Begin(request, *target_);
     lumigraph_->Blend(*target_, 0, size.y());
     glFinish();
     statistics_ = lumigraph_->statistics();
-    statistics_.blend_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
-                           statistics_.plan_ms;
+    statistics_.blend_ms = 1000 * watch.Seconds() - statistics_.plan_ms;
     return lumigraph_->ReadColor(*target_, size);
   }
 

@@ -10,16 +10,6 @@
 namespace lumi {
 namespace {
 
-void MakeTexture(GlTexture& texture, GLenum format, const Eigen::Vector2i& size) {
-  texture = GlTexture::Make();
-  glBindTexture(GL_TEXTURE_2D, texture.id());
-  glTexStorage2D(GL_TEXTURE_2D, 1, format, size.x(), size.y());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-}
-
 void RequireComplete() {
   const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE) throw std::logic_error("an OpenGL framebuffer is incomplete");
@@ -37,11 +27,12 @@ void GlTarget::Reserve(const Eigen::Vector2i& size_px, bool faces) {
                        "use --backend cpu");
   capacity_px_ = capacity_px_.cwiseMax(size_px).eval();
   glActiveTexture(GL_TEXTURE0);
-  MakeTexture(depth_, GL_R32F, capacity_px_);
-  MakeTexture(depth_test_, GL_DEPTH_COMPONENT32F, capacity_px_);
-  MakeTexture(color_, GL_RGBA32F, capacity_px_);
+  const int width = capacity_px_.x(), height = capacity_px_.y();
+  depth_ = MakePictureTexture(GL_R32F, width, height);
+  depth_test_ = MakePictureTexture(GL_DEPTH_COMPONENT32F, width, height);
+  color_ = MakePictureTexture(GL_RGBA32F, width, height);
   if (faces || face_) {
-    MakeTexture(face_, GL_R32UI, capacity_px_);
+    face_ = MakePictureTexture(GL_R32UI, width, height);
     // Whole numbers are not interpolated: with any other filter the texture is incomplete.
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);

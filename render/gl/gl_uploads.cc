@@ -15,27 +15,11 @@
 #include "scene/program/error.h"
 
 namespace lumi {
-namespace {
-
-template <typename T>
-void FillTextureBuffer(GlBuffer& buffer, GlTexture& texture, GLenum format, const std::vector<T>& data) {
-  if (!buffer) buffer = GlBuffer::Make();
-  glBindBuffer(GL_TEXTURE_BUFFER, buffer.id());
-  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(std::max<std::size_t>(data.size(), 4) * sizeof(T)), nullptr,
-               GL_STREAM_DRAW);
-  glBufferSubData(GL_TEXTURE_BUFFER, 0, static_cast<GLsizeiptr>(data.size() * sizeof(T)), data.data());
-  if (!texture) {
-    texture = GlTexture::Make();
-    glBindTexture(GL_TEXTURE_BUFFER, texture.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
-  }
-}
-
-}  // namespace
 
 void GlLumigraph::SetProxy(const Mesh& proxy) {
   if (const auto problem = Validate(proxy)) throw std::invalid_argument("SetProxy: " + *problem);
-  SetProxy(proxy, std::make_shared<const VisibilityMaps>(ProxyVisibility(sources_, proxy)));
+  const auto tracer = std::make_shared<const ProxyTracer>(proxy, sources_.normalized_from_world);
+  SetProxy(proxy, std::make_shared<const VisibilityMaps>(ProxyVisibility(sources_, proxy, *tracer)), tracer);
 }
 
 void GlLumigraph::SetCameras(const Sources& cameras) {
@@ -78,22 +62,13 @@ void GlLumigraph::SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMa
     const Eigen::Vector3f n = (sources_.normalized_from_world.rotation * in_world).normalized().cast<float>();
     normals.insert(normals.end(), {n.x(), n.y(), n.z(), 0.0F});
   }
-  normals.resize(std::max<std::size_t>(normals.size(), 4));
-  normals_ = GlBuffer::Make();
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, normals_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(normals.size() * sizeof(float)), normals.data(),
-               GL_STATIC_DRAW);
+  FillBuffer(GL_SHADER_STORAGE_BUFFER, normals_, normals);
   mesh_array_ = GlVertexArray::Make();
-  vertices_ = GlBuffer::Make();
-  indices_ = GlBuffer::Make();
   glBindVertexArray(mesh_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, vertices_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(x.size() * sizeof(float)), x.data(), GL_STATIC_DRAW);
+  FillBuffer(GL_ARRAY_BUFFER, vertices_, x);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(proxy.faces.size() * sizeof(proxy.faces[0])),
-               proxy.faces.data(), GL_STATIC_DRAW);
+  FillBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_, proxy.faces);
   glBindVertexArray(0);
   index_count_ = static_cast<int>(3 * proxy.faces.size());
   UploadVisibility(std::move(maps));
@@ -172,10 +147,8 @@ void GlLumigraph::UploadCameras(const ViewSetup& setup, const BlendVariant& vari
   glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
   FillTextureBuffer(place_buffer_, place_texture_, GL_RGBA32UI, places);
   if (variant.cameras_in_uniforms) {
-    if (!camera_block_) camera_block_ = GlBuffer::Make();
     rows.resize(static_cast<std::size_t>(variant.camera_capacity * CameraRows(variant) * kFloatsPerRow));
-    glBindBuffer(GL_UNIFORM_BUFFER, camera_block_.id());
-    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(rows.size() * sizeof(float)), rows.data(), GL_STREAM_DRAW);
+    FillBuffer(GL_UNIFORM_BUFFER, camera_block_, rows);
   } else {
     FillTextureBuffer(camera_buffer_, camera_texture_, GL_RGBA32F, rows);
   }
@@ -192,22 +165,13 @@ void GlLumigraph::UploadLeaves(const RadianceSettings& s) {
   for (int i = 0; i <= kLeafSteps; ++i)
     table.push_back(static_cast<float>(std::pow(leaves.PSame(std::exp2(from + (to - from) * i / kLeafSteps)), 0.4)));
   table.back() = 0;
-  if (!leaf_buffer_) leaf_buffer_ = GlBuffer::Make();
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_.id());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(table.size() * sizeof(float)), table.data(),
-               GL_STATIC_DRAW);
+  FillBuffer(GL_SHADER_STORAGE_BUFFER, leaf_buffer_, table);
 }
 
 void GlLumigraph::ReserveLists(std::size_t words) {
-  if (!list_buffer_) list_buffer_ = GlBuffer::Make();
-  glBindBuffer(GL_TEXTURE_BUFFER, list_buffer_.id());
-  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(words * sizeof(std::uint32_t)), nullptr, GL_STREAM_DRAW);
-  list_words_ = words;
-  if (list_texture_) return;
-  list_texture_ = GlTexture::Make();
   glActiveTexture(GL_TEXTURE0 + kListUnit);
-  glBindTexture(GL_TEXTURE_BUFFER, list_texture_.id());
-  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, list_buffer_.id());
+  FillTextureBuffer(list_buffer_, list_texture_, GL_R32UI, nullptr, words * sizeof(std::uint32_t));
+  list_words_ = words;
 }
 
 }  // namespace lumi

@@ -20,14 +20,6 @@ const Eigen::Vector4f kEdgeColor(1.0F, 1.0F, 1.0F, 0.65F);
 const Eigen::Vector4f kEpipoleColor(1.0F, 0.15F, 0.1F, 1.0F);
 constexpr float kCrossPx = 5;
 
-void FillBuffer(GLenum target, GlBuffer& buffer, const void* data, std::size_t bytes) {
-  if (!buffer) buffer = GlBuffer::Make();
-  glBindBuffer(target, buffer.id());
-  // A new store each time: the one before may still be read.
-  glBufferData(target, static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 16)), nullptr, GL_STREAM_DRAW);
-  if (bytes > 0) glBufferSubData(target, 0, static_cast<GLsizeiptr>(bytes), data);
-}
-
 Eigen::Vector2f ClipFromPixel(const Eigen::Vector2f& x_px, const Eigen::Vector2i& size_px) {
   return (2 * x_px.array() / size_px.cast<float>().array() - 1).matrix();
 }
@@ -143,18 +135,10 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     glVertexAttribIPointer(2, 2, GL_UNSIGNED_INT, sizeof(Corner), at(offsetof(Corner, first)));
     glBindVertexArray(0);
   }
-  FillBuffer(GL_ARRAY_BUFFER, corner_buffer_, corners_.data(), corners_.size() * sizeof(Corner));
-  FillBuffer(GL_TEXTURE_BUFFER, projection_buffer_, projections_.data(), projections_.size() * sizeof(Projections));
-  FillBuffer(GL_TEXTURE_BUFFER, place_buffer_, places_.data(), places_.size() * sizeof(places_[0]));
-  if (!projection_texture_) {
-    projection_texture_ = GlTexture::Make();
-    place_texture_ = GlTexture::Make();
-    glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_BUFFER, projection_texture_.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, projection_buffer_.id());
-    glBindTexture(GL_TEXTURE_BUFFER, place_texture_.id());
-    glTexBuffer(GL_TEXTURE_BUFFER, GL_R32UI, place_buffer_.id());
-  }
+  FillBuffer(GL_ARRAY_BUFFER, corner_buffer_, corners_);
+  glActiveTexture(GL_TEXTURE0);
+  FillTextureBuffer(projection_buffer_, projection_texture_, GL_RGBA32F, projections_);
+  FillTextureBuffer(place_buffer_, place_texture_, GL_R32UI, places_);
 }
 
 void PlanLines::Add(const Eigen::Vector2i& size_px, const Eigen::Vector2f& a, const Eigen::Vector2f& b,
@@ -214,7 +198,7 @@ void PlanLines::Upload() {
     glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, sizeof(End), reinterpret_cast<const void*>(offsetof(End, r)));
     glBindVertexArray(0);
   }
-  FillBuffer(GL_ARRAY_BUFFER, buffer_, lines_.data(), lines_.size() * sizeof(End));
+  FillBuffer(GL_ARRAY_BUFFER, buffer_, lines_);
 }
 
 void PlanLines::Draw() {

@@ -1,7 +1,6 @@
 #include "render/holdout/holdout.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +15,7 @@
 #include "scene/geometry/median.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 
@@ -130,12 +130,27 @@ Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px)
   return mask;
 }
 
-std::optional<double> Mean(const std::vector<HoldoutView>& views, std::optional<double> HoldoutView::*value) {
-  double sum = 0;
-  int n = 0;
-  for (const HoldoutView& v : views)
-    if (v.*value) sum += *(v.*value), ++n;
-  return n > 0 ? std::optional(sum / n) : std::nullopt;
+HoldoutScore Score(const ImageF& image, const Image8& rendered, const Image8& photo, const Image8& object) {
+  const ImageDifference d = Compare(rendered, photo);
+  HoldoutScore score{d.psnr_db, d.ssim, Coverage(image)};
+  if (!object.empty()) score.psnr_object_db = PsnrWithin(rendered, photo, object);
+  return score;
+}
+
+template <typename ScoreOf>
+HoldoutScore Mean(const std::vector<HoldoutView>& views, const ScoreOf& score_of) {
+  HoldoutScore mean;
+  double object_db = 0, of_object = 0;
+  for (const HoldoutView& v : views) {
+    const HoldoutScore& score = score_of(v);
+    const double n = static_cast<double>(views.size());
+    mean.psnr_db += score.psnr_db / n;
+    mean.ssim += score.ssim / n;
+    mean.coverage += score.coverage / n;
+    if (score.psnr_object_db) object_db += *score.psnr_object_db, ++of_object;
+  }
+  if (of_object > 0) mean.psnr_object_db = object_db / of_object;
+  return mean;
 }
 
 }  // namespace
@@ -185,58 +200,33 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const Hol
         Resize(ReadImage8(scene.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
     request.settings = options.own_times ? AtTimeOf(options.settings, request.view) : options.settings;
     request.use = use;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const ImageF image = renderer.Render(request);
-    HoldoutView result;
-    result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const double ms = 1000 * watch.Seconds();
     const RenderStatistics statistics = renderer.Statistics();
     summary.samples += statistics.samples;
     summary.optimum += statistics.optimum;
-    result.name = view.name;
-    result.coverage = Coverage(image);
-    const Image8 rendered = ToRgb8(image);
-    const ImageDifference d = Compare(rendered, photo);
-    result.psnr_db = d.psnr_db;
-    result.ssim = d.ssim;
-
-    const Image8 object = ObjectMask(scene, view, request.view.size_px);
-    if (!object.empty()) result.psnr_object_db = PsnrWithin(rendered, photo, object);
-
+    const Image8 rendered = ToRgb8(image), object = ObjectMask(scene, view, request.view.size_px);
     const ViewId nearest = NearestPhoto(scene, id, use, request.settings);
-    result.nearest_name = scene.views[static_cast<std::size_t>(nearest.value)].name;
     request.use.assign(scene.views.size(), false);
     request.use[static_cast<std::size_t>(nearest.value)] = true;
     request.settings.k = 1;
     const ImageF baseline = renderer.Render(request);
-    const Image8 baseline8 = ToRgb8(baseline);
-    const ImageDifference b = Compare(baseline8, photo);
-    if (!object.empty()) result.nearest_psnr_object_db = PsnrWithin(baseline8, photo, object);
-    result.nearest_psnr_db = b.psnr_db;
-    result.nearest_ssim = b.ssim;
-    result.nearest_coverage = Coverage(baseline);
+    summary.views.push_back({Score(image, rendered, photo, object), view.name,
+                             scene.views[static_cast<std::size_t>(nearest.value)].name,
+                             Score(baseline, ToRgb8(baseline), photo, object), ms});
+    times.push_back(ms);
 
     if (!options.folder.empty()) {
       const std::string stem = OutputName(view.name);
       WriteImage(options.folder / (stem + "_render.jpg"), rendered);
       WriteImage(options.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
     }
-    times.push_back(result.ms);
-    summary.views.push_back(result);
     progress.Step();
   }
-  const double n = static_cast<double>(summary.views.size());
-  for (const HoldoutView& v : summary.views) {
-    summary.psnr_mean_db += v.psnr_db / n;
-    summary.ssim_mean += v.ssim / n;
-    summary.coverage_mean += v.coverage / n;
-    summary.nearest_psnr_mean_db += v.nearest_psnr_db / n;
-    summary.nearest_ssim_mean += v.nearest_ssim / n;
-    summary.nearest_coverage_mean += v.nearest_coverage / n;
-  }
-  summary.psnr_object_mean_db = Mean(summary.views, &HoldoutView::psnr_object_db);
-  summary.nearest_psnr_object_mean_db = Mean(summary.views, &HoldoutView::nearest_psnr_object_db);
-  std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
-  summary.ms_per_frame = times[times.size() / 2];
+  summary.mean = Mean(summary.views, [](const HoldoutView& v) -> const HoldoutScore& { return v; });
+  summary.nearest_mean = Mean(summary.views, [](const HoldoutView& v) -> const HoldoutScore& { return v.nearest; });
+  summary.ms_per_frame = Median(times);
   return summary;
 }
 

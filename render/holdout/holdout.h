@@ -22,21 +22,21 @@ struct HoldoutOptions {
   std::filesystem::path folder;  // renders and differences go here; empty: none are written
 };
 
-struct HoldoutView {
-  std::string name;
+struct HoldoutScore {
   double psnr_db = 0, ssim = 0, coverage = 0;
-  std::string nearest_name;
-  double nearest_psnr_db = 0, nearest_ssim = 0, nearest_coverage = 0;
   // Over the object's pixels, where the scene has the photo's silhouette: what lies around it no hull can show.
-  std::optional<double> psnr_object_db, nearest_psnr_object_db;
-  double ms = 0;  // to render the view
+  std::optional<double> psnr_object_db = {};
+};
+
+struct HoldoutView : HoldoutScore {
+  std::string name, nearest_name;
+  HoldoutScore nearest;  // of the nearest photo alone
+  double ms = 0;         // to render the view
 };
 
 struct HoldoutSummary {
-  double psnr_mean_db = 0, ssim_mean = 0, coverage_mean = 0;
-  double nearest_psnr_mean_db = 0, nearest_ssim_mean = 0, nearest_coverage_mean = 0;
-  std::optional<double> psnr_object_mean_db, nearest_psnr_object_mean_db;  // over the views that have it
-  double ms_per_frame = 0;                                                 // median
+  HoldoutScore mean, nearest_mean;  // over the views; the object's over those that have it
+  double ms_per_frame = 0;          // median
   long samples = 0;       // rays at which weights were computed, and what the optimum says of them: sums over the
   OptimumCounts optimum;  // held-out views, without the baseline
   std::vector<HoldoutView> views;

@@ -1,12 +1,12 @@
 #include "render/lumigraph/per_view_renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "scene/program/parallel.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -95,11 +95,11 @@ class PerViewRenderer final : public Renderer {
  private:
   // `parts`: these pixels alone.
   ImageF Picture(const RenderRequest& request, int reach, const std::vector<Rectangle>* parts) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     RenderRequest own = request;
     own.view = Enter(proxy_.For(request.view, reach), request.use);
     own.use.clear();
-    statistics_.plan_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    statistics_.plan_ms += 1000 * watch.Seconds();
     const auto render = [&] {
       ImageF picture = renderer_->Render(own);
       const RenderStatistics s = renderer_->Statistics();

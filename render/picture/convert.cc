@@ -11,34 +11,32 @@ constexpr std::size_t kRowsAtOnce = 32;
 
 std::uint8_t Code(float x) { return static_cast<std::uint8_t>(std::min(std::max(x * 255.0F + 0.5F, 0.0F), 255.0F)); }
 
-}  // namespace
-
-Image8 ToRgb8(const ImageF& image) {
-  Image8 out(image.width, image.height, 3);
+template <int channels, typename Convert>
+Image8 Converted(const ImageF& image, const Convert& convert) {
+  Image8 out(image.width, image.height, channels);
   ParallelFor(static_cast<std::size_t>(image.height), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       const float* in = image.Row(y);
       std::uint8_t* o = out.Row(y);
-      for (int x = 0; x < image.width; ++x, in += 4, o += 3)
-        for (int c = 0; c < 3; ++c) o[c] = Code(in[c]);
+      for (int x = 0; x < image.width; ++x, in += 4, o += channels) convert(in, o);
     }
   });
   return out;
 }
 
-Image8 ToRgba8(const ImageF& image) {
-  Image8 out(image.width, image.height, 4);
-  ParallelFor(static_cast<std::size_t>(image.height), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      const float* in = image.Row(y);
-      std::uint8_t* o = out.Row(y);
-      for (int x = 0; x < image.width; ++x, in += 4, o += 4) {
-        for (int c = 0; c < 3; ++c) o[c] = in[3] > 0 ? Code(in[c] / in[3]) : 0;
-        o[3] = Code(in[3]);
-      }
-    }
+}  // namespace
+
+Image8 ToRgb8(const ImageF& image) {
+  return Converted<3>(image, [](const float* in, std::uint8_t* o) {
+    for (int c = 0; c < 3; ++c) o[c] = Code(in[c]);
   });
-  return out;
+}
+
+Image8 ToRgba8(const ImageF& image) {
+  return Converted<4>(image, [](const float* in, std::uint8_t* o) {
+    for (int c = 0; c < 3; ++c) o[c] = in[3] > 0 ? Code(in[c] / in[3]) : 0;
+    o[3] = Code(in[3]);
+  });
 }
 
 double Coverage(const ImageF& image) {

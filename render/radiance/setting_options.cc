@@ -233,6 +233,12 @@ const SettingOption* FindSettingOption(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
+bool SetOption(RadianceSettings& settings, const std::string& name, const std::string& text) {
+  const SettingOption* option = FindSettingOption(name);
+  if (option) option->set(settings, text);
+  return option != nullptr;
+}
+
 bool IsOn(const RadianceSettings& settings, std::string_view measure) {
   bool on = true;
   ForEachEffect([&]<typename M> {

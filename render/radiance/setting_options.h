@@ -40,6 +40,10 @@ const std::vector<SettingOption>& SettingOptions();
 // nullptr for a name that is no option.
 const SettingOption* FindSettingOption(std::string_view name);
 
+// Sets the option called `name` (without dashes) from its text on the command line, or in JSON. Throws UsageError
+// naming it where the text does not fit; returns false for a name that is no option.
+bool SetOption(RadianceSettings& settings, const std::string& name, const std::string& text);
+
 // Whether a measure is on; the angle always is.
 bool IsOn(const RadianceSettings& settings, std::string_view measure);
 

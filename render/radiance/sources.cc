@@ -9,6 +9,14 @@
 
 namespace lumi {
 
+std::array<Eigen::Vector3d, 4> CornersAt(const RenderView& view, double depth) {
+  const Eigen::Matrix3d M = view.P.leftCols<3>() / view.P.row(2).head<3>().norm(), rays = M.inverse();
+  const double w = view.size_px.x(), h = view.size_px.y();
+  std::array<Eigen::Vector3d, 4> corners = {Eigen::Vector3d(0, 0, 1), {w, 0, 1}, {w, h, 1}, {0, h, 1}};
+  for (Eigen::Vector3d& corner : corners) corner = view.centre + depth * rays * corner;
+  return corners;
+}
+
 RenderView Normalized(const RenderView& view, const Similarity3& normalized_from_world) {
   const Similarity3 world = normalized_from_world.Inverse();
   RenderView n = view;

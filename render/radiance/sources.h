@@ -30,6 +30,9 @@ void TakeFields(Sources& sources);
 // A view of the world frame in the normalised one. P keeps its sign.
 RenderView Normalized(const RenderView& view, const Similarity3& normalized_from_world);
 
+// Where the corners of a view's picture lie at this depth along its axis, around the picture from the first pixel's.
+std::array<Eigen::Vector3d, 4> CornersAt(const RenderView& view, double depth);
+
 // The sources as seen from one desired camera, a structure of arrays: everything is relative to the desired centre, the
 // differences formed in double. Padded to a multiple of kLanes with cameras that see nothing.
 struct RelativeSources {

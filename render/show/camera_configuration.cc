@@ -1,7 +1,6 @@
 #include "render/show/camera_configuration.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,9 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <vector>
+
+#include "render/radiance/sources.h"
+#include "scene/geometry/median.h"
 
 namespace lumi {
 namespace {
@@ -41,13 +43,7 @@ void Line(cv::Mat& image, const Projection& p, const Eigen::Vector3d& a, const E
 // The pyramid of a view: apex at its centre, the photo's corners at `depth` along the axis.
 void Frustum(cv::Mat& image, const Projection& p, const RenderView& view, double depth, const cv::Scalar& color,
              int thickness) {
-  const Eigen::Matrix3d M = view.P.leftCols<3>() / view.P.row(2).head<3>().norm();
-  const Eigen::Matrix3d rays = M.inverse();
-  std::array<Eigen::Vector3d, 4> corner;
-  for (int i = 0; i < 4; ++i)
-    corner[static_cast<std::size_t>(i)] =
-        view.centre +
-        depth * rays * Eigen::Vector3d(i == 1 || i == 2 ? view.size_px.x() : 0, i >= 2 ? view.size_px.y() : 0, 1);
+  const std::array<Eigen::Vector3d, 4> corner = CornersAt(view, depth);
   for (std::size_t i = 0; i < 4; ++i) {
     Line(image, p, view.centre, corner[i], color, thickness);
     Line(image, p, corner[i], corner[(i + 1) % 4], color, thickness);
@@ -68,8 +64,7 @@ Image8 DrawCameraConfiguration(const Scene& scene, const Mesh& proxy, const Rend
   std::vector<double> far;
   for (const Point& p : scene.points) far.push_back((p.x_in_world - world.translation).norm());
   if (!far.empty()) {
-    std::nth_element(far.begin(), far.begin() + static_cast<std::ptrdiff_t>(far.size() * 8 / 10), far.end());
-    const double reach = far[far.size() * 8 / 10];
+    const double reach = NthSmallest(far, far.size() * 8 / 10);
     for (const Point& p : scene.points)
       if ((p.x_in_world - world.translation).norm() <= reach) shown.push_back(p.x_in_world);
   } else {

@@ -8,6 +8,7 @@
 #include "render/radiance/dissimilarity.h"
 #include "render/radiance/frame_plan.h"
 #include "render/world/visibility_maps.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -65,10 +66,8 @@ std::optional<Measure> MeasureFromName(std::string_view name) {
 
 MeasureMap RenderMeasureMap(const Scene& scene, const Mesh& proxy, const RenderRequest& request, Measure measure,
                             int source) {
-  const Sources sources = MakeSources(scene);
-  const ProxyTracer tracer(proxy, scene.normalized_from_world);
-  return RenderMeasureMap(sources, tracer, CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps(),
-                          request, measure, source);
+  const TracedProxy traced(scene, proxy);
+  return RenderMeasureMap(traced.sources, traced.tracer, traced.maps, request, measure, source);
 }
 
 MeasureMap RenderMeasureMap(const PictureWorld& world, RenderRequest request, Measure measure, int source) {
@@ -146,11 +145,7 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
     std::vector<float> seen;
     std::copy_if(values.begin(), values.end(), std::back_inserter(seen),
                  [](float v) { return v >= 0 && std::isfinite(v); });
-    if (!seen.empty()) {
-      const auto at = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(seen.size() - 1));
-      std::nth_element(seen.begin(), seen.begin() + at, seen.end());
-      map.high = std::max(static_cast<double>(seen[static_cast<std::size_t>(at)]), 1e-9);
-    }
+    if (!seen.empty()) map.high = std::max(static_cast<double>(Quantile(seen, 0.9)), 1e-9);
   }
   cv::Mat scale(1, 256, CV_8UC1), colors;
   for (int i = 0; i < 256; ++i) scale.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);

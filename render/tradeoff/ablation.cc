@@ -1,12 +1,7 @@
 // The rows of Fig. 5-3: the optimum, and one of the five optimisations of sec. 5.1 after the other.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <nlohmann/json.hpp>
-
 #include "render/picture/convert.h"
-#include "render/picture/output_name.h"
-#include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/sweep.h"
@@ -14,13 +9,11 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kAblationMarker = "ablation.json";
 constexpr int kNearest = 5;  // k of the thesis's fourth row
@@ -29,7 +22,51 @@ constexpr int kGrid = 25;    // samples a side of its fifth
 struct Row {
   std::string name, what;
   RadianceSettings settings;
+  std::string refused = {};  // why there is no picture; empty: there is
+  JsonKeys keys = {};        // of the settings
+  double ms = 0;
+  FrameError error = {};  // against the first
+  std::optional<double> psnr_photo_db = {};
+  std::string image = {}, false_color = {}, difference = {};  // files
 };
+
+void ListKeys(JsonKeys& j, Row& r) {
+  j("name", r.name, "what", r.what, "settings", r.keys).IfAny("refused", r.refused);
+  if (!r.refused.empty()) return;
+  j("ms", r.ms);
+  ListKeys(j, r.error);
+  j("psnr_photo_db", r.psnr_photo_db, "coverage", r.error.coverage, "image", r.image, "false_color", r.false_color,
+    "difference", r.difference);
+}
+
+struct Ablation {
+  std::string view, proxy, backend, device;
+  Eigen::Vector2i size_px;
+  std::string compared_with = {};
+  std::vector<Row> rows = {};
+};
+
+void ListKeys(JsonKeys& j, Ablation& a) {
+  j("view", a.view, "proxy", a.proxy, "backend", a.backend, "device", a.device, "width", a.size_px.x(), "height",
+    a.size_px.y(), "rows", a.rows, "compared_with", a.compared_with);
+}
+
+TradeoffTable TableOf(const Ablation& a) {
+  using enum TradeoffRole;
+  const auto error = [](double FrameError::*figure) { return [=](const Row& r) { return r.error.*figure; }; };
+  return TradeoffTableOf<Row>(
+      {{{"row", kSetting, "row", -12}, &Row::name},
+       {{"what", kSetting, "", -58}, &Row::what},
+       {{"ms", kCost, "ms", 10, "{:.2f}"}, &Row::ms},
+       {{"psnr_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, error(&FrameError::psnr_db)},
+       {{"mse", kLessIsBetter, "sq. error", 12, "{:.4g}"}, error(&FrameError::mse)},
+       {{"false_color_mse", kLessIsBetter, "false colour", 12, "{:.4g}"}, error(&FrameError::false_color_mse)},
+       {{"ssim"}, error(&FrameError::ssim)},
+       {{"psnr_photo_db"}, &Row::psnr_photo_db},
+       {{"coverage"}, error(&FrameError::coverage)},
+       {{"", kFailed, "", 0, "not available: {}"}, &Row::refused}},
+      a.rows);
+}
 
 std::vector<Row> Rows(const RadianceSettings& base) {
   std::vector<Row> rows;
@@ -73,35 +110,20 @@ Subject Choose(Workbench& bench, const MeasureOptions& o) {
     s.request.view = FirstOfPath(scene, o.path, width);
     return s;
   }
-  if (!o.view.empty()) {
-    const auto found = std::find_if(scene.views.begin(), scene.views.end(),
-                                    [&](const View& v) { return v.name == o.view || OutputName(v.name) == o.view; });
-    if (found == scene.views.end())
-      throw UsageError("no photo is called " + o.view, "the first is " + scene.views.front().name);
-    Camera camera = scene.CameraOf(*found);
-    Image8 photo = ReadImage8(scene.ImagePath(*found), 3);
-    if (width < camera.width_px) {
-      camera = camera.Scaled(width, HeightFor(camera, width));
-      photo = Resize(photo, camera.width_px, camera.height_px);
-    }
-    s.name = found->name;
-    s.request.view = MakeRenderView(camera, found->cam_from_world);
-    s.request.view.time_s = found->time_s;
-    s.request.view.gain = found->gain;
-    s.request.use.assign(scene.views.size(), true);
-    s.request.use[static_cast<std::size_t>(found - scene.views.begin())] = false;
-    s.photo = std::move(photo);
-    return s;
-  }
-  TestView t = HeldOutViews(scene, o.holdout, Fold::kReport, 1, width).front();
+  TestView t = o.view.empty() ? HeldOutViews(scene, o.holdout, Fold::kReport, 1, width).front()
+                              : TestViewOf(scene, ViewId{ViewCalled(scene, o.view)}, width);
   s.name = t.name;
   s.request.view = t.view;
   s.request.use = t.use;
+  if (!o.view.empty()) {
+    s.request.use.assign(scene.views.size(), true);
+    s.request.use[static_cast<std::size_t>(t.id.value)] = false;
+  }
   s.photo = std::move(t.photo);
   return s;
 }
 
-std::string Html(const Json& j) {
+std::string Html(const Ablation& a) {
   std::string html = fmt::format(
       "<!doctype html><html lang='en'><meta charset='utf-8'><title>Fig. 5-3: {0}</title>\n"
       "<style>body{{font:15px/1.45 "
@@ -113,21 +135,18 @@ std::string Html(const Json& j) {
       "times 4; the squared "
       "error is summed over the "
       "channels, mean over pixels.</p>\n<table><tr><th>row<th>picture<th>false colours<th>difference<th>figures\n",
-      Escaped(j["view"]), j["width"].get<int>(), Escaped(j["proxy"]), Escaped(j["device"]));
-  for (const Json& r : j["rows"]) {
-    html += fmt::format("<tr><td><b>{}</b><br><small>{}</small>", Escaped(r["name"]), Escaped(r["what"]));
-    if (r.contains("refused")) {
-      html += fmt::format("<td colspan='4'>not available: {}\n", Escaped(r["refused"]));
+      Escaped(a.view), a.size_px.x(), Escaped(a.proxy), Escaped(a.device));
+  for (const Row& r : a.rows) {
+    html += fmt::format("<tr><td><b>{}</b><br><small>{}</small>", Escaped(r.name), Escaped(r.what));
+    if (!r.refused.empty()) {
+      html += fmt::format("<td colspan='4'>not available: {}\n", Escaped(r.refused));
       continue;
     }
-    const auto image = [&](const char* key) {
-      return fmt::format("<td><img src='{0}' alt='{0}'>", r[key].get<std::string>());
-    };
-    html += image("image") + image("false_color") + image("difference");
-    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}",
-                        r["ms"].get<double>(), r["psnr_db"].get<double>(), r["mse"].get<double>(),
-                        r["false_color_mse"].get<double>());
-    if (r["psnr_photo_db"].is_number()) html += fmt::format("<br>photo {:.2f} dB", r["psnr_photo_db"].get<double>());
+    for (const std::string& file : {r.image, r.false_color, r.difference})
+      html += fmt::format("<td><img src='{0}' alt='{0}'>", file);
+    html += fmt::format("<td>{:.1f} ms<br>PSNR {:.2f} dB<br>squared error {:.3g}<br>false colours {:.3g}", r.ms,
+                        r.error.psnr_db, r.error.mse, r.error.false_color_mse);
+    if (r.psnr_photo_db) html += fmt::format("<br>photo {:.2f} dB", *r.psnr_photo_db);
     html += "\n";
   }
   return html + "</table></html>\n";
@@ -135,33 +154,25 @@ std::string Html(const Json& j) {
 
 }  // namespace
 
-std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
-  RequireConsistent(o);
+Answer RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   if (o.output.empty()) throw UsageError("-o says where the pictures go");
   Workbench bench(o, kAblationMarker, sink);
   const std::string& proxy = bench.proxies().front();
   Subject subject = Choose(bench, o);
   Renderer& renderer = bench.Measured(proxy);
-  const std::vector<Row> rows = Rows(bench.settings());
-
-  Json j = {{"view", subject.name},
-            {"proxy", proxy.empty() ? bench.scene().active_proxy : proxy},
-            {"backend", o.backend},
-            {"device", renderer.Device()},
-            {"width", subject.request.view.size_px.x()},
-            {"height", subject.request.view.size_px.y()},
-            {"rows", Json::array()}};
-  std::string csv = "row,what,ms,psnr_db,mse,false_color_mse,ssim,psnr_photo_db,coverage\n";
-  std::vector<std::pair<std::filesystem::path, Image8>> pictures;
+  Ablation ablation{subject.name, proxy.empty() ? bench.scene().active_proxy : proxy, o.backend, renderer.Device(),
+                    subject.request.view.size_px};
+  ablation.rows = Rows(bench.settings());
+  std::vector<std::pair<std::string, Image8>> pictures;
   std::optional<ImageF> first, first_false_color;
-  Progress progress(sink, "rendering the rows", static_cast<long>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i, progress.Step()) {
-    const Row& row = rows[i];
-    Json r = {{"name", row.name}, {"what", row.what}, {"settings", bench.ToJson(row.settings)}};
+  Progress progress(sink, "rendering the rows", static_cast<long>(ablation.rows.size()));
+  for (std::size_t i = 0; i < ablation.rows.size(); ++i, progress.Step()) {
+    Row& row = ablation.rows[i];
     subject.request.settings = bench.For(subject.request.view, row.settings);
     // The optimum at every pixel is what the others are compared with: from the CPU where OpenGL does not draw it.
     const bool from_cpu = o.backend == "gl" && MethodOf(row.settings) == Method::kOptimumPixel;
-    if (from_cpu) r["settings"]["backend"] = "cpu";
+    row.keys = bench.Keys(row.settings);
+    if (from_cpu) row.keys.Say("backend", "cpu");
     TimedFrame frame;
     ImageF false_color;
     try {
@@ -173,59 +184,37 @@ std::string RunAblation(const MeasureOptions& o, ProgressSink& sink) {
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
-      r["refused"] = e.what();
+      row.refused = e.what();
       sink.Message(row.name + " is not available: " + e.what());
-      j["rows"].push_back(r);
       continue;
     }
     if (!first) {
       first = frame.image;
       first_false_color = false_color;
-      j["compared_with"] = row.name;
+      ablation.compared_with = row.name;
     }
-    const FrameError error = ErrorBetween(frame.image, *first);
+    row.ms = frame.ms;
+    row.error = ErrorBetween(frame.image, *first);
+    row.error.false_color_mse = SquaredError(false_color, *first_false_color);
+    if (subject.photo) row.psnr_photo_db = ErrorAgainstPhoto(frame.image, *subject.photo).psnr_db;
     const std::string stem = fmt::format("{}-{}", i + 1, row.name);
-    r["ms"] = frame.ms;
-    r["psnr_db"] = error.psnr_db;
-    r["ssim"] = error.ssim;
-    r["mse"] = error.mse;
-    r["false_color_mse"] = SquaredError(false_color, *first_false_color);
-    r["psnr_photo_db"] = subject.photo ? Json(ErrorAgainstPhoto(frame.image, *subject.photo).psnr_db) : Json(nullptr);
-    r["coverage"] = Coverage(frame.image);
-    r["image"] = stem + ".png";
-    r["false_color"] = stem + "-false-color.png";
-    r["difference"] = stem + "-difference.png";
-    pictures.emplace_back(r["image"].get<std::string>(), ToRgb8(frame.image));
-    pictures.emplace_back(r["false_color"].get<std::string>(), ToRgb8(false_color));
-    pictures.emplace_back(r["difference"].get<std::string>(), DifferenceImage(ToRgb8(frame.image), ToRgb8(*first)));
-    csv += fmt::format("{},\"{}\",{:.4f},{:.4f},{:.6g},{:.6g},{:.6f},{},{:.5f}\n", row.name, row.what, frame.ms,
-                       error.psnr_db, error.mse, r["false_color_mse"].get<double>(), error.ssim,
-                       r["psnr_photo_db"].dump(), r["coverage"].get<double>());
-    j["rows"].push_back(r);
+    row.image = stem + ".png";
+    row.false_color = stem + "-false-color.png";
+    row.difference = stem + "-difference.png";
+    pictures.emplace_back(row.image, ToRgb8(frame.image));
+    pictures.emplace_back(row.false_color, ToRgb8(false_color));
+    pictures.emplace_back(row.difference, DifferenceImage(ToRgb8(frame.image), ToRgb8(*first)));
   }
-  if (!first) throw DataError("no row could be rendered: " + j["rows"][0]["refused"].get<std::string>());
+  if (!first) throw DataError("no row could be rendered: " + ablation.rows.front().refused);
+  const JsonKeys keys(ablation);
+  const TradeoffTable table = TableOf(ablation);
   // The marker first: a run that ends here leaves a folder that the next one may write into.
-  WriteTextAtomically(o.output / kAblationMarker, j.dump(1) + "\n");
+  WriteTextAtomically(o.output / kAblationMarker, keys.Text(1) + "\n");
   for (const auto& [name, image] : pictures) WriteImage(o.output / name, image);
-  WriteTextAtomically(o.output / "ablation.csv", csv);
-  WriteTextAtomically(o.output / "index.html", Html(j));
-  return j.dump();
-}
-
-std::string DescribeAblation(const std::string& json) {
-  const Json j = Json::parse(json);
-  std::string text = fmt::format("{:<12} {:<58} {:>10} {:>9} {:>12} {:>12}\n", "row", "", "ms", "PSNR dB", "sq. error",
-                                 "false colour");
-  for (const Json& r : j["rows"])
-    text +=
-        r.contains("refused")
-            ? fmt::format("{:<12} not available: {}\n", r["name"].get<std::string>(), r["refused"].get<std::string>())
-            : fmt::format("{:<12} {:<58} {:>10.2f} {:>9.2f} {:>12.4g} {:>12.4g}\n", r["name"].get<std::string>(),
-                          r["what"].get<std::string>(), r["ms"].get<double>(), r["psnr_db"].get<double>(),
-                          r["mse"].get<double>(), r["false_color_mse"].get<double>());
-  text += fmt::format("{}, {} px wide, against the row \"{}\"", j["view"].get<std::string>(), j["width"].get<int>(),
-                      j["compared_with"].get<std::string>());
-  return text;
+  WriteTextAtomically(o.output / "ablation.csv", CsvOf(table));
+  WriteTextAtomically(o.output / "index.html", Html(ablation));
+  return {keys, TextOf(table) + fmt::format("\n{}, {} px wide, against the row \"{}\"", ablation.view,
+                                            ablation.size_px.x(), ablation.compared_with)};
 }
 
 }  // namespace lumi

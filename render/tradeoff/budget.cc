@@ -3,19 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "render/settings_json.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr double kLoadShare = 0.25;  // of a new frame in the smoothed load
 constexpr double kHopeless = 2;      // a frame that takes this times the budget is not repeated ...
@@ -31,17 +28,21 @@ RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
 
 FixedOptions Fixed(const RadianceSettings& settings, const Decided& decided) {
   FixedOptions fixed;
-  const nlohmann::ordered_json now = ToJson(settings);
-  for (const std::string& name : decided.options())
-    if (now.contains(name))
-      fixed.emplace_back(name, now[name].is_string() ? now[name].get<std::string>() : now[name].dump());
+  for (const auto& [name, text] : JsonKeys(settings).Words())
+    if (decided.Has(name)) fixed.emplace_back(name, text);
   return fixed;
 }
 
-nlohmann::ordered_json ToJson(const BudgetChoice& c) {
-  nlohmann::ordered_json tried = nlohmann::ordered_json::array();
-  for (const FrontPoint& p : c.tried) tried.push_back({{"name", p.name}, {"ms", p.ms}});
-  return {{"name", c.name}, {"expected_ms", c.expected_ms}, {"fits", c.fits}, {"why", c.why}, {"tried", tried}};
+struct TriedPoint {
+  std::string name;
+  double ms = 0;
+};
+void ListKeys(JsonKeys& j, TriedPoint& p) { j("name", p.name, "ms", p.ms); }
+
+void ListKeys(JsonKeys& j, BudgetChoice& c) {
+  std::vector<TriedPoint> tried;
+  for (const FrontPoint& p : c.tried) tried.push_back({p.name, p.ms});
+  j("budget_ms", c.budget_ms, "name", c.name, "expected_ms", c.ms, "fits", c.fits, "why", c.why, "tried", tried);
 }
 
 std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOptions& fixed) {
@@ -73,25 +74,24 @@ constexpr double kHeadroom = 0.9;
 
 BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed,
                    double budget_ms, double seconds) {
-  const auto begin = Clock::now();
-  const auto spent_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const Stopwatch clock;
   BudgetChoice choice;
+  choice.budget_ms = budget_ms;
+  FrontPoint& chosen = choice;
   std::string last_failure;
   int hopeless = 0;
   for (FrontPoint& p : ProbeTable(base, fixed)) {
     request.settings = p.settings;
     try {
-      double best = 0;
       // The first frame also pays for what is made once (visibility maps, textures): it counts only where it fits.
       for (int i = 0; i < 3; ++i) {
-        const auto start = Clock::now();
+        const Stopwatch watch;
         renderer.Render(request);
-        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-        best = i == 0 ? ms : std::min(best, ms);
-        if (spent_s() > seconds && (i > 0 || !choice.tried.empty())) break;
+        const double ms = 1000 * watch.Seconds();
+        p.ms = i == 0 ? ms : std::min(p.ms, ms);
+        if (clock.Seconds() > seconds && (i > 0 || !choice.tried.empty())) break;
         if (i > 0 && ms > kHopeless * budget_ms) break;
       }
-      p.ms = best;
     } catch (const Interrupted&) {
       throw;
     } catch (const Error& e) {
@@ -101,24 +101,15 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
     choice.tried.push_back(p);
     if (p.ms <= kHeadroom * budget_ms) {
       choice.fits = true;
-      choice.name = p.name;
-      choice.settings = p.settings;
-      choice.expected_ms = p.ms;
+      chosen = p;
     }
     hopeless = p.ms > kHopeless * budget_ms ? hopeless + 1 : 0;
-    if (hopeless >= kHopelessRows || spent_s() > seconds) break;
+    if (hopeless >= kHopelessRows || clock.Seconds() > seconds) break;
   }
   if (choice.tried.empty()) throw DataError("no setting could be rendered: " + last_failure);
-  if (!choice.fits) {
-    const auto fastest = std::min_element(choice.tried.begin(), choice.tried.end(),
-                                          [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
-    choice.name = fastest->name;
-    choice.settings = fastest->settings;
-    choice.expected_ms = fastest->ms;
-  }
-  choice.why = fmt::format("a probe of {} settings at the first view, {:.1f} s", choice.tried.size(), spent_s());
-  std::stable_sort(choice.tried.begin(), choice.tried.end(),
-                   [](const FrontPoint& a, const FrontPoint& b) { return a.ms < b.ms; });
+  choice.why = fmt::format("a probe of {} settings at the first view, {:.1f} s", choice.tried.size(), clock.Seconds());
+  std::ranges::stable_sort(choice.tried, {}, &FrontPoint::ms);
+  if (!choice.fits) chosen = choice.tried.front();
   return choice;
 }
 
@@ -136,10 +127,8 @@ BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const st
     }
     if (!points.empty()) {
       BudgetChoice choice;
-      const FrontPoint& p = points[Recommend(points, budget_ms, &choice.fits)];
-      choice.name = p.name;
-      choice.settings = p.settings;
-      choice.expected_ms = p.ms;
+      choice.budget_ms = budget_ms;
+      static_cast<FrontPoint&>(choice) = points[Recommend(points, budget_ms, &choice.fits)];
       choice.why = fmt::format("the scene's front, measured at {}x{}", stored->key.width, stored->key.height);
       if (std::abs(stored->time_scale - 1) > 1e-9)
         choice.why += fmt::format(", times scaled by {:.2f}", stored->time_scale);

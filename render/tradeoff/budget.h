@@ -2,7 +2,6 @@
 // in a viewer, along the front as the measured times say.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,15 +12,13 @@
 
 namespace lumi {
 
-struct BudgetChoice {
-  std::string name;
-  RadianceSettings settings;
-  double expected_ms = 0;
+struct BudgetChoice : FrontPoint {  // ms: expected
+  double budget_ms = 0;
   bool fits = false;              // false: nothing measured was fast enough, this is the fastest
   std::string why;                // one line: where it comes from, what else was measured
   std::vector<FrontPoint> tried;  // the front, or what the probe measured, ascending in time
 };
-nlohmann::ordered_json ToJson(const BudgetChoice& choice);
+void ListKeys(JsonKeys& j, BudgetChoice& choice);
 
 // Options that the user gave, by name and text: they stay whatever the budget says.
 using FixedOptions = std::vector<std::pair<std::string, std::string>>;

@@ -15,6 +15,10 @@ constexpr double kWhite = 255;
 
 }  // namespace
 
+void ListKeys(JsonKeys& j, FrameError& e) {
+  j("psnr_db", e.psnr_db, "ssim", e.ssim, "mse", e.mse, "false_color_mse", e.false_color_mse);
+}
+
 double SquaredError(const ImageF& image, const ImageF& reference) {
   if (image.width != reference.width || image.height != reference.height || image.channels != 4 ||
       reference.channels != 4 || image.empty())
@@ -40,12 +44,13 @@ FrameError ErrorBetween(const ImageF& image, const ImageF& reference) {
   e.mse = SquaredError(image, reference);
   e.psnr_db = e.mse > 0 ? std::min(kEqualPsnrDb, 10 * std::log10(3 * kWhite * kWhite / e.mse)) : kEqualPsnrDb;
   e.ssim = Compare(ToRgb8(image), ToRgb8(reference)).ssim;
+  e.coverage = Coverage(image);
   return e;
 }
 
 FrameError ErrorAgainstPhoto(const ImageF& image, const Image8& photo) {
   const ImageDifference d = Compare(ToRgb8(image), photo);
-  return {d.psnr_db, d.ssim, 3 * d.mse};
+  return {d.psnr_db, d.ssim, 3 * d.mse, Coverage(image)};
 }
 
 FrameError Mean(const std::vector<FrameError>& errors) {
@@ -55,6 +60,8 @@ FrameError Mean(const std::vector<FrameError>& errors) {
     mean.psnr_db += e.psnr_db / n;
     mean.ssim += e.ssim / n;
     mean.mse += e.mse / n;
+    mean.coverage += e.coverage / n;
+    mean.false_color_mse += e.false_color_mse / n;
   }
   return mean;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "render/settings_json.h"
 #include "scene/files/atomic_file.h"
@@ -16,8 +15,6 @@
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "lumigraph-front";
 constexpr int kFormatVersion = 1;
@@ -35,9 +32,12 @@ std::vector<CostAndQuality> AxesOf(const std::vector<FrontPoint>& points) {
   return axes;
 }
 
-std::optional<double> Optional(const Json& j, const char* key) {
-  return j.contains(key) && j[key].is_number() ? std::optional(j[key].get<double>()) : std::nullopt;
-}
+// As a file has it.
+struct FrontFile {
+  std::string format = kFormat;
+  int version = kFormatVersion;
+  StoredFront front;
+};
 
 }  // namespace
 
@@ -69,55 +69,42 @@ RadianceSettings WithTradedSettings(const RadianceSettings& base, const Radiance
   return s;
 }
 
-Json ToJson(const FrontPoint& p) {
-  Json j = {{"name", p.name}, {"settings", ToJson(p.settings)}, {"ms", p.ms}};
-  j["psnr_optimum_db"] = p.psnr_optimum_db ? Json(*p.psnr_optimum_db) : Json(nullptr);
-  j["psnr_holdout_db"] = p.psnr_holdout_db ? Json(*p.psnr_holdout_db) : Json(nullptr);
-  return j;
+void ListKeys(JsonKeys& j, FrontPoint& p) {
+  j("name", p.name, "settings", p.settings, "ms", p.ms, "psnr_optimum_db", p.psnr_optimum_db, "psnr_holdout_db",
+    p.psnr_holdout_db);
+}
+
+void ListKeys(JsonKeys& j, FrontFile& f) {
+  FrontKey& k = f.front.key;
+  j("format", f.format, "version", f.version).Say("suite", kVersion);
+  j("proxy", k.proxy, "backend", k.backend, "device", k.device, "width", k.width, "height", k.height,
+    "proxy_fingerprint", f.front.proxy_fingerprint, "points", f.front.points);
 }
 
 StoredFront ReadFront(const fs::path& file) {
+  FrontFile read;
+  StoredFront& front = read.front;
   try {
-    const Json j = Json::parse(ReadText(file, 1 << 24));
-    if (j.at("format") != kFormat) throw InputError(file, "not a front");
-    if (j.at("version").get<int>() > kFormatVersion) throw InputError(file, "a newer version's front");
-    StoredFront front;
-    front.key = {j.at("proxy"), j.at("backend"), j.at("device"), j.at("width"), j.at("height")};
-    if (front.key.width < 1 || front.key.height < 1) throw InputError(file, "a front without a size");
-    front.proxy_fingerprint = j.at("proxy_fingerprint");
-    for (const Json& p : j.at("points")) {
-      FrontPoint point;
-      point.name = p.at("name");
-      for (const auto& [name, value] : p.at("settings").items())
-        if (!SetOption(point.settings, name, value))
-          throw InputError(file, "\"" + name + "\" is not a setting of the reconstruction");
-      if (const std::string problem = Validate(point.settings); !problem.empty()) throw InputError(file, problem);
-      point.ms = p.at("ms");
-      point.psnr_optimum_db = Optional(p, "psnr_optimum_db");
-      point.psnr_holdout_db = Optional(p, "psnr_holdout_db");
-      front.points.push_back(std::move(point));
-    }
-    front.points = ParetoFront(std::move(front.points));
-    if (front.points.empty()) throw InputError(file, "a front without points");
-    return front;
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(file, std::string("not a front: ") + e.what());
+    const bool complete = JsonKeys::Read(file, "a front").Into(read);
+    if (read.version > kFormatVersion) throw InputError(file, "a newer version's front");
+    if (!complete || read.format != kFormat)
+      throw InputError(file, "not a front: keys are missing, or not of their type");
   } catch (const UsageError& e) {
     throw InputError(file, e.what());
   }
+  if (front.key.width < 1 || front.key.height < 1) throw InputError(file, "a front without a size");
+  for (const FrontPoint& p : front.points)
+    if (const std::string problem = Validate(p.settings); !problem.empty()) throw InputError(file, problem);
+  front.points = ParetoFront(front.points);
+  if (front.points.empty()) throw InputError(file, "a front without points");
+  return front;
 }
 
 fs::path WriteFront(const fs::path& scene_folder, const StoredFront& front) {
   const FrontKey& k = front.key;
   const fs::path file = scene_folder / "fronts" /
                         fmt::format("{}-{}-{}x{}-{}.json", k.proxy, k.backend, k.width, k.height, ShortHash(k.device));
-  Json points = Json::array();
-  for (const FrontPoint& p : front.points) points.push_back(ToJson(p));
-  const Json j = {{"format", kFormat}, {"version", kFormatVersion}, {"suite", kVersion},
-                  {"proxy", k.proxy},  {"backend", k.backend},      {"device", k.device},
-                  {"width", k.width},  {"height", k.height},        {"proxy_fingerprint", front.proxy_fingerprint},
-                  {"points", points}};
-  WriteTextAtomically(file, j.dump(1) + "\n");
+  WriteTextAtomically(file, JsonKeys(FrontFile{.front = front}).Text(1) + "\n");
   return file;
 }
 

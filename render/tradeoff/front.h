@@ -3,12 +3,12 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "render/radiance/settings.h"
+#include "scene/files/json_keys.h"
 #include "scene/tradeoff/front.h"
 
 namespace lumi {
@@ -51,7 +51,6 @@ struct StoredFront {
 // measures, effects, radii, time) stays as `base` has it.
 RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point);
 
-nlohmann::ordered_json ToJson(const FrontPoint& point);
 // Throws InputError naming the file.
 StoredFront ReadFront(const std::filesystem::path& file);
 

@@ -1,7 +1,6 @@
 #include "render/tradeoff/measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "render/holdout/holdout.h"
@@ -10,6 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
@@ -25,28 +25,10 @@ std::vector<ViewId> Spread(const std::vector<ViewId>& all, int most) {
 
 }  // namespace
 
-int HeightFor(const Camera& camera, int width_px) {
-  return std::max(1, static_cast<int>(std::lround(static_cast<double>(camera.height_px) * width_px / camera.width_px)));
-}
-
-RenderView TestView::AtWidth(int width_px, const Rigid3& cam_from_world) const {
-  return MakeRenderView(camera.Scaled(width_px, HeightFor(camera, width_px)), cam_from_world);
-}
-
 TestView TestViewOf(const Scene& scene, ViewId id, int width_px) {
   const View& view = scene.views[static_cast<std::size_t>(id.value)];
-  TestView t;
-  t.name = view.name;
-  t.id = id;
-  t.camera = scene.CameraOf(view);
-  t.photo = ReadImage8(scene.ImagePath(view), 3);
-  if (width_px > 0 && width_px < t.camera.width_px) {
-    t.camera = t.camera.Scaled(width_px, HeightFor(t.camera, width_px));
-    t.photo = Resize(t.photo, t.camera.width_px, t.camera.height_px);
-  }
-  t.view = MakeRenderView(t.camera, view.cam_from_world);
-  t.view.time_s = view.time_s;
-  t.view.gain = view.gain;
+  TestView t{view.name, id, HeldOutView(scene, view, width_px), {}, {}};
+  t.photo = Resize(ReadImage8(scene.ImagePath(view), 3), t.view.size_px.x(), t.view.size_px.y());
   return t;
 }
 
@@ -68,23 +50,22 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
 
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px) {
   const CameraPath path = ReadCameraPath(file);
-  const int height =
-      path.width_px > 0 && path.height_px > 0
-          ? std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * path.height_px / path.width_px)))
-          : HeightFor(scene.CameraOf(scene.views.front()), width_px);
+  const Eigen::Vector2d aspect = path.width_px > 0 && path.height_px > 0
+                                     ? Eigen::Vector2d(path.width_px, path.height_px)
+                                     : SizePx(scene, scene.views.front()).cast<double>();
+  const int height = std::max(1, static_cast<int>(std::lround(width_px * aspect.y() / aspect.x())));
   RenderView view = SamplePath(path, width_px, height).front();
   view.time_s = FirstTime(scene);
   return view;
 }
 
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms) {
-  using Clock = std::chrono::steady_clock;
   TimedFrame result;
   const auto once = [&] {
     CheckInterrupted();
-    const auto start = Clock::now();
+    const Stopwatch watch;
     result.image = renderer.Render(request);
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    return 1000 * watch.Seconds();
   };
   result.first_ms = once();
   if (result.first_ms > alone_ms || repeats == 0) {

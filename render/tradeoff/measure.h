@@ -14,12 +14,9 @@ namespace lumi {
 struct TestView {
   std::string name;  // of the photo
   ViewId id;
-  Camera camera;  // at the measured size
-  RenderView view;
+  RenderView view;        // at the measured size
   std::vector<bool> use;  // which photos may be blended
   Image8 photo;           // at the measured size
-
-  RenderView AtWidth(int width_px, const Rigid3& cam_from_world) const;  // the same camera, smaller
 };
 
 // A view's own photo and camera at `width_px` (0, or above the photo's: its own size). `use` is left empty.
@@ -44,8 +41,5 @@ TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repea
 // The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera;
 // at the scene's first moment.
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px);
-
-// Height for a width, by the camera's aspect, at least 1.
-int HeightFor(const Camera& camera, int width_px);
 
 }  // namespace lumi

@@ -1,33 +1,47 @@
-#include "render/tradeoff/properties.h"
+#include "render/tradeoff/tradeoff.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <random>
 
-#include "render/picture/convert.h"
+#include "render/holdout/holdout.h"
 #include "render/radiance/frame_plan.h"
-#include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/sweep.h"
 #include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
-#include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
-using Json = nlohmann::ordered_json;
+struct Figure {
+  std::string key;
+  std::optional<double> value;  // nullopt: not available
+  bool count = false;           // a whole number
+};
 using Figures = std::vector<Figure>;
+
+struct Property {
+  std::string name, figure;  // what the figures are, for people
+  Figures values;
+};
+
+void ListKeys(JsonKeys& j, Property& p) {
+  j("property", p.name, "figure", p.figure);
+  for (const Figure& f : p.values)
+    if (f.value && f.count)
+      j.Say(f.key.c_str(), std::lround(*f.value));
+    else
+      j.Say(f.key.c_str(), f.value);
+}
 
 constexpr const char* kPropertiesMarker = "properties.json";
 constexpr int kRays = 200;                   // random rays of a figure
@@ -69,18 +83,17 @@ class Properties {
         sink_(sink),
         bench_(o, kPropertiesMarker, sink),
         proxy_(bench_.proxies().front()),
-        sources_(MakeSources(bench_.scene())),
-        tracer_(bench_.mesh(proxy_), bench_.scene().normalized_from_world) {
-    if (CanOcclude(bench_.mesh(proxy_))) visibility_ = MakeVisibilityMaps(sources_, tracer_);
+        traced_(bench_.scene(), bench_.mesh(proxy_)),
+        sources_(traced_.sources) {
     settings_ = WithMethod(bench_.settings(), Method::kPixel);
     if (settings_.k == 0) settings_.k = 4;
   }
 
-  PropertiesSummary Run() {
-    PropertiesSummary summary;
+  Answer Run() {
+    std::vector<Property> properties;
     Progress progress(sink_, "measuring properties", 9);
     const auto add = [&](const char* name, const char* what, Figures figures) {
-      summary.properties.push_back({name, what, std::move(figures)});
+      properties.push_back({name, what, std::move(figures)});
       progress.Step();
     };
     const Figures own = Epipoles();
@@ -101,19 +114,26 @@ class Properties {
         RadianceConsistency());
     add("continuity", "largest change of a weight a step", Continuity());
     add("sensitivity to non-ideal effects", "held-out PSNR and coverage with an effect, and without", NonIdeal());
-    summary.scene = o_.scene;
-    summary.proxy = proxy_.empty() ? scene().active_proxy : proxy_;
-    summary.backend = o_.backend;
-    summary.device = bench_.Measured(proxy_).Device();
-    summary.settings = settings_;
-    summary.own_times = bench_.lumigraph().own_times();
-    if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, ToJson(summary).dump(1) + "\n");
-    return summary;
+    const std::string proxy = proxy_.empty() ? scene().active_proxy : proxy_, device = bench_.Measured(proxy_).Device();
+    JsonKeys keys;
+    keys.Say("scene", o_.scene.generic_string()).Say("proxy", proxy).Say("backend", o_.backend).Say("device", device);
+    keys.Say("settings", bench_.Keys(settings_)).Say("properties", properties);
+    if (!o_.output.empty()) WriteTextAtomically(o_.output / kPropertiesMarker, keys.Text(1) + "\n");
+    std::string text;
+    for (const Property& p : properties) {
+      text += fmt::format("{}: {}\n", p.name, p.figure);
+      for (const Figure& f : p.values)
+        text += fmt::format("    {:<40} {}\n", f.key,
+                            !f.value  ? "not available"
+                            : f.count ? fmt::format("{:.0f}", *f.value)
+                                      : fmt::format("{:.6g}", *f.value));
+    }
+    return {keys, text + fmt::format("proxy {}, {}", proxy, device)};
   }
 
  private:
   const VisibilityMaps* Visibility(const RadianceSettings& s) const {
-    return s.visibility && !visibility_.empty() ? &visibility_ : nullptr;
+    return s.visibility && !traced_.maps.empty() ? &traced_.maps : nullptr;
   }
   const Scene& scene() const { return bench_.scene(); }
 
@@ -148,7 +168,7 @@ class Properties {
   double Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& d) const {
     const Eigen::Vector3f direction = d.cast<float>();
     float t = 0;
-    tracer_.Trace(eye.cast<float>(), {&direction, 1}, {&t, 1});
+    traced_.tracer.Trace(eye.cast<float>(), {&direction, 1}, {&t, 1});
     return t;
   }
 
@@ -214,11 +234,8 @@ class Properties {
           std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, facing), WeightsAt(ray.eye, ray.p, s, change * facing)));
     }
     // A picture turned by 90 degrees: pixel (x, y) of one is (h - 1 - y, x) of the other.
-    const TestView t = Views(Fold::kReport).front();
-    RenderRequest r;
-    r.settings = bench_.For(t.view, settings_);
-    r.use = t.use;
-    r.view = t.view;
+    const TestView t = Views().front();
+    RenderRequest r = bench_.Request(t, settings_);
     const ImageF upright = bench_.Cpu(proxy_).Render(r);
     Eigen::Matrix3d turn;
     turn << 0, -1, t.view.size_px.y(), 1, 0, 0, 0, 0, 1;
@@ -234,21 +251,17 @@ class Properties {
     return {{"weight_change_max", worst}, {"turned_difference_max", change}};
   }
 
-  std::vector<TestView> Views(Fold fold) const {
-    return HeldOutViews(scene(), o_.holdout, fold, o_.views, bench_.Width());
+  std::vector<TestView> Views() const {
+    return HeldOutViews(scene(), o_.holdout, Fold::kReport, o_.views, bench_.Width());
   }
 
   Figures RealTime() {
     Figures figures = {{"width", bench_.Width(), true}};
-    const TestView t = Views(Fold::kReport).front();
+    const TestView t = Views().front();
     const auto time = [&](const char* key, const RadianceSettings& s) {
-      RenderRequest r;
-      r.view = t.view;
-      r.use = t.use;
-      r.settings = bench_.For(t.view, s);
       std::optional<double> ms;
       try {
-        ms = TimeFrame(bench_.Measured(proxy_), r, o_.repeats).ms;
+        ms = TimeFrame(bench_.Measured(proxy_), bench_.Request(t, s), o_.repeats).ms;
       } catch (const Interrupted&) {
         throw;
       } catch (const std::exception&) {  // the backend does not do it
@@ -262,21 +275,11 @@ class Properties {
     return figures;
   }
 
-  double HeldOutPsnr(Renderer& renderer, const RadianceSettings& s, double* coverage = nullptr) {
+  FrameError HeldOut(Renderer& renderer, const RadianceSettings& s) {
     std::vector<FrameError> errors;
-    double seen = 0;
-    const std::vector<TestView> views = Views(Fold::kReport);
-    for (const TestView& t : views) {
-      RenderRequest r;
-      r.view = t.view;
-      r.use = t.use;
-      r.settings = bench_.For(t.view, s);
-      const ImageF image = renderer.Render(r);
-      errors.push_back(ErrorAgainstPhoto(image, t.photo));
-      seen += Coverage(image) / static_cast<double>(views.size());
-    }
-    if (coverage != nullptr) *coverage = seen;
-    return Mean(errors).psnr_db;
+    for (const TestView& t : Views())
+      errors.push_back(ErrorAgainstPhoto(renderer.Render(bench_.Request(t, s)), t.photo));
+    return Mean(errors);
   }
 
   // A quad that faces the mean viewing direction, `times` the median depth of the points away.
@@ -305,9 +308,9 @@ class Properties {
     const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
     const auto with_plane = bench_.lumigraph().NewRenderer(MakeCpuRenderer, plane),
                with_infinity = bench_.lumigraph().NewRenderer(MakeCpuRenderer, infinity);
-    return {{"proxy_psnr_db", HeldOutPsnr(bench_.Cpu(proxy_), settings_)},
-            {"plane_psnr_db", HeldOutPsnr(*with_plane, settings_)},
-            {"infinity_psnr_db", HeldOutPsnr(*with_infinity, settings_)}};
+    return {{"proxy_psnr_db", HeldOut(bench_.Cpu(proxy_), settings_).psnr_db},
+            {"plane_psnr_db", HeldOut(*with_plane, settings_).psnr_db},
+            {"infinity_psnr_db", HeldOut(*with_infinity, settings_).psnr_db}};
   }
 
   // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What
@@ -395,14 +398,8 @@ class Properties {
     int used = 0;
     for (std::size_t j = 0; j < photos.size(); ++j) {
       photos[j].levels[0] = Image8(1, 1, 3, 255);
-      const View& view = scene().views[j];
-      const Camera& camera = scene().CameraOf(view);
-      const int width = std::min(kOwnWidth, camera.width_px);
-      const Camera small = camera.Scaled(width, HeightFor(camera, width));
       RenderRequest r;
-      r.view = MakeRenderView(small, view.cam_from_world);
-      r.view.time_s = view.time_s;
-      r.view.gain = view.gain;
+      r.view = HeldOutView(scene(), scene().views[j], kOwnWidth);
       for (Case& c : cases) {
         if (!c.refused.empty() || j % (1 + photos.size() / c.most_cameras) != 0) continue;
         r.settings = c.settings;
@@ -512,10 +509,9 @@ class Properties {
   Figures NonIdeal() {
     Figures figures;
     const auto measure = [&](const char* key, const RadianceSettings& s) {
-      double coverage = 0;
-      const double psnr = HeldOutPsnr(bench_.Cpu(proxy_), s, &coverage);
-      figures.push_back({std::string(key) + "_psnr_db", psnr});
-      figures.push_back({std::string(key) + "_coverage", coverage});
+      const FrameError error = HeldOut(bench_.Cpu(proxy_), s);
+      figures.push_back({std::string(key) + "_psnr_db", error.psnr_db});
+      figures.push_back({std::string(key) + "_coverage", error.coverage});
     };
     RadianceSettings on = settings_;
     on.field_of_view = on.visibility = true;
@@ -538,48 +534,15 @@ class Properties {
   ProgressSink& sink_;
   Workbench bench_;
   const std::string proxy_;
-  const Sources sources_;
-  const ProxyTracer tracer_;
-  VisibilityMaps visibility_;
+  const TracedProxy traced_;
+  const Sources& sources_;
   RadianceSettings settings_;
 };
 
 }  // namespace
 
-PropertiesSummary RunProperties(const MeasureOptions& options, ProgressSink& progress) {
+Answer RunProperties(const MeasureOptions& options, ProgressSink& progress) {
   return Properties(options, progress).Run();
-}
-
-Json ToJson(const PropertiesSummary& s) {
-  Json rows = Json::array();
-  for (const Property& p : s.properties) {
-    Json row = {{"property", p.name}, {"figure", p.figure}};
-    for (const Figure& f : p.values)
-      row[f.key] = !f.value ? Json(nullptr) : f.count ? Json(std::lround(*f.value)) : Json(*f.value);
-    rows.push_back(std::move(row));
-  }
-  Json settings = ToJson(s.settings);
-  if (s.own_times) settings.erase("time-s");
-  settings["backend"] = s.backend;
-  return {{"scene", s.scene.generic_string()},
-          {"proxy", s.proxy},
-          {"backend", s.backend},
-          {"device", s.device},
-          {"settings", settings},
-          {"properties", rows}};
-}
-
-std::string Describe(const PropertiesSummary& s) {
-  std::string text;
-  for (const Property& p : s.properties) {
-    text += fmt::format("{}: {}\n", p.name, p.figure);
-    for (const Figure& f : p.values)
-      text += fmt::format("    {:<40} {}\n", f.key,
-                          !f.value  ? "not available"
-                          : f.count ? fmt::format("{:.0f}", *f.value)
-                                    : fmt::format("{:.6g}", *f.value));
-  }
-  return text + fmt::format("proxy {}, {}", s.proxy, s.device);
 }
 
 }  // namespace lumi

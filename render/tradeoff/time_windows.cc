@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "render/picture/convert.h"
 #include "render/radiance/frame_plan.h"
@@ -17,12 +16,10 @@
 #include "scene/geometry/angle.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
-#include "scene/tradeoff/json_rows.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kWindowsMarker = "time-windows.json";
 constexpr int kWindowRays = 32;  // a side of the view, at which weights are read
@@ -83,12 +80,11 @@ struct Blur {
   long rays = 0;
 };
 
-void AddBlur(const Sources& sources, const ProxyTracer& tracer, const VisibilityMaps& maps,
-             const RenderRequest& request, const std::vector<View>& views, Blur& blur) {
+void AddBlur(const TracedProxy& proxy, const RenderRequest& request, const std::vector<View>& views, Blur& blur) {
   RadianceSettings settings = request.settings;
   settings.grid_columns = settings.grid_rows = 0;
   if (settings.k == 0) settings.k = kMaxBlend;
-  const ViewSetup setup = MakeViewSetup(sources, request.view, settings, request.use);
+  const ViewSetup setup = MakeViewSetup(proxy.sources, request.view, settings, request.use);
   std::vector<Eigen::Vector3f> direction, normal(kWindowRays * kWindowRays);
   for (int y = 0; y < kWindowRays; ++y)
     for (int x = 0; x < kWindowRays; ++x)
@@ -98,12 +94,12 @@ void AddBlur(const Sources& sources, const ProxyTracer& tracer, const Visibility
               .normalized()
               .cast<float>());
   std::vector<float> t(direction.size());
-  tracer.Trace(setup.desired.centre.cast<float>(), direction, t, normal);
+  proxy.tracer.Trace(setup.desired.centre.cast<float>(), direction, t, normal);
   WeighScratch scratch;
   Measures m;
   for (std::size_t i = 0; i < direction.size(); ++i) {
     if (!std::isfinite(t[i]) || !(t[i] > 0)) continue;
-    const RayWeights w = Weigh({setup.sources, settings.visibility ? &maps : nullptr, settings},
+    const RayWeights w = Weigh({setup.sources, settings.visibility ? &proxy.maps : nullptr, settings},
                                {direction[i], t[i], normal[i]}, scratch);
     if (w.count == 0) continue;
     EvaluateMeasures(setup.sources, settings, direction[i], t[i], normal[i], m);
@@ -119,30 +115,58 @@ void AddBlur(const Sources& sources, const ProxyTracer& tracer, const Visibility
 
 struct WindowRow {
   double width_s = 0;  // 0: without time
+  double frame_s = 0;  // of the photos
   double psnr_db = 0, ms = 0, photos = 0, blur_s = 0, angle_deg = 0;
   std::optional<double> psnr_moving_db = {};
 
   // By the moving pixels where they are known.
   double Quality() const { return psnr_moving_db.value_or(psnr_db); }
+  std::optional<double> Seconds() const { return width_s > 0 ? std::optional(width_s) : std::nullopt; }
+  std::optional<double> Frames() const { return width_s > 0 ? std::optional(width_s / frame_s) : std::nullopt; }
+  double BlurFrames() const { return blur_s / frame_s; }
 };
 
-// Of the rows as RunTimeWindows's summary has them.
-TradeoffTable WindowTable(const Json& rows) {
+TradeoffTable WindowTable(const std::vector<WindowRow>& rows) {
   using enum TradeoffRole;
-  return TradeoffTableOf<Json>({{{"", kSetting, "window s", 12},
-                                 [](const Json& r) {
-                                   return r["window_s"].is_null() ? "without time"
-                                                                  : fmt::format("{:.4f}", r["window_s"].get<double>());
-                                 }},
-                                FromJson<Json>({"window_s", kSetting}),
-                                FromJson<Json>({"window_frames", kSetting, "frames", 8, "{:.1f}"}),
-                                FromJson<Json>({"photos_in_window", kFigure, "photos in it", 16, "{:.1f}"}),
-                                FromJson<Json>({"temporal_blur_frames", kLessIsBetter, "blur, frames", 14, "{:.3f}"}),
-                                FromJson<Json>({"angle_deg", kLessIsBetter, "angle deg", 10, "{:.3f}"}),
-                                FromJson<Json>({"psnr_db", kMoreIsBetter, "PSNR dB", 10, "{:.2f}"}),
-                                FromJson<Json>({"psnr_moving_db", kMoreIsBetter, "moving dB", 10, "{:.2f}"}),
-                                FromJson<Json>({"ms", kCost, "ms", 9, "{:.2f}"})},
-                               rows.get<std::vector<Json>>());
+  TradeoffTable table = TradeoffTableOf<WindowRow>(
+      {{{"", kSetting, "window s", 12},
+        [](const WindowRow& r) { return r.width_s > 0 ? fmt::format("{:.4f}", r.width_s) : "without time"; }},
+       {{"window_s", kSetting}, &WindowRow::Seconds},
+       {{"window_frames", kSetting, "frames", 8, "{:.1f}"}, &WindowRow::Frames},
+       {{"photos_in_window", kFigure, "photos in it", 16, "{:.1f}"}, &WindowRow::photos},
+       {{"temporal_blur_frames", kLessIsBetter, "blur, frames", 14, "{:.3f}"}, &WindowRow::BlurFrames},
+       {{"angle_deg", kLessIsBetter, "angle deg", 10, "{:.3f}"}, &WindowRow::angle_deg},
+       {{"psnr_db", kMoreIsBetter, "PSNR dB", 10, "{:.2f}"}, &WindowRow::psnr_db},
+       {{"psnr_moving_db", kMoreIsBetter, "moving dB", 10, "{:.2f}"}, &WindowRow::psnr_moving_db},
+       {{"ms", kCost, "ms", 9, "{:.2f}"}, &WindowRow::ms}},
+      rows);
+  table.rows_key = "rows";
+  return table;
+}
+
+// What a photo is off, and the error that follows, over the window's width.
+std::vector<Plot> WindowPlots(const TradeoffTable& table, double best_frames, double without_db) {
+  const PlotAxis x{"window, frames", true};
+  const auto series = [](const char* name, const char* color, const char* y) {
+    return TradeoffSeries{"", name, color, Marker::kCircle, true, y};
+  };
+  TradeoffPanel off{"What a photo is off",
+                    "weighted means over the picture",
+                    "window_frames",
+                    x,
+                    "temporal_blur_frames",
+                    {"frames; degrees", false, true},
+                    {series("temporal blur, frames", "#c0392b", ""), series("angle, degrees", "#2471a3", "angle_deg")}};
+  TradeoffPanel error{"Error",
+                      fmt::format("without time {:.2f} dB", without_db),
+                      "window_frames",
+                      x,
+                      "psnr_db",
+                      {"PSNR, dB"},
+                      {series("all pixels", "#2471a3", ""), series("moving pixels", "#c0392b", "psnr_moving_db")}};
+  off.label_front_only = error.label_front_only = true;  // there is none: a line's points need no labels
+  error.marks = {{best_frames, "best"}};
+  return {PlotOf(table, off), PlotOf(table, error)};
 }
 
 std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
@@ -156,7 +180,7 @@ std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
 
 }  // namespace
 
-std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
+Answer RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
   Workbench bench(o, kWindowsMarker, sink);
   const Scene& scene = bench.scene();
   std::vector<double> times;
@@ -178,9 +202,7 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
   for (const Moment& m : moments)
     if (!m.view.view.time_s)
       throw DataError(m.view.name + " carries no time", "", o.against.empty() ? o.scene : o.against);
-  const Sources sources = MakeSources(scene);
-  const ProxyTracer tracer(bench.mesh(proxy), scene.normalized_from_world);
-  const VisibilityMaps maps = CanOcclude(bench.mesh(proxy)) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
+  const TracedProxy traced(scene, bench.mesh(proxy));
 
   // In a periodic scene photos of all turns stand side by side in the period.
   const double nearest_s =
@@ -188,12 +210,10 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
                    : frame_s;
   std::vector<double> widths = Widths(span_s, std::max(2 * nearest_s, span_s / 512), period_s > 0);
   widths.push_back(0);
-  Json j = {{"proxy", proxy},          {"backend", o.backend}, {"device", renderer.Device()}, {"width", width},
-            {"views", moments.size()}, {"period_s", period_s}, {"frame_s", frame_s},          {"rows", Json::array()}};
   Progress progress(sink, "measuring time windows", static_cast<long>(widths.size() * moments.size()));
   std::vector<WindowRow> rows;
   for (const double w : widths) {
-    WindowRow row{.width_s = w};
+    WindowRow row{.width_s = w, .frame_s = frame_s};
     Blur blur;
     double moving_sum = 0;
     int moving_n = 0;
@@ -217,7 +237,7 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
         if (m.view.use[v] && scene.views[v].time_s &&
             (w == 0 || CircularDistance(*scene.views[v].time_s, *m.view.view.time_s, period_s) <= w / 2))
           row.photos += 1 / n;
-      AddBlur(sources, tracer, maps, request, scene.views, blur);
+      AddBlur(traced, request, scene.views, blur);
       progress.Step();
     }
     if (moving_n > 0) row.psnr_moving_db = moving_sum / moving_n;
@@ -227,55 +247,21 @@ std::string RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
       row.angle_deg = blur.angle_rad / static_cast<double>(blur.rays) / kRadPerDeg;
     }
     rows.push_back(row);
-    j["rows"].push_back({{"window_s", row.width_s > 0 ? Json(row.width_s) : Json(nullptr)},
-                         {"window_frames", row.width_s > 0 ? Json(row.width_s / frame_s) : Json(nullptr)},
-                         {"photos_in_window", row.photos},
-                         {"temporal_blur_frames", row.blur_s / frame_s},
-                         {"angle_deg", row.angle_deg},
-                         {"psnr_db", row.psnr_db},
-                         {"psnr_moving_db", row.psnr_moving_db ? Json(*row.psnr_moving_db) : Json(nullptr)},
-                         {"ms", row.ms}});
   }
   const WindowRow& best = *std::max_element(
       rows.begin(), rows.end() - 1, [](const WindowRow& a, const WindowRow& b) { return a.Quality() < b.Quality(); });
-  j["best"] = {{"window_s", best.width_s},
-               {"window_frames", best.width_s / frame_s},
-               {"gain_db", best.Quality() - rows.back().Quality()}};
-
-  if (!o.output.empty()) {
-    const TradeoffTable table = WindowTable(j["rows"]);
-    const PlotAxis x{"window, frames", true};
-    const auto series = [](const char* name, const char* color, const char* y) {
-      return TradeoffSeries{"", name, color, Marker::kCircle, true, y};
-    };
-    TradeoffPanel off{
-        "What a photo is off",
-        "weighted means over the picture",
-        "window_frames",
-        x,
-        "temporal_blur_frames",
-        {"frames; degrees", false, true},
-        {series("temporal blur, frames", "#c0392b", ""), series("angle, degrees", "#2471a3", "angle_deg")}};
-    TradeoffPanel error{"Error",
-                        fmt::format("without time {:.2f} dB", rows.back().Quality()),
-                        "window_frames",
-                        x,
-                        "psnr_db",
-                        {"PSNR, dB"},
-                        {series("all pixels", "#2471a3", ""), series("moving pixels", "#c0392b", "psnr_moving_db")}};
-    off.label_front_only = error.label_front_only = true;  // there is none: a line's points need no labels
-    error.marks = {{best.width_s / frame_s, "best"}};
-    WriteTradeoff(o.output / "time-windows", table, {PlotOf(table, off), PlotOf(table, error)}, j.dump(1) + "\n");
-  }
-  return j.dump();
-}
-
-std::string DescribeTimeWindows(const std::string& json) {
-  const Json j = Json::parse(json);
-  return TextOf(WindowTable(j["rows"])) +
-         fmt::format("\n{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window",
-                     j["views"].get<int>(), j["width"].get<int>(), j["best"]["window_frames"].get<double>(),
-                     j["best"]["gain_db"].get<double>());
+  const double best_frames = best.width_s / frame_s, gain_db = best.Quality() - rows.back().Quality();
+  TradeoffTable table = WindowTable(rows);
+  table.facts = {{"proxy", proxy},         {"backend", o.backend},          {"device", renderer.Device()},
+                 {"width", width},         {"views", moments.size()},       {"period_s", period_s},
+                 {"frame_s", frame_s},     {"best.window_s", best.width_s}, {"best.window_frames", best_frames},
+                 {"best.gain_db", gain_db}};
+  if (!o.output.empty())
+    WriteTradeoff(o.output / "time-windows", table, WindowPlots(table, best_frames, rows.back().Quality()));
+  return {KeysOf(table),
+          TextOf(table) +
+              fmt::format("\n{} views, {} px wide; best: a window of {:.1f} frames, {:+.2f} dB against no window",
+                          moments.size(), width, best_frames, gain_db)};
 }
 
 }  // namespace lumi

@@ -3,14 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "render/holdout/holdout.h"
-#include "render/picture/convert.h"
-#include "render/settings_json.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/front.h"
 #include "render/tradeoff/measure.h"
@@ -18,14 +14,11 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/plot/plot.h"
 #include "scene/program/error.h"
-#include "scene/tradeoff/json_rows.h"
+#include "scene/tradeoff/table.h"
 
 namespace lumi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kTradeoffMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
@@ -39,73 +32,96 @@ struct Pair {
   ImageF color, false_color;
 };
 
+FrameError ErrorBetween(const Pair& picture, const Pair& reference) {
+  FrameError e = ErrorBetween(picture.color, reference.color);
+  e.false_color_mse = SquaredError(picture.false_color, reference.false_color);
+  return e;
+}
+
 struct MeasuredPoint {
   std::string name, proxy;
   RadianceSettings settings;
-  double ms = 0, plan_ms = 0, coverage = 0;  // times: medians
-  std::vector<double> times, plan_times;
-  FrameError holdout;
-  std::optional<FrameError> optimum,
-      pixel;  // against the optimum; against the same weights at every pixel (sparse points)
-  double false_color_optimum = 0, false_color_pixel = 0;
-  double pixel_worst_db = 0;  // of the views
+  JsonKeys keys;               // of these
+  double ms = 0, plan_ms = 0;  // medians
+  std::vector<double> times = {}, plan_times = {};
+  FrameError holdout = {};
+  std::optional<FrameError> optimum = {},
+                            pixel = {};  // against the optimum; against the same weights at every pixel (sparse points)
+  double pixel_worst_db = 0;             // of the views
 
-  FrontPoint ForFront() const {
-    FrontPoint p{name, settings, ms, std::nullopt, holdout.psnr_db};
-    if (optimum) p.psnr_optimum_db = optimum->psnr_db;
-    return p;
-  }
+  std::optional<double> OptimumDb() const { return optimum ? std::optional(optimum->psnr_db) : std::nullopt; }
+  std::string Title() const { return fmt::format("{} ({})", name, proxy); }  // "candidates 25x25, k 4 (mesh)"
 };
 
-Json ErrorJson(const FrameError& e, double false_color) {
-  return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"mse", e.mse}, {"false_color_mse", false_color}};
+void ListKeys(JsonKeys& j, MeasuredPoint& p) {
+  j("name", p.name).Say("method", Name(MethodOf(p.settings)))("proxy", p.proxy, "settings", p.keys);
+  j("ms", p.ms, "plan_ms", p.plan_ms).Say("psnr_optimum_db", p.OptimumDb());
+  j("psnr_holdout_db", p.holdout.psnr_db, "ssim_holdout", p.holdout.ssim, "mse_holdout", p.holdout.mse);
+  j("coverage", p.holdout.coverage).Say("frames_timed", p.times.size());
+  j.IfAny("against_optimum", p.optimum).IfAny("against_pixel", p.pixel);
 }
 
-Json PointJson(const MeasuredPoint& p, const Workbench& bench) {
-  Json j = {{"name", p.name},
-            {"method", Name(MethodOf(p.settings))},
-            {"proxy", p.proxy},
-            {"settings", bench.ToJson(p.settings)},
-            {"ms", p.ms},
-            {"plan_ms", p.plan_ms},
-            {"psnr_optimum_db", p.optimum ? Json(p.optimum->psnr_db) : Json(nullptr)},
-            {"psnr_holdout_db", p.holdout.psnr_db},
-            {"ssim_holdout", p.holdout.ssim},
-            {"mse_holdout", p.holdout.mse},
-            {"coverage", p.coverage},
-            {"frames_timed", p.times.size()}};
-  if (p.optimum) j["against_optimum"] = ErrorJson(*p.optimum, p.false_color_optimum);
-  if (p.pixel) j["against_pixel"] = ErrorJson(*p.pixel, p.false_color_pixel);
-  return j;
+// Samples against pixels: what they lose, and how much faster they are.
+struct SparseRow : MeasuredPoint {
+  std::optional<double> speed_up;
+};
+
+void ListKeys(JsonKeys& j, SparseRow& r) {
+  j("name", r.name, "proxy", r.proxy, "samples_a_side", r.settings.grid_columns);
+  j.Say("sampling", Name(r.settings.sampling)).Say("similarity", Name(r.settings.similarity));
+  j("epipoles", r.settings.epipoles, "psnr_pixel_db", r.pixel->psnr_db, "psnr_pixel_worst_db", r.pixel_worst_db);
+  j("mse_pixel", r.pixel->mse, "false_color_mse_pixel", r.pixel->false_color_mse, "ms", r.ms, "speed_up", r.speed_up);
 }
 
-// "candidates 25x25, k 4 (mesh)", under this heading.
-TradeoffField<Json> SettingField(const char* heading, int width) {
-  return {{"", TradeoffRole::kSetting, heading, -width}, [](const Json& p) {
-            return fmt::format("{} ({})", p["name"].get<std::string>(), p["proxy"].get<std::string>());
-          }};
+struct RecommendedPoint : MeasuredPoint {
+  std::optional<double> budget_ms;
+  bool fits = false;
+  FrameError report;  // on photos that nothing was chosen on
+};
+
+void ListKeys(JsonKeys& j, RecommendedPoint& r) {
+  j("budget_ms", r.budget_ms, "fits", r.fits);
+  ListKeys(j, static_cast<MeasuredPoint&>(r));
+  j.Say("report",
+        JsonKeys().Say("psnr_db", r.report.psnr_db).Say("ssim", r.report.ssim).Say("coverage", r.report.coverage));
 }
 
-TradeoffTable PointTable(const Json& points) {
+TradeoffTable PointTable(const std::vector<MeasuredPoint>& points) {
   using enum TradeoffRole;
-  std::vector<TradeoffField<Json>> fields = {SettingField("setting (proxy)", 52)};
-  for (const char* key :
-       {"name", "method", "proxy", "settings.k", "settings.grid", "settings.epipoles", "settings.resolution"})
-    fields.push_back(FromJson<Json>({key, kSetting}));
-  for (const TradeoffColumn& column :
-       {TradeoffColumn{"ms", kCost, "ms", 9, "{:.2f}"}, TradeoffColumn{"plan_ms", kCost},
-        TradeoffColumn{"psnr_optimum_db", kMoreIsBetter, "optimum dB", 13, "{:.2f}"},
-        TradeoffColumn{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 13, "{:.2f}"}, TradeoffColumn{"ssim_holdout"},
-        TradeoffColumn{"mse_holdout"}, TradeoffColumn{"coverage"}})
-    fields.push_back(FromJson<Json>(column));
-  for (const std::string reference : {"optimum", "pixel"})
-    for (const std::string figure : {"psnr", "ssim", "mse", "false_color_mse"}) {
-      const std::string unit = figure == "psnr" ? "_db" : "";
-      if (reference + figure == "optimumpsnr") continue;  // is there
-      fields.push_back(FromJson<Json>(
-          {"against_" + reference + "." + figure + unit, kFigure, "", 0, "", figure + "_" + reference + unit}));
+  using Field = TradeoffField<MeasuredPoint>;
+  const auto held_out = [](double FrameError::*figure) {
+    return [=](const MeasuredPoint& p) { return p.holdout.*figure; };
+  };
+  std::vector<Field> fields = {
+      {{"", kSetting, "setting (proxy)", -52}, &MeasuredPoint::Title},
+      {{"name", kSetting}, &MeasuredPoint::name},
+      {{"method", kSetting}, [](const MeasuredPoint& p) { return Name(MethodOf(p.settings)); }},
+      {{"proxy", kSetting}, &MeasuredPoint::proxy}};
+  for (const char* name : {"k", "grid", "epipoles", "resolution"})
+    fields.push_back(
+        {{name, kSetting}, [o = FindSettingOption(name)](const MeasuredPoint& p) { return Text(o->get(p.settings)); }});
+  for (Field& field : std::vector<Field>{
+           {{"ms", kCost, "ms", 9, "{:.2f}"}, &MeasuredPoint::ms},
+           {{"plan_ms", kCost}, &MeasuredPoint::plan_ms},
+           {{"psnr_optimum_db", kMoreIsBetter, "optimum dB", 13, "{:.2f}"}, &MeasuredPoint::OptimumDb},
+           {{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 13, "{:.2f}"}, held_out(&FrameError::psnr_db)},
+           {{"ssim_holdout"}, held_out(&FrameError::ssim)},
+           {{"mse_holdout"}, held_out(&FrameError::mse)},
+           {{"coverage"}, held_out(&FrameError::coverage)}})
+    fields.push_back(std::move(field));
+  for (const auto& [reference, errors] :
+       {std::pair{"optimum", &MeasuredPoint::optimum}, {"pixel", &MeasuredPoint::pixel}})
+    for (const auto& [figure, of] : {std::pair{"psnr", &FrameError::psnr_db},
+                                     {"ssim", &FrameError::ssim},
+                                     {"mse", &FrameError::mse},
+                                     {"false_color_mse", &FrameError::false_color_mse}}) {
+      const std::string name = fmt::format("{}_{}{}", figure, reference, of == &FrameError::psnr_db ? "_db" : "");
+      if (name != "psnr_optimum_db")  // is there
+        fields.push_back({{name}, [=, errors = errors, of = of](const MeasuredPoint& p) {
+                            return p.*errors ? TradeoffValue((p.*errors).value().*of) : TradeoffValue();
+                          }});
     }
-  return TradeoffTableOf<Json>(fields, points.get<std::vector<Json>>());
+  return TradeoffTableOf(fields, points);
 }
 
 class Tradeoff {
@@ -119,7 +135,7 @@ class Tradeoff {
     if (!o_.path.empty()) FirstOfPath(bench_.scene(), o_.path, 16);  // its failure now, not after the sweep's
   }
 
-  std::string Run() {
+  Answer Run() {
     DecideReference();
     std::vector<std::pair<std::string, SweepPoint>> table;
     for (std::size_t i = 0; i < bench_.proxies().size(); ++i)
@@ -152,24 +168,18 @@ class Tradeoff {
     }
     if (points_.empty()) throw DataError("no setting could be rendered: " + refusals_.begin()->second);
     for (const auto& [what, why] : refusals_) sink_.Message(what + " was left out: " + why);
-    Json j = Summary();
-    Write(j);
-    return j.dump();
+    Report();
+    const JsonKeys keys = Keys();
+    Write(keys);
+    return {keys, Text()};
   }
 
  private:
   const View& ViewOf(const TestView& t) const { return bench_.scene().views[static_cast<std::size_t>(t.id.value)]; }
 
   RenderRequest Request(const TestView& t, const RadianceSettings& settings, bool reference) const {
-    RenderRequest r;
-    r.view = t.view;
-    if (reference && reference_width_ < t.camera.width_px) {
-      r.view = t.AtWidth(reference_width_, ViewOf(t).cam_from_world);
-      r.view.time_s = t.view.time_s;
-      r.view.gain = t.view.gain;
-    }
-    r.settings = bench_.For(r.view, settings);
-    r.use = t.use;
+    RenderRequest r = bench_.Request(t, settings);
+    if (reference) r.view = HeldOutView(bench_.scene(), ViewOf(t), std::min(reference_width_, width_));
     return r;
   }
 
@@ -181,7 +191,7 @@ class Tradeoff {
                                                                   : kReferenceWidth);
     RenderRequest request = Request(views_.front(), ReferenceSettings(bench_.settings()), false);
     const int small = std::min(kProbeWidth, width_);
-    request.view = views_.front().AtWidth(small, ViewOf(views_.front()).cam_from_world);
+    request.view = HeldOutView(bench_.scene(), ViewOf(views_.front()), small);
     try {
       const TimedFrame probe = TimeFrame(bench_.Cpu(proxy), request, 1);
       optimum_ = true;
@@ -201,7 +211,7 @@ class Tradeoff {
 
   // The reference pictures of one view for these settings; made once a proxy. The view after the last is the path's.
   const Pair& Reference(const std::string& proxy, const RadianceSettings& settings, std::size_t view) {
-    auto& kept = references_[ToJson(settings).dump()];
+    auto& kept = references_[JsonKeys(settings).Text()];
     if (kept.size() <= view) kept.resize(view + 1);
     if (kept[view].color.empty()) kept[view] = RenderPair(bench_.Cpu(proxy), view, settings);
     return kept[view];
@@ -223,43 +233,28 @@ class Tradeoff {
   }
 
   void Measure(const std::string& proxy, const SweepPoint& point) {
-    MeasuredPoint m;
-    m.name = point.name;
-    m.proxy = proxy;
-    m.settings = point.settings;
+    MeasuredPoint m{point.name, proxy, point.settings, bench_.Keys(point.settings)};
     try {
       Renderer& renderer = bench_.Measured(proxy);
       std::vector<FrameError> holdout, optimum, pixel;
-      const double n = static_cast<double>(views_.size());
       for (std::size_t v = 0; v < views_.size(); ++v) {
         TimedFrame frame = TimeFrame(renderer, Request(views_[v], m.settings, false), 1);
         m.times.insert(m.times.end(), frame.all_ms.begin(), frame.all_ms.end());
         m.plan_times.push_back(renderer.Statistics().plan_ms);
         holdout.push_back(ErrorAgainstPhoto(frame.image, views_[v].photo));
-        m.coverage += Coverage(frame.image) / n;
-        if (!optimum_) continue;
-        const Pair mine = RenderPair(renderer, v, m.settings);
-        const Pair& best = Reference(proxy, ReferenceSettings(bench_.settings()), v);
-        optimum.push_back(ErrorBetween(mine.color, best.color));
-        m.false_color_optimum += SquaredError(mine.false_color, best.false_color) / n;
+        if (optimum_)
+          optimum.push_back(ErrorBetween(RenderPair(renderer, v, m.settings),
+                                         Reference(proxy, ReferenceSettings(bench_.settings()), v)));
       }
       const bool per_pixel_is_there = m.settings.similarity == Similarity::kIdentity || optimum_;
-      if (m.settings.Sparse() && per_pixel_is_there) {
-        const double views = static_cast<double>(last_figure_view_ - first_figure_view_);
-        for (std::size_t v = first_figure_view_; v < last_figure_view_; ++v) {
-          const Pair mine = RenderPair(renderer, v, m.settings);
-          const Pair& dense = Reference(proxy, PerPixel(m.settings), v);
-          pixel.push_back(ErrorBetween(mine.color, dense.color));
-          m.false_color_pixel += SquaredError(mine.false_color, dense.false_color) / views;
-        }
-      }
+      if (m.settings.Sparse() && per_pixel_is_there)
+        for (std::size_t v = first_figure_view_; v < last_figure_view_; ++v)
+          pixel.push_back(ErrorBetween(RenderPair(renderer, v, m.settings), Reference(proxy, PerPixel(m.settings), v)));
       m.holdout = Mean(holdout);
       if (!optimum.empty()) m.optimum = Mean(optimum);
       if (!pixel.empty()) {
         m.pixel = Mean(pixel);
-        m.pixel_worst_db = std::min_element(pixel.begin(), pixel.end(), [](const FrameError& a, const FrameError& b) {
-                             return a.psnr_db < b.psnr_db;
-                           })->psnr_db;
+        m.pixel_worst_db = std::ranges::min(pixel, {}, &FrameError::psnr_db).psnr_db;
       }
       points_.push_back(std::move(m));
     } catch (const Interrupted&) {
@@ -294,21 +289,15 @@ class Tradeoff {
     return axes;
   }
 
-  // What a recommended setting does on photos that nothing was chosen on.
-  Json Report(const MeasuredPoint& p) {
+  // What a setting does on photos that nothing was chosen on.
+  FrameError Report(const MeasuredPoint& p) {
     std::vector<FrameError> errors;
-    double coverage = 0;
-    Renderer& renderer = bench_.Measured(p.proxy);
-    for (const TestView& t : report_views_) {
-      const ImageF image = renderer.Render(Request(t, p.settings, false));
-      errors.push_back(ErrorAgainstPhoto(image, t.photo));
-      coverage += Coverage(image) / static_cast<double>(report_views_.size());
-    }
-    const FrameError e = Mean(errors);
-    return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}, {"coverage", coverage}};
+    for (const TestView& t : report_views_)
+      errors.push_back(ErrorAgainstPhoto(bench_.Measured(p.proxy).Render(Request(t, p.settings, false)), t.photo));
+    return Mean(errors);
   }
 
-  Json NearestPhotoReport() {
+  FrameError NearestPhotoReport() {
     std::vector<FrameError> errors;
     for (const TestView& t : report_views_) {
       RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
@@ -319,77 +308,82 @@ class Tradeoff {
       r.use[static_cast<std::size_t>(nearest.value)] = true;
       errors.push_back(ErrorAgainstPhoto(bench_.Cpu(bench_.proxies().front()).Render(r), t.photo));
     }
-    const FrameError e = Mean(errors);
-    return {{"psnr_db", e.psnr_db}, {"ssim", e.ssim}};
+    return Mean(errors);
   }
 
-  // Samples against pixels: what they lose, and how much faster they are.
-  Json SparseTable() const {
-    Json table = Json::array();
+  // What follows from the points.
+  void Report() {
+    device_ = bench_.Measured(bench_.proxies().front()).Device();
+    table_ = PointTable(points_);
     for (const MeasuredPoint& p : points_) {
       if (!p.pixel) continue;
+      SparseRow& row = sparse_.emplace_back(p);
       const auto dense = std::find_if(points_.begin(), points_.end(), [&](const MeasuredPoint& q) {
         return q.proxy == p.proxy && !q.settings.Sparse() && PerPixel(q.settings) == PerPixel(p.settings);
       });
-      Json row = {{"name", p.name},
-                  {"proxy", p.proxy},
-                  {"samples_a_side", p.settings.grid_columns},
-                  {"sampling", Name(p.settings.sampling)},
-                  {"similarity", Name(p.settings.similarity)},
-                  {"epipoles", p.settings.epipoles},
-                  {"psnr_pixel_db", p.pixel->psnr_db},
-                  {"psnr_pixel_worst_db", p.pixel_worst_db},
-                  {"mse_pixel", p.pixel->mse},
-                  {"false_color_mse_pixel", p.false_color_pixel},
-                  {"ms", p.ms}};
-      row["speed_up"] = dense != points_.end() && p.ms > 0 ? Json(dense->ms / p.ms) : Json(nullptr);
-      table.push_back(row);
+      if (dense != points_.end() && p.ms > 0) row.speed_up = dense->ms / p.ms;
     }
-    return table;
+    report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
+    nearest_ = NearestPhotoReport();
+    std::map<std::size_t, FrameError> reports;
+    std::vector<std::optional<double>> budgets(std::begin(kBudgetsMs), std::end(kBudgetsMs));
+    budgets.push_back(std::nullopt);
+    for (const std::optional<double> budget : budgets) {
+      const Recommended best = RecommendedRow(AxesOf(""), budget);
+      if (!reports.contains(best.row)) reports[best.row] = Report(points_[best.row]);
+      recommended_.push_back({points_[best.row], budget, best.fits, reports[best.row]});
+    }
   }
 
-  Json Summary() {
-    const std::string& first = bench_.proxies().front();
-    device_ = bench_.Measured(first).Device();
-    Json points = Json::array();
-    for (const MeasuredPoint& p : points_) points.push_back(PointJson(p, bench_));
-    table_ = PointTable(points);
-    Json j = {{"scene", o_.scene.generic_string()},
-              {"backend", o_.backend},
-              {"device", device_},
-              {"width", width_},
-              {"height", views_.front().camera.height_px},
-              {"reference_width", optimum_ || !o_.quick ? reference_width_ : 0},
-              {"holdout", o_.holdout},
-              {"fold", "choose"},
-              {"repeats", o_.repeats}};
-    if (!optimum_) j["no_optimum"] = no_optimum_;
-    for (const TestView& t : views_) j["views"].push_back(t.name);
-    j["figure_view"] = o_.path.empty() ? Json(nullptr) : Json(o_.path.stem().string());
-    j["points"] = points;
-    const std::vector<CostAndQuality> axes = AxesOf("");
-    j["front"] = Json::array();
-    for (const std::size_t i : ParetoFront(axes)) j["front"].push_back(points[i]);
-
-    j["sparse"] = SparseTable();
-    report_views_ = HeldOutViews(bench_.scene(), o_.holdout, Fold::kReport, o_.views, width_);
-    for (const TestView& t : report_views_) j["report_views"].push_back(t.name);
-    j["report_nearest_photo"] = NearestPhotoReport();
-    std::map<std::size_t, Json> reports;
-    j["recommended"] = Json::array();
-    const auto recommend = [&](std::optional<double> budget) {
-      const Recommended best = RecommendedRow(axes, budget);
-      if (!reports.contains(best.row)) reports[best.row] = Report(points_[best.row]);
-      Json r = {{"budget_ms", budget ? Json(*budget) : Json(nullptr)}, {"fits", best.fits}};
-      r.update(points[best.row]);
-      r["report"] = reports[best.row];
-      j["recommended"].push_back(r);
+  JsonKeys Keys() const {
+    const auto names = [](const std::vector<TestView>& views) {
+      std::vector<std::string> all;
+      for (const TestView& t : views) all.push_back(t.name);
+      return all;
     };
-    for (const double budget : kBudgetsMs) recommend(budget);
-    recommend(std::nullopt);
-    j["refused"] = Json::object();
-    for (const auto& [what, why] : refusals_) j["refused"][what] = why;
-    return j;
+    std::vector<MeasuredPoint> front;
+    for (const std::size_t i : ParetoFront(AxesOf(""))) front.push_back(points_[i]);
+    JsonKeys j;
+    j.Say("scene", o_.scene.generic_string()).Say("backend", o_.backend).Say("device", device_).Say("width", width_);
+    j.Say("height", views_.front().view.size_px.y());
+    j.Say("reference_width", optimum_ || !o_.quick ? reference_width_ : 0).Say("holdout", o_.holdout);
+    j.Say("fold", "choose").Say("repeats", o_.repeats);
+    if (!optimum_) j.Say("no_optimum", no_optimum_);
+    j.Say("views", names(views_));
+    j.Say("figure_view", o_.path.empty() ? std::nullopt : std::optional(o_.path.stem().string()));
+    j.Say("points", points_).Say("front", front).Say("sparse", sparse_).Say("report_views", names(report_views_));
+    j.Say("report_nearest_photo", JsonKeys().Say("psnr_db", nearest_.psnr_db).Say("ssim", nearest_.ssim));
+    return j.Say("recommended", recommended_).Say("refused", refusals_);
+  }
+
+  // For people.
+  std::string Text() const {
+    using enum TradeoffRole;
+    std::string text = TextOf(table_) + "\n";
+    if (!sparse_.empty())
+      text += "\n" +
+              TextOf(TradeoffTableOf<SparseRow>(
+                  {{{"", kSetting, "samples against pixels", -52}, &SparseRow::Title},
+                   {{"", kFigure, "speed-up", 9, "{:.1f}"}, &SparseRow::speed_up},
+                   {{"", kFigure, "PSNR dB", 13, "{:.2f}"}, [](const SparseRow& r) { return r.pixel->psnr_db; }},
+                   {{"", kFigure, "worst view dB", 13, "{:.2f}"}, &SparseRow::pixel_worst_db},
+                   {{"", kFigure, "false colour", 12, "{:.4g}"},
+                    [](const SparseRow& r) { return r.pixel->false_color_mse; }}},
+                  sparse_)) +
+              "\n";
+    using Best = RecommendedPoint;
+    text += "\n" +
+            TextOf(TradeoffTableOf<Best>(
+                {{{"", kSetting, "budget", -12},
+                  [](const Best& r) { return r.budget_ms ? fmt::format("{:g} ms", *r.budget_ms) : "no limit"; }},
+                 {{"", kSetting, "recommended", -44}, &Best::Title},
+                 {{"", kFigure, "ms", 9, "{:.2f}"}, &Best::ms},
+                 {{"", kFigure, "chosen on dB", 13, "{:.2f}"}, [](const Best& r) { return r.holdout.psnr_db; }},
+                 {{"", kFigure, "reported dB", 12, "{:.2f}"}, [](const Best& r) { return r.report.psnr_db; }},
+                 {{"", kRemark}, [](const Best& r) { return r.fits ? "" : "(does not fit: the fastest)"; }}},
+                recommended_)) +
+            "\n";
+    return text + fmt::format("nearest photo alone: {:.2f} dB. {} px wide, {}", nearest_.psnr_db, width_, device_);
   }
 
   Plot Scatter(bool against_optimum) const {
@@ -423,7 +417,7 @@ class Tradeoff {
       if (!p.pixel || p.proxy != bench_.proxies().front() || !(alike == p.settings)) continue;
       const bool without = method != Method::kCandidates && !alike.epipoles;
       table.Add({p.name, std::string(Name(method)) + (without ? " without epipoles" : ""), p.settings.grid_columns,
-                 p.pixel->mse, p.false_color_pixel});
+                 p.pixel->mse, p.pixel->false_color_mse});
     }
     TradeoffPanel panel{
         "(a) The picture",
@@ -446,11 +440,11 @@ class Tradeoff {
     return {picture, PlotOf(table, panel)};
   }
 
-  void Write(const Json& j) {
+  void Write(const JsonKeys& keys) {
     std::vector<Plot> plots = {Scatter(false)};
     if (optimum_) plots.push_back(Scatter(true));
     if (!o_.output.empty()) {
-      WriteTradeoff(o_.output / "tradeoff", table_, plots, j.dump(1) + "\n");
+      WriteTradeoff(o_.output / "tradeoff", table_, plots, keys.Text(1) + "\n");
       WriteTextAtomically(o_.output / "figure-5-4.svg", SvgOf(Figure54()));
     }
     if (!bench_.MayWriteScene()) {
@@ -462,9 +456,12 @@ class Tradeoff {
     for (const std::string& given : bench_.proxies()) {
       const std::string proxy = given.empty() ? bench_.scene().active_proxy : given;
       StoredFront front;
-      front.key = {proxy, o_.backend, device_, width_, views_.front().camera.height_px};
+      front.key = {proxy, o_.backend, device_, width_, views_.front().view.size_px.y()};
       front.proxy_fingerprint = Fingerprint(ProxyPath(bench_.scene().folder, proxy));
-      for (const std::size_t i : ParetoFront(AxesOf(given))) front.points.push_back(points_[i].ForFront());
+      for (const std::size_t i : ParetoFront(AxesOf(given))) {
+        const MeasuredPoint& p = points_[i];
+        front.points.push_back({p.name, p.settings, p.ms, p.OptimumDb(), p.holdout.psnr_db});
+      }
       if (!front.points.empty()) WriteFront(bench_.scene().folder, front);
     }
   }
@@ -479,48 +476,18 @@ class Tradeoff {
   std::vector<TestView> views_, report_views_;
   std::map<std::string, std::vector<Pair>> references_;
   std::vector<MeasuredPoint> points_;
+  std::vector<SparseRow> sparse_;
+  std::vector<RecommendedPoint> recommended_;
+  FrameError nearest_;
   std::map<std::string, std::string> refusals_;
   TradeoffTable table_;
 };
 
 }  // namespace
 
-std::string RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
-  RequireConsistent(options);
+Answer RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
   if (options.output.empty()) throw UsageError("-o says where the tables go");
   return Tradeoff(options, progress).Run();
-}
-
-std::string DescribeTradeoff(const std::string& json) {
-  const Json j = Json::parse(json);
-  using enum TradeoffRole;
-  using Fields = std::vector<TradeoffField<Json>>;
-  const auto table = [&](const char* key, const Fields& fields) {
-    return TextOf(TradeoffTableOf<Json>(fields, j[key].get<std::vector<Json>>())) + "\n";
-  };
-  std::string text = TextOf(PointTable(j["points"])) + "\n";
-  if (!j["sparse"].empty())
-    text += "\n" + table("sparse", {SettingField("samples against pixels", 52),
-                                    FromJson<Json>({"speed_up", kFigure, "speed-up", 9, "{:.1f}"}),
-                                    FromJson<Json>({"psnr_pixel_db", kFigure, "PSNR dB", 13, "{:.2f}"}),
-                                    FromJson<Json>({"psnr_pixel_worst_db", kFigure, "worst view dB", 13, "{:.2f}"}),
-                                    FromJson<Json>({"false_color_mse_pixel", kFigure, "false colour", 12, "{:.4g}"})});
-  const Fields recommended = {
-      {{"", kSetting, "budget", -12},
-       [](const Json& r) {
-         return r["budget_ms"].is_null() ? "no limit" : fmt::format("{:g} ms", r["budget_ms"].get<double>());
-       }},
-      SettingField("recommended", 44),
-      FromJson<Json>({"ms", kFigure, "ms", 9, "{:.2f}"}),
-      FromJson<Json>({"psnr_holdout_db", kFigure, "chosen on dB", 13, "{:.2f}"}),
-      FromJson<Json>({"report.psnr_db", kFigure, "reported dB", 12, "{:.2f}"}),
-      {{"", kRemark}, [](const Json& r) { return r["fits"].get<bool>() ? "" : "(does not fit: the fastest)"; }}};
-  text += "\n" + table("recommended", recommended);
-  const Json& nearest = j["report_nearest_photo"]["psnr_db"];
-  text += fmt::format("nearest photo alone: {} dB. {} px wide, {}",
-                      nearest.is_number() ? fmt::format("{:.2f}", nearest.get<double>()) : "-", j["width"].get<int>(),
-                      j["device"].get<std::string>());
-  return text;
 }
 
 }  // namespace lumi

@@ -12,4 +12,4 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/tradeoff.cc
     ${CMAKE_CURRENT_LIST_DIR}/workbench.cc
   PUBLIC lumi_render lumi_scene lumi_tradeoff
-  PRIVATE lumi_render_gl nlohmann_json::nlohmann_json fmt::fmt)
+  PRIVATE lumi_render_gl fmt::fmt)

@@ -1,10 +1,8 @@
 #include "render/tradeoff/workbench.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "render/holdout/holdout.h"
-#include "render/settings_json.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
@@ -16,9 +14,7 @@ namespace {
 constexpr int kLargestWidth = 1024, kQuickWidth = 320;
 constexpr double kReferenceCutoffDeg = 24;
 
-}  // namespace
-
-void RequireConsistent(const MeasureOptions& o) {
+const MeasureOptions& Checked(const MeasureOptions& o, const std::string& marker) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.views < 1) throw UsageError("--views takes 1 or more");
@@ -34,12 +30,6 @@ void RequireConsistent(const MeasureOptions& o) {
   RadianceSettings settings = o.settings;
   Decided decided = o.decided;
   ApplyEffectList(o.effects, settings, decided);
-}
-
-namespace {
-
-const MeasureOptions& Checked(const MeasureOptions& o, const std::string& marker) {
-  RequireConsistent(o);
   if (!o.output.empty()) RequireOurFolder(o.output, marker);
   return o;
 }
@@ -64,13 +54,6 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
 
 const Mesh& Workbench::mesh(const std::string& proxy) const {
   return proxy == proxies_.front() ? lumigraph_.mesh() : meshes_.at(proxy);
-}
-
-nlohmann::ordered_json Workbench::ToJson(const RadianceSettings& settings) const {
-  nlohmann::ordered_json j = lumi::ToJson(settings);
-  if (lumigraph_.own_times()) j.erase("time-s");
-  j["backend"] = o_.backend;
-  return j;
 }
 
 Renderer& Workbench::Cpu(const std::string& proxy) {

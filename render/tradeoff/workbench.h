@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "render/lumigraph/lumigraph.h"
+#include "render/settings_json.h"
+#include "render/tradeoff/measure.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -28,12 +29,10 @@ struct MeasureOptions : LumigraphOptions {  // settings: where lines start
   std::filesystem::path against;  // --time-windows: a scene whose photos, at their cameras and times, are the truth
 };
 
-// Throws UsageError, one line.
-void RequireConsistent(const MeasureOptions& options);
-
 class Workbench {
  public:
-  // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours.
+  // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours. Throws UsageError, one
+  // line.
   Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
 
   const Lumigraph& lumigraph() const { return lumigraph_; }  // over the first of the proxies
@@ -44,8 +43,11 @@ class Workbench {
   RadianceSettings For(const RenderView& view, const RadianceSettings& settings) const {
     return lumigraph_.At(view, settings);
   }
-  // As --settings takes them back, the backend among them; without a time that differs from view to view.
-  nlohmann::ordered_json ToJson(const RadianceSettings& settings) const;
+  RenderRequest Request(const TestView& t, const RadianceSettings& settings) const {
+    return {.view = t.view, .settings = For(t.view, settings), .use = t.use};
+  }
+  // As --settings takes them back.
+  JsonKeys Keys(const RadianceSettings& settings) const { return KeysOf(settings, lumigraph_.own_times(), o_.backend); }
   const std::vector<std::string>& proxies() const { return proxies_; }
   const Mesh& mesh(const std::string& proxy) const;
   // Made when first wanted. The CPU's is where references come from, whatever is measured.

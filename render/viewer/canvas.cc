@@ -7,9 +7,9 @@
 namespace lumi {
 
 Canvas::Canvas(const Eigen::Vector2i& size_px)
-    : size_px_(size_px), color_(GlTexture::Make()), framebuffer_(GlFramebuffer::Make()) {
-  glBindTexture(GL_TEXTURE_2D, color_.id());
-  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, size_px.x(), size_px.y());
+    : size_px_(size_px),
+      color_(MakePictureTexture(GL_RGBA8, size_px.x(), size_px.y())),
+      framebuffer_(GlFramebuffer::Make()) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color_.id(), 0);
 }

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "render/holdout/holdout.h"
 #include "render/picture/convert.h"
+#include "render/settings_json.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 
@@ -18,6 +20,11 @@ bool Ready(const std::future<T>& f) {
 }
 
 }  // namespace
+
+void ListKeys(JsonKeys& j, MeasuredError& e) {
+  j("photo", e.photo, "psnr_db", e.psnr_db, "ssim", e.ssim, "coverage", e.coverage, "ms", e.ms, "width", e.size_px.x(),
+    "height", e.size_px.y(), "settings", e.settings);
+}
 
 void ErrorProbe::Start(ViewId view, const RadianceSettings& settings) {
   if (busy()) return;
@@ -32,8 +39,7 @@ void ErrorProbe::Start(ViewId view, const RadianceSettings& settings) {
   result_.size_px = {std::max(1, static_cast<int>(std::lround(camera.width_px * scale))),
                      std::max(1, static_cast<int>(std::lround(camera.height_px * scale)))};
   reading_ = std::async(std::launch::async, [file = scene_.ImagePath(v), size = result_.size_px] {
-    Image8 photo = ReadImage8(file, 3);
-    return photo.width == size.x() && photo.height == size.y() ? photo : Resize(photo, size.x(), size.y());
+    return Resize(ReadImage8(file, 3), size.x(), size.y());
   });
 }
 
@@ -43,10 +49,7 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     photo_ = reading_.get();
     const View& v = scene_.views[static_cast<std::size_t>(view_.value)];
     RenderRequest request;
-    request.view =
-        MakeRenderView(scene_.CameraOf(v).Scaled(result_.size_px.x(), result_.size_px.y()), v.cam_from_world);
-    request.view.time_s = v.time_s;
-    request.view.gain = v.gain;
+    request.view = PhotosView(scene_, v, result_.size_px);
     request.settings = result_.settings;
     request.use.assign(scene_.views.size(), true);
     request.use[static_cast<std::size_t>(view_.value)] = false;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "render/viewer/strip_painter.h"
+#include "scene/files/json_keys.h"
 #include "scene/model/image.h"
 #include "scene/model/scene.h"
 
@@ -21,6 +22,8 @@ struct MeasuredError {
   RadianceSettings settings;  // that it belongs to
   Image8 difference;          // |picture - photo|, four times
 };
+
+void ListKeys(JsonKeys& j, MeasuredError& e);
 
 constexpr int kErrorSide = 1024;  // larger photos are compared smaller
 

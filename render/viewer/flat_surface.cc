@@ -1,7 +1,6 @@
 #include "render/viewer/flat_surface.h"
 
 #include <epoxy/gl.h>
-#include <fmt/format.h>
 
 #include "render/gl/blend_shader.h"
 
@@ -46,11 +45,7 @@ void FlatSurface::Draw(const RenderView& view, const GlLumigraph& lumigraph) {
   if (size_px_ != view.size_px) {
     size_px_ = view.size_px;
     const auto make = [&](GlTexture& texture, GLenum format, GLenum attachment) {
-      texture = GlTexture::Make();
-      glBindTexture(GL_TEXTURE_2D, texture.id());
-      glTexStorage2D(GL_TEXTURE_2D, 1, format, size_px_.x(), size_px_.y());
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+      texture = MakePictureTexture(format, size_px_.x(), size_px_.y());
       glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
     };
     glActiveTexture(GL_TEXTURE0);
@@ -66,17 +61,7 @@ void FlatSurface::Draw(const RenderView& view, const GlLumigraph& lumigraph) {
   glClearColor(0, 0, 0, 0);
   glClearDepth(0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  Eigen::Matrix3d clip_from_pixel = Eigen::Matrix3d::Identity();
-  clip_from_pixel(0, 0) = 2.0 / size_px_.x();
-  clip_from_pixel(1, 1) = 2.0 / size_px_.y();
-  clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
-  Eigen::Matrix3d M = view.P.leftCols<3>();
-  M /= M.row(2).norm();
-  const Eigen::Matrix3f clip = (clip_from_pixel * M).cast<float>();
-  const Eigen::Vector3f centre = view.centre.cast<float>();
-  program_.Use();
-  glUniform3fv(program_.Uniform("centre"), 1, centre.data());
-  glUniformMatrix3fv(program_.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+  UseFor(program_, view.P.leftCols<3>() / view.P.row(2).head<3>().norm(), view);
   glUniform1f(program_.Uniform("near_depth"), kNearDepth);
   glFrontFace(GL_CW);  // the first row is the top: what runs counter-clockwise for the viewer runs clockwise here
   glBindVertexArray(lumigraph.proxy_vertex_array());

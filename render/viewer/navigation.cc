@@ -175,11 +175,12 @@ double CameraDistance(const Scene& scene, const Rigid3& a, const Rigid3& b) {
          kDirectionWeight * (1 - a.R().row(2).dot(b.R().row(2)));
 }
 
-int NearestView(const Scene& scene, const ViewState& state) {
+int NearestView(const Scene& scene, const Rigid3& cam_from_world, const std::vector<bool>& among) {
   int best = -1;
   double best_distance = 0;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const double distance = CameraDistance(scene, scene.views[i].cam_from_world, state.cam_from_world);
+    if (!among.empty() && !among[i]) continue;
+    const double distance = CameraDistance(scene, scene.views[i].cam_from_world, cam_from_world);
     if (best < 0 || distance < best_distance) {
       best = static_cast<int>(i);
       best_distance = distance;

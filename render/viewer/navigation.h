@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "scene/model/scene.h"
 
@@ -81,7 +82,7 @@ class Navigator {
 
 // How far apart two cameras are, in scene sizes: the distance of their centres, and the direction of their views.
 double CameraDistance(const Scene& scene, const Rigid3& a_from_world, const Rigid3& b_from_world);
-// Index of the photo whose camera is nearest to a state's.
-int NearestView(const Scene& scene, const ViewState& state);
+// Index of the photo whose camera is nearest to this one, of `among` (empty: all); -1: there is none.
+int NearestView(const Scene& scene, const Rigid3& cam_from_world, const std::vector<bool>& among = {});
 
 }  // namespace lumi

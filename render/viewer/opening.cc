@@ -34,8 +34,7 @@ PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& so
   p.name = name;
   p.mesh = std::move(mesh);
   p.tracer = std::make_shared<const ProxyTracer>(p.mesh, sources.normalized_from_world);
-  p.visibility = std::make_shared<const VisibilityMaps>(CanOcclude(p.mesh) ? MakeVisibilityMaps(sources, *p.tracer)
-                                                                           : VisibilityMaps());
+  p.visibility = std::make_shared<const VisibilityMaps>(ProxyVisibility(sources, p.mesh, *p.tracer));
   return p;
 }
 

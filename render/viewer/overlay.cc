@@ -2,8 +2,6 @@
 
 #include <epoxy/gl.h>
 
-#include <Eigen/LU>
-
 #include "render/gl/blend_shader.h"
 
 namespace lumi {
@@ -79,14 +77,6 @@ void Overlay::Present(const GlTarget& target, const Eigen::Vector2i& picture_px,
   Present(target.color_texture(), target.capacity_px(), picture_px, window_px);
 }
 
-void Overlay::Present(const PictureTexture& picture, const Eigen::Vector2i& window_px) {
-  Present(picture.texture(), picture.size_px(), picture.size_px(), window_px);
-}
-
-void Overlay::Present(const FlatSurface& surface, const Eigen::Vector2i& window_px) {
-  Present(surface.texture(), surface.size_px(), surface.size_px(), window_px);
-}
-
 void Overlay::Present(unsigned texture, const Eigen::Vector2i& capacity_px, const Eigen::Vector2i& picture_px,
                       const Eigen::Vector2i& window_px) {
   glViewport(0, 0, window_px.x(), window_px.y());
@@ -118,17 +108,7 @@ void Overlay::UseLines(const Eye& eye) {
   glDisable(GL_SCISSOR_TEST);
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  Eigen::Matrix3d clip_from_pixel = Eigen::Matrix3d::Identity();
-  clip_from_pixel(0, 0) = 2.0 / eye.view.size_px.x();
-  clip_from_pixel(1, 1) = 2.0 / eye.view.size_px.y();
-  clip_from_pixel(0, 2) = clip_from_pixel(1, 2) = -1.0;
-  Eigen::Matrix3d M = eye.view.P.leftCols<3>();
-  M /= M.row(2).norm();
-  const Eigen::Matrix3f clip = (clip_from_pixel * M).cast<float>();
-  const Eigen::Vector3f centre = eye.view.centre.cast<float>();
-  lines_.Use();
-  glUniform3fv(lines_.Uniform("centre"), 1, centre.data());
-  glUniformMatrix3fv(lines_.Uniform("clip_from_offset"), 1, GL_FALSE, clip.data());
+  UseFor(lines_, eye.view.P.leftCols<3>() / eye.view.P.row(2).head<3>().norm(), eye.view);
   glUniform1f(lines_.Uniform("near_depth"), 100 * kNearDepth);
   glUniform1i(lines_.Uniform("depth_map"), 0);
   SetVector(lines_, "picture_px", eye.picture_px);
@@ -138,42 +118,25 @@ void Overlay::UseLines(const Eye& eye) {
 }
 
 void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth) {
-  std::vector<float> vertices;
+  std::vector<Line> lines;
   for (std::size_t j = 0; j < sources.views.size(); ++j) {
-    const RenderView& v = sources.views[j];
-    Eigen::Matrix3d M = v.P.leftCols<3>();
-    M /= M.row(2).norm();
-    const Eigen::Matrix3d rays = M.inverse();
-    const double w = v.size_px.x(), h = v.size_px.y();
-    Eigen::Vector3d corner[4];
-    int i = 0;
-    for (const Eigen::Vector2d& x :
-         {Eigen::Vector2d(0, 0), Eigen::Vector2d(w, 0), Eigen::Vector2d(w, h), Eigen::Vector2d(0, h)})
-      corner[i++] = v.centre + depth * (rays * Eigen::Vector3d(x.x(), x.y(), 1));
-    const auto line = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-      for (const Eigen::Vector3d& x : {a, b}) {
-        for (int c = 0; c < 3; ++c) vertices.push_back(static_cast<float>(x[c]));
-        for (int c = 0; c < 4; ++c) vertices.push_back(colors[j][c]);
-      }
-    };
-    for (int c = 0; c < 4; ++c) {
-      line(v.centre, corner[c]);
-      line(corner[c], corner[(c + 1) % 4]);
-    }
+    const std::array<Eigen::Vector3d, 4> corner = AddFrustum(sources.views[j], depth, colors[j], lines);
     // A tick on the upper side says which way is up in the photo.
     const Eigen::Vector3d tick = 0.5 * (corner[0] + corner[1]) + 0.2 * (corner[0] - corner[3]);
-    line(corner[0], tick);
-    line(tick, corner[1]);
+    lines.push_back({corner[0], tick, colors[j]});
+    lines.push_back({tick, corner[1], colors[j]});
   }
-  UseLines(eye);
-  glBindVertexArray(line_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(),
-               GL_STREAM_DRAW);
-  glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(vertices.size() / 7));
-  glBindVertexArray(0);
-  glDisable(GL_BLEND);
-  CheckGl("drawing the frusta");
+  Lines(eye, lines);
+}
+
+std::array<Eigen::Vector3d, 4> Overlay::AddFrustum(const RenderView& view, double depth, const Eigen::Vector4f& color,
+                                                   std::vector<Line>& lines) {
+  const std::array<Eigen::Vector3d, 4> corner = CornersAt(view, depth);
+  for (std::size_t c = 0; c < 4; ++c) {
+    lines.push_back({view.centre, corner[c], color});
+    lines.push_back({corner[c], corner[(c + 1) % 4], color});
+  }
+  return corner;
 }
 
 void Overlay::Lines(const Eye& eye, const std::vector<Line>& lines) {
@@ -186,13 +149,11 @@ void Overlay::Lines(const Eye& eye, const std::vector<Line>& lines) {
     }
   UseLines(eye);
   glBindVertexArray(line_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(float)), vertices.data(),
-               GL_STREAM_DRAW);
+  FillBuffer(GL_ARRAY_BUFFER, line_buffer_, vertices);
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * lines.size()));
   glBindVertexArray(0);
   glDisable(GL_BLEND);
-  CheckGl("drawing the path");
+  CheckGl("drawing lines over the picture");
 }
 
 void Overlay::ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph) {

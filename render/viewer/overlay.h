@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "render/gl/gl_lumigraph.h"
@@ -21,8 +22,10 @@ class Overlay {
   void PresentNothing(const Eigen::Vector2i& window_px);
   // The picture, stretched over the window, on a quiet grid where it is transparent.
   void Present(const GlTarget& target, const Eigen::Vector2i& picture_px, const Eigen::Vector2i& window_px);
-  void Present(const PictureTexture& picture, const Eigen::Vector2i& window_px);
-  void Present(const FlatSurface& surface, const Eigen::Vector2i& window_px);
+  template <typename Picture>  // PictureTexture, FlatSurface
+  void Present(const Picture& picture, const Eigen::Vector2i& window_px) {
+    Present(picture.texture(), picture.size_px(), picture.size_px(), window_px);
+  }
 
   struct Eye {
     RenderView view;         // normalised frame, at the window's size
@@ -37,6 +40,9 @@ class Overlay {
     Eigen::Vector4f color;
   };
   void Lines(const Eye& eye, const std::vector<Line>& lines);
+  // The pyramid of a view (normalised); returns the corners of its base.
+  static std::array<Eigen::Vector3d, 4> AddFrustum(const RenderView& view, double depth, const Eigen::Vector4f& color,
+                                                   std::vector<Line>& lines);
   void ProxyEdges(const Eye& eye, const GlLumigraph& lumigraph);
 
  private:

@@ -12,6 +12,8 @@
 #include "render/effects/effects.h"
 #include "render/path/camera_path.h"
 #include "render/radiance/settings.h"
+#include "render/viewer/error_probe.h"
+#include "render/viewer/script.h"
 #include "render/viewer/seen.h"
 
 namespace lumi {
@@ -34,11 +36,6 @@ struct ViewerSettings {
   std::map<std::string, bool> groups;  // of the panel: open or closed, where the user or a script said
   int selected_key = -1;
   std::array<char, 256> path_file{}, video_file{};
-};
-
-struct MeasuredLine {
-  std::string photo, settings;
-  double psnr_db = 0, coverage = 1, ms = 0;
 };
 
 struct PanelFacts {
@@ -75,9 +72,9 @@ struct PanelFacts {
   std::string heat_unit;
 
   bool measuring = false;
-  unsigned difference_texture = 0;   // of the error measured last; 0: there is none
-  double difference_aspect = 1;      // width over height
-  std::vector<MeasuredLine> errors;  // latest last
+  unsigned difference_texture = 0;    // of the error measured last; 0: there is none
+  double difference_aspect = 1;       // width over height
+  std::vector<MeasuredError> errors;  // latest last
 
   CameraPath path;
   bool playing = false;
@@ -87,21 +84,6 @@ struct PanelFacts {
   std::string recording_to;
 };
 
-enum class PathWish {
-  kNone,
-  kAdd,
-  kUpdate,
-  kDelete,
-  kEarlier,
-  kLater,
-  kJump,
-  kClear,
-  kPlay,
-  kStop,
-  kLoad,
-  kSave,
-  kSaveNerfstudio
-};
 enum class RecordWish { kNone, kPath, kLive, kStop, kCancel };
 
 struct PanelWishes {
@@ -111,10 +93,10 @@ struct PanelWishes {
   bool home = false;
   bool auto_effects = false;
   bool measure = false;
-  PathWish path = PathWish::kNone;
-  std::optional<double> key_time_s;  // of the selected key
-  std::optional<double> path_seconds, path_fps, scrub_s;
-  std::optional<Eigen::Vector2i> path_size_px;
+  std::vector<ScriptStep> path;     // what becomes of the camera path
+  std::optional<int> exchange_key;  // that the selected one changes places with
+  std::optional<bool> play;         // the path; false: it stops
+  std::optional<double> scrub_s;
   RecordWish record = RecordWish::kNone;
 };
 

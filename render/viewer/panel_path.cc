@@ -8,27 +8,30 @@
 namespace lumi {
 namespace {
 
-void Wish(PanelWishes& wishes, PathWish wish, bool pressed) {
-  if (pressed) wishes.path = wish;
+constexpr int kMostVideoSide = 8192;
+
+void Wish(PanelWishes& wishes, bool pressed, ScriptVerb verb, std::vector<double> numbers = {}, std::string word = {}) {
+  if (pressed) wishes.path.push_back({verb, std::move(numbers), std::move(word), {}, {}});
 }
 
 void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   const CameraPath& path = facts.path;
   const float unit = ImGui::GetFontSize();
+  const double key = settings.selected_key;
   const bool selected = settings.selected_key >= 0 && settings.selected_key < static_cast<int>(path.keys.size());
-  Wish(wishes, PathWish::kAdd, ImGui::Button("add (K)"));
+  Wish(wishes, ImGui::Button("add (K)"), ScriptVerb::kKeyAdd);
   Tooltip("The current camera as a key after the last");
   ImGui::BeginDisabled(!selected);
   ImGui::SameLine();
-  Wish(wishes, PathWish::kUpdate, ImGui::Button("update"));
+  Wish(wishes, ImGui::Button("update"), ScriptVerb::kKeyUpdate, {key});
   Tooltip("The selected key becomes the current camera");
   ImGui::SameLine();
-  Wish(wishes, PathWish::kDelete, ImGui::Button("delete"));
+  Wish(wishes, ImGui::Button("delete"), ScriptVerb::kKeyDelete, {key});
   ImGui::SameLine();
-  Wish(wishes, PathWish::kEarlier, ImGui::ArrowButton("earlier", ImGuiDir_Up));
+  if (ImGui::ArrowButton("earlier", ImGuiDir_Up)) wishes.exchange_key = settings.selected_key - 1;
   Tooltip("Changes places with the key before");
   ImGui::SameLine();
-  Wish(wishes, PathWish::kLater, ImGui::ArrowButton("later", ImGuiDir_Down));
+  if (ImGui::ArrowButton("later", ImGuiDir_Down)) wishes.exchange_key = settings.selected_key + 1;
   Tooltip("Changes places with the key after");
   ImGui::EndDisabled();
   if (path.keys.empty()) {
@@ -44,22 +47,21 @@ void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
       const std::string line = fmt::format("{:3d}   {:7.2f} s", i, path.keys[static_cast<std::size_t>(i)].time_s);
       if (ImGui::Selectable(line.c_str(), i == settings.selected_key)) {
         settings.selected_key = i;
-        wishes.path = PathWish::kJump;
+        Wish(wishes, true, ScriptVerb::kKeyJump, {static_cast<double>(i)});
       }
     }
   ImGui::EndChild();
   if (selected) {
     double time_s = path.keys[static_cast<std::size_t>(settings.selected_key)].time_s;
     if (ImGui::InputDouble("time of the key", &time_s, 0, 0, "%.2f s", ImGuiInputTextFlags_EnterReturnsTrue))
-      wishes.key_time_s = time_s;
+      Wish(wishes, true, ScriptVerb::kKeyTime, {key, time_s});
   }
 }
 
 void Playback(const PanelFacts& facts, PanelWishes& wishes) {
   const CameraPath& path = facts.path;
   ImGui::BeginDisabled(path.keys.size() < 2);
-  if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0}))
-    wishes.path = facts.playing ? PathWish::kStop : PathWish::kPlay;
+  if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0})) wishes.play = !facts.playing;
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   auto t = static_cast<float>(facts.play_s);
@@ -68,30 +70,32 @@ void Playback(const PanelFacts& facts, PanelWishes& wishes) {
     wishes.scrub_s = static_cast<double>(t);
   double seconds = Duration(path);
   if (ImGui::InputDouble("seconds", &seconds, 0, 0, "%.2f", ImGuiInputTextFlags_EnterReturnsTrue))
-    wishes.path_seconds = seconds;
+    Wish(wishes, true, ScriptVerb::kPathSeconds, {seconds});
   ImGui::EndDisabled();
   double fps = path.fps;
   if (ImGui::InputDouble("frames a second", &fps, 0, 0, "%.3g", ImGuiInputTextFlags_EnterReturnsTrue))
-    wishes.path_fps = fps;
+    Wish(wishes, true, ScriptVerb::kPathFps, {fps});
   int size[2] = {path.width_px, path.height_px};
   if (ImGui::InputInt2("size", size, ImGuiInputTextFlags_EnterReturnsTrue))
-    wishes.path_size_px = Eigen::Vector2i(size[0], size[1]);
+    Wish(wishes, true, ScriptVerb::kPathSize,
+         {1.0 * std::clamp(size[0], 0, kMostVideoSide), 1.0 * std::clamp(size[1], 0, kMostVideoSide)});
   Tooltip("Of the video, pixels; 0: the window's");
 }
 
 void Files(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##path file", "path.json", settings.path_file.data(), settings.path_file.size());
-  Wish(wishes, PathWish::kLoad, ImGui::Button("load"));
+  const std::string file = settings.path_file.data();
+  Wish(wishes, ImGui::Button("load"), ScriptVerb::kPathLoad, {}, file);
   Tooltip("Our format or nerfstudio's");
   ImGui::BeginDisabled(facts.path.keys.empty());
   ImGui::SameLine();
-  Wish(wishes, PathWish::kSave, ImGui::Button("save"));
+  Wish(wishes, ImGui::Button("save"), ScriptVerb::kPathSave, {}, file);
   ImGui::SameLine();
-  Wish(wishes, PathWish::kSaveNerfstudio, ImGui::Button("for nerfstudio"));
+  Wish(wishes, ImGui::Button("for nerfstudio"), ScriptVerb::kPathSaveNerfstudio, {}, file);
   Tooltip("Saves its camera path JSON, in this scene's own world frame");
   ImGui::SameLine();
-  Wish(wishes, PathWish::kClear, ImGui::Button("clear"));
+  Wish(wishes, ImGui::Button("clear"), ScriptVerb::kKeysClear);
   ImGui::EndDisabled();
 }
 

@@ -205,13 +205,13 @@ void Cost(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   constexpr std::size_t kLines = 3;
   const std::size_t first = facts.errors.size() > kLines ? facts.errors.size() - kLines : 0;
   for (std::size_t i = facts.errors.size(); i-- > first;) {
-    const MeasuredLine& e = facts.errors[i];
+    const MeasuredError& e = facts.errors[i];
     ImGui::Text("%.2f dB", e.psnr_db);
     ImGui::SameLine();
     Dim(fmt::format("{}, {:.0f} ms{}", e.photo, e.ms,
                     e.coverage < 0.9995 ? fmt::format(", {:.1f} % covered", 100 * e.coverage) : ""));
     ImGui::Indent();
-    Wrapped(kDim, e.settings);
+    Wrapped(kDim, Describe(e.settings));
     ImGui::Unindent();
   }
 }

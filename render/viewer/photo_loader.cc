@@ -48,20 +48,6 @@ void PhotoLoader::SetFocus(const Rigid3& cam_from_world) {
   focus_ = cam_from_world;
 }
 
-int PhotoLoader::NextPending() const {
-  int best = -1;
-  double best_distance = 0;
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (!pending_[i]) continue;
-    const double distance = CameraDistance(scene_, scene_.views[i].cam_from_world, focus_);
-    if (best < 0 || distance < best_distance) {
-      best = static_cast<int>(i);
-      best_distance = distance;
-    }
-  }
-  return best;
-}
-
 void PhotoLoader::Work() {
   for (;;) {
     Loaded loaded;
@@ -69,7 +55,7 @@ void PhotoLoader::Work() {
       std::unique_lock lock(mutex_);
       room_.wait(lock, [this] { return stop_ || ready_.size() < kMaxReady; });
       if (stop_) return;
-      const int next = NextPending();
+      const int next = NearestView(scene_, focus_, pending_);
       if (next < 0) return;
       pending_[static_cast<std::size_t>(next)] = false;
       loaded.view = ViewId{next};

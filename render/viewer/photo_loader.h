@@ -46,7 +46,6 @@ class PhotoLoader {
 
  private:
   void Work();
-  int NextPending() const;  // under the lock
 
   // Decoded photos that wait to be taken: more would fill memory when the taker is slow.
   static constexpr std::size_t kMaxReady = 6;

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "render/settings_json.h"
 #include "render/show/proxy_picture.h"
@@ -205,17 +204,11 @@ bool Playback::RunStatement(const ScriptStep& s) {
 
 double Playback::Wait_s() const { return playing_since_ || script_.given || !(drawn_ == Wanted()) ? 0 : kPlayerIdle_s; }
 
-void Playback::Summarise(nlohmann::json& j) {
+void Playback::Summarise(JsonKeys& j) {
   const Lumigraph& lumigraph = opened_.lumigraph;
-  j["frame"] = Name(lumigraph.scene().frame);
-  j["keys"] = opened_.matrices->keys.size();
-  j["played"] = played_;
-  j["proxy"] = lumigraph.proxy_name();
-  j["device"] = renderer_->Device();
-  j["settings"] = ToJson(settings_);
-  j["effects"] = nlohmann::json::array();
-  for (const Effect& e : lumigraph.effects())
-    j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", Reason(e)}});
+  j.Say("frame", Name(lumigraph.scene().frame)).Say("keys", opened_.matrices->keys.size())("played", played_);
+  j.Say("proxy", lumigraph.proxy_name()).Say("device", renderer_->Device())("settings", settings_);
+  j.Say("effects", lumigraph.effects());
 }
 
 }  // namespace lumi

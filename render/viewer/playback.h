@@ -27,7 +27,7 @@ class Playback final : public ViewSession {
   bool AtRest() const override { return !playing_since_ && drawn_ == Wanted(); }
   bool ReadyForScreenshot() const override { return drawn_ == Wanted(); }
   bool panel() const override { return panel_; }
-  void Summarise(nlohmann::json& j) override;
+  void Summarise(JsonKeys& j) override;
 
   void Key(int key);
   void Go(int frame);

@@ -90,31 +90,6 @@ void Recorder::Cancel() {
   change_.notify_all();
 }
 
-Recorder::State Recorder::state() const {
-  const std::lock_guard lock(mutex_);
-  return state_;
-}
-
-bool Recorder::Ended() const {
-  const State s = state();
-  return s == State::kWritten || s == State::kFailed || s == State::kCancelled;
-}
-
-long Recorder::encoded() const {
-  const std::lock_guard lock(mutex_);
-  return encoded_;
-}
-
-fs::path Recorder::file() const {
-  const std::lock_guard lock(mutex_);
-  return file_;
-}
-
-std::string Recorder::problem() const {
-  const std::lock_guard lock(mutex_);
-  return problem_;
-}
-
 void Recorder::Work() {
   // VideoWriter's process lives as long as the thread that feeds it: this one feeds and finishes.
   const fs::path hidden =
@@ -124,12 +99,7 @@ void Recorder::Work() {
   std::string problem;
   try {
     WriteAll(hidden);
-    bool cancelled;
-    {
-      const std::lock_guard lock(mutex_);
-      cancelled = cancel_;
-    }
-    if (cancelled)
+    if (Get(cancel_))
       end = State::kCancelled;
     else
       file = MoveToFreeName(hidden, wanted_);

@@ -9,12 +9,19 @@
 #include <string>
 #include <thread>
 
+#include "scene/files/json_keys.h"
 #include "scene/model/image.h"
 
 namespace lumi {
 
 // The name itself where nothing is there, else NAME_001.EXT, NAME_002.EXT ...
 std::filesystem::path FreeName(const std::filesystem::path& wanted);
+
+struct Video {
+  std::string file;
+  long frames = 0;
+};
+inline void ListKeys(JsonKeys& j, Video& v) { j("file", v.file, "frames", v.frames); }
 
 class Recorder {
  public:
@@ -31,15 +38,20 @@ class Recorder {
   void Cancel();  // nothing is left
 
   enum class State { kOpen, kFinishing, kWritten, kFailed, kCancelled };
-  State state() const;
-  bool Ended() const;  // written, failed or cancelled
+  State state() const { return Get(state_); }
+  bool Ended() const { return state() > State::kFinishing; }  // written, failed or cancelled
   long added() const { return added_; }
-  long encoded() const;
+  long encoded() const { return Get(encoded_); }
   // Once it ended: the file, or what went wrong.
-  std::filesystem::path file() const;
-  std::string problem() const;
+  std::filesystem::path file() const { return Get(file_); }
+  std::string problem() const { return Get(problem_); }
 
  private:
+  template <typename T>
+  T Get(const T& member) const {
+    const std::lock_guard lock(mutex_);
+    return member;
+  }
   void Work();
   void WriteAll(const std::filesystem::path& hidden);
 

@@ -6,14 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
 
 #include "render/effects/effects.h"
 #include "render/path/camera_path.h"
+#include "render/radiance/setting_options.h"
 #include "render/radiance/settings.h"
-#include "render/settings_json.h"
 #include "render/viewer/seen.h"
 #include "scene/program/error.h"
 
@@ -82,27 +81,6 @@ constexpr std::array kGrammar{
     Grammar{"screenshot", ScriptVerb::kScreenshot, Takes::kText, 0, "screenshot FILE"},
 };
 
-// What the numbers of a statement must be.
-bool InRange(ScriptVerb verb, const std::vector<double>& n) {
-  const auto whole = [](double v, double low, double high) { return v == std::floor(v) && v >= low && v <= high; };
-  constexpr double kMostKeys = 1e6;
-  switch (verb) {
-    case ScriptVerb::kDolly:
-    case ScriptVerb::kZoom: return n[0] > 0;
-    case ScriptVerb::kWait:
-    case ScriptVerb::kKeyAdd: return n.empty() || n[0] >= 0;
-    case ScriptVerb::kKeyUpdate:
-    case ScriptVerb::kKeyDelete:
-    case ScriptVerb::kKeyJump: return whole(n[0], 0, kMostKeys);
-    case ScriptVerb::kKeyTime: return whole(n[0], 0, kMostKeys) && n[1] >= 0 && n[1] <= kMaxPathSeconds;
-    case ScriptVerb::kPathSize: return whole(n[0], 16, 8192) && whole(n[1], 16, 8192);
-    case ScriptVerb::kPathFps: return n[0] >= 1 && n[0] <= 240;
-    case ScriptVerb::kPathSeconds: return n[0] > 0 && n[0] <= kMaxPathSeconds;
-    case ScriptVerb::kBudget: return n[0] == 0 || n[0] >= 1;
-    default: return true;
-  }
-}
-
 double Number(const std::string& word, const std::string& statement) {
   char* end = nullptr;
   const double value = std::strtod(word.c_str(), &end);
@@ -148,7 +126,7 @@ ScriptStep ParseStatement(const std::string& statement) {
       case Takes::kOption: fits = !step.word.empty() && !step.value.empty(); break;
       case Takes::kOnOff: fits = OneOf(step.word, {"on", "off"}); break;
     }
-    fits = fits && InRange(step.verb, step.numbers);
+    fits = fits && InRange(step);
     fits = fits && !(step.verb == ScriptVerb::kShow && !SeenFromName(step.word));
     if (fits && step.verb == ScriptVerb::kK && step.word != "all") {
       const double k = Number(step.word, statement);
@@ -181,6 +159,27 @@ ScriptStep ParseStatement(const std::string& statement) {
 }
 
 }  // namespace
+
+bool InRange(const ScriptStep& step) {
+  const std::vector<double>& n = step.numbers;
+  const auto whole = [](double v, double low, double high) { return v == std::floor(v) && v >= low && v <= high; };
+  constexpr double kMostKeys = 1e6;
+  switch (step.verb) {
+    case ScriptVerb::kDolly:
+    case ScriptVerb::kZoom: return n[0] > 0;
+    case ScriptVerb::kWait:
+    case ScriptVerb::kKeyAdd: return n.empty() || n[0] >= 0;
+    case ScriptVerb::kKeyUpdate:
+    case ScriptVerb::kKeyDelete:
+    case ScriptVerb::kKeyJump: return whole(n[0], 0, kMostKeys);
+    case ScriptVerb::kKeyTime: return whole(n[0], 0, kMostKeys) && n[1] >= 0 && n[1] <= kMaxPathSeconds;
+    case ScriptVerb::kPathSize: return whole(n[0], 16, 8192) && whole(n[1], 16, 8192);
+    case ScriptVerb::kPathFps: return n[0] >= 1 && n[0] <= 240;
+    case ScriptVerb::kPathSeconds: return n[0] > 0 && n[0] <= kMaxPathSeconds;
+    case ScriptVerb::kBudget: return n[0] == 0 || n[0] >= 1;
+    default: return true;
+  }
+}
 
 std::vector<ScriptStep> ParseScript(const std::string& text) {
   std::vector<ScriptStep> steps;

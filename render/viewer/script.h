@@ -63,6 +63,9 @@ struct ScriptStep {
   std::string text;         // the statement, for messages
 };
 
+// Whether its numbers may be.
+bool InRange(const ScriptStep& step);
+
 // Throws UsageError naming the statement.
 std::vector<ScriptStep> ParseScript(const std::string& text);
 

@@ -9,7 +9,7 @@
 
 namespace lumi {
 
-// Empty where the option (a name of settings_json.h) has an effect; else why it has none, a line for a tooltip.
+// Empty where the option (a name of setting_options.h) has an effect; else why it has none, a line for a tooltip.
 std::string WhyWithoutEffect(const RadianceSettings& settings, std::string_view option);
 
 // After `option` was changed by the user: what else has to follow. The optimum needs falling leaves, and on a grid

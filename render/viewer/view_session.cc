@@ -5,10 +5,10 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "render/viewer/canvas.h"
 #include "scene/files/image_io.h"
+#include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 
@@ -68,7 +68,7 @@ void ViewSession::AfterPainting() {
   script_.steps.pop_front();
 }
 
-nlohmann::json ViewSession::Run() {
+JsonKeys ViewSession::Run() {
   auto last = Clock::now();
   long frames = 0;
   double wait_s = 0;
@@ -100,11 +100,8 @@ nlohmann::json ViewSession::Run() {
     wait_s = Wait_s();
   }
   End();
-  nlohmann::json j;
-  std::sort(frame_ms_.begin(), frame_ms_.end());
-  j["frames"] = frames;
-  j["median_frame_ms"] = frame_ms_.empty() ? 0.0 : frame_ms_[frame_ms_.size() / 2];
-  j["screenshots"] = screenshots_;
+  JsonKeys j;
+  j.Say("frames", frames).Say("median_frame_ms", Median(frame_ms_)).Say("screenshots", screenshots_);
   Summarise(j);
   return j;
 }

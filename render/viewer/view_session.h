@@ -5,7 +5,6 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "render/viewer/script.h"
 #include "render/viewer/seen.h"
 #include "render/viewer/window.h"
+#include "scene/files/json_keys.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -26,7 +26,7 @@ class ViewSession {
   virtual ~ViewSession() = default;
 
   // Until the window is closed, or the script ends.
-  nlohmann::json Run();
+  JsonKeys Run();
 
  protected:
   // The parts of a frame, in this order.
@@ -41,9 +41,9 @@ class ViewSession {
   virtual bool painted() const { return true; }  // the last Paint drew something
   virtual bool AtRest() const = 0;               // nothing changes by itself any more: a script's 'wait'
   virtual bool ReadyForScreenshot() const = 0;
-  virtual bool panel() const = 0;                 // is shown
-  virtual void Summarise(nlohmann::json& j) = 0;  // adds to it
-  virtual void End() {}                           // the window was closed
+  virtual bool panel() const = 0;           // is shown
+  virtual void Summarise(JsonKeys& j) = 0;  // adds to it
+  virtual void End() {}                     // the window was closed
 
   void Say(const std::string& message);
   const std::string& message() const { return message_; }

@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <future>
-#include <nlohmann/json.hpp>
 
 #include "render/viewer/playback.h"
 #include "render/viewer/viewer_app.h"
@@ -14,7 +13,7 @@
 
 namespace lumi {
 
-std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
+JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
   if (options.phase && options.decided.Has("time-s")) throw UsageError("--phase and --time-s do not go together");
   std::vector<ScriptStep> script = ParseScript(options.script);
@@ -34,7 +33,7 @@ std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   Window window("lumi-view: " + options.scene.filename().string(), options.width_px, options.height_px);
   OpeningProgress opening(progress);
   auto future = std::async(std::launch::async, [&] { return OpenForViewing(options, opening); });
-  nlohmann::json j;
+  JsonKeys j;
   while (future.wait_for(std::chrono::milliseconds(30)) != std::future_status::ready) {
     window.Poll(0);
     if (window.ShouldClose() || InterruptRequested()) opening.Cancel();
@@ -58,13 +57,12 @@ std::string RunViewer(const ViewerOptions& options, ProgressSink& progress) {
       session = std::make_unique<Playback>(options, window, *opened, script);
     else
       session = std::make_unique<Viewer>(options, window, *opened, progress, script);
-    j = session->Run();
-    j["seconds_to_open"] = opened_s;
+    j = session->Run().Say("seconds_to_open", opened_s);
   } catch (const Interrupted&) {
     if (InterruptRequested()) throw;
-    j["frames"] = 0;  // the window was closed while the scene was opened
+    j.Say("frames", 0);  // the window was closed while the scene was opened
   }
-  return j.dump();
+  return j;
 }
 
 }  // namespace lumi

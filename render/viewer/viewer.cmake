@@ -14,7 +14,7 @@ lumi_library(lumi_view_core COLD
     ${CMAKE_CURRENT_LIST_DIR}/seen.cc
     ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc
   PUBLIC lumi_render lumi_render_tradeoff lumi_scene
-  PRIVATE nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
+  PRIVATE fmt::fmt Threads::Threads)
 
 lumi_library(lumi_view COLD
   SOURCES
@@ -42,6 +42,6 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/viewer_show.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc
   PUBLIC lumi_view_core lumi_render_gl
-  PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY nlohmann_json::nlohmann_json fmt::fmt Threads::Threads)
+  PRIVATE glfw PkgConfig::IMGUI PkgConfig::EPOXY fmt::fmt Threads::Threads)
 
-lumi_program(lumi-view ${CMAKE_CURRENT_LIST_DIR}/main.cc LIBS lumi_view lumi_program nlohmann_json::nlohmann_json)
+lumi_program(lumi-view ${CMAKE_CURRENT_LIST_DIR}/main.cc LIBS lumi_view lumi_program)

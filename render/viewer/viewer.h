@@ -24,8 +24,8 @@ struct ViewerOptions : LumigraphOptions {  // settings: at the start; effects le
   std::filesystem::path path;  // camera path JSON to begin with
 };
 
-// Blocks until the window is closed. Returns a summary as JSON text: frames, median_frame_ms, photos_loaded ...
+// Blocks until the window is closed. Returns a summary: frames, median_frame_ms, photos_loaded ...
 // Throws UsageError, InputError, MachineError (no display, no OpenGL 4.3).
-std::string RunViewer(const ViewerOptions& options, ProgressSink& progress);
+JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress);
 
 }  // namespace lumi

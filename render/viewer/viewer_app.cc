@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "render/settings_json.h"
@@ -214,7 +213,7 @@ void Viewer::Paint() {
 }
 
 void Viewer::KeepFacts() {
-  facts_.nearest_photo = NearestView(scene_, steering_.navigator.state());
+  facts_.nearest_photo = NearestView(scene_, steering_.navigator.state().cam_from_world);
   if (painter_.complete() && painter_.painted()) {
     facts_.plan_ms = gl_.statistics().plan_ms;
     // Smoothed over pictures of the same settings.
@@ -262,34 +261,12 @@ void Viewer::End() {
   CloseRecording(*jobs_.live_recording->recorder);
 }
 
-void Viewer::Summarise(nlohmann::json& j) {
-  j["photos_loaded"] = facts_.photos_loaded;
-  j["photos_total"] = facts_.photos_total;
-  j["photos_failed"] = facts_.photos_failed;
-  j["photo_mb"] = facts_.photo_mb;
-  j["max_side_px"] = budget_.max_side_px;
-  j["proxy"] = facts_.proxy;
-  j["device"] = facts_.device;
-  j["settings"] = ToJson(settings_.radiance);
-  j["refused"] = facts_.problem;
-  j["moving"] = moving_.budget.name();
-  j["refined"] = RefinementSummary();
-  j["keys"] = path_.keys.size();
-  j["effects"] = nlohmann::json::array();
-  for (const Effect& e : effects_.effects)
-    j["effects"].push_back({{"name", e.name}, {"on", e.on}, {"evidence", e.evidence}});
-  j["errors"] = nlohmann::json::array();
-  for (const MeasuredError& e : jobs_.errors)
-    j["errors"].push_back({{"photo", e.photo},
-                           {"psnr_db", e.psnr_db},
-                           {"ssim", e.ssim},
-                           {"coverage", e.coverage},
-                           {"ms", e.ms},
-                           {"width", e.size_px.x()},
-                           {"height", e.size_px.y()},
-                           {"settings", ToJson(e.settings)}});
-  j["videos"] = nlohmann::json::array();
-  for (const auto& [file, count] : jobs_.videos) j["videos"].push_back({{"file", file}, {"frames", count}});
+void Viewer::Summarise(JsonKeys& j) {
+  j("photos_loaded", facts_.photos_loaded, "photos_total", facts_.photos_total, "photos_failed", facts_.photos_failed);
+  j("photo_mb", facts_.photo_mb, "max_side_px", budget_.max_side_px, "proxy", facts_.proxy, "device", facts_.device);
+  j("settings", settings_.radiance, "refused", facts_.problem).Say("moving", moving_.budget.name());
+  j.Say("refined", RefinementSummary()).Say("keys", path_.keys.size());
+  j("effects", effects_.effects, "errors", facts_.errors, "videos", jobs_.videos);
 }
 
 }  // namespace lumi

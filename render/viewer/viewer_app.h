@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <future>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -105,7 +104,7 @@ class Viewer final : public ViewSession {
     return painter_.complete() && !(Settled() && (RefinementOpen() || HeatOpen()));
   }
   bool panel() const override { return settings_.panel; }
-  void Summarise(nlohmann::json& j) override;
+  void Summarise(JsonKeys& j) override;
   void End() override;
   RenderRequest Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const;
   bool PaintPicture();  // returns whether it changed
@@ -127,7 +126,7 @@ class Viewer final : public ViewSession {
   bool RefinementOpen() const;  // there will be another picture at rest
   bool KeepPhotos();            // for it; returns whether all are there
   void StopRefining();
-  nlohmann::json RefinementSummary() const;
+  JsonKeys RefinementSummary() const;
 
   // viewer_show.cc: heat maps, and the difference to a photo.
   struct HeatRequest {
@@ -223,11 +222,10 @@ class Viewer final : public ViewSession {
   // Recording and measuring.
   struct Jobs {
     ErrorProbe probe;
-    std::vector<MeasuredError> errors = {};
     PictureTexture difference = {};
     std::unique_ptr<PathRecording> path_recording = {};
     std::unique_ptr<LiveRecording> live_recording = {};
-    std::vector<std::pair<std::string, long>> videos = {};
+    std::vector<Video> videos = {};
     Clock::time_point last_step = Clock::now();
   };
 

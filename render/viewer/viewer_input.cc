@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/path/path_editing.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/program/error.h"
 
@@ -17,7 +16,6 @@ namespace {
 constexpr double kFlight_s = 0.9;
 constexpr double kOrbitPerPx = 0.006, kLookPerPx = 0.0025;  // radians
 constexpr double kFlySpeed = 0.6;                           // scene sizes a second
-constexpr int kMostVideoSide = 8192;
 
 }  // namespace
 
@@ -56,8 +54,8 @@ void Viewer::Key(int key) {
   if (PhotosKey(key, settings_.radiance))
     return Say(settings_.radiance.k == 0 ? "all photos at every pixel"
                                          : fmt::format("{} photos a pixel", settings_.radiance.k));
-  const int current =
-      steering_.current_photo >= 0 ? steering_.current_photo : NearestView(scene_, steering_.navigator.state());
+  const int current = steering_.current_photo >= 0 ? steering_.current_photo
+                                                   : NearestView(scene_, steering_.navigator.state().cam_from_world);
   switch (key) {
     case GLFW_KEY_ESCAPE: return window_.Close();
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
@@ -146,47 +144,20 @@ void Viewer::Grant(const PanelWishes& wishes) {
     if (wishes.screenshot) Key(GLFW_KEY_F12);
     if (wishes.auto_effects) ApplyEffects(effects_, {}, settings_.radiance);
     if (wishes.measure) StartMeasuring();
-    const int key = settings_.selected_key;
-    const bool selected = key >= 0 && key < static_cast<int>(path_.keys.size());
-    const auto index = static_cast<std::size_t>(std::max(key, 0));
-    const auto exchange = [&](std::size_t other) {
-      if (!selected || other >= path_.keys.size()) return;
+    for (const ScriptStep& s : wishes.path)
+      if (s.verb == ScriptVerb::kPathSize || InRange(s)) RunPathStatement(s);  // 0: the window's size
+    const auto key = static_cast<std::size_t>(settings_.selected_key),
+               other = static_cast<std::size_t>(wishes.exchange_key.value_or(-1));
+    if (std::max(key, other) < path_.keys.size()) {
       path_.frames = 0;
-      std::swap(path_.keys[index].time_s, path_.keys[other].time_s);
-      std::swap(path_.keys[index], path_.keys[other]);
-      settings_.selected_key = static_cast<int>(other);
-    };
-    switch (wishes.path) {
-      case PathWish::kNone: break;
-      case PathWish::kAdd: AddKey({}); break;
-      case PathWish::kUpdate:
-        if (selected) ReplaceKey(path_, index, CurrentKey(0));
-        break;
-      case PathWish::kDelete:
-        if (selected) DeleteKey(path_, index);
-        break;
-      case PathWish::kEarlier: exchange(index - 1); break;
-      case PathWish::kLater: exchange(index + 1); break;
-      case PathWish::kJump: JumpToKey(key); break;
-      case PathWish::kClear: path_ = {}; break;
-      case PathWish::kPlay: StartPlaying(); break;
-      case PathWish::kStop: playing_s_.reset(); break;
-      case PathWish::kLoad: LoadPath(settings_.path_file.data()); break;
-      case PathWish::kSave: SavePath(settings_.path_file.data(), false); break;
-      case PathWish::kSaveNerfstudio: SavePath(settings_.path_file.data(), true); break;
+      std::swap(path_.keys[key].time_s, path_.keys[other].time_s);
+      std::swap(path_.keys[key], path_.keys[other]);
+      settings_.selected_key = *wishes.exchange_key;
     }
-    if (wishes.key_time_s && selected && *wishes.key_time_s >= 0 && *wishes.key_time_s <= kMaxPathSeconds)
-      settings_.selected_key = static_cast<int>(RetimeKey(path_, index, *wishes.key_time_s));
-    if (wishes.path_seconds && *wishes.path_seconds > 0 && *wishes.path_seconds <= kMaxPathSeconds)
-      StretchTo(path_, *wishes.path_seconds);
-    if (wishes.path_fps && *wishes.path_fps >= 1 && *wishes.path_fps <= 240) {
-      path_.fps = *wishes.path_fps;
-      path_.frames = 0;
-    }
-    if (wishes.path_size_px) {
-      path_.width_px = std::clamp(wishes.path_size_px->x(), 0, kMostVideoSide);
-      path_.height_px = std::clamp(wishes.path_size_px->y(), 0, kMostVideoSide);
-    }
+    if (wishes.play && *wishes.play)
+      StartPlaying();
+    else if (wishes.play)
+      playing_s_.reset();
     if (wishes.scrub_s && !path_.keys.empty()) {
       playing_s_.reset();
       steering_.navigator.Set(StateOfKey(PoseOnPath(path_, path_.keys.front().time_s + *wishes.scrub_s)));

@@ -5,7 +5,6 @@
 
 #include "render/picture/convert.h"
 #include "render/viewer/canvas.h"
-#include "render/viewer/setting_rules.h"
 #include "render/viewer/viewer_app.h"
 
 namespace lumi {
@@ -123,7 +122,7 @@ void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
 void Viewer::CloseRecording(const Recorder& recorder) {
   switch (recorder.state()) {
     case Recorder::State::kWritten:
-      jobs_.videos.emplace_back(recorder.file().string(), recorder.encoded());
+      jobs_.videos.push_back({recorder.file().string(), recorder.encoded()});
       if (!script_.given) Say("wrote " + recorder.file().string());
       break;
     case Recorder::State::kFailed: throw MachineError(recorder.problem(), {}, facts_.recording_to);
@@ -133,7 +132,7 @@ void Viewer::CloseRecording(const Recorder& recorder) {
 
 void Viewer::StartMeasuring() {
   if (jobs_.probe.busy() || jobs_.path_recording) return;
-  jobs_.probe.Start(ViewId{NearestView(scene_, steering_.navigator.state())}, drawn_.settings);
+  jobs_.probe.Start(ViewId{NearestView(scene_, steering_.navigator.state().cam_from_world)}, drawn_.settings);
 }
 
 // What is drawn beside the picture, a step a frame; while the picture itself is redrawn, it waits for a while.
@@ -148,9 +147,7 @@ void Viewer::StepJobs() {
       if (auto measured = jobs_.probe.Step(step_ms, undisturbed)) {
         ShowDifference(measured->difference);
         measured->difference = {};
-        jobs_.errors.push_back(*measured);
-        facts_.errors.push_back(
-            {measured->photo, Describe(measured->settings), measured->psnr_db, measured->coverage, measured->ms});
+        facts_.errors.push_back(*measured);
       }
     }
     if (undisturbed && !Working()) StepBudgetProbe();

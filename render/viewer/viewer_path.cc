@@ -140,20 +140,9 @@ void Viewer::DrawPath(const Overlay::Eye& eye) {
     const PathKey& key = path_.keys[k];
     const bool chosen = static_cast<int>(k) == settings_.selected_key;
     const Eigen::Vector4f color = chosen ? Eigen::Vector4f(1, 1, 1, 1) : Eigen::Vector4f(1.0F, 0.75F, 0.25F, 0.9F);
-    const Rigid3 world_from_cam = key.cam_from_world.Inverse();
-    const double h = std::tan(0.5 * key.vertical_fov_rad), w = h * eye.window_px.x() / eye.window_px.y(),
-                 depth = kKeyDepth / normalized.scale;
-    const Eigen::Vector3d centre = normalized * world_from_cam.translation;
-    if ((centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its lines would run through the picture
-    Eigen::Vector3d corner[4];
-    int i = 0;
-    for (const Eigen::Vector2d& c :
-         {Eigen::Vector2d(-w, -h), Eigen::Vector2d(w, -h), Eigen::Vector2d(w, h), Eigen::Vector2d(-w, h)})
-      corner[i++] = normalized * Eigen::Vector3d(world_from_cam * Eigen::Vector3d(depth * c.x(), depth * c.y(), depth));
-    for (int c = 0; c < 4; ++c) {
-      lines.push_back({centre, corner[c], color});
-      lines.push_back({corner[c], corner[(c + 1) % 4], color});
-    }
+    const RenderView view = Normalized(MakeRenderView(key, eye.window_px.x(), eye.window_px.y()), normalized);
+    if ((view.centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its lines would run through the picture
+    Overlay::AddFrustum(view, kKeyDepth, color, lines);
   }
   overlay_.Lines(eye, lines);
 }

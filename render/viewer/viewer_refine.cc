@@ -1,7 +1,6 @@
 // What the viewer does at rest: the picture by optimal weights at every pixel replaces that of the graphics processor
 // when it is whole, and goes as soon as anything else is to be seen.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "render/settings_json.h"
 #include "render/viewer/viewer_app.h"
@@ -97,16 +96,11 @@ bool Viewer::KeepPhotos() {
   return true;
 }
 
-nlohmann::json Viewer::RefinementSummary() const {
-  nlohmann::json j;
-  j["on"] = settings_.Refines();
-  j["shown"] = !rest_.picture.empty();
-  j["pictures"] = rest_.pictures;
-  j["cancelled"] = rest_.cancelled;
-  j["seconds"] = rest_.seconds;
-  j["problem"] = rest_.problem;
-  j["settings"] = ToJson(OptimalSettings(settings_.radiance));
-  return j;
+JsonKeys Viewer::RefinementSummary() const {
+  JsonKeys j;
+  j.Say("on", settings_.Refines()).Say("shown", !rest_.picture.empty()).Say("pictures", rest_.pictures);
+  j.Say("cancelled", rest_.cancelled).Say("seconds", rest_.seconds).Say("problem", rest_.problem);
+  return j.Say("settings", OptimalSettings(settings_.radiance));
 }
 
 }  // namespace lumi

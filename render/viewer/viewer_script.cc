@@ -2,11 +2,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "render/path/path_editing.h"
-#include "render/settings_json.h"
+#include "render/radiance/setting_options.h"
 #include "render/viewer/setting_rules.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/geometry/angle.h"

@@ -34,9 +34,16 @@ VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& pro
   return maps;
 }
 
-VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy) {
-  if (!CanOcclude(proxy)) return {};
-  return MakeVisibilityMaps(sources, ProxyTracer(proxy, sources.normalized_from_world));
+VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy, const ProxyTracer& tracer) {
+  return CanOcclude(proxy) ? MakeVisibilityMaps(sources, tracer) : VisibilityMaps();
 }
+
+TracedProxy::TracedProxy(const Scene& scene, const Mesh& proxy)
+    : sources(MakeSources(scene)),
+      tracer(proxy, sources.normalized_from_world),
+      maps(ProxyVisibility(sources, proxy, tracer)) {}
+
+TracedProxy::TracedProxy(const PictureWorld& world)
+    : sources(world.sources), tracer(world.proxy, sources.normalized_from_world) {}
 
 }  // namespace lumi

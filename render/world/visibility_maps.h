@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/radiance/visibility.h"
+#include "render/world/picture_world.h"
 #include "scene/geometry/mesh.h"
 
 namespace lumi {
@@ -12,6 +13,16 @@ bool CanOcclude(const Mesh& proxy);
 VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& proxy);
 
 // The maps of a proxy; none (width 0) where it hides nothing.
-VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy);
+VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy, const ProxyTracer& tracer);
+
+// Cameras, and a proxy as rays meet it: what weights are read from outside a renderer.
+struct TracedProxy {
+  TracedProxy(const Scene& scene, const Mesh& proxy);
+  explicit TracedProxy(const PictureWorld& world);  // which hides nothing
+
+  Sources sources;
+  ProxyTracer tracer;
+  VisibilityMaps maps;
+};
 
 }  // namespace lumi

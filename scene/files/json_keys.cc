@@ -2,6 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/files/atomic_file.h"
+#include "scene/program/error.h"
+
 namespace lumi {
 namespace {
 
@@ -18,6 +21,16 @@ std::optional<JsonKeys> JsonKeys::Parse(const std::string& text) {
   return node->is_object() ? std::optional(JsonKeys(std::move(node), false)) : std::nullopt;
 }
 
+JsonKeys JsonKeys::Read(const std::filesystem::path& file, const std::string& what) {
+  try {
+    auto node = std::make_shared<Json>(Json::parse(ReadText(file)));
+    if (!node->is_object()) throw InputError(file, "not " + what + ": no JSON object");
+    return {std::move(node), false};
+  } catch (const Json::exception& e) {
+    throw InputError(file, "not " + what + ": " + e.what());
+  }
+}
+
 std::string JsonKeys::Text(int indent) const {
   return At(node_).dump(indent, ' ', false, Json::error_handler_t::replace);
 }
@@ -25,6 +38,13 @@ std::string JsonKeys::Text(int indent) const {
 bool JsonKeys::Has(const char* key) const { return At(node_).contains(key) && !At(node_).at(key).is_null(); }
 
 void JsonKeys::Remove(const char* key) { At(node_).erase(key); }
+
+std::map<std::string, std::string> JsonKeys::Words() const {
+  std::map<std::string, std::string> words;
+  for (const auto& [key, value] : At(node_).items())
+    words[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  return words;
+}
 
 JsonKeys& JsonKeys::Append(const JsonKeys& other) {
   At(node_).update(At(other.node_));

@@ -41,6 +41,8 @@ class JsonKeys {
   }
   // Text of an object; none where it is not one.
   static std::optional<JsonKeys> Parse(const std::string& text);
+  // That of a file. Throws InputError: "not " `what`, and why.
+  static JsonKeys Read(const std::filesystem::path& file, const std::string& what);
   // All keys in one line, or as many blanks a level. What is not UTF-8 is replaced.
   std::string Text(int indent = -1) const;
   // Whether every key was there and of its type.
@@ -59,6 +61,8 @@ class JsonKeys {
   bool reading() const { return reading_; }
   bool Has(const char* key) const;  // and it is not null
   void Remove(const char* key);
+  // Every key's value: a text's own words, else as JSON has it.
+  std::map<std::string, std::string> Words() const;
   // The keys of another one, after these.
   JsonKeys& Append(const JsonKeys& other);
 

@@ -56,14 +56,6 @@ Options Program::Command(const std::string& name, const std::string& description
   return commands_.back().first;
 }
 
-int Program::Run(int argc, char** argv, const std::function<std::string()>& body,
-                 const std::function<std::string(const std::string& json)>& for_people) {
-  return Run(argc, argv, [&] {
-    const std::string text = body();
-    return Answer(JsonKeys::Parse(text).value(), for_people && !json_ && !quiet_ ? for_people(text) : std::string());
-  });
-}
-
 int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   InstallInterruptHandler();
   try {

@@ -15,32 +15,19 @@
 #include <string>
 #include <vector>
 
-#include "scene/files/json_keys.h"
+#include "scene/program/answer.h"
 #include "scene/program/error.h"
 #include "scene/program/options.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
 
-// What a program has to say when it is done, made from its summary.
-struct Answer {
-  JsonKeys keys;
-  std::string text;  // for people; empty: nothing
-
-  template <typename Summary>
-  requires requires(const Summary& s) { Describe(s); }
-  Answer(const Summary& summary) : keys(summary), text(Describe(summary)) {}
-  Answer(JsonKeys k, std::string t) : keys(std::move(k)), text(std::move(t)) {}
-};
-
 class Program {
  public:
   Program(std::string name, std::string description);
   ~Program();
   Options& options() { return options_; }
-  CLI::App& app() { return *app_; }
   ProgressSink& progress() { return *sink_; }
-  bool json() const { return json_; }
   int threads() const { return threads_; }
   std::uint64_t seed() const { return seed_; }
 
@@ -50,9 +37,6 @@ class Program {
   // Parses, runs `body`, or the command that was given, prints the answer's JSON on stdout under --json, "schema" and
   // "version" in front of its keys, else its text; turns exceptions into one line and an exit code.
   int Run(int argc, char** argv, const std::function<Answer()>& body = {});
-  // The same for a body that returns a JSON object's text.
-  int Run(int argc, char** argv, const std::function<std::string()>& body,
-          const std::function<std::string(const std::string& json)>& for_people = {});
 
  private:
   std::string name_;

@@ -53,7 +53,6 @@ template Option Options::Add(const std::string&, std::uint64_t&, const std::stri
 template Option Options::Add(const std::string&, double&, const std::string&);
 template Option Options::Add(const std::string&, std::string&, const std::string&);
 template Option Options::Add(const std::string&, std::filesystem::path&, const std::string&);
-template Option Options::Add(const std::string&, std::optional<int>&, const std::string&);
 template Option Options::Add(const std::string&, std::optional<double>&, const std::string&);
 template Option Options::Add(const std::string&, std::vector<int>&, const std::string&);
 template Option Options::Add(const std::string&, std::vector<double>&, const std::string&);
@@ -105,5 +104,6 @@ std::vector<std::string> Options::GivenOf(const std::string& group) const {
   return names;
 }
 void Options::RequireCommand() { app_->require_subcommand(1); }
+void Options::Footer(const std::string& text) { app_->footer(text); }
 
 }  // namespace lumi

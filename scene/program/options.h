@@ -49,8 +49,8 @@ class Options {
  public:
   explicit Options(CLI::App* app) : app_(app) {}
 
-  // The target is an int, a std::uint64_t, a double, a std::string, a path, an optional int or double, or a list of
-  // ints, doubles, strings or paths.
+  // The target is an int, a std::uint64_t, a double, a std::string, a path, an optional double, or a list of ints,
+  // doubles, strings or paths.
   template <typename T>
   Option Add(const std::string& names, T& target, const std::string& help);
   // One of these words.
@@ -78,6 +78,7 @@ class Options {
   // Names of those under it that were given.
   std::vector<std::string> GivenOf(const std::string& group) const;
   void RequireCommand();
+  void Footer(const std::string& text);  // of the help
 
  private:
   Option Grouped(CLI::Option* option);

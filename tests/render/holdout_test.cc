@@ -32,7 +32,7 @@ TEST(Holdout, BeatsTheNearestPhotoAndUsesNoHeldOutOne) {
   const HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress());
   ASSERT_EQ(s.views.size(), 3u);
   EXPECT_EQ(s.views[1].name, "view108.png");
-  EXPECT_GT(s.psnr_mean_db, s.nearest_psnr_mean_db);
+  EXPECT_GT(s.mean.psnr_db, s.nearest_mean.psnr_db);
   for (const HoldoutView& v : s.views) {
     EXPECT_NE(v.nearest_name, v.name);
     EXPECT_LT(v.psnr_db, 60) << "the held-out photo itself was used";
@@ -61,9 +61,9 @@ TEST(Holdout, SmallerPicturesAreComparedWithSmallerPhotosAndPrefilteringPays) {
   HoldoutOptions options;
   options.width_px = 16;
   options.fold = Fold::kChoose;  // the middle of the arc: the ends would be dominated by what nobody saw
-  const double prefiltered = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).psnr_mean_db;
+  const double prefiltered = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).mean.psnr_db;
   options.settings.prefilter = false;
-  const double aliased = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).psnr_mean_db;
+  const double aliased = EvaluateHoldout(d.capture.scene, *renderer, options, SilentProgress()).mean.psnr_db;
   EXPECT_GT(prefiltered, aliased + 1);
 }
 
@@ -94,11 +94,11 @@ TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
   const std::string name = d.capture.scene.views[8].name;
   WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);
   HoldoutSummary s = EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress());
-  ASSERT_TRUE(s.views[1].psnr_object_db && s.psnr_object_mean_db);
+  ASSERT_TRUE(s.views[1].psnr_object_db && s.mean.psnr_object_db);
   EXPECT_FALSE(s.views[0].psnr_object_db);
   EXPECT_NEAR(*s.views[1].psnr_object_db, s.views[1].psnr_db, 1e-9) << "a mask of everything";
-  EXPECT_NEAR(*s.psnr_object_mean_db, s.views[1].psnr_db, 1e-9);
-  EXPECT_NEAR(*s.views[1].nearest_psnr_object_db, s.views[1].nearest_psnr_db, 1e-9);
+  EXPECT_NEAR(*s.mean.psnr_object_db, s.views[1].psnr_db, 1e-9);
+  EXPECT_NEAR(*s.views[1].nearest.psnr_object_db, s.views[1].nearest.psnr_db, 1e-9);
   for (int x = 0; x < mask.width / 2; ++x)
     for (int y = 0; y < mask.height; ++y) mask.At(x, y, 0) = 0;
   WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);

@@ -55,7 +55,8 @@ struct PulsingScene {
 
 TEST(TimeWindows, ANarrowOneShowsTheMomentAndAWideOneBlendsThem) {
   const PulsingScene scene(true);
-  const auto j = nlohmann::json::parse(RunTimeWindows(scene.Options(), SilentProgress()));
+  const Answer answer = RunTimeWindows(scene.Options(), SilentProgress());
+  const auto j = nlohmann::json::parse(answer.keys.Text());
   const auto& rows = j["rows"];
   ASSERT_GE(rows.size(), 4U);
   EXPECT_NEAR(j["frame_s"].get<double>(), kFrame_s, 1e-6);
@@ -73,14 +74,14 @@ TEST(TimeWindows, ANarrowOneShowsTheMomentAndAWideOneBlendsThem) {
   EXPECT_LT(j["best"]["window_frames"].get<double>(), 16);
   for (const char* file : {"time-windows.json", "time-windows.csv", "time-windows.svg"})
     EXPECT_TRUE(std::filesystem::exists(scene.folder / "out" / file)) << file;
-  EXPECT_NE(DescribeTimeWindows(j.dump()).find("without time"), std::string::npos);
+  EXPECT_NE(answer.text.find("without time"), std::string::npos);
 }
 
 TEST(TimeWindows, AgainstAnotherScenesPhotosAllOfOursAreUsed) {
   const PulsingScene scene(true), truth(true);
   MeasureOptions o = scene.Options();
   o.against = truth.Path();
-  const auto j = nlohmann::json::parse(RunTimeWindows(o, SilentProgress()));
+  const auto j = nlohmann::json::parse(RunTimeWindows(o, SilentProgress()).keys.Text());
   // The same photos: each shows itself where the window is narrow.
   EXPECT_GT(j["rows"][0]["psnr_db"].get<double>(), 30);
   EXPECT_NEAR(j["rows"][j["rows"].size() - 2]["photos_in_window"].get<double>(), kPhotos, 1e-6);

@@ -1,5 +1,4 @@
 #include "render/tradeoff/tradeoff.h"
-#include "render/tradeoff/properties.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -213,7 +212,7 @@ TEST(Sweep, HasNoPointTwiceAndEveryPointIsValidAndNamed) {
       for (const SweepPoint& p : SweepTable(b, size)) {
         EXPECT_EQ(Validate(p.settings), "") << p.name;
         EXPECT_TRUE(names.insert(p.name).second) << p.name;
-        EXPECT_TRUE(settings.insert(ToJson(p.settings).dump()).second) << p.name;
+        EXPECT_TRUE(settings.insert(JsonKeys(p.settings).Text()).second) << p.name;
       }
       EXPECT_GE(names.size(), 5u);
     }
@@ -402,7 +401,8 @@ TEST(Probe, ServesWhereTheSceneHasNoFrontAndTheFrontWhereItHas) {
 TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
   SceneOnDisk d("whole", 13);
   const MeasureOptions o = d.Options("out");
-  const Json j = Json::parse(RunTradeoff(o, SilentProgress()));
+  const Answer answer = RunTradeoff(o, SilentProgress());
+  const Json j = Json::parse(answer.keys.Text());
   for (const char* file : {"tradeoff.csv", "tradeoff.json", "tradeoff.svg", "figure-5-4.svg"})
     EXPECT_GT(fs::file_size(o.output / file), 500u) << file;
   ASSERT_GE(j["points"].size(), 3u);
@@ -413,7 +413,8 @@ TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
   for (const Json& r : j["recommended"]) {
     RadianceSettings s;
     for (const auto& [name, value] : r["settings"].items())
-      EXPECT_TRUE(name == "backend" || SetOption(s, name, value)) << name;
+      EXPECT_TRUE(name == "backend" || SetOption(s, name, value.is_string() ? value.get<std::string>() : value.dump()))
+          << name;
     EXPECT_EQ(Validate(s), "");
     EXPECT_TRUE(r["report"]["psnr_db"].is_number());
   }
@@ -429,14 +430,14 @@ TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
   const auto stored = FindFront(d.Scene(), {"truth", "cpu", j["device"], 64, 48});
   ASSERT_TRUE(stored);
   EXPECT_EQ(stored->points.size(), j["front"].size());
-  EXPECT_FALSE(DescribeTradeoff(j.dump()).empty());
+  EXPECT_FALSE(answer.text.empty());
 }
 
 TEST(Tradeoff, ChoosesOnOneFoldAndReportsOnTheOther) {
   SceneOnDisk d("folds", 13);
   MeasureOptions o = d.Options("out");
   o.views = 9;
-  const Json j = Json::parse(RunTradeoff(o, SilentProgress()));
+  const Json j = Json::parse(RunTradeoff(o, SilentProgress()).keys.Text());
   std::set<std::string> chosen, reported;
   for (const Json& v : j["views"]) chosen.insert(v);
   for (const Json& v : j["report_views"]) reported.insert(v);
@@ -515,7 +516,7 @@ TEST(Tradeoff, RefusesBadOptionsInOneLine) {
 TEST(Ablation, ShowsARowForEachOptimisation) {
   SceneOnDisk d("ablation", 13);
   MeasureOptions o = d.Options("out");
-  const Json j = Json::parse(RunAblation(o, SilentProgress()));
+  const Json j = Json::parse(RunAblation(o, SilentProgress()).keys.Text());
   ASSERT_EQ(j["rows"].size(), 6u);
   int pictures = 0;
   for (const Json& r : j["rows"]) {
@@ -538,7 +539,7 @@ TEST(Ablation, ShowsARowForEachOptimisation) {
 TEST(Properties, EachHasItsFigure) {
   SceneOnDisk d("properties", 13);
   MeasureOptions o = d.Options("out");
-  const Json j = ToJson(RunProperties(o, SilentProgress()));
+  const Json j = Json::parse(RunProperties(o, SilentProgress()).keys.Text());
   ASSERT_EQ(j["properties"].size(), 9u);
   const auto figure = [&](const char* property, const char* key) {
     for (const Json& row : j["properties"])

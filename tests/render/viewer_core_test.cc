@@ -14,7 +14,7 @@
 #include <set>
 #include <thread>
 
-#include "render/settings_json.h"
+#include "render/radiance/setting_options.h"
 #include "render/viewer/motion_budget.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/photo_loader.h"
@@ -153,7 +153,7 @@ TEST(Navigation, AFlightEndsAtItsTargetAndAMoveEndsTheFlight) {
     EXPECT_LT((now - last).norm(), 0.6);  // no jump: 7 units in 25 steps, fastest in the middle
     last = now;
   }
-  EXPECT_EQ(NearestView(w.scene, n.state()), 3);
+  EXPECT_EQ(NearestView(w.scene, n.state().cam_from_world), 3);
   EXPECT_LT((MakeWindowView(n.state(), 100, 75).P - MakeWindowView(StateOfView(w.scene, {3}), 100, 75).P).norm(), 1e-9);
   n.FlyTo(StateOfView(w.scene, {0}), 1.0);
   n.Tick(0.3);

@@ -11,7 +11,7 @@
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
 #include "render/picture/convert.h"
-#include "render/settings_json.h"
+#include "render/radiance/setting_options.h"
 #include "render/show/measure_map.h"
 #include "render/viewer/navigation.h"
 #include "render/world/renderer.h"
@@ -95,7 +95,8 @@ class ViewerWindow : public testing::Test {
 
   static RadianceSettings SettingsOf(const nlohmann::json& j) {
     RadianceSettings s;
-    for (const auto& [name, value] : j.items()) SetOption(s, name, value);
+    for (const auto& [name, value] : j.items())
+      SetOption(s, name, value.is_string() ? value.get<std::string>() : value.dump());
     return s;
   }
 

@@ -20,7 +20,8 @@ Outcome Start(std::vector<std::string> args, const std::function<std::string()>&
   testing::internal::CaptureStderr();
   Program program("lumi-test", "a test");
   Outcome o;
-  o.code = program.Run(static_cast<int>(argv.size()), argv.data(), body);
+  o.code =
+      program.Run(static_cast<int>(argv.size()), argv.data(), [&] { return Answer(*JsonKeys::Parse(body()), ""); });
   o.out = testing::internal::GetCapturedStdout();
   o.err = testing::internal::GetCapturedStderr();
   return o;

@@ -8,7 +8,8 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
-#include "scene/tradeoff/json_rows.h"
+#include "scene/tradeoff/table.h"
+#include "tests/support/json_rows.h"
 
 namespace lumi {
 namespace {

@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
-TEST(SettingsJson, EveryOptionComesBack) {
+TEST(SettingOptions, EveryOptionComesBack) {
   RadianceSettings s;
   s.similarity = Similarity::kFull;
   s.correlation = Correlation::kFallingLeaves;
@@ -31,15 +29,15 @@ TEST(SettingsJson, EveryOptionComesBack) {
   s.exposure = true;
   s.prefilter = false;
   RadianceSettings back;
-  const auto j = ToJson(s);
-  for (const auto& [name, value] : j.items()) EXPECT_TRUE(SetOption(back, name, value)) << name;
+  const auto words = JsonKeys(s).Words();
+  for (const auto& [name, text] : words) EXPECT_TRUE(SetOption(back, name, text)) << name;
   EXPECT_EQ(s, back);
-  EXPECT_EQ(j["k"], "all");
-  EXPECT_EQ(j["grid"], "25x16");
+  EXPECT_EQ(words.at("k"), "all");
+  EXPECT_EQ(words.at("grid"), "25x16");
   EXPECT_FALSE(SetOption(back, "backend", "cpu")) << "no setting of the reconstruction";
 }
 
-TEST(SettingsJson, TheCommandLinesTextWillDo) {
+TEST(SettingOptions, TheCommandLinesTextWillDo) {
   RadianceSettings s;
   EXPECT_TRUE(SetOption(s, "k", "7"));
   EXPECT_TRUE(SetOption(s, "grid", "16x16"));
@@ -50,7 +48,7 @@ TEST(SettingsJson, TheCommandLinesTextWillDo) {
   EXPECT_NEAR(s.r_max_rad, 0.17453, 1e-5);
 }
 
-TEST(SettingsJson, BadValuesAreNamed) {
+TEST(SettingOptions, BadValuesAreNamed) {
   for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{{"k", "0"},
                                                                                     {"k", "17"},
                                                                                     {"k", "four"},
