@@ -7,9 +7,9 @@
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
-#include "scene/tradeoff/json_rows.h"
 #include "timeperiodic/frame_stack.h"
 #include "timeperiodic/period_plot.h"
+#include "timeperiodic/period_tradeoff.h"
 
 namespace lumi {
 PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
