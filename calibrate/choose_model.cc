@@ -9,8 +9,7 @@
 
 #include "calibrate/fit.h"
 #include "scene/geometry/dense_solvers.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -91,33 +90,27 @@ long UsedCorners(const std::vector<BoardView>& views) {
 std::vector<HeldOutFit> FitModels(const Board& board, const std::vector<BoardView>& views,
                                   const std::vector<LensModel>& models, const CalibrationStart& start, int fold_count) {
   std::vector<HeldOutFit> fits(models.size());
-  ParallelFor(models.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t m = begin; m < end; ++m)
-      fits[m].all = Refine(board, views, {models[m], 0, kFullIterations}, Restrict(start, models[m]));
+  ParallelEach(models.size(), 1, [&](std::size_t m) {
+    fits[m].all = Refine(board, views, {models[m], 0, kFullIterations}, Restrict(start, models[m]));
   });
-  CheckInterrupted();
 
   std::vector<Fold> folds = MakeFolds(views, fold_count);
-  if (std::any_of(folds.begin(), folds.end(), [](const Fold& f) { return f.training.size() < kLeastTrainingViews; }))
-    folds.clear();
+  if (std::ranges::any_of(folds, [](const Fold& f) { return f.training.size() < kLeastTrainingViews; })) folds.clear();
   std::vector<FoldOutcome> outcomes(models.size() * folds.size());
-  ParallelFor(outcomes.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t m = i / folds.size();
-      const Calibration& whole = fits[m].all;
-      const Fold& fold = folds[i % folds.size()];
-      if (!whole.usable || InterruptRequested()) continue;
-      const Calibration c = Refine(board, fold.training, {models[m], 0, kFullIterations},
-                                   {whole.intrinsics, Pick(whole.cam_from_board, fold.training_index)});
-      outcomes[i].seconds = c.seconds;
-      outcomes[i].usable = c.usable;
-      outcomes[i].why = c.why;
-      if (c.usable)
-        outcomes[i].squares =
-            HeldOutSquares(board, fold.held_out, c.intrinsics, Pick(whole.cam_from_board, fold.held_out_index));
-    }
+  ParallelEach(outcomes.size(), 1, [&](std::size_t i) {
+    const std::size_t m = i / folds.size();
+    const Calibration& whole = fits[m].all;
+    const Fold& fold = folds[i % folds.size()];
+    if (!whole.usable) return;
+    const Calibration c = Refine(board, fold.training, {models[m], 0, kFullIterations},
+                                 {whole.intrinsics, Pick(whole.cam_from_board, fold.training_index)});
+    outcomes[i].seconds = c.seconds;
+    outcomes[i].usable = c.usable;
+    outcomes[i].why = c.why;
+    if (c.usable)
+      outcomes[i].squares =
+          HeldOutSquares(board, fold.held_out, c.intrinsics, Pick(whole.cam_from_board, fold.held_out_index));
   });
-  CheckInterrupted();
 
   const auto corners = static_cast<double>(UsedCorners(views));
   for (std::size_t m = 0; m < models.size(); ++m) {
@@ -148,8 +141,7 @@ std::size_t ChooseModel(const std::vector<LensModel>& models, const std::vector<
   if (!best) {
     choice = "too few views to compare models: four are needed";
     return static_cast<std::size_t>(
-        std::find_if(models.begin(), models.end(), [](const LensModel& m) { return m.name == kSimplestUseful; }) -
-        models.begin());
+        std::ranges::find_if(models, [](const LensModel& m) { return m.name == kSimplestUseful; }) - models.begin());
   }
   const std::vector<double>& least = fits[*best].squares;
   const auto n = static_cast<double>(least.size());

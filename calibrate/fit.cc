@@ -15,11 +15,9 @@
 #include "calibrate/zhang.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/constants.h"
-#include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -101,17 +99,15 @@ std::optional<CalibrationStart> FindStart(const Board& board, const std::vector<
     const double median = Median(AllErrors(board, views, start));
     if (std::isfinite(median)) ranked.emplace_back(median, std::move(start));
   }
-  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::sort(ranked, [](const auto& a, const auto& b) { return a.first < b.first; });
   if (ranked.size() > kRefinedStarts) ranked.resize(kRefinedStarts);
   std::optional<CalibrationStart> best;
   double best_median = std::numeric_limits<double>::infinity();
   const RefineOptions options{*LensModelFromName(kSimplestUseful), kFirstRobustScalePx, kStartIterations};
   std::vector<std::optional<CalibrationStart>> refined(ranked.size());
-  ParallelFor(ranked.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Calibration c = Refine(board, views, options, Restrict(ranked[i].second, options.model));
-      if (c.intrinsics.allFinite() && c.intrinsics[kFx] > 0) refined[i] = StartOf(c);
-    }
+  ParallelEach(ranked.size(), 1, [&](std::size_t i) {
+    const Calibration c = Refine(board, views, options, Restrict(ranked[i].second, options.model));
+    if (c.intrinsics.allFinite() && c.intrinsics[kFx] > 0) refined[i] = StartOf(c);
   });
   for (const auto& start : refined) {
     if (!start) continue;
@@ -189,7 +185,7 @@ BoardView Mirrored(const Board& board, const BoardView& view, int width_px) {
 
 double TrimmedRms(std::vector<double> errors) {
   const auto kept = static_cast<std::size_t>(std::floor((1 - kTrimmedShare) * static_cast<double>(errors.size())));
-  std::sort(errors.begin(), errors.end());
+  std::ranges::sort(errors);
   double sum = 0;
   for (std::size_t i = 0; i < kept; ++i) sum += errors[i] * errors[i];
   return std::sqrt(sum / static_cast<double>(kept));
@@ -280,8 +276,7 @@ Calibration RefuseOutliers(const Board& board, CalibrationStart start, int width
 // The views whose corners run the wrong way round are taken out; the homographies of the others.
 std::vector<Eigen::Matrix3d> RefuseMirrored(const Board& board, std::vector<BoardView>& views, FitResult& result) {
   std::vector<Eigen::Matrix3d> homographies = Homographies(board, views);
-  const auto wrong_way =
-      std::count_if(homographies.begin(), homographies.end(), [](const auto& H) { return H.determinant() < 0; });
+  const auto wrong_way = std::ranges::count_if(homographies, [](const auto& H) { return H.determinant() < 0; });
   if (2 * static_cast<std::size_t>(wrong_way) >= views.size())
     throw DataError(fmt::format("the board is mirrored: its corners run the wrong way round in {} of {} views",
                                 wrong_way, views.size()),
@@ -316,8 +311,8 @@ std::string FitOptions::Problem() const {
 double Coverage(const std::vector<BoardView>& views, int width_px, int height_px) {
   std::vector<Eigen::Vector2d> points;
   for (const BoardView& view : views) points.insert(points.end(), view.corners_px.begin(), view.corners_px.end());
-  std::sort(points.begin(), points.end(),
-            [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
+  std::ranges::sort(points,
+                    [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
   if (points.size() < 3) return 0;
   std::vector<Eigen::Vector2d> hull;  // Andrew's monotone chain
   for (int pass = 0; pass < 2; ++pass) {
@@ -327,7 +322,7 @@ double Coverage(const std::vector<BoardView>& views, int width_px, int height_px
       hull.push_back(p);
     }
     hull.pop_back();
-    std::reverse(points.begin(), points.end());
+    std::ranges::reverse(points);
   }
   double area = 0;
   for (std::size_t i = 0; i + 1 < hull.size(); ++i) area += Cross(hull[0], hull[i], hull[i + 1]) / 2;
@@ -417,31 +412,27 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
       double squares = 0, corners = 0, f = 0, sigma = 0, seconds = 0;
     };
     std::vector<Outcome> outcomes(kSubsets);
-    ParallelFor(outcomes.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t s = begin; s < end; ++s) {
-        if (InterruptRequested()) return;
-        std::mt19937_64 random(seed * 1000003 + n * 1009 + s);
-        std::vector<std::size_t> order(total);
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        for (std::size_t i = total - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
-        std::vector<BoardView> in, out;
-        std::vector<Rigid3> in_poses, out_poses;
-        for (std::size_t i = 0; i < total; ++i) {
-          (i < n ? in : out).push_back(fit.views[order[i]]);
-          (i < n ? in_poses : out_poses).push_back(all.cam_from_board[order[i]]);
-        }
-        const Calibration c = Refine(board, in, {all.model, 0, kFullIterations}, {all.intrinsics, in_poses});
-        if (!c.usable) continue;
-        const auto squares = HeldOutSquares(board, out, c.intrinsics, out_poses);
-        outcomes[s] = {true,
-                       std::accumulate(squares.begin(), squares.end(), 0.0),
-                       static_cast<double>(UsedCorners(out)),
-                       c.intrinsics[kFx],
-                       c.Sigma(kFx, c.noise_px),
-                       c.seconds};
+    ParallelEach(outcomes.size(), 1, [&](std::size_t s) {
+      std::mt19937_64 random(seed * 1000003 + n * 1009 + s);
+      std::vector<std::size_t> order(total);
+      std::iota(order.begin(), order.end(), std::size_t{0});
+      for (std::size_t i = total - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+      std::vector<BoardView> in, out;
+      std::vector<Rigid3> in_poses, out_poses;
+      for (std::size_t i = 0; i < total; ++i) {
+        (i < n ? in : out).push_back(fit.views[order[i]]);
+        (i < n ? in_poses : out_poses).push_back(all.cam_from_board[order[i]]);
       }
+      const Calibration c = Refine(board, in, {all.model, 0, kFullIterations}, {all.intrinsics, in_poses});
+      if (!c.usable) return;
+      const auto squares = HeldOutSquares(board, out, c.intrinsics, out_poses);
+      outcomes[s] = {true,
+                     std::accumulate(squares.begin(), squares.end(), 0.0),
+                     static_cast<double>(UsedCorners(out)),
+                     c.intrinsics[kFx],
+                     c.Sigma(kFx, c.noise_px),
+                     c.seconds};
     });
-    CheckInterrupted();
     ViewCountTrial trial{static_cast<int>(n), 0, 0, 0, 0, 0};
     double squares = 0, corners = 0, f = 0, f2 = 0;
     for (const Outcome& o : outcomes) {

@@ -11,7 +11,7 @@
 #include "scene/files/video.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -38,8 +38,7 @@ class OtherBoards {
   }
   // "9x6 inner corners are seen in 11", of the size seen most; empty: none.
   std::string Most() const {
-    const auto most =
-        std::max_element(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most = std::ranges::max_element(seen_, [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most == seen_.end()) return {};
     return fmt::format("{}x{} inner corners are seen in {}", most->first.first, most->first.second, most->second);
   }
@@ -73,18 +72,16 @@ Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptio
   };
   std::vector<Outcome> outcomes(photos.size());
   Progress task(progress, "boards", static_cast<long>(photos.size()));
-  ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      try {
-        const Image8 photo = ReadImage8(photos[i]);
-        outcomes[i].width = photo.width;
-        outcomes[i].height = photo.height;
-        outcomes[i].search = FindBoard(photo, board, options.corner_window_px);
-      } catch (const InputError& e) {
-        outcomes[i].unreadable = e.what();
-      }
-      task.Step();
+  ParallelEach(photos.size(), 1, [&](std::size_t i) {
+    try {
+      const Image8 photo = ReadImage8(photos[i]);
+      outcomes[i].width = photo.width;
+      outcomes[i].height = photo.height;
+      outcomes[i].search = FindBoard(photo, board, options.corner_window_px);
+    } catch (const InputError& e) {
+      outcomes[i].unreadable = e.what();
     }
+    task.Step();
   });
 
   Gathered gathered;
@@ -95,8 +92,7 @@ Gathered FromPhotos(const fs::path& input, const Board& board, const GatherOptio
   if (sizes.empty())
     throw InputError(photos[0],
                      photos.size() == 1 ? outcomes[0].unreadable : "no photo can be read: " + outcomes[0].unreadable);
-  const auto most =
-      std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::ranges::max_element(sizes, [](const auto& a, const auto& b) { return a.second < b.second; });
   std::tie(gathered.width_px, gathered.height_px) = most->first;
 
   OtherBoards others;
@@ -154,9 +150,8 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   std::vector<VideoFrame> batch;  // the sharpest frame of each window, searched as many at once as there are threads
   const auto search = [&] {
     std::vector<BoardSearch> found(batch.size());
-    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) found[i] = FindBoard(batch[i].rgb, board, options.corner_window_px);
-    });
+    ParallelEach(batch.size(), 1,
+                 [&](std::size_t i) { found[i] = FindBoard(batch[i].rgb, board, options.corner_window_px); });
     for (std::size_t i = 0; i < batch.size(); ++i) {
       ++gathered.searched;
       if (found[i].found) {
@@ -206,22 +201,21 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
     std::vector<double> distance(sharp.size(), 1e30);
     std::vector<bool> taken(sharp.size());
     auto next = static_cast<std::size_t>(
-        std::min_element(sharp.begin(), sharp.end(),
-                         [](const auto& a, const auto& b) { return a.board.edge_width_px < b.board.edge_width_px; }) -
+        std::ranges::min_element(
+            sharp, [](const auto& a, const auto& b) { return a.board.edge_width_px < b.board.edge_width_px; }) -
         sharp.begin());
     for (int count = 0; count < options.max_frames && count < static_cast<int>(sharp.size()) && distance[next] > same;
          ++count) {
       taken[next] = true;
       for (std::size_t i = 0; i < sharp.size(); ++i)
         distance[i] = taken[i] ? 0 : std::min(distance[i], MeanDistance(sharp[i], sharp[next]));
-      next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+      next = static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
     }
-    for (std::size_t i = 0; i < sharp.size(); ++i) {
+    for (std::size_t i = 0; i < sharp.size(); ++i)
       if (taken[i])
         gathered.views.push_back(view_of(sharp[i]));
       else
         ++gathered.redundant;
-    }
   }
   RequireBoards(gathered, board, others);
   return gathered;
@@ -238,7 +232,7 @@ std::vector<fs::path> PhotosOf(const fs::path& input) {
         !entry.path().filename().string().starts_with('.'))
       photos.push_back(entry.path());
   if (photos.empty()) throw InputError(input, "the folder holds no photos");
-  std::sort(photos.begin(), photos.end());
+  std::ranges::sort(photos);
   return photos;
 }
 

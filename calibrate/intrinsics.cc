@@ -21,7 +21,7 @@ std::optional<Eigen::Vector2d> Unproject(const Intrinsics& k, const Eigen::Vecto
   return CameraOf(k, 1, 1).Normalized(pixel);
 }
 
-int LensModel::FreeCount() const { return static_cast<int>(std::count(free.begin(), free.end(), true)); }
+int LensModel::FreeCount() const { return static_cast<int>(std::ranges::count(free, true)); }
 
 std::vector<LensModel> LensModels(bool fixed_aspect) {
   struct Part {
@@ -47,8 +47,8 @@ std::vector<LensModel> LensModels(bool fixed_aspect) {
       models.push_back(model);
     }
   }
-  std::stable_sort(models.begin(), models.end(),
-                   [](const LensModel& a, const LensModel& b) { return a.FreeCount() < b.FreeCount(); });
+  std::ranges::stable_sort(models,
+                           [](const LensModel& a, const LensModel& b) { return a.FreeCount() < b.FreeCount(); });
   return models;
 }
 

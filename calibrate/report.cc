@@ -165,8 +165,7 @@ std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& 
       "what a turn of the camera undoes: "
       "median {:.3f}, largest {:.3f}.{}</figcaption></figure>\n",
       UncertaintySvg(summary), summary.uncertainty.median_px, summary.uncertainty.largest_px,
-      std::any_of(summary.uncertainty.sigma_px.begin(), summary.uncertainty.sigma_px.end(),
-                  [](double s) { return !std::isfinite(s); })
+      std::ranges::any_of(summary.uncertainty.sigma_px, [](double s) { return !std::isfinite(s); })
           ? " Red: beyond the reach of the distortion's polynomial, no ray belongs to such a pixel."
           : "");
   h += fmt::format(

@@ -78,7 +78,7 @@ UncertaintyMap ProjectionUncertainty(const Calibration& calibration, int width_p
     map.sigma_px.push_back(sigma);
   }
   if (!finite.empty()) {
-    map.largest_px = *std::max_element(finite.begin(), finite.end());
+    map.largest_px = *std::ranges::max_element(finite);
     map.median_px = Median(std::move(finite));
   }
   return map;

@@ -2,34 +2,10 @@
 #include "pipeline/stabilize/stabilize_video.h"
 #include "scene/program/main_program.h"
 
-int main(int argc, char** argv) {
-  lumi::Program program(
-      "lumi-pipeline",
-      "From a folder of photos or a video to a lumigraph with a report: cameras, proxy, evaluation on held-out photos, "
-      "fly-through. A second run redoes only what changed.");
-  lumi::PipelineOptions options;
-  lumi::Options& app = program.options();
-  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")
-      .Required();
-  app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
-  app.Add("--proxy", options.proxy, "How the proxy is made")
-      .OneOf({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"})
-      .Default();
-  app.Add("--silhouette-rule", options.silhouette_rule,
-          "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
-  app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
-  app.Add("--silhouette-background", options.silhouette_background,
-          "A photo of the background without the object, or a folder with one for each photo");
-  app.Add("--faces", options.faces,
-          "Simplify the proxy to so many faces; a hull stays around its silhouettes. 0 = as it is")
-      .Default();
-  app.Add("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")
-      .Default();
-  app.Add("--render-backend", options.render_backend, "What renders").OneOf({"cpu", "gl"}).Default();
-  app.Flag("--no-video{false}", options.video, "No fly-through");
-  app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();
-  app.Add("--seconds", options.video_seconds, "Length of the fly-through, seconds").Default();
+namespace lumi {
+namespace {
 
+void AddCameras(Options& app, PipelineOptions& options) {
   // lumi-reconstruct checks what it is given: these go to it as they are.
   app.Group("Cameras");
   const auto pass_option = [&](const std::string& name, const std::string& help) {
@@ -76,11 +52,11 @@ int main(int argc, char** argv) {
            "Scale given cameras to photos of another size instead of refusing");
   app.PassFlag("--all-frames", options.reconstruct_arguments,
                "A camera for every frame of a video (as lumi-reconstruct)");
+}
 
-  // A video without its shake: another way through the same programs, to a video instead of a scene.
+// A video without its shake: another way through the same programs, to a video instead of a scene.
+void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOptions& steady) {
   app.Group("Stabilisation");
-  lumi::StabilizeVideoOptions steady;
-  std::string stabilize;
   app.Add("--stabilize", stabilize,
           "INPUT is a shaky video, -o OUT.mp4 its steady one: smooth, linear, vertigo or circular (as lumi-stabilize)")
       .OneOf({"smooth", "linear", "vertigo", "circular"});
@@ -111,8 +87,45 @@ int main(int argc, char** argv) {
   app.Pass("--render-window", steady.render_arguments,
            "Frames to either side that a picture may use (lumi-render's --window-frames)");
   app.Pass("--homographies", steady.reconstruct_arguments, "auto, always or never (as lumi-reconstruct)");
+}
 
-  return program.Run(argc, argv, [&]() -> lumi::Answer {
+}  // namespace
+}  // namespace lumi
+
+int main(int argc, char** argv) {
+  using namespace lumi;
+  Program program(
+      "lumi-pipeline",
+      "From a folder of photos or a video to a lumigraph with a report: cameras, proxy, evaluation on held-out photos, "
+      "fly-through. A second run redoes only what changed.");
+  PipelineOptions options;
+  std::string stabilize;
+  StabilizeVideoOptions steady;
+  Options& app = program.options();
+  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")
+      .Required();
+  app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
+  app.Add("--proxy", options.proxy, "How the proxy is made")
+      .OneOf({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"})
+      .Default();
+  app.Add("--silhouette-rule", options.silhouette_rule,
+          "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
+  app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
+  app.Add("--silhouette-background", options.silhouette_background,
+          "A photo of the background without the object, or a folder with one for each photo");
+  app.Add("--faces", options.faces,
+          "Simplify the proxy to so many faces; a hull stays around its silhouettes. 0 = as it is")
+      .Default();
+  app.Add("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")
+      .Default();
+  app.Add("--render-backend", options.render_backend, "What renders").OneOf({"cpu", "gl"}).Default();
+  app.Flag("--no-video{false}", options.video, "No fly-through");
+  app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();
+  app.Add("--seconds", options.video_seconds, "Length of the fly-through, seconds").Default();
+  AddCameras(app, options);
+  AddStabilisation(app, stabilize, steady);
+
+  return program.Run(argc, argv, [&]() -> Answer {
     if (!stabilize.empty()) {
       steady.input = options.input;
       steady.output = options.output;
@@ -123,12 +136,12 @@ int main(int argc, char** argv) {
         if (a == "--render-window") a = "--window-frames";
       if (options.render_backend != "cpu")
         steady.render_arguments.insert(steady.render_arguments.end(), {"--backend", options.render_backend});
-      return lumi::RunStabilizeVideo(steady, program.progress());
+      return RunStabilizeVideo(steady, program.progress());
     }
     if (const std::vector<std::string> given = app.GivenOf("Stabilisation"); !given.empty())
-      throw lumi::UsageError(given.front() + " goes with --stabilize");
+      throw UsageError(given.front() + " goes with --stabilize");
     options.threads = program.threads();
     options.seed = program.seed();
-    return lumi::RunPipeline(options, program.progress());
+    return RunPipeline(options, program.progress());
   });
 }

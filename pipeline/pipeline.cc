@@ -147,8 +147,7 @@ class Run {
 
   // The first of these names that was a stage.
   const StageResult& StageNamed(const std::set<std::string>& names) const {
-    return *std::find_if(summary_.stages.begin(), summary_.stages.end(),
-                         [&](const StageResult& s) { return names.contains(s.name); });
+    return *std::ranges::find_if(summary_.stages, [&](const StageResult& s) { return names.contains(s.name); });
   }
 
   void Add(StageResult stage) {
@@ -397,7 +396,7 @@ std::string Validate(const PipelineOptions& options) {
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
-    if (!options.calibration.empty() && std::find(passed.begin(), passed.end(), other) != passed.end())
+    if (!options.calibration.empty() && std::ranges::find(passed, other) != passed.end())
       return fmt::format("give one of --calibration and {}", other);
   if (options.threads < 0) return "--threads is 0 (all cores) or more";
   return {};

@@ -19,7 +19,7 @@ void ListKeys(JsonKeys& j, Reuse& r) { j("reused", r.all, "reused", r.parts); }
 
 bool HadNothingToDo(const JsonKeys& summary) {
   const Reuse reuse = summary.As<Reuse>();
-  return reuse.all || std::find(reuse.parts.begin(), reuse.parts.end(), "everything") != reuse.parts.end();
+  return reuse.all || std::ranges::find(reuse.parts, "everything") != reuse.parts.end();
 }
 
 }  // namespace

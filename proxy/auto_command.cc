@@ -11,7 +11,6 @@
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
-#include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
@@ -44,9 +43,8 @@ std::string UnfitForBox(const Scene& scene) {
   } catch (const DataError& e) {
     return e.what();
   }
-  const auto walls = std::count_if(s.wall_points.begin(), s.wall_points.end(), [&](std::size_t n) {
-    return static_cast<double>(n) >= kOnAWall * static_cast<double>(s.points);
-  });
+  const auto walls = std::ranges::count_if(
+      s.wall_points, [&](std::size_t n) { return static_cast<double>(n) >= kOnAWall * static_cast<double>(s.points); });
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (const View& view : scene.views) {
     const double along = s.box_from_world.row(2).dot(view.CentreInWorld());
@@ -222,12 +220,12 @@ std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) 
   std::vector<std::string> names;
   for (const std::string& name : options.candidates) {
     const bool known = std::any_of(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
-    if (!known && std::find(there.begin(), there.end(), name) == there.end()) {
+    if (!known && std::ranges::find(there, name) == there.end()) {
       std::string made;
       for (const Recipe& r : Recipes()) made += (made.empty() ? "" : ", ") + r.name;
       throw UsageError("\"" + name + "\" is no candidate", "one of " + made + ", or a proxy that the scene has");
     }
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
 }
@@ -277,7 +275,7 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
       steps.Step();
     }
   }
-  const auto made = std::count_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
+  const auto made = std::ranges::count_if(candidates, [](const ProxyCandidate& c) { return c.made; });
   if (made == 0)
     throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
   if (views >= 3 && made > 1) {
@@ -287,10 +285,8 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
       Measure(scene, options, holdout, c);
       steps.Step();
     }
-    if (std::none_of(candidates.begin(), candidates.end(),
-                     [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
-      const auto first =
-          std::find_if(candidates.begin(), candidates.end(), [](const ProxyCandidate& c) { return c.made; });
+    if (std::ranges::none_of(candidates, [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
+      const auto first = std::ranges::find_if(candidates, [](const ProxyCandidate& c) { return c.made; });
       throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
     }
   }

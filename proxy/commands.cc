@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <functional>
 
@@ -38,10 +37,8 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   made.kind = kind;
   Mesh mesh;
   if (!target.output.empty()) {
-    if (!target.output.has_extension() ||
-        (target.output.extension() != ".ply" && target.output.extension() != ".obj")) {
+    if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj"))
       throw UsageError("--output " + target.output.string() + " is no mesh file", "end it with .ply or .obj");
-    }
     mesh = make(scene);
     WriteMesh(target.output, mesh);
     made.file = target.output;

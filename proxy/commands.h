@@ -1,7 +1,6 @@
 // What lumi-proxy does: the subcommands. Each returns its summary (summaries.h).
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>

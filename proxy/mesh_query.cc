@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "scene/geometry/median.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -37,9 +36,8 @@ struct MeshQuery::Impl {
 };
 
 MeshQuery::MeshQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
-  if (!mesh.vertices.empty()) {
+  if (!mesh.vertices.empty())
     for (const Eigen::Vector3d& v : mesh.vertices) impl_->centre += v / static_cast<double>(mesh.vertices.size());
-  }
   impl_->triangles.reserve(mesh.faces.size());
   for (const auto& face : mesh.faces) {
     const Triangle t(impl_->Local(mesh.vertices[static_cast<std::size_t>(face[0])]),
@@ -68,11 +66,10 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   const auto hit = impl_->tree.first_intersection(Kernel::Ray_3(o, ray_direction));
   if (!hit) return std::nullopt;
   double t = std::numeric_limits<double>::infinity();
-  if (const auto* point = boost::get<Kernel::Point_3>(&hit->first)) {
+  if (const auto* point = boost::get<Kernel::Point_3>(&hit->first))
     t = (*point - o) * ray_direction;
-  } else if (const auto* segment = boost::get<Kernel::Segment_3>(&hit->first)) {  // the face contains the ray
+  else if (const auto* segment = boost::get<Kernel::Segment_3>(&hit->first))  // the face contains the ray
     t = std::min((segment->source() - o) * ray_direction, (segment->target() - o) * ray_direction);
-  }
   const Triangle& triangle = *hit->second;
   const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
   return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0,
@@ -90,7 +87,7 @@ int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& dire
   std::vector<double> distances;
   for (const auto& hit : hits)
     if (const auto* point = boost::get<Kernel::Point_3>(&hit.first)) distances.push_back((*point - o) * ray_direction);
-  std::sort(distances.begin(), distances.end());
+  std::ranges::sort(distances);
   int layers = 0;
   double last = -1;
   for (const double d : distances) {
@@ -119,22 +116,19 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   MeshFit fit;
   const int rays_a_view = options.grid_x * options.grid_y;
   std::vector<int> met(views.size()), front(views.size()), layers(views.size()), layers_max(views.size());
-  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    CheckInterrupted();
-    for (std::size_t v = begin; v < end; ++v) {
-      const Eigen::Vector2d size = views[v].render.size_px.cast<double>();
-      for (int i = 0; i < rays_a_view; ++i) {
-        const Eigen::Vector2d x_px(size.x() * (i % options.grid_x) / std::max(options.grid_x - 1, 1),
-                                   size.y() * (i / options.grid_x) / std::max(options.grid_y - 1, 1));
-        const auto direction = RayDirection(views[v].render.P, x_px);
-        const auto hit = direction ? query.FirstHit(views[v].render.centre, *direction) : std::nullopt;
-        met[v] += hit.has_value();
-        front[v] += hit && hit->front;
-        if (!hit) continue;
-        const int n = std::max(1, query.Layers(views[v].render.centre, *direction));
-        layers[v] += n;
-        layers_max[v] = std::max(layers_max[v], n);
-      }
+  ParallelEach(views.size(), 1, [&](std::size_t v) {
+    const Eigen::Vector2d size = views[v].render.size_px.cast<double>();
+    for (int i = 0; i < rays_a_view; ++i) {
+      const Eigen::Vector2d x_px(size.x() * (i % options.grid_x) / std::max(options.grid_x - 1, 1),
+                                 size.y() * (i / options.grid_x) / std::max(options.grid_y - 1, 1));
+      const auto direction = RayDirection(views[v].render.P, x_px);
+      const auto hit = direction ? query.FirstHit(views[v].render.centre, *direction) : std::nullopt;
+      met[v] += hit.has_value();
+      front[v] += hit && hit->front;
+      if (!hit) continue;
+      const int n = std::max(1, query.Layers(views[v].render.centre, *direction));
+      layers[v] += n;
+      layers_max[v] = std::max(layers_max[v], n);
     }
   });
   long all_met = 0, all_front = 0, all_layers = 0;
@@ -155,33 +149,27 @@ MeshFit MeasureFit(const Mesh& mesh, const std::vector<ProxyView>& views, const 
   fit.layers_mean = all_met > 0 ? static_cast<double>(all_layers) / static_cast<double>(all_met) : 0;
 
   std::vector<std::pair<std::int32_t, std::int32_t>> lines;  // point, view
-  for (std::size_t p = 0; p < points.size(); ++p) {
+  for (std::size_t p = 0; p < points.size(); ++p)
     for (const std::int32_t v : points[p].views) lines.emplace_back(static_cast<std::int32_t>(p), v);
-  }
   const std::size_t stride = std::max<std::size_t>(
       1, (lines.size() + options.max_lines_of_sight - 1) / std::max<std::size_t>(options.max_lines_of_sight, 1));
   const std::size_t picked = (lines.size() + stride - 1) / stride;
   std::atomic<std::size_t> blocked = 0;
-  ParallelFor(picked, 256, [&](std::size_t begin, std::size_t end) {
-    CheckInterrupted();
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto [p, v] = lines[i * stride];
-      const Eigen::Vector3d& eye = views[static_cast<std::size_t>(v)].render.centre;
-      const auto hit = query.FirstHit(eye, points[static_cast<std::size_t>(p)].x_in_world - eye);
-      if (hit && hit->distance < 1 - options.block_tolerance) ++blocked;
-    }
+  ParallelEach(picked, 256, [&](std::size_t i) {
+    const auto [p, v] = lines[i * stride];
+    const Eigen::Vector3d& eye = views[static_cast<std::size_t>(v)].render.centre;
+    const auto hit = query.FirstHit(eye, points[static_cast<std::size_t>(p)].x_in_world - eye);
+    if (hit && hit->distance < 1 - options.block_tolerance) ++blocked;
   });
   fit.lines_of_sight = picked;
   fit.blocked_ray_fraction = picked > 0 ? static_cast<double>(blocked) / static_cast<double>(picked) : 0;
 
   std::vector<double> distances(points.size());
-  ParallelFor(points.size(), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      double depth = std::numeric_limits<double>::infinity();
-      for (const std::int32_t v : points[p].views)
-        depth = std::min(depth, views[static_cast<std::size_t>(v)].DepthOf(points[p].x_in_world));
-      distances[p] = query.Distance(points[p].x_in_world) / depth;
-    }
+  ParallelEach(points.size(), 256, [&](std::size_t p) {
+    double depth = std::numeric_limits<double>::infinity();
+    for (const std::int32_t v : points[p].views)
+      depth = std::min(depth, views[static_cast<std::size_t>(v)].DepthOf(points[p].x_in_world));
+    distances[p] = query.Distance(points[p].x_in_world) / depth;
   });
   fit.points = points.size();
   fit.distance_median = Quantile(distances, 0.5);

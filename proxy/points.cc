@@ -52,7 +52,7 @@ PointSelection SelectPoints(const Scene& scene, const std::vector<ProxyView>& vi
       if (observation.view.value < 0 || v >= views.size() || !(views[v].DepthOf(x) > 0)) continue;
       p.views.push_back(observation.view.value);
     }
-    std::sort(p.views.begin(), p.views.end());
+    std::ranges::sort(p.views);
     p.views.erase(std::unique(p.views.begin(), p.views.end()), p.views.end());
     if (p.views.size() < 2) {
       ++selection.unusable;
@@ -90,13 +90,11 @@ PointSelection SelectPoints(const Scene& scene, const std::vector<ProxyView>& vi
     const double limit = options.max_neighbour_ratio * Quantile(ratio, 0.5);
     std::vector<ProxyPoint> kept;
     kept.reserve(candidates.size());
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (limit > 0 && ratio[i] > limit) {
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      if (limit > 0 && ratio[i] > limit)
         ++selection.isolated;
-      } else {
+      else
         kept.push_back(std::move(candidates[i]));
-      }
-    }
     candidates = std::move(kept);
   }
   selection.points = std::move(candidates);
@@ -127,7 +125,7 @@ struct GridHash {
 std::vector<ProxyPoint> MergePoints(const std::vector<ProxyPoint>& points, double distance) {
   std::vector<std::int32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+  std::ranges::stable_sort(order, [&](std::int32_t a, std::int32_t b) {
     const ProxyPoint& p = points[static_cast<std::size_t>(a)];
     const ProxyPoint& q = points[static_cast<std::size_t>(b)];
     return p.views.size() != q.views.size() ? p.views.size() > q.views.size() : p.sigma < q.sigma;
@@ -191,7 +189,7 @@ namespace {
 class KdTree {
  public:
   explicit KdTree(const std::vector<Eigen::Vector3d>& points) : points_(points), order_(points.size()) {
-    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::int32_t>(i);
+    std::iota(order_.begin(), order_.end(), 0);
     axis_.resize(points.size());
     Build(0, order_.size());
   }
@@ -204,13 +202,10 @@ class KdTree {
  private:
   void Build(std::size_t begin, std::size_t end) {
     if (begin >= end) return;
-    Eigen::Vector3d low = points_[static_cast<std::size_t>(order_[begin])], high = low;
-    for (std::size_t i = begin; i < end; ++i) {
-      low = low.cwiseMin(points_[static_cast<std::size_t>(order_[i])]);
-      high = high.cwiseMax(points_[static_cast<std::size_t>(order_[i])]);
-    }
+    Eigen::AlignedBox3d box;
+    for (std::size_t i = begin; i < end; ++i) box.extend(points_[static_cast<std::size_t>(order_[i])]);
     int axis = 0;
-    (high - low).maxCoeff(&axis);
+    box.sizes().maxCoeff(&axis);
     const std::size_t middle = begin + (end - begin) / 2;
     std::nth_element(order_.begin() + static_cast<std::ptrdiff_t>(begin),
                      order_.begin() + static_cast<std::ptrdiff_t>(middle),
@@ -233,7 +228,7 @@ class KdTree {
     if (node != self) {
       const double d = (x - y).squaredNorm();
       if (squared.size() < k || d < squared.back()) {
-        squared.insert(std::upper_bound(squared.begin(), squared.end(), d), d);
+        squared.insert(std::ranges::upper_bound(squared, d), d);
         if (squared.size() > k) squared.pop_back();
       }
     }

@@ -17,20 +17,16 @@ std::string StageOf(const std::string& name) { return "proxy-" + name; }
 
 }  // namespace
 
-bool KeepsProxies(const Scene& scene) {
-  std::error_code error;
-  return fs::exists(scene.folder / "lumigraph.json", error);
-}
-
 void RequireKeepsProxies(const Scene& scene) {
-  if (KeepsProxies(scene)) return;
+  std::error_code error;
+  if (fs::exists(scene.folder / "lumigraph.json", error)) return;
   throw UsageError(scene.folder.string() + " is another tool's workspace and is not written to",
                    "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " +
                        scene.folder.string());
 }
 
 void RequireProxyName(const std::string& name) {
-  const bool plain = !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+  const bool plain = !name.empty() && name.front() != '.' && std::ranges::all_of(name, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
   });
   if (!plain) throw UsageError("\"" + name + "\" is no name for a proxy", "use letters, digits, '-', '_' and '.'");

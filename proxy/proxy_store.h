@@ -2,7 +2,6 @@
 // overwritten by one of another kind.
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,10 +12,8 @@
 
 namespace lumi {
 
-// Whether proxies may be kept in the scene's own folder: it is one of this suite's. Other tools' workspaces are opened
-// as they are and never written to.
-bool KeepsProxies(const Scene& scene);
-// Throws UsageError, saying what to do instead, where it does not.
+// Proxies are kept in the scene's own folder where it is one of this suite's. Other tools' workspaces are opened as they
+// are and never written to: throws UsageError, saying what to do instead.
 void RequireKeepsProxies(const Scene& scene);
 
 // Throws UsageError for a name that is no plain file name.

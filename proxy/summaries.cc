@@ -175,8 +175,7 @@ std::string Describe(const Made<SimplifyFigures>& s) {
       "median, {:.4f} least",
       f.fit.views_used, 100 * covered.coverage_min, covered.deepest_uncovered_px, covered.iou_median, covered.iou_min);
   std::vector<MissedView> missed = f.fit.views_missed;
-  std::stable_sort(missed.begin(), missed.end(),
-                   [](const MissedView& a, const MissedView& b) { return a.coverage < b.coverage; });
+  std::ranges::stable_sort(missed, [](const MissedView& a, const MissedView& b) { return a.coverage < b.coverage; });
   if (!missed.empty())
     out += fmt::format("\n{} silhouettes not covered to {:g} % and {:g} px, the worst:", missed.size(),
                        100 * kLeastCoverage, kDeepestUncoveredPx);
@@ -196,12 +195,11 @@ void ListKeys(JsonKeys& j, SilhouettesSummary& s) {
 }
 std::string Describe(const SilhouettesSummary& s) {
   std::string out = fmt::format("{} silhouettes in {}, {:.2f} s", s.silhouettes.size(), s.folder.string(), s.seconds);
-  for (const FoundSilhouette& f : s.silhouettes) {
+  for (const FoundSilhouette& f : s.silhouettes)
     if (f.info.kind != SilhouetteKind::kNormal)
       out += fmt::format("\n{}: {}, {} pixels", f.name, Name(f.info.kind), f.info.pixels);
     else if (f.info.touches_border)
       out += fmt::format("\n{}: touches the photo's border", f.name);
-  }
   return out;
 }
 

@@ -70,9 +70,7 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool
       point_at[{scene.views[static_cast<std::size_t>(o.view.value)].name, o.x_px.x(), o.x_px.y()}] = p;
   std::map<std::string, Rigid3> pose_of;
   for (const View& view : adjusted.views) pose_of[view.name] = view.cam_from_world;
-  if (!std::all_of(scene.views.begin(), scene.views.end(),
-                   [&](const View& view) { return pose_of.count(view.name) > 0; }))
-    return;
+  if (!std::ranges::all_of(scene.views, [&](const View& view) { return pose_of.count(view.name) > 0; })) return;
   std::vector<char> kept(scene.points.size(), 0);
   for (const Point& point : adjusted.points)
     for (const Observation& o : point.track) {

@@ -17,8 +17,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/geometry/median.h"
-#include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/tracks/match_descriptors.h"
 
 namespace lumi {
@@ -149,31 +148,29 @@ void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vecto
             const Camera& camera) {
   constexpr double kTie = 0.9;
   std::vector<Placed> smoothed = placed;
-  ParallelFor(placed.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      std::vector<const Placed*> neighbours;
-      for (const std::size_t distance : {1, 2, 3}) {
-        if (f >= distance && placed[f - distance].ok) neighbours.push_back(&placed[f - distance]);
-        if (f + distance < placed.size() && placed[f + distance].ok) neighbours.push_back(&placed[f + distance]);
-      }
-      if (neighbours.size() < 2) continue;
-      // The middle of the neighbours, coordinate by coordinate: one of them may be wrong itself.
-      Eigen::Vector3d middle;
-      for (int c = 0; c < 3; ++c) {
-        std::vector<double> values;
-        for (const Placed* n : neighbours) values.push_back(n->cam_from_world.OriginInSource()[c]);
-        middle[c] = Median(std::move(values));
-      }
-      const auto distance_of = [&](const Placed& p) { return (p.cam_from_world.OriginInSource() - middle).norm(); };
-      for (const Placed* n : neighbours) {
-        const Placed other = Refine(seen[f], points, camera, n->cam_from_world);
-        if (!other.ok) continue;
-        const Placed& now = smoothed[f];
-        const bool as_good = static_cast<double>(other.inliers) >= kTie * now.inliers;
-        if (!now.ok || static_cast<double>(now.inliers) < kTie * other.inliers ||
-            (as_good && distance_of(other) < distance_of(now)))
-          smoothed[f] = other;
-      }
+  ParallelEach(placed.size(), 4, [&](std::size_t f) {
+    std::vector<const Placed*> neighbours;
+    for (const std::size_t distance : {1, 2, 3}) {
+      if (f >= distance && placed[f - distance].ok) neighbours.push_back(&placed[f - distance]);
+      if (f + distance < placed.size() && placed[f + distance].ok) neighbours.push_back(&placed[f + distance]);
+    }
+    if (neighbours.size() < 2) return;
+    // The middle of the neighbours, coordinate by coordinate: one of them may be wrong itself.
+    Eigen::Vector3d middle;
+    for (int c = 0; c < 3; ++c) {
+      std::vector<double> values;
+      for (const Placed* n : neighbours) values.push_back(n->cam_from_world.OriginInSource()[c]);
+      middle[c] = Median(std::move(values));
+    }
+    const auto distance_of = [&](const Placed& p) { return (p.cam_from_world.OriginInSource() - middle).norm(); };
+    for (const Placed* n : neighbours) {
+      const Placed other = Refine(seen[f], points, camera, n->cam_from_world);
+      if (!other.ok) continue;
+      const Placed& now = smoothed[f];
+      const bool as_good = static_cast<double>(other.inliers) >= kTie * now.inliers;
+      if (!now.ok || static_cast<double>(now.inliers) < kTie * other.inliers ||
+          (as_good && distance_of(other) < distance_of(now)))
+        smoothed[f] = other;
     }
   });
   placed = std::move(smoothed);
@@ -184,11 +181,9 @@ std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>&
                                 ProgressSink& sink) {
   std::vector<Placed> placed(seen.size());
   Progress progress(sink, "placing all frames", static_cast<long>(seen.size()));
-  ParallelFor(seen.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      placed[f] = Resection(seen[f], points, camera);
-      progress.Step();
-    }
+  ParallelEach(seen.size(), 1, [&](std::size_t f) {
+    placed[f] = Resection(seen[f], points, camera);
+    progress.Step();
   });
   Smooth(placed, seen, points, camera);
   return placed;
@@ -196,7 +191,7 @@ std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>&
 
 // The keyframes nearest in time to a frame.
 std::vector<std::string> NearKeyframes(const std::vector<std::string>& keyframes, const std::string& frame) {
-  const auto at = std::lower_bound(keyframes.begin(), keyframes.end(), frame);
+  const auto at = std::ranges::lower_bound(keyframes, frame);
   const auto before = std::min<std::size_t>(kNeighbours, static_cast<std::size_t>(at - keyframes.begin()));
   const auto after = std::min<std::size_t>(kNeighbours, static_cast<std::size_t>(keyframes.end() - at));
   return {at - static_cast<std::ptrdiff_t>(before), at + static_cast<std::ptrdiff_t>(after)};
@@ -281,32 +276,30 @@ FrameSightings FindSightings(const Scene& scene, const std::vector<std::string>&
   FrameSightings found{Sightings(frames.size()), std::vector<int>(frames.size(), 0)};
   std::mutex reading;
   Progress matching(sink, "matching all frames", static_cast<long>(frames.size()));
-  ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      matching.Step();
-      const auto image = image_of.find(frames[f]);
-      if (image == image_of.end()) continue;
-      found.features[f] = image->second.keypoints;
-      std::vector<Eigen::Vector2d> keypoints;
-      Descriptors descriptors;
-      {
-        const std::lock_guard lock(reading);
-        keypoints = db.Keypoints(image->second.id);
-        descriptors = UnitDescriptors(db, image->second.id);
-      }
-      if (static_cast<Eigen::Index>(keypoints.size()) != descriptors.rows()) continue;
-      std::set<std::pair<std::int32_t, int>> unique;
-      for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
-        const auto of_keyframe = descriptors_of.find(keyframe);
-        if (of_keyframe == descriptors_of.end()) continue;
-        const auto& of_keypoint = point_of_keypoint.at(keyframe);
-        constexpr auto kAll = std::numeric_limits<Eigen::Index>::max();
-        for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, kAll)) {
-          if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
-          const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
-          if (point >= 0 && unique.emplace(point, m.a).second)
-            found.seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
-        }
+  ParallelEach(frames.size(), 1, [&](std::size_t f) {
+    matching.Step();
+    const auto image = image_of.find(frames[f]);
+    if (image == image_of.end()) return;
+    found.features[f] = image->second.keypoints;
+    std::vector<Eigen::Vector2d> keypoints;
+    Descriptors descriptors;
+    {
+      const std::lock_guard lock(reading);
+      keypoints = db.Keypoints(image->second.id);
+      descriptors = UnitDescriptors(db, image->second.id);
+    }
+    if (static_cast<Eigen::Index>(keypoints.size()) != descriptors.rows()) return;
+    std::set<std::pair<std::int32_t, int>> unique;
+    for (const auto& keyframe : NearKeyframes(keyframes, frames[f])) {
+      const auto of_keyframe = descriptors_of.find(keyframe);
+      if (of_keyframe == descriptors_of.end()) continue;
+      const auto& of_keypoint = point_of_keypoint.at(keyframe);
+      constexpr auto kAll = std::numeric_limits<Eigen::Index>::max();
+      for (const DescriptorMatch& m : MatchDescriptors(descriptors, of_keyframe->second, kMatchRatio, kAll)) {
+        if (m.similarity < kLeastSimilarity || static_cast<std::size_t>(m.b) >= of_keypoint.size()) continue;
+        const std::int32_t point = of_keypoint[static_cast<std::size_t>(m.b)];
+        if (point >= 0 && unique.emplace(point, m.a).second)
+          found.seen[f].emplace_back(point, keypoints[static_cast<std::size_t>(m.a)]);
       }
     }
   });
@@ -318,7 +311,7 @@ void SortViews(Scene& scene) {
   const std::vector<View> views = std::move(scene.views);
   std::vector<std::size_t> order(views.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return views[a].name < views[b].name; });
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return views[a].name < views[b].name; });
   std::vector<std::int32_t> new_index(views.size());
   scene.views.clear();
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -377,7 +370,7 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
   SortViews(scene);
   std::erase_if(scene.points, [](const Point& point) { return point.track.empty(); });
   scene.image_folder = all_frames.folder;
-  std::sort(missing.begin(), missing.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::ranges::sort(missing, [](const auto& a, const auto& b) { return a.name < b.name; });
 }
 
 }  // namespace lumi

@@ -2,7 +2,6 @@
 // these points adjusts them, the keyframes' cameras and the lens, and the frames are placed again.
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "reconstruct/colmap_program.h"

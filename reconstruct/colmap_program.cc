@@ -114,7 +114,7 @@ int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOptio
 std::string ColmapProgram::LastComplaint() const {
   for (auto it = tail_.rbegin(); it != tail_.rend(); ++it) {
     std::string lower = *it;
-    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
     if (lower.find("error") != std::string::npos || lower.find("check failed") != std::string::npos) {
       const auto from = it->find_first_not_of(" \t");
       return from == std::string::npos ? *it : it->substr(from);

@@ -9,7 +9,7 @@
 
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -120,7 +120,7 @@ std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pa
                                         const std::vector<double>& strength) {
   std::vector<std::size_t> order(pairs.size()), part(n);
   for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t x, std::size_t y) { return strength[x] > strength[y]; });
+  std::ranges::stable_sort(order, [&](std::size_t x, std::size_t y) { return strength[x] > strength[y]; });
   for (std::size_t camera = 0; camera < n; ++camera) part[camera] = camera;
   std::vector<std::pair<std::size_t, std::size_t>> tree;
   for (const std::size_t p : order) {
@@ -179,15 +179,14 @@ WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const C
   WatchedMotion motion{camera.Scaled(frames[0].cols, frames[0].rows), cam_from_world, {}, {}};
   motion.change.resize(frames.size());
   motion.foreground.resize(frames.size());
-  ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      for (int p = 0; p < pixels; ++p) {
-        const int value = frames[i].ptr()[p],
-                  change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0,
-                  beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
-        if (change > 0) motion.change[i].emplace_back(p, static_cast<float>(change));
-        if (beyond > 0) motion.foreground[i].emplace_back(p, static_cast<float>(beyond));
-      }
+  ParallelEach(frames.size(), 1, [&](std::size_t i) {
+    for (int p = 0; p < pixels; ++p) {
+      const int value = frames[i].ptr()[p],
+                change = i > 0 ? std::abs(value - frames[i - 1].ptr()[p]) - kCodingChange : 0,
+                beyond = std::abs(value - median[static_cast<std::size_t>(p)]) - kCodingChange;
+      if (change > 0) motion.change[i].emplace_back(p, static_cast<float>(change));
+      if (beyond > 0) motion.foreground[i].emplace_back(p, static_cast<float>(beyond));
+    }
   });
   return motion;
 }
@@ -195,9 +194,7 @@ WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const C
 OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets) {
   const std::size_t n = videos.size();
   std::vector<std::vector<Eigen::Vector3f>> rays(n);
-  ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) rays[v] = RaysOf(videos[v]);
-  });
+  ParallelEach(n, 1, [&](std::size_t v) { rays[v] = RaysOf(videos[v]); });
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
@@ -206,18 +203,16 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
     double likelihood = 0, correlation = 0;
   };
   std::vector<std::vector<Agreement>> agreement(pairs.size());
-  ParallelFor(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const auto [a, b] = pairs[p];
-      const auto planes = PlanesOf(videos[a], rays[a], videos[b], rays[b]);
-      for (int d = -2 * kReach; d <= 2 * kReach; ++d) {
-        Agreement& at = agreement[p].emplace_back();
-        for (std::size_t kind = 0; planes && kind < planes->a.size(); ++kind) {
-          const double c = std::clamp(PlaneCorrelation(planes->a[kind], planes->b[kind], offsets[b] - offsets[a] + d),
-                                      0.0, kMostAlike);
-          at.likelihood -= std::log(1 - c * c);
-          at.correlation += c / static_cast<double>(planes->a.size());
-        }
+  ParallelEach(pairs.size(), 1, [&](std::size_t p) {
+    const auto [a, b] = pairs[p];
+    const auto planes = PlanesOf(videos[a], rays[a], videos[b], rays[b]);
+    for (int d = -2 * kReach; d <= 2 * kReach; ++d) {
+      Agreement& at = agreement[p].emplace_back();
+      for (std::size_t kind = 0; planes && kind < planes->a.size(); ++kind) {
+        const double c = std::clamp(PlaneCorrelation(planes->a[kind], planes->b[kind], offsets[b] - offsets[a] + d),
+                                    0.0, kMostAlike);
+        at.likelihood -= std::log(1 - c * c);
+        at.correlation += c / static_cast<double>(planes->a.size());
       }
     }
   });
@@ -232,7 +227,7 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
   // with the others, until none moves: neighbours that agree among themselves would hold each other where they are.
   std::vector<double> strength;
   for (const std::vector<Agreement>& of : agreement)
-    strength.push_back(std::max_element(of.begin(), of.end(), [](const Agreement& x, const Agreement& y) {
+    strength.push_back(std::ranges::max_element(of, [](const Agreement& x, const Agreement& y) {
                          return x.likelihood < y.likelihood;
                        })->likelihood);
   const std::vector<std::vector<bool>> groups = GroupsOf(n, pairs, strength);
@@ -245,7 +240,7 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
       for (int by = -2 * kReach; by <= 2 * kReach; ++by) {
         std::vector<int> tried = moved;
         for (std::size_t camera = 0; camera < n; ++camera) tried[camera] += group[camera] ? by : 0;
-        if (std::any_of(tried.begin(), tried.end(), [](int m) { return std::abs(m) > kReach; })) continue;
+        if (std::ranges::any_of(tried, [](int m) { return std::abs(m) > kReach; })) continue;
         if (const double sum = total(tried, &Agreement::likelihood); sum > best_sum + kRounding)
           best = tried, best_sum = sum;
       }

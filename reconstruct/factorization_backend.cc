@@ -81,8 +81,8 @@ std::set<std::string> FramesToFactorise(const Capture& keyframes, const Capture&
   const int between = n < 2 ? 0 : std::clamp((kFramesWanted - n) / (n - 1), 0, kFramesBetween);
   std::size_t last = all.photos.size();
   for (std::size_t i = 0; i < all.photos.size(); ++i) {
-    const bool key = std::binary_search(keyframes.photos.begin(), keyframes.photos.end(), all.photos[i],
-                                        [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
+    const bool key = std::ranges::binary_search(
+        keyframes.photos, all.photos[i], [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
     if (!key) continue;
     names.insert(all.photos[i].name);
     for (std::size_t k = 1; last < i && k <= static_cast<std::size_t>(between); ++k)
@@ -113,6 +113,24 @@ Scene Among(const Scene& all, const std::set<std::string>& names) {
   }
   UpdateFrameOfReference(some);
   return some;
+}
+
+FactorizationOptions FactorizationOptionsFor(const Capture& capture, const ReconstructOptions& options,
+                                             const KnownIntrinsics& known) {
+  FactorizationOptions factorization;
+  factorization.windows.ordered = capture.is_video || options.matching == Matching::kSequential;
+  if (options.window_frames > 0) {
+    factorization.windows.length = options.window_frames;
+    factorization.windows.overlap = std::clamp(options.window_frames / 2, 1, options.window_frames - 1);
+  }
+  factorization.adjust = options.adjust;
+  factorization.projective_only = options.projective;
+  factorization.seed = options.seed;
+  if (options.refine == Refine::kFocal || (options.refine == Refine::kAuto && known.approximate))
+    factorization.intrinsics = FreeIntrinsics::kFocal;
+  else if (options.refine == Refine::kCentre)
+    factorization.intrinsics = FreeIntrinsics::kFocalAndCentre;
+  return factorization;
 }
 
 }  // namespace
@@ -211,19 +229,7 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   summary.cut_frame = found.cut_frame;
   summary.images_total = used.total();
 
-  FactorizationOptions factorization;
-  factorization.windows.ordered = capture.is_video || options.matching == Matching::kSequential;
-  if (options.window_frames > 0) {
-    factorization.windows.length = options.window_frames;
-    factorization.windows.overlap = std::clamp(options.window_frames / 2, 1, options.window_frames - 1);
-  }
-  factorization.adjust = options.adjust;
-  factorization.projective_only = options.projective;
-  factorization.seed = options.seed;
-  if (options.refine == Refine::kFocal || (options.refine == Refine::kAuto && known.approximate))
-    factorization.intrinsics = FreeIntrinsics::kFocal;
-  else if (options.refine == Refine::kCentre)
-    factorization.intrinsics = FreeIntrinsics::kFocalAndCentre;
+  const FactorizationOptions factorization = FactorizationOptionsFor(capture, options, known);
   FactorizationResult result;
   const bool homographies =
       options.projective && factorization.windows.ordered && options.homographies != Homographies::kNever;
@@ -249,7 +255,7 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
       relate = true;
     }
   if (homographies && !relate) {
-    const auto placed = static_cast<double>(std::count(result.placed.begin(), result.placed.end(), char{1}));
+    const auto placed = static_cast<double>(std::ranges::count(result.placed, char{1}));
     if (result.upgrade == UpgradeKind::kNone || placed < kLeastPlaced * static_cast<double>(tracks.frames.size())) {
       sink.Message(
           fmt::format("{}: the frames are related by homographies",

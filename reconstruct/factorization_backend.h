@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "reconstruct/given_camera.h"
 #include "reconstruct/options.h"

@@ -1,17 +1,12 @@
 #include "reconstruct/finish.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "reconstruct/reprojection.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
-#include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -22,18 +17,15 @@ namespace {
 Image8 UndistortMask(const Image8& mask, const Camera& distorted, const Camera& pinhole) {
   Image8 result(pinhole.width_px, pinhole.height_px, 1);
   const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx();
-  ParallelFor(static_cast<std::size_t>(result.height), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) {
-      const int y = static_cast<int>(row);
-      for (int x = 0; x < result.width; ++x) {
-        const Eigen::Vector3d ray((x + 0.5 - c.x()) / f.x(), (y + 0.5 - c.y()) / f.y(), 1);
-        const auto source = distorted.Project(ray);
-        if (!source) continue;
-        const int u = static_cast<int>(std::floor(source->x() * mask.width / distorted.width_px));
-        const int v = static_cast<int>(std::floor(source->y() * mask.height / distorted.height_px));
-        if (u >= 0 && v >= 0 && u < mask.width && v < mask.height)
-          result.At(x, y, 0) = mask.At(u, v, 0) > 127 ? 255 : 0;
-      }
+  ParallelEach(static_cast<std::size_t>(result.height), 16, [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < result.width; ++x) {
+      const Eigen::Vector3d ray((x + 0.5 - c.x()) / f.x(), (y + 0.5 - c.y()) / f.y(), 1);
+      const auto source = distorted.Project(ray);
+      if (!source) continue;
+      const int u = static_cast<int>(std::floor(source->x() * mask.width / distorted.width_px));
+      const int v = static_cast<int>(std::floor(source->y() * mask.height / distorted.height_px));
+      if (u >= 0 && v >= 0 && u < mask.width && v < mask.height) result.At(x, y, 0) = mask.At(u, v, 0) > 127 ? 255 : 0;
     }
   });
   return result;

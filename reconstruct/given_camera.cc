@@ -9,7 +9,7 @@
 #include "scene/files/camera_yaml.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/undistort/undistorter.h"
 
 namespace lumi {
@@ -101,15 +101,13 @@ Capture Resampled(const Capture& capture, const Camera& camera, const fs::path& 
   straight.folder = folder;
   straight.resampled = true;
   Progress progress(sink, "resampling without skew and distortion", static_cast<long>(capture.photos.size()));
-  ParallelFor(capture.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const fs::path from = capture.folder / capture.photos[i].name, to = folder / capture.photos[i].name;
-      if (!IsNewer(to, from)) {
-        fs::create_directories(to.parent_path());
-        WriteImage(to, undistort(ReadImage8(from)), kResampledJpegQuality);
-      }
-      progress.Step();
+  ParallelEach(capture.photos.size(), 1, [&](std::size_t i) {
+    const fs::path from = capture.folder / capture.photos[i].name, to = folder / capture.photos[i].name;
+    if (!IsNewer(to, from)) {
+      fs::create_directories(to.parent_path());
+      WriteImage(to, undistort(ReadImage8(from)), kResampledJpegQuality);
     }
+    progress.Step();
   });
   return straight;
 }

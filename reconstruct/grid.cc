@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -155,7 +154,7 @@ GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<Ri
     return fit;
   }
   fit.agreement /= static_cast<double>(matches.size());
-  std::sort(shifts.begin(), shifts.end());
+  std::ranges::sort(shifts);
   const double low = Sorted(shifts, kOutlierShare), high = Sorted(shifts, 1 - kOutlierShare),
                middle = Sorted(shifts, 0.5);
   // Cameras that were not rectified see every point move against them.

@@ -1,11 +1,9 @@
 #include "reconstruct/held_cameras.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <set>
 
 #include "reconstruct/colmap_database.h"
 #include "scene/geometry/angle.h"
@@ -157,7 +155,7 @@ std::optional<Point> BestPoint(const std::vector<Feature>& track, const std::vec
 Scene TriangulateHeld(const std::vector<HeldView>& views_any_order, const std::filesystem::path& database_path,
                       const HeldTriangulationOptions& options, ProgressSink& sink) {
   std::vector<HeldView> views = views_any_order;
-  std::sort(views.begin(), views.end(), [](const HeldView& a, const HeldView& b) { return a.name < b.name; });
+  std::ranges::sort(views, [](const HeldView& a, const HeldView& b) { return a.name < b.name; });
 
   const ColmapDatabase database(database_path);
   std::map<std::string, std::int64_t> id_of;

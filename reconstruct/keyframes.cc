@@ -99,14 +99,14 @@ std::vector<int> SelectKeyframes(const std::vector<FrameStatistics>& frames, con
     const double place = std::min(total, k * spacing);
     const double from = place - options.window * spacing, to = place + options.window * spacing;
     int best = -1;
-    for (auto i = static_cast<std::size_t>(std::lower_bound(path.begin(), path.end(), from) - path.begin());
+    for (auto i = static_cast<std::size_t>(std::ranges::lower_bound(path, from) - path.begin());
          i < path.size() && path[i] <= to; ++i) {
       if (!keyframes.empty() && static_cast<int>(i) <= keyframes.back()) continue;
       if (best < 0 || frames[i].sharpness > frames[static_cast<std::size_t>(best)].sharpness)
         best = static_cast<int>(i);
     }
     if (best < 0) {  // the camera jumped over the window: the first frame beyond
-      const auto i = static_cast<std::size_t>(std::lower_bound(path.begin(), path.end(), place) - path.begin());
+      const auto i = static_cast<std::size_t>(std::ranges::lower_bound(path, place) - path.begin());
       if (i < path.size() && (keyframes.empty() || static_cast<int>(i) > keyframes.back())) best = static_cast<int>(i);
     }
     if (best >= 0) keyframes.push_back(best);

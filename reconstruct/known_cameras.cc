@@ -14,7 +14,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -91,8 +91,7 @@ std::vector<HeldView> Mirrored(const std::vector<HeldView>& views) {
 bool HasSkew(const std::vector<HeldView>& views, const Capture& capture) {
   constexpr double kShownPx = 0.25;
   const int height_px = capture.photos.empty() ? 0 : capture.photos.front().height_px;
-  return std::any_of(views.begin(), views.end(),
-                     [&](const HeldView& v) { return std::abs(v.shear) * height_px / 2 > kShownPx; });
+  return std::ranges::any_of(views, [&](const HeldView& v) { return std::abs(v.shear) * height_px / 2 > kShownPx; });
 }
 
 Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, const std::filesystem::path& staging,
@@ -104,21 +103,19 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
   std::erase_if(straight.photos, [&](const InputPhoto& photo) { return shear_of.count(photo.name) == 0; });
   Progress progress(sink, "removing skew", static_cast<long>(straight.photos.size()));
   constexpr int kJpegQuality = 97;  // resampled once more than other photos: the file must not add to it
-  ParallelFor(straight.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::string& name = straight.photos[i].name;
-      Image8 photo = ReadImage8(capture.folder / name);
-      Image8 result(photo.width, photo.height, 3);
-      cv::Mat from(photo.height, photo.width, CV_8UC3, photo.data.data()),
-          to(result.height, result.width, CV_8UC3, result.data.data());
-      // OpenCV asks where each new pixel comes from; the middle row is at h/2 - 0.5 of its pixels.
-      const double k = shear_of[name];
-      const cv::Matx23d source_from_target(1, k, -k * (photo.height / 2.0 - 0.5), 0, 1, 0);
-      cv::warpAffine(from, to, source_from_target, to.size(), cv::INTER_LANCZOS4 | cv::WARP_INVERSE_MAP,
-                     cv::BORDER_REPLICATE);
-      WriteImage(staging / name, result, kJpegQuality);
-      progress.Step();
-    }
+  ParallelEach(straight.photos.size(), 1, [&](std::size_t i) {
+    const std::string& name = straight.photos[i].name;
+    Image8 photo = ReadImage8(capture.folder / name);
+    Image8 result(photo.width, photo.height, 3);
+    cv::Mat from(photo.height, photo.width, CV_8UC3, photo.data.data()),
+        to(result.height, result.width, CV_8UC3, result.data.data());
+    // OpenCV asks where each new pixel comes from; the middle row is at h/2 - 0.5 of its pixels.
+    const double k = shear_of[name];
+    const cv::Matx23d source_from_target(1, k, -k * (photo.height / 2.0 - 0.5), 0, 1, 0);
+    cv::warpAffine(from, to, source_from_target, to.size(), cv::INTER_LANCZOS4 | cv::WARP_INVERSE_MAP,
+                   cv::BORDER_REPLICATE);
+    WriteImage(staging / name, result, kJpegQuality);
+    progress.Step();
   });
   return straight;
 }
@@ -181,9 +178,9 @@ std::vector<HeldView> ReadKnownCameras(const Capture& capture, const Reconstruct
     std::vector<std::string> names;
     for (const InputPhoto& photo : capture.photos) names.push_back(photo.name);
     for (const auto& bad : capture.unreadable) names.push_back(bad.name);
-    std::sort(names.begin(), names.end());
+    std::ranges::sort(names);
     for (const InputPhoto& photo : capture.photos)
-      match.push_back(static_cast<int>(std::lower_bound(names.begin(), names.end(), photo.name) - names.begin()));
+      match.push_back(static_cast<int>(std::ranges::lower_bound(names, photo.name) - names.begin()));
   }
   std::vector<HeldView> views;
   for (std::size_t i = 0; i < capture.photos.size(); ++i) {

@@ -2,10 +2,11 @@
 #include "reconstruct/tradeoff.h"
 #include "scene/program/main_program.h"
 
+namespace lumi {
 namespace {
 
 // --focal-px takes a number or "search".
-void SetFocal(lumi::ReconstructOptions& options, const std::string& text) {
+void SetFocal(ReconstructOptions& options, const std::string& text) {
   if (text == "search") {
     options.search_focal = true;
     return;
@@ -15,17 +16,12 @@ void SetFocal(lumi::ReconstructOptions& options, const std::string& text) {
     options.focal_px = std::stod(text, &used);
     if (used != text.size()) throw std::invalid_argument(text);
   } catch (const std::exception&) {
-    throw lumi::UsageError("takes a number of pixels or 'search'");
+    throw UsageError("takes a number of pixels or 'search'");
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  lumi::Program program("lumi-reconstruct",
-                        "Photos or a video -> a scene folder: cameras, sparse points, undistorted photos");
-  lumi::ReconstructOptions o;
-  lumi::Options& app = program.options();
+// What is estimated, and how.
+void AddEstimation(Options& app, ReconstructOptions& o) {
   app.Add("INPUT", o.input,
           "Folder of photos (searched recursively), a video, or a folder of videos that fixed cameras took at once")
       .Required();
@@ -33,15 +29,13 @@ int main(int argc, char** argv) {
   app.Add(
       "--backend", o.backend,
       "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)",
-      {{"colmap", lumi::Backend::kColmap}, {"factorization", lumi::Backend::kFactorization}});
+      {{"colmap", Backend::kColmap}, {"factorization", Backend::kFactorization}});
   app.Flag("--projective", o.projective,
            "factorization: stop at the quasi-affine frame, even where the intrinsics are known");
   app.Add("--homographies", o.homographies,
           "--projective: frames without structure (a camera that only turns, a plane, a tripod) are related by "
           "homographies. auto: where the factorisation refuses them; always; never",
-          {{"auto", lumi::Homographies::kAuto},
-           {"always", lumi::Homographies::kAlways},
-           {"never", lumi::Homographies::kNever}});
+          {{"auto", Homographies::kAuto}, {"always", Homographies::kAlways}, {"never", Homographies::kNever}});
   app.Add("--fps", o.fps, "Folder of photos frame_000000.jpg ...: they are a video's, so many a second, > 0");
   app.Call(
          "--require", [&](const std::string&) { o.require_metric = true; },
@@ -50,10 +44,7 @@ int main(int argc, char** argv) {
   app.Add("--refine", o.refine,
           "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: "
           "focal where EXIF gave it, else none",
-          {{"auto", lumi::Refine::kAuto},
-           {"none", lumi::Refine::kNone},
-           {"focal", lumi::Refine::kFocal},
-           {"centre", lumi::Refine::kCentre}});
+          {{"auto", Refine::kAuto}, {"none", Refine::kNone}, {"focal", Refine::kFocal}, {"centre", Refine::kCentre}});
   app.Add("--features", o.features,
           "factorization: tracks aimed at in a frame of a video (0: 800), or features a photo (0: 2048)")
       .Default();
@@ -68,37 +59,36 @@ int main(int argc, char** argv) {
   app.Add(
       "--matching", o.matching,
       "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes (factorization: 100 photos)",
-      {{"auto", lumi::Matching::kAuto},
-       {"exhaustive", lumi::Matching::kExhaustive},
-       {"sequential", lumi::Matching::kSequential}});
+      {{"auto", Matching::kAuto}, {"exhaustive", Matching::kExhaustive}, {"sequential", Matching::kSequential}});
   app.Add("--quality", o.quality,
           "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of "
           "photos",
-          {{"auto", lumi::Quality::kAuto},
-           {"low", lumi::Quality::kLow},
-           {"medium", lumi::Quality::kMedium},
-           {"high", lumi::Quality::kHigh}});
+          {{"auto", Quality::kAuto}, {"low", Quality::kLow}, {"medium", Quality::kMedium}, {"high", Quality::kHigh}});
   app.Add("--max-image-size", o.max_image_size_px,
           "Features are searched in photos shrunk to this, px; 0 = by --quality")
       .Default();
   app.Add("--max-features", o.max_features, "Features a photo; 0 = by --quality").Default();
   app.Add("--single-camera", o.single_camera,
           "auto, yes or no: whether all photos share one camera. auto: same size and EXIF focal length",
-          {{"auto", lumi::SingleCamera::kAuto}, {"yes", lumi::SingleCamera::kYes}, {"no", lumi::SingleCamera::kNo}});
+          {{"auto", SingleCamera::kAuto}, {"yes", SingleCamera::kYes}, {"no", SingleCamera::kNo}});
   app.Add("--min-registered", o.min_registered, "Fail unless this fraction of the photos gets a camera, 0..1")
       .Default();
   app.Add("--keyframes", o.keyframes, "Video: how many keyframes; 0 = by parallax").Default();
   app.Flag("--all-frames", o.all_frames, "Video: also every other frame gets a camera, against the fixed keyframes");
+}
+
+// What is known or assumed of cameras and times.
+void AddKnown(Options& app, ReconstructOptions& o) {
   app.Add("--poses", o.poses,
           "Known cameras: COLMAP model, transforms.json, Middlebury *_par.txt, or 12 numbers a line (with or without a "
           "name)");
   app.Add("--poses-format", o.poses_format, "What 12 numbers mean: projection, cam_from_world or world_from_cam",
-          {{"projection", lumi::PosesFormat::kProjection},
-           {"cam_from_world", lumi::PosesFormat::kCamFromWorld},
-           {"world_from_cam", lumi::PosesFormat::kWorldFromCam}});
+          {{"projection", PosesFormat::kProjection},
+           {"cam_from_world", PosesFormat::kCamFromWorld},
+           {"world_from_cam", PosesFormat::kWorldFromCam}});
   app.Add("--pixel-origin", o.pixel_origin,
           "Where (0, 0) lies in the upper-left pixel, for --poses and --intrinsics: corner or centre",
-          {{"corner", lumi::PixelOrigin::kCorner}, {"centre", lumi::PixelOrigin::kCentre}});
+          {{"corner", PixelOrigin::kCorner}, {"centre", PixelOrigin::kCentre}});
   app.Call(
       "--focal-px", [&](const std::string& text) { SetFocal(o, text); },
       "Focal length in px, or 'search' (--rig); principal point in the middle");
@@ -120,7 +110,7 @@ int main(int argc, char** argv) {
            "--poses are in the frame of an object that turns once a period: the scene gets the room's, in which the "
            "object turns");
   app.Add("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid",
-          {{"ring", lumi::Rig::kRing}, {"grid", lumi::Rig::kGrid}});
+          {{"ring", Rig::kRing}, {"grid", Rig::kGrid}});
   app.Add("--grid-size", o.grid_size,
           "ROWSxCOLUMNS, photos row by row in the order of names; default: positions from names such as "
           "out_ROW_COLUMN_VERTICAL_HORIZONTAL.jpg");
@@ -128,6 +118,19 @@ int main(int argc, char** argv) {
   app.Add("--grid-plane", o.grid_plane,
           "Distance of the plane on which all photos coincide, in the positions' unit; 0: parallel, unshifted cameras; "
           "default: by the matches");
+}
+
+}  // namespace
+}  // namespace lumi
+
+int main(int argc, char** argv) {
+  using namespace lumi;
+  Program program("lumi-reconstruct",
+                  "Photos or a video -> a scene folder: cameras, sparse points, undistorted photos");
+  ReconstructOptions o;
+  Options& app = program.options();
+  AddEstimation(app, o);
+  AddKnown(app, o);
   app.Flag("--tradeoff", o.tradeoff,
            "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; "
            "colmap: image size, features): "
@@ -135,10 +138,10 @@ int main(int argc, char** argv) {
   app.Add("--reference", o.reference,
           "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside "
           "the photos, else the dearest setting's cameras");
-  return program.Run(argc, argv, [&]() -> lumi::Answer {
+  return program.Run(argc, argv, [&]() -> Answer {
     o.seed = program.seed();
     o.threads = program.threads();
-    if (!o.tradeoff) return lumi::Reconstruct(o, program.progress());
-    return lumi::ReconstructWithTradeoff(o, program.progress());
+    if (!o.tradeoff) return Reconstruct(o, program.progress());
+    return ReconstructWithTradeoff(o, program.progress());
   });
 }

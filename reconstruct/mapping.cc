@@ -56,7 +56,7 @@ std::vector<Part> ReadParts(const fs::path& sparse) {
     Part part{entry.path(), ReadColmapModel(entry.path())};
     if (!part.scene.views.empty()) parts.push_back(std::move(part));
   }
-  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+  std::ranges::sort(parts, [](const Part& a, const Part& b) {
     return std::pair(a.scene.views.size(), a.scene.points.size()) >
            std::pair(b.scene.views.size(), b.scene.points.size());
   });
@@ -70,7 +70,7 @@ std::string ShootHint(std::size_t photos) {
 }
 
 bool PrincipalPointsPlausible(const Scene& scene) {
-  return std::all_of(scene.cameras.begin(), scene.cameras.end(), [](const Camera& camera) {
+  return std::ranges::all_of(scene.cameras, [](const Camera& camera) {
     const Eigen::Vector2d middle(camera.width_px / 2.0, camera.height_px / 2.0);
     return (camera.PrincipalPointPx() - middle).norm() <=
            kMaxPrincipalPointShift * std::hypot(camera.width_px, camera.height_px);
@@ -95,9 +95,8 @@ Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, co
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
   for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
-  const bool free_principal_point = !lens_known && std::all_of(photos.begin(), photos.end(), [](std::size_t n) {
-    return n == 0 || n >= kPhotosForPrincipalPoint;
-  });
+  const bool free_principal_point =
+      !lens_known && std::ranges::all_of(photos, [](std::size_t n) { return n == 0 || n >= kPhotosForPrincipalPoint; });
 
   const fs::path in = work_folder / "polish-in", out = work_folder / "polish-out";
   const auto adjust = [&](bool principal_point) -> std::optional<Scene> {

@@ -2,14 +2,12 @@
 // chance alignment, and the cameras polished.
 #pragma once
 
-#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/features.h"
-#include "reconstruct/options.h"
 #include "scene/model/scene.h"
 
 namespace lumi {

@@ -49,11 +49,10 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
       continue;
     }
     const int features = image->second.keypoints;
-    const auto part = std::find_if(other_components.begin(), other_components.end(),
-                                   [&](const auto& names) { return names.count(photo.name) > 0; });
+    const auto part =
+        std::ranges::find_if(other_components, [&](const auto& names) { return names.count(photo.name) > 0; });
     if (part != other_components.end()) {
-      const auto other =
-          std::find_if(part->begin(), part->end(), [&](const std::string& name) { return name != photo.name; });
+      const auto other = std::ranges::find_if(*part, [&](const std::string& name) { return name != photo.name; });
       missing.push_back({photo.name,
                          fmt::format("other component: joined with {} other photo{}{} only", part->size() - 1,
                                      part->size() == 2 ? "" : "s",
@@ -77,7 +76,7 @@ std::vector<MissingPhoto> ExplainMissing(const Capture& capture, const ColmapDat
                          "shoot photos between it and its neighbours, or mask what moves (--masks)"});
     }
   }
-  std::sort(missing.begin(), missing.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::ranges::sort(missing, [](const auto& a, const auto& b) { return a.name < b.name; });
   return missing;
 }
 

@@ -43,7 +43,7 @@ std::vector<fs::path> SynchronisedVideos(const fs::path& folder) {
     else if (HasImageExtension(entry.path()))
       return {};
   }
-  std::sort(videos.begin(), videos.end());
+  std::ranges::sort(videos);
   return videos.size() < 2 ? std::vector<fs::path>() : videos;
 }
 
@@ -72,7 +72,7 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
       throw UsageError(fmt::format("--offsets-frames has {} numbers for {} videos", options.offsets_frames.size(), n),
                        "one a video, in the order of their names");
     capture.offsets = options.offsets_frames;
-    const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
+    const int least = *std::ranges::min_element(capture.offsets);
     for (int& offset : capture.offsets) offset -= least;
   } else {
     std::vector<MotionSignal> signals;
@@ -117,7 +117,7 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
 
 void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink) {
   // Of long videos a part that all show; two of them may share more.
-  const int begin = std::max(0, *std::max_element(capture.offsets.begin(), capture.offsets.end()) - kWatchedFrames / 4);
+  const int begin = std::max(0, *std::ranges::max_element(capture.offsets) - kWatchedFrames / 4);
   std::vector<WatchedMotion> motions;
   std::vector<std::size_t> placed;
   std::vector<int> offsets;
@@ -132,7 +132,7 @@ void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& 
   const OffsetCorrections corrections = CorrectOffsets(motions, offsets);
   if (!(corrections.correlation > 0)) return;
   for (std::size_t i = 0; i < placed.size(); ++i) capture.offsets[placed[i]] += corrections.frames[i];
-  const int least = *std::min_element(capture.offsets.begin(), capture.offsets.end());
+  const int least = *std::ranges::min_element(capture.offsets);
   std::string text;
   for (int& offset : capture.offsets) {
     offset -= least;
@@ -151,8 +151,8 @@ void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOp
   fs::remove_all(folder);
   int total = 0;
   for (std::size_t v = 0; v < capture.videos.size(); ++v) {
-    const auto of_camera = std::find_if(scene.views.begin(), scene.views.end(),
-                                        [&](const View& view) { return view.name == PhotoName(capture.videos[v]); });
+    const auto of_camera =
+        std::ranges::find_if(scene.views, [&](const View& view) { return view.name == PhotoName(capture.videos[v]); });
     VideoReader reader(capture.videos[v]);
     for (int index = 0;; ++index) {
       const bool wanted = index == capture.moment_frame[v] || index % options.frame_step == 0;

@@ -7,11 +7,10 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
-#include <mutex>
 
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -96,8 +95,8 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
     (HasImageExtension(it->path()) ? names : capture.ignored).push_back(name);
   }
   if (ec) throw InputError(folder, "cannot be read: " + ec.message());
-  std::sort(names.begin(), names.end());
-  std::sort(capture.ignored.begin(), capture.ignored.end());
+  std::ranges::sort(names);
+  std::ranges::sort(capture.ignored);
   if (names.empty()) {
     throw InputError(folder,
                      capture.ignored.empty() ? "the folder is empty"
@@ -113,25 +112,23 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   std::vector<InputPhoto> photos(names.size());
   std::vector<std::string> reasons(names.size());
   Progress progress(sink, "checking photos", static_cast<long>(names.size()));
-  ParallelFor(names.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const fs::path path = folder / names[i];
-      try {
-        const ImageInfo info = ReadImageInfo(path);
-        const auto head = ReadRange(path, 0, 0, 32);
-        if (!EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
-        photos[i].name = names[i];
-        photos[i].width_px = info.width;
-        photos[i].height_px = info.height;
-        photos[i].focal_35mm = info.focal_35mm;
-        photos[i].needs_conversion = !ColmapReads(head);
-      } catch (const Interrupted&) {
-        throw;
-      } catch (const Error& e) {
-        reasons[i] = e.what();
-      }
-      progress.Step();
+  ParallelEach(names.size(), 1, [&](std::size_t i) {
+    const fs::path path = folder / names[i];
+    try {
+      const ImageInfo info = ReadImageInfo(path);
+      const auto head = ReadRange(path, 0, 0, 32);
+      if (!EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
+      photos[i].name = names[i];
+      photos[i].width_px = info.width;
+      photos[i].height_px = info.height;
+      photos[i].focal_35mm = info.focal_35mm;
+      photos[i].needs_conversion = !ColmapReads(head);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      reasons[i] = e.what();
     }
+    progress.Step();
   });
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (reasons[i].empty())
@@ -145,32 +142,27 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
 }
 
 Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
-  if (std::none_of(capture.photos.begin(), capture.photos.end(),
-                   [](const InputPhoto& p) { return p.needs_conversion; }))
-    return capture;
+  if (std::ranges::none_of(capture.photos, [](const InputPhoto& p) { return p.needs_conversion; })) return capture;
   Capture staged = capture;
   staged.folder = staging;
   Progress progress(sink, "converting photos that COLMAP cannot read", static_cast<long>(capture.photos.size()));
-  ParallelFor(staged.photos.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      InputPhoto& photo = staged.photos[i];
-      const fs::path source = fs::absolute(capture.folder / photo.name);
-      if (photo.needs_conversion) photo.name += ".png";
-      const fs::path target = staging / photo.name;
-      fs::create_directories(target.parent_path());
-      std::error_code ec;
-      if (photo.needs_conversion) {
-        if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec))
-          WriteImage(target, ReadImage8(source));
-      } else if (!fs::is_symlink(target, ec) || fs::read_symlink(target, ec) != source) {
-        fs::remove(target, ec);
-        fs::create_symlink(source, target);
-      }
-      progress.Step();
+  ParallelEach(staged.photos.size(), 1, [&](std::size_t i) {
+    InputPhoto& photo = staged.photos[i];
+    const fs::path source = fs::absolute(capture.folder / photo.name);
+    if (photo.needs_conversion) photo.name += ".png";
+    const fs::path target = staging / photo.name;
+    fs::create_directories(target.parent_path());
+    std::error_code ec;
+    if (photo.needs_conversion) {
+      if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec))
+        WriteImage(target, ReadImage8(source));
+    } else if (!fs::is_symlink(target, ec) || fs::read_symlink(target, ec) != source) {
+      fs::remove(target, ec);
+      fs::create_symlink(source, target);
     }
+    progress.Step();
   });
-  std::sort(staged.photos.begin(), staged.photos.end(),
-            [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
+  std::ranges::sort(staged.photos, [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return staged;
 }
 

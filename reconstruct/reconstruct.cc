@@ -138,8 +138,7 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
 
   const HeldTriangulationOptions triangulation;
   Scene scene = TriangulateHeld(views, features.database, triangulation, sink);
-  if (std::any_of(views.begin(), views.end(),
-                  [](const HeldView& v) { return !v.undistorted_alternative.params.empty(); })) {
+  if (std::ranges::any_of(views, [](const HeldView& v) { return !v.undistorted_alternative.params.empty(); })) {
     std::vector<HeldView> plain = views;
     for (HeldView& view : plain)
       if (!view.undistorted_alternative.params.empty()) view.camera = view.undistorted_alternative;
@@ -176,22 +175,12 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
   return scene;
 }
 
-}  // namespace
-
-ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
-  const Stopwatch watch;
-  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
-  std::error_code ec;
-  for (const auto& path :
-       {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
-    if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
-  const bool is_video = fs::is_regular_file(options.input, ec);
-  if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
+// Options that the kind of input decides.
+void RequireThatTheyGoTogether(const ReconstructOptions& options, bool is_video, bool several_videos) {
   if (is_video && !HasVideoExtension(options.input))
     throw InputError(options.input, "neither a folder of photos nor a video",
                      "give a folder of photos, or a video file");
   if (!is_video && options.all_frames) throw UsageError("--all-frames goes with a video");
-  const bool several_videos = !is_video && !SynchronisedVideos(options.input).empty();
   if (several_videos && options.backend == Backend::kFactorization)
     throw UsageError("several videos at once go with --backend colmap");
   if (!several_videos && (!options.offsets_frames.empty() || options.frame_step != 1))
@@ -200,9 +189,10 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     throw UsageError("--times is for photos: a video's frames have their own");
   if (options.turntable && !PeriodOfScene(options))
     throw UsageError("--turntable needs the period: --period-s, or phases in the file of --times");
-  RequireUsableOutput(options);
+}
 
-  // Looked at before anything is written.
+// The photos of a folder; before anything is written, whether all that is given can be used.
+Capture PhotosToUse(const ReconstructOptions& options, bool is_video, bool several_videos, ProgressSink& sink) {
   Capture photos;
   if (is_video) {
     const VideoReader readable(options.input);
@@ -220,6 +210,24 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     for (const InputPhoto& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
     CheckGivenCamera(options, sizes_px);
   }
+  return photos;
+}
+
+}  // namespace
+
+ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
+  const Stopwatch watch;
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
+  std::error_code ec;
+  for (const auto& path :
+       {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
+    if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
+  const bool is_video = fs::is_regular_file(options.input, ec);
+  if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
+  const bool several_videos = !is_video && !SynchronisedVideos(options.input).empty();
+  RequireThatTheyGoTogether(options, is_video, several_videos);
+  RequireUsableOutput(options);
+  Capture photos = PhotosToUse(options, is_video, several_videos, sink);
 
   const FolderLock lock(options.scene);
   fs::create_directories(options.scene / "provenance");

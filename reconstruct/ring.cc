@@ -10,7 +10,7 @@
 #include "reconstruct/rig_matches.h"
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -104,38 +104,33 @@ std::vector<HeldView> AssumeRing(const Capture& capture, const ReconstructOption
   }
   std::vector<std::pair<double, std::size_t>> scores(grid.size());
   Progress progress(sink, "searching the ring", static_cast<long>(grid.size()) + kStarts);
-  ParallelFor(grid.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      scores[i] = {-RingScore(grid[i], matches, middle, kWidePx), i};
-      progress.Step();
-    }
+  ParallelEach(grid.size(), 1, [&](std::size_t i) {
+    scores[i] = {-RingScore(grid[i], matches, middle, kWidePx), i};
+    progress.Step();
   });
-  std::sort(scores.begin(), scores.end());
+  std::ranges::sort(scores);
   const auto starts = std::min<std::size_t>(kStarts, scores.size());
   std::vector<std::pair<double, RingGeometry>> refined(starts);
-  ParallelFor(starts, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const RingGeometry& from = grid[scores[s].second];
-      const auto ring_at = [&](const std::vector<double>& x) {
-        RingGeometry ring = from;
-        ring.focal_px = std::exp(x[0]);
-        ring.elevation_rad = x[1];
-        ring.pan_rad = x[2];
-        ring.roll_rad = x[3];
-        return ring;
-      };
-      std::vector<double> x{std::log(from.focal_px), from.elevation_rad, 0, 0};
-      for (const double scale_px : {kWidePx, 4.0, kNarrowPx}) {
-        const double angle = 3 * kRadPerDeg * scale_px / kWidePx;
-        x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); },
-                       x, {given ? 0.0 : 0.1, 2 * angle, angle, angle}, 300);
-      }
-      refined[s] = {RingScore(ring_at(x), matches, middle, kNarrowPx), ring_at(x)};
-      progress.Step();
+  ParallelEach(starts, 1, [&](std::size_t s) {
+    const RingGeometry& from = grid[scores[s].second];
+    const auto ring_at = [&](const std::vector<double>& x) {
+      RingGeometry ring = from;
+      ring.focal_px = std::exp(x[0]);
+      ring.elevation_rad = x[1];
+      ring.pan_rad = x[2];
+      ring.roll_rad = x[3];
+      return ring;
+    };
+    std::vector<double> x{std::log(from.focal_px), from.elevation_rad, 0, 0};
+    for (const double scale_px : {kWidePx, 4.0, kNarrowPx}) {
+      const double angle = 3 * kRadPerDeg * scale_px / kWidePx;
+      x = NelderMead([&](const std::vector<double>& y) { return -RingScore(ring_at(y), matches, middle, scale_px); }, x,
+                     {given ? 0.0 : 0.1, 2 * angle, angle, angle}, 300);
     }
+    refined[s] = {RingScore(ring_at(x), matches, middle, kNarrowPx), ring_at(x)};
+    progress.Step();
   });
-  const auto best =
-      *std::max_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto best = *std::ranges::max_element(refined, [](const auto& a, const auto& b) { return a.first < b.first; });
   if (best.first < kMinAgreement)
     throw DataError(
         fmt::format("no ring of {} evenly spaced cameras explains the matches (agreement {:.2f}, {:.2f} is asked for)",

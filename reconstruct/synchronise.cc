@@ -78,9 +78,8 @@ Lag FindLag(const MotionSignal& a, const MotionSignal& b) {
   for (int lag = -n_b + 1; lag < n_a; ++lag) all.emplace_back(lag, Correlation(a.change, b.change, lag, least));
   Lag best;
   if (all.empty()) return best;
-  const double top = std::max_element(all.begin(), all.end(), [](const auto& x, const auto& y) {
-                       return x.second < y.second;
-                     })->second;
+  const double top =
+      std::ranges::max_element(all, [](const auto& x, const auto& y) { return x.second < y.second; })->second;
   if (!(top > 0)) return best;
   // Peaks that are nearly as high.
   std::vector<std::pair<int, double>> peaks;
@@ -92,8 +91,7 @@ Lag FindLag(const MotionSignal& a, const MotionSignal& b) {
       peaks.emplace_back(lag, value);
     }
   }
-  std::sort(peaks.begin(), peaks.end(),
-            [](const auto& x, const auto& y) { return std::abs(x.first) < std::abs(y.first); });
+  std::ranges::sort(peaks, [](const auto& x, const auto& y) { return std::abs(x.first) < std::abs(y.first); });
   best.frames = peaks.front().first;
   best.correlation = peaks.front().second;
   best.rival = peaks.size() > 1 ? peaks[1].first : best.frames;
@@ -126,7 +124,7 @@ Synchronisation Synchronise(const std::vector<MotionSignal>& signals,
     result.least_correlation = std::min(result.least_correlation, best.correlation);
     result.repeats = result.repeats || best.rival != best.frames;
   }
-  const int least = n > 0 ? *std::min_element(result.offsets.begin(), result.offsets.end()) : 0;
+  const int least = n > 0 ? *std::ranges::min_element(result.offsets) : 0;
   for (int& offset : result.offsets) offset -= least;
   return result;
 }

@@ -47,7 +47,7 @@ std::vector<int> Around(int given, std::initializer_list<double> factors, int le
     const int value = static_cast<int>(std::lround(std::min(factor * given, static_cast<double>(most))));
     if (value >= least && value != given) values.push_back(value);
   }
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
@@ -87,7 +87,7 @@ std::vector<Dial> DialsOf(const ReconstructOptions& o, const ReconstructExtent& 
   std::vector<int> windows = Around(effective, {0.5, 2}, kLeastWindow, frames);
   std::erase_if(windows, [&](int v) { return v == effective || (v > effective && v < kLongerWindow * effective); });
   windows.push_back(window);
-  std::sort(windows.begin(), windows.end());
+  std::ranges::sort(windows);
   std::vector<Dial> dials{Dial{"features", Around(features, {0.25, 0.5, 2}, kLeastFeatures, kAny), features,
                                [](ReconstructOptions& r, int v) { r.features = v; }, features_text, InProportion},
                           Dial{"window", windows, window, [](ReconstructOptions& r, int v) { r.window_frames = v; },
@@ -125,7 +125,7 @@ class ReferencePoses {
   }
   std::size_t Shared(const Scene& scene) const {
     return static_cast<std::size_t>(
-        std::count_if(scene.views.begin(), scene.views.end(), [&](const View& v) { return Find(v) != nullptr; }));
+        std::ranges::count_if(scene.views, [&](const View& v) { return Find(v) != nullptr; }));
   }
   std::optional<PoseErrors> Errors(const Scene& scene) const {
     if (scene.frame != Frame::kMetric || Shared(scene) < kLeastShared) return std::nullopt;
@@ -273,8 +273,7 @@ TradeoffTable TableOf(const ReconstructTradeoff& t) {
 
 std::vector<Plot> PanelsOf(const ReconstructTradeoff& t) {
   const TradeoffTable table = TableOf(t);
-  const bool posed =
-      std::any_of(t.rows.begin(), t.rows.end(), [](const TradeoffRow& row) { return row.poses.has_value(); });
+  const bool posed = std::ranges::any_of(t.rows, [](const TradeoffRow& row) { return row.poses.has_value(); });
   std::vector<Plot> panels;
   const auto panel = [&](const char* title, const std::string& subtitle, const char* y, const char* label, bool front) {
     panels.push_back(PlotOf(table, {title,
@@ -321,7 +320,7 @@ std::vector<ReconstructSetting> TradeoffSettings(const ReconstructOptions& optio
   std::vector<ReconstructSetting> settings;
   std::vector<std::vector<int>> taken;
   const auto add = [&](const std::vector<int>& values) {
-    if (std::find(taken.begin(), taken.end(), values) != taken.end()) return;
+    if (std::ranges::find(taken, values) != taken.end()) return;
     taken.push_back(values);
     ReconstructSetting s;
     s.options = options;
@@ -404,8 +403,7 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
 
   const std::vector<ReconstructSetting> settings = TradeoffSettings(options, extent);
   const long total = static_cast<long>(settings.size());
-  const bool fresh = std::find(measured.summary.reused.begin(), measured.summary.reused.end(), "everything") ==
-                     measured.summary.reused.end();
+  const bool fresh = std::ranges::find(measured.summary.reused, "everything") == measured.summary.reused.end();
   std::vector<std::optional<Scene>> scenes;
   for (const ReconstructSetting& setting : settings) {
     CheckInterrupted();

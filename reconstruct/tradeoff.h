@@ -5,7 +5,6 @@
 //   const MeasuredReconstruction measured = ReconstructWithTradeoff(options, sink);
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>

@@ -136,8 +136,8 @@ TurnAxis FindTurnAxis(const std::vector<Rigid3>& cam_from_object, const std::vec
 TurnAxis PutIntoRoom(Scene& scene, double period_s) {
   std::vector<std::size_t> order(scene.views.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return *scene.views[a].time_s < *scene.views[b].time_s; });
+  std::ranges::sort(order,
+                    [&](std::size_t a, std::size_t b) { return *scene.views[a].time_s < *scene.views[b].time_s; });
   std::vector<Rigid3> cam_from_object;
   std::vector<double> turns;
   for (const std::size_t i : order) {
@@ -156,7 +156,7 @@ TurnAxis PutIntoRoom(Scene& scene, double period_s) {
     std::vector<std::pair<double, const Observation*>> seen;
     for (const Observation& o : point.track)
       seen.emplace_back(phase_of(scene.views[static_cast<std::size_t>(o.view.value)]), &o);
-    std::sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::ranges::sort(seen, [](const auto& a, const auto& b) { return a.first < b.first; });
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (i == 0 || seen[i].first - seen[i - 1].first > kSameMoment) {
         moments.push_back(point);

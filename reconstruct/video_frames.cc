@@ -5,12 +5,13 @@
 #include <map>
 #include <set>
 
+#include "reconstruct/keyframes.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -29,9 +30,8 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
   std::vector<VideoFrame> batch;
   Progress progress(sink, task, total);
   const auto flush = [&] {
-    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kFrameJpegQuality);
+    ParallelEach(batch.size(), 1, [&](std::size_t i) {
+      WriteImage(folder / FrameName(batch[i].index), batch[i].rgb, kFrameJpegQuality);
     });
     batch.clear();
   };
@@ -94,8 +94,8 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
     for (const ChosenFrame& f : found.frames)
       capture.photos.push_back(FramePhoto(f.index, f.time_s, found.width, found.height));
     capture.video_frames = found.video_frames;
-    if (std::all_of(capture.photos.begin(), capture.photos.end(),
-                    [&](const InputPhoto& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
+    if (std::ranges::all_of(capture.photos,
+                            [&](const InputPhoto& photo) { return fs::exists(capture.folder / photo.name, ec); })) {
       reused->push_back("keyframes");
       return capture;
     }
@@ -147,8 +147,7 @@ Capture ExtractAllFrames(const ReconstructOptions& options, const Capture& keyfr
   for (const auto& [index, time_s] : times)
     all.photos.push_back(
         FramePhoto(index, time_s, keyframes.photos.front().width_px, keyframes.photos.front().height_px));
-  std::sort(all.photos.begin(), all.photos.end(),
-            [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
+  std::ranges::sort(all.photos, [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return all;
 }
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <vector>
 
-#include "reconstruct/keyframes.h"
 #include "reconstruct/options.h"
 #include "reconstruct/photos.h"
 

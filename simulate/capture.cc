@@ -14,7 +14,7 @@
 #include "scene/files/video.h"
 #include "scene/geometry/angle.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
 #include "simulate/examples.h"
@@ -164,24 +164,22 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
   std::mutex mutex;
   std::vector<std::string> blur(views.size());
   // Photos side by side, so that one is encoded while the next is traced.
-  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      TraceCounters count;
-      const RenderedView view = renderer.Render(views[i], count);
-      const fs::path name = views[i].name;
-      WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
-      WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
-      WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
-      const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
-      blur[i] = fmt::format("{},{:.3f},{:.3f},{:.3f}\n", views[i].name, median, low, high);
-      if (!view.moving.empty())
-        WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
-      {
-        const std::lock_guard lock(mutex);
-        Add(counters, count);
-      }
-      progress.Step();
+  ParallelEach(views.size(), 1, [&](std::size_t i) {
+    TraceCounters count;
+    const RenderedView view = renderer.Render(views[i], count);
+    const fs::path name = views[i].name;
+    WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
+    WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
+    WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
+    const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
+    blur[i] = fmt::format("{},{:.3f},{:.3f},{:.3f}\n", views[i].name, median, low, high);
+    if (!view.moving.empty())
+      WriteImage(folder / "truth" / "moving" / fs::path(name).replace_extension(".png"), view.moving);
+    {
+      const std::lock_guard lock(mutex);
+      Add(counters, count);
     }
+    progress.Step();
   });
   if (scene.effects.motion_blur_s)
     WriteTextAtomically(folder / "truth" / "blur.csv",
@@ -228,17 +226,15 @@ void WriteFixedVideo(const Take& take, const FixedVideoDescription& fixed, int n
   std::mutex mutex;
   for (int first = 0; first < frames; first += kBatch) {
     std::vector<Image8> photos(static_cast<std::size_t>(std::min(kBatch, frames - first)));
-    ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        PlannedView view;
-        view.frame = first + static_cast<int>(i);
-        view.frame_index = first_index + first + static_cast<int>(i);
-        view.time_s = (fixed.start_frame + view.frame) / path.fps;
-        TraceCounters count;
-        photos[i] = renderer.Render(view, count).photo;
-        const std::lock_guard lock(mutex);
-        Add(take.counters, count);
-      }
+    ParallelEach(photos.size(), 1, [&](std::size_t i) {
+      PlannedView view;
+      view.frame = first + static_cast<int>(i);
+      view.frame_index = first_index + first + static_cast<int>(i);
+      view.time_s = (fixed.start_frame + view.frame) / path.fps;
+      TraceCounters count;
+      photos[i] = renderer.Render(view, count).photo;
+      const std::lock_guard lock(mutex);
+      Add(take.counters, count);
     });
     for (const Image8& photo : photos) {
       video.Add(photo);
@@ -367,8 +363,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   SceneDescription scene = ParseScene(source.text, source.name, source.folder);
   if (!options.at_file.empty()) scene = SceneAt(std::move(scene), options.at_file);
   if (options.shake) {
-    if (std::none_of(scene.paths.begin(), scene.paths.end(),
-                     [](const PathDescription& path) { return IsShaken(WithShake(path, 1)); }))
+    if (std::ranges::none_of(scene.paths, [](const PathDescription& path) { return IsShaken(WithShake(path, 1)); }))
       throw UsageError("--shake: nothing shakes the camera on this scene's path",
                        "walk and drive can be shaken, and a wave with a hand");
     for (PathDescription& path : scene.paths) path = WithShake(std::move(path), *options.shake);
@@ -378,7 +373,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   if (options.blur_every != 0 && !scene.effects.motion_blur_s)
     throw UsageError("--blur-every: this scene has no motion blur", "give it an exposure time: --blur-s 0.08");
   const SceneDescription steady = Steady(scene);
-  const bool shaken = std::any_of(scene.paths.begin(), scene.paths.end(), IsShaken) && !options.steady;
+  const bool shaken = std::ranges::any_of(scene.paths, IsShaken) && !options.steady;
   if (options.steady) scene = steady;
   const std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
 

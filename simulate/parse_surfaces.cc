@@ -1,6 +1,5 @@
 // Textures, materials and objects.
 #include <cstdio>
-#include <map>
 
 #include "scene/geometry/angle.h"
 #include "simulate/parse_parts.h"
@@ -226,11 +225,10 @@ MaterialDescription ParseMaterial(const nlohmann::json& node, const ParseContext
   JsonReader reader(node, context.name, place);
   MaterialDescription material;
   material.name = reader.RequireText("name");
-  if (const auto* texture = reader.Find("texture"); texture != nullptr) {
+  if (const auto* texture = reader.Find("texture"); texture != nullptr)
     material.texture = ParseTexture(*texture, context, reader.Place("texture"));
-  } else {
+  else
     material.texture.colors = {ParseColor(reader, "color", material.texture.colors[0])};
-  }
   material.lit = reader.Flag("lit", true);
   material.specular = reader.Number("specular", 0, Range::kNotNegative);
   material.shininess = reader.Number("shininess", 60, Range::kPositive);

@@ -83,7 +83,7 @@ CameraDescription ParseCamera(const nlohmann::json& node, const ParseContext& co
     if (reader.Has("distortion")) {
       const auto terms =
           reader.Numbers("distortion", count - static_cast<std::size_t>(InfoOf(camera.model).FocalCount()) - 2);
-      std::copy(terms.begin(), terms.end(), camera.params.end() - static_cast<std::ptrdiff_t>(terms.size()));
+      std::ranges::copy(terms, camera.params.end() - static_cast<std::ptrdiff_t>(terms.size()));
     }
   }
   if (const auto wrong = Validate(camera)) reader.Fail(*wrong);

@@ -89,9 +89,7 @@ struct SpinDescription {                             // a moving part: rotation 
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // a point on the axis, world
   double period_s = 1;
   double unsteady = 0;  // 0 to 1: by how much of itself the speed wavers, never the same way twice
-  friend bool operator==(const SpinDescription& a, const SpinDescription& b) {
-    return a.axis == b.axis && a.centre == b.centre && a.period_s == b.period_s && a.unsteady == b.unsteady;
-  }
+  bool operator==(const SpinDescription&) const = default;
 };
 
 enum class ShapeKind { kQuad, kBox, kSphere, kCylinder, kTube, kHeightfield, kLoft, kMesh };

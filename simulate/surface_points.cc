@@ -89,8 +89,7 @@ std::vector<Point> SampleSurfacePoints(const TracedScene& traced_scene, const st
         point.track.push_back({ViewId{static_cast<std::int32_t>(view)}, *at});
     }
     if (point.track.size() < 2) return std::nullopt;
-    std::sort(point.track.begin(), point.track.end(),
-              [](const Observation& a, const Observation& b) { return a.view < b.view; });
+    std::ranges::sort(point.track, [](const Observation& a, const Observation& b) { return a.view < b.view; });
     const Rgb light = shader.DiffuseColor(*hit, eye.parts, traced);
     for (std::size_t c = 0; c < 3; ++c)
       point.color[c] = static_cast<std::uint8_t>(

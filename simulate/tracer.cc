@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "scene/program/error.h"
+#include "simulate/shapes.h"
 
 namespace lumi {
 namespace {

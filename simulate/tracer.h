@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "scene/geometry/mesh.h"
 #include "simulate/scene_description.h"
-#include "simulate/shapes.h"
 
 namespace lumi {
 

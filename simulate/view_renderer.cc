@@ -125,7 +125,7 @@ std::array<double, 3> ViewRenderer::BlurPx(const PlannedView& view, const ImageF
       if (from && to) px.push_back((*to - *from).norm());
     }
   if (px.empty()) return {};
-  std::sort(px.begin(), px.end());
+  std::ranges::sort(px);
   return {px[px.size() / 10], px[px.size() / 2], px[px.size() * 9 / 10]};
 }
 

@@ -9,7 +9,7 @@
 
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/view_triangulation/view_triangulation.h"
 
 namespace lumi {
@@ -76,7 +76,7 @@ void SampleBorder(const FilmedScene& film, const std::vector<Eigen::Vector4d>& X
       const Eigen::Vector2d d = (triangulation.x_px[v] - middle).cwiseQuotient(film.size_px.cast<double>());
       around.emplace_back(std::atan2(d.y(), d.x()), v);
     }
-  std::sort(around.begin(), around.end());
+  std::ranges::sort(around);
   for (const auto& [angle, v] : around) frame.border.push_back(triangulation.vertices[v].normalized());
 }
 
@@ -101,12 +101,10 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
   film.size_px = SizePx(scene, scene.views.front());
   std::vector<std::size_t> order(scene.views.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const bool numbered =
-      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.frame_index.has_value(); });
+  const bool numbered = std::ranges::all_of(scene.views, [](const View& v) { return v.frame_index.has_value(); });
   if (numbered)
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return *scene.views[a].frame_index < *scene.views[b].frame_index;
-    });
+    std::ranges::stable_sort(
+        order, [&](std::size_t a, std::size_t b) { return *scene.views[a].frame_index < *scene.views[b].frame_index; });
 
   std::vector<Matrix34d> P;
   std::vector<std::int32_t> frame_of(scene.views.size());
@@ -122,8 +120,7 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
                                                    ? MakeRenderView(scene, view).P
                                                    : view.P));  // a centre may lie on the plane w = 0
   }
-  const bool timed =
-      !fps && std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
+  const bool timed = !fps && std::ranges::all_of(scene.views, [](const View& v) { return v.time_s.has_value(); });
   std::vector<double> steps;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const View& view = scene.views[order[i]];
@@ -167,20 +164,17 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
   const Eigen::Vector4d centre = CentreOfProjection(film.frames.front().P);
   for (const FilmedFrame& frame : film.frames) film.one_centre = film.one_centre && (frame.P * centre).norm() < 1e-9;
 
-  ParallelFor(film.frames.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      // A frame that sees hardly a point (a blank wall, blur) is at the depth of the nearest one that does.
-      std::size_t from = t;
-      for (std::size_t d = 1; d < film.frames.size() && film.frames[from].sights.size() < kFewestForDepth; ++d) {
-        if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth)
-          from = t - d;
-        else if (t + d < film.frames.size() && film.frames[t + d].sights.size() >= kFewestForDepth)
-          from = t + d;
-      }
-      std::vector<Eigen::Vector4d> seen;
-      for (const SightOfPoint& s : film.frames[from].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
-      SampleBorder(film, seen, film.frames[t]);
-    }
+  ParallelEach(film.frames.size(), 4, [&](std::size_t t) {
+    // A frame that sees hardly a point (a blank wall, blur) is at the depth of the nearest one that does.
+    std::size_t from = t;
+    for (std::size_t d = 1; d < film.frames.size() && film.frames[from].sights.size() < kFewestForDepth; ++d)
+      if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth)
+        from = t - d;
+      else if (t + d < film.frames.size() && film.frames[t + d].sights.size() >= kFewestForDepth)
+        from = t + d;
+    std::vector<Eigen::Vector4d> seen;
+    for (const SightOfPoint& s : film.frames[from].sights) seen.push_back(film.X[static_cast<std::size_t>(s.point)]);
+    SampleBorder(film, seen, film.frames[t]);
   });
   if (film.one_centre) {
     // Their depth is not known, and a matrix that was free to use it would bend the picture: points become directions

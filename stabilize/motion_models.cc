@@ -135,12 +135,11 @@ StartFrame MakeStartFrame(const FilmedScene& film) {
   Eigen::Matrix4d W = A * T;
   std::vector<double> depths;
   std::size_t sighted = middle;  // the frame nearest to the middle that has points
-  for (std::size_t d = 0; d < film.frames.size() && film.frames[sighted].sights.empty(); ++d) {
+  for (std::size_t d = 0; d < film.frames.size() && film.frames[sighted].sights.empty(); ++d)
     if (d <= middle && !film.frames[middle - d].sights.empty())
       sighted = middle - d;
     else if (middle + d < film.frames.size())
       sighted = middle + d;
-  }
   for (const SightOfPoint& s : film.frames[sighted].sights) {
     const Eigen::Vector4d X = W * film.X[static_cast<std::size_t>(s.point)];
     depths.push_back(X.z() / X.w());
@@ -353,8 +352,7 @@ RoundSummary FitRound(MotionModel model, const std::vector<double>& s, Sights& s
   const std::vector<double> before = p;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
-  const bool usable =
-      summary.IsSolutionUsable() && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); });
+  const bool usable = summary.IsSolutionUsable() && std::ranges::all_of(p, [](double x) { return std::isfinite(x); });
   if (!usable) p = before;
   return {usable, static_cast<int>(summary.iterations.size())};
 }

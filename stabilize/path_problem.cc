@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {

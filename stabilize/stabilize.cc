@@ -11,7 +11,6 @@
 #include "scene/geometry/constants.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
 #include "stabilize/jitter.h"
 #include "stabilize/path_problem.h"
 #include "stabilize/view_area.h"
@@ -83,7 +82,7 @@ void AddDepths(const FilmedScene& film, const FilmedFrame& frame, std::vector<Wa
   for (const WantedPoint& point : points)
     kappa.push_back(film.plane_at_infinity.dot(point.X) / frame.P.row(2).dot(point.X));
   std::vector<double> sorted = kappa;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double far = sorted[sorted.size() / 10], near = sorted[sorted.size() - 1 - sorted.size() / 10];
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double other = kappa[i] < 0.5 * (far + near) ? near : far;
@@ -222,7 +221,7 @@ std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& 
   }
   if (all.empty()) return inside;
   std::vector<double> sorted = depth;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double near = sorted[sorted.size() - 1 - sorted.size() / 10];
   constexpr double kSameDepth = 0.25;
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -433,8 +432,7 @@ class PathMaker {
   }
 
   void Solve() {
-    if (!smooth_ && std::all_of(follow_.begin(), follow_.end(), [](double f) { return f == 0; }))
-      return;  // the model's path itself
+    if (!smooth_ && std::ranges::all_of(follow_, [](double f) { return f == 0; })) return;  // the model's path itself
     std::vector<WantedFrame> wanted;
     for (std::size_t t = 0; t < n_; ++t) wanted.push_back(Wanted(t));
     report_.iterations += SolvePathProblem(wanted, problem_, P_).iterations;
@@ -480,7 +478,7 @@ class PathMaker {
     }
     std::vector<Matrix34d> led(P.begin(), P.begin() + static_cast<std::ptrdiff_t>(n));
     SolvePathProblem(wanted, problem, led);
-    std::copy(led.begin(), led.end(), P.begin());
+    std::ranges::copy(led, P.begin());
     StripCentre(P);
   }
 

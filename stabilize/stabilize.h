@@ -1,7 +1,6 @@
 // lumi-stabilize: from the matrices of a shaky video to those of a steady one (thesis sec. 6.4.2).
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>

@@ -23,8 +23,7 @@ std::string TrackPlot(const FilmedScene& film, const std::vector<Matrix34d>& P,
   const std::set<std::int32_t> stay(fixed.begin(), fixed.end());
   for (std::size_t j = 0; j < tracks.size(); ++j)
     if (tracks[j].size() >= 2) order.push_back(j);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return tracks[a].size() > tracks[b].size(); });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return tracks[a].size() > tracks[b].size(); });
   std::set<int> taken;
   std::erase_if(order, [&](std::size_t j) {
     const Eigen::Vector2d u = (tracks[j].front().second.cwiseQuotient(film.half()).array() + 1).matrix() / 2;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -32,43 +32,41 @@ std::vector<double> ViewScales(const FilmedScene& film, const std::vector<Matrix
   const auto n = static_cast<std::ptrdiff_t>(film.frames.size());
   const Eigen::Vector2d half = film.half();
   std::vector<double> scales(film.frames.size(), options.least);
-  ParallelFor(film.frames.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      std::vector<Polygon> seen;
-      const auto at = static_cast<std::ptrdiff_t>(t);
-      for (std::ptrdiff_t s = std::max<std::ptrdiff_t>(0, at - options.half_window);
-           s <= std::min(n - 1, at + options.half_window); ++s) {
-        Polygon polygon;
-        bool whole = true;
-        for (const Eigen::Vector4d& X : film.frames[static_cast<std::size_t>(s)].border) {
-          const Eigen::Vector3d q = P[t] * X;
-          whole = whole && q.z() > 1e-9;
-          if (whole) polygon.push_back(kGrown * q.head<2>() / q.z());
-        }
-        if (whole && polygon.size() >= 3) seen.push_back(std::move(polygon));
+  ParallelEach(film.frames.size(), 8, [&](std::size_t t) {
+    std::vector<Polygon> seen;
+    const auto at = static_cast<std::ptrdiff_t>(t);
+    for (std::ptrdiff_t s = std::max<std::ptrdiff_t>(0, at - options.half_window);
+         s <= std::min(n - 1, at + options.half_window); ++s) {
+      Polygon polygon;
+      bool whole = true;
+      for (const Eigen::Vector4d& X : film.frames[static_cast<std::size_t>(s)].border) {
+        const Eigen::Vector3d q = P[t] * X;
+        whole = whole && q.z() > 1e-9;
+        if (whole) polygon.push_back(kGrown * q.head<2>() / q.z());
       }
-      // Without a point in the frame its depth is not known: the picture is its own.
-      if (seen.empty()) {
-        scales[t] = film.frames[t].border.empty() ? 1 : options.least;
-        continue;
-      }
-      const auto all_seen = [&](double scale) {
-        for (int i = 0; i < 4 * kSamplesASide; ++i) {
-          const double u = 2.0 * (i % kSamplesASide) / kSamplesASide - 1;
-          const Eigen::Vector2d on[4] = {{u, -1}, {1, u}, {-u, 1}, {-1, -u}};
-          const Eigen::Vector2d x = scale * on[i / kSamplesASide].cwiseProduct(half);
-          if (std::none_of(seen.begin(), seen.end(), [&](const Polygon& p) { return Inside(p, x); })) return false;
-        }
-        return true;
-      };
-      if (all_seen(1)) {
-        scales[t] = 1;
-        continue;
-      }
-      double low = options.least, high = 1;
-      for (int i = 0; i < kHalvings; ++i) (all_seen(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
-      scales[t] = low;
+      if (whole && polygon.size() >= 3) seen.push_back(std::move(polygon));
     }
+    // Without a point in the frame its depth is not known: the picture is its own.
+    if (seen.empty()) {
+      scales[t] = film.frames[t].border.empty() ? 1 : options.least;
+      return;
+    }
+    const auto all_seen = [&](double scale) {
+      for (int i = 0; i < 4 * kSamplesASide; ++i) {
+        const double u = 2.0 * (i % kSamplesASide) / kSamplesASide - 1;
+        const Eigen::Vector2d on[4] = {{u, -1}, {1, u}, {-u, 1}, {-1, -u}};
+        const Eigen::Vector2d x = scale * on[i / kSamplesASide].cwiseProduct(half);
+        if (std::ranges::none_of(seen, [&](const Polygon& p) { return Inside(p, x); })) return false;
+      }
+      return true;
+    };
+    if (all_seen(1)) {
+      scales[t] = 1;
+      return;
+    }
+    double low = options.least, high = 1;
+    for (int i = 0; i < kHalvings; ++i) (all_seen(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+    scales[t] = low;
   });
   return scales;
 }

@@ -12,9 +12,7 @@
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
-#include "timeperiodic/least_squares.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -231,30 +229,28 @@ Displacements FollowCorners(const std::vector<cv::Mat>& grey, const std::vector<
   cv::meanStdDev(base, mean, deviation);
   Displacements d{MatrixXd::Zero(n, 2 * m), Eigen::Matrix<char, Eigen::Dynamic, Eigen::Dynamic>::Zero(n, m)};
   d.seen.row(static_cast<Eigen::Index>(reference)).setOnes();
-  ParallelFor(2, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t direction = begin; direction < end; ++direction) {
-      Points guess = corners;
-      const std::ptrdiff_t by = direction == 0 ? 1 : -1;
-      for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(reference) + by; i >= 0 && i < n; i += by) {
-        const auto frame = static_cast<std::size_t>(i);
-        const cv::Matx23d move = by > 0 ? step[frame] : Inverse(step[frame + 1]);
-        for (cv::Point2f& x : guess) x = Apply(move, x);
-        const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
-        Points end_points = guess;
-        const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
-        for (Eigen::Index j = 0; j < m; ++j) {
-          const auto c = static_cast<std::size_t>(j);
-          const cv::Point2f& x = end_points[c];
-          const bool inside =
-              x.x >= 0 && x.y >= 0 && x.x < static_cast<float>(base.cols) && x.y < static_cast<float>(base.rows);
-          const bool good = found[c] && inside && PatchCorrelation(base, corners[c], now, x) > kPatchCorrelation;
-          if (good) guess[c] = x;
-          d.seen(i, j) = good;
-          d.value(i, j) = static_cast<double>(guess[c].x - corners[c].x);
-          d.value(i, m + j) = static_cast<double>(guess[c].y - corners[c].y);
-        }
-        progress.Step();
+  ParallelEach(2, 1, [&](std::size_t direction) {
+    Points guess = corners;
+    const std::ptrdiff_t by = direction == 0 ? 1 : -1;
+    for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(reference) + by; i >= 0 && i < n; i += by) {
+      const auto frame = static_cast<std::size_t>(i);
+      const cv::Matx23d move = by > 0 ? step[frame] : Inverse(step[frame + 1]);
+      for (cv::Point2f& x : guess) x = Apply(move, x);
+      const cv::Mat now = Equalised(grey[frame], mean[0], deviation[0]);
+      Points end_points = guess;
+      const auto found = Follow(base_pyramid, PyramidOf(now), corners, end_points);
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const auto c = static_cast<std::size_t>(j);
+        const cv::Point2f& x = end_points[c];
+        const bool inside =
+            x.x >= 0 && x.y >= 0 && x.x < static_cast<float>(base.cols) && x.y < static_cast<float>(base.rows);
+        const bool good = found[c] && inside && PatchCorrelation(base, corners[c], now, x) > kPatchCorrelation;
+        if (good) guess[c] = x;
+        d.seen(i, j) = good;
+        d.value(i, j) = static_cast<double>(guess[c].x - corners[c].x);
+        d.value(i, m + j) = static_cast<double>(guess[c].y - corners[c].y);
       }
+      progress.Step();
     }
   });
   return d;
@@ -342,27 +338,23 @@ void SpreadModes(const Points& corners, const MatrixXd& at_corners, Alignment& a
   const int gw = alignment.width / kNode_px + 2, gh = alignment.height / kNode_px + 2;
   const auto count = static_cast<Eigen::Index>(corners.size());
   std::vector<MatrixXd> node(static_cast<std::size_t>(gw * gh));
-  ParallelFor(node.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t g = begin; g < end; ++g) {
-      const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw),
-                   y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
-      MatrixXd B(count, 3);
-      VectorXd d2(count);
-      for (Eigen::Index j = 0; j < count; ++j) {
-        const cv::Point2f& c = corners[static_cast<std::size_t>(j)];
-        B.row(j) << 1, (static_cast<double>(c.x) - x) / alignment.width,
-            (static_cast<double>(c.y) - y) / alignment.width;
-        d2[j] = B.row(j).tail(2).squaredNorm();
-      }
-      const auto near = static_cast<std::size_t>(std::min<Eigen::Index>(kNearCorners, count - 1));
-      const double s2 =
-          std::max(kLeastReach * kLeastReach, NthSmallest(std::vector<double>(d2.begin(), d2.end()), near));
-      const VectorXd w = (-0.5 * d2 / s2).array().exp();
-      MatrixXd G = B.transpose() * w.asDiagonal() * B;
-      G(1, 1) += kSlopeRidge * s2 * w.sum();  // far from all corners: their mean rather than a slope of theirs
-      G(2, 2) += kSlopeRidge * s2 * w.sum();
-      node[g] = SolveSymmetric(G, B.transpose() * w.asDiagonal() * at_corners).row(0);
+  ParallelEach(node.size(), 4, [&](std::size_t g) {
+    const double x = kNode_px * static_cast<double>(static_cast<int>(g) % gw),
+                 y = kNode_px * static_cast<double>(static_cast<int>(g) / gw);
+    MatrixXd B(count, 3);
+    VectorXd d2(count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const cv::Point2f& c = corners[static_cast<std::size_t>(j)];
+      B.row(j) << 1, (static_cast<double>(c.x) - x) / alignment.width, (static_cast<double>(c.y) - y) / alignment.width;
+      d2[j] = B.row(j).tail(2).squaredNorm();
     }
+    const auto near = static_cast<std::size_t>(std::min<Eigen::Index>(kNearCorners, count - 1));
+    const double s2 = std::max(kLeastReach * kLeastReach, NthSmallest(std::vector<double>(d2.begin(), d2.end()), near));
+    const VectorXd w = (-0.5 * d2 / s2).array().exp();
+    MatrixXd G = B.transpose() * w.asDiagonal() * B;
+    G(1, 1) += kSlopeRidge * s2 * w.sum();  // far from all corners: their mean rather than a slope of theirs
+    G(2, 2) += kSlopeRidge * s2 * w.sum();
+    node[g] = SolveSymmetric(G, B.transpose() * w.asDiagonal() * at_corners).row(0);
   });
   const Eigen::Index pixels = static_cast<Eigen::Index>(alignment.width) * alignment.height,
                      modes = at_corners.cols() / 2;
@@ -397,7 +389,7 @@ Eigen::Vector2f Alignment::InFrame(Eigen::Index row, int pixel) const {
 }
 
 Eigen::Index Alignment::RowOf(int frame) const {
-  const auto at = std::lower_bound(frames.begin(), frames.end(), frame);
+  const auto at = std::ranges::lower_bound(frames, frame);
   return at != frames.end() && *at == frame ? at - frames.begin() : -1;
 }
 
@@ -407,9 +399,7 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
                          "film with more of a still, textured background in view, or use a tripod");
   if (n < 3) throw DataError("the video has too few frames", "film several periods");
   std::vector<cv::Mat> grey(stack.frames.size());
-  ParallelFor(grey.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) grey[i] = GreyOf(stack.frames[i]);
-  });
+  ParallelEach(grey.size(), 16, [&](std::size_t i) { grey[i] = GreyOf(stack.frames[i]); });
   Progress progress(sink, "following the background", 2 * static_cast<long>(n));
   const std::vector<cv::Matx23d> step = StepsBetween(grey, progress);
   const std::size_t reference = UsualFrame(step, grey[0].size());

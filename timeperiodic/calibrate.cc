@@ -11,16 +11,16 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/sibling.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
 #include "scene/tradeoff/held_out.h"
 #include "timeperiodic/align.h"
-#include "timeperiodic/commands.h"
 #include "timeperiodic/frame_stack.h"
 #include "timeperiodic/moving_parts.h"
 #include "timeperiodic/period_plot.h"
+#include "timeperiodic/period_tradeoff.h"
 #include "timeperiodic/sampling.h"
 
 namespace lumi {
@@ -28,6 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Where a period is from.
+constexpr const char *kGiven = "given", *kFixedVideo = "fixed video", *kMovingVideo = "moving video";
 constexpr const char* kOwnFolder = "timeperiodic";
 constexpr int kMovingComponents = 48;
 constexpr int kLeastHoldout = 8, kHeldOutViews = 24,
@@ -44,7 +46,7 @@ std::vector<SampledView> SampledViews(const Scene& scene, double fps) {
       views.push_back({*v.time_s * fps,
                        scene.frame == Frame::kMetric ? v.CentreInWorld() : MakeRenderView(scene, v).centre,
                        v.frame_index.value_or(static_cast<int>(views.size()))});
-  std::sort(views.begin(), views.end(), [](const SampledView& a, const SampledView& b) { return a.time < b.time; });
+  std::ranges::sort(views, [](const SampledView& a, const SampledView& b) { return a.time < b.time; });
   return views;
 }
 
@@ -53,11 +55,9 @@ void WriteMasks(const FrameStack& stack, const Alignment& alignment, const Movin
   fs::remove_all(folder);
   fs::create_directories(folder);
   Progress progress(sink, "writing masks", stack.count());
-  ParallelFor(stack.frames.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      WriteImage(folder / MaskName(static_cast<int>(i)), FrameMask(stack, alignment, parts, static_cast<int>(i)));
-      progress.Step();
-    }
+  ParallelEach(stack.frames.size(), 4, [&](std::size_t i) {
+    WriteImage(folder / MaskName(static_cast<int>(i)), FrameMask(stack, alignment, parts, static_cast<int>(i)));
+    progress.Step();
   });
 }
 
@@ -140,6 +140,74 @@ std::optional<std::string> Validate(const CalibrateVideoOptions& o) {
 
 namespace {
 
+// In frames of the moving video.
+PeriodEstimate PeriodFor(const CalibrateVideoOptions& o, const FrameStack& stack,
+                         const std::optional<Alignment>& alignment, const std::string& from, ProgressSink& progress) {
+  PeriodEstimate estimate;
+  if (from == kGiven) {
+    estimate.period_frames = *o.period_frames;
+    estimate.candidates.push_back({*o.period_frames, "taken", 1, 0});
+  } else if (from == kFixedVideo) {
+    const FrameStack fixed = ReadFrameStack(o.fixed_video, {.max_width_px = o.width_px}, progress);
+    estimate = EstimatePeriod(FixedSignals(fixed, {}), {}, o.period);
+    const double ratio = stack.fps / fixed.fps;
+    estimate.period_frames *= ratio;
+    estimate.sigma_frames *= ratio;
+    for (PeriodCandidate& c : estimate.candidates) c.period_frames *= ratio;
+    RequireResolved(estimate.period_frames);
+  } else {
+    estimate = EstimatePeriod(MovingSignals(stack, *alignment, {.components = kMovingComponents}), alignment->camera,
+                              o.period);
+  }
+  for (const std::string& w : estimate.warnings) progress.Message(w);
+  return estimate;
+}
+
+// What moves, as masks in a folder of our own.
+fs::path MaskWhatMoves(const CalibrateVideoOptions& o, const FrameStack& stack, const Alignment& alignment,
+                       CalibratedVideo& summary, ProgressSink& progress) {
+  const MovingParts parts = FindMovingParts(stack, alignment, summary.period.estimate.period_frames, {});
+  summary.masks = {true, parts.share, static_cast<int>(alignment.corners), static_cast<int>(alignment.frames.size())};
+  if (parts.share > o.max_moving_share)
+    throw DataError(fmt::format("too little of the picture stands still: {:.0f} % of it moves", 100 * parts.share),
+                    "film with more of a still background in view, or give masks (--masks)", o.video);
+  if (parts.share == 0) progress.Message("nothing was found that moves with this period: no masks");
+  const fs::path masks = o.scene / kOwnFolder / "masks";
+  WriteMasks(stack, alignment, parts, masks, progress);
+  return masks;
+}
+
+// Cameras for the frames, and their times.
+void PlaceFrames(const CalibrateVideoOptions& o, const FrameStack& stack, const fs::path& masks,
+                 CalibratedVideo& summary, ProgressSink& progress) {
+  PeriodEstimate& estimate = summary.period.estimate;
+  summary.reconstruct = Reconstruct(o, masks, progress);
+  const FolderLock lock(o.scene);
+  OpenOptions open;
+  open.check_photos = false;
+  Scene scene = OpenScene(o.scene, open, progress);
+  scene.period_s = estimate.period_frames / stack.fps;
+  // Frames that were dropped put those after them later than the file says.
+  for (View& v : scene.views) {
+    if (!v.frame_index || *v.frame_index >= stack.count()) continue;
+    v.time_s = stack.time[static_cast<std::size_t>(*v.frame_index)] / stack.fps;
+    if (summary.period_from == kMovingVideo)
+      for (const Slip& slip : estimate.slips)
+        if (*v.frame_index >= slip.frame) *v.time_s += slip.frames / stack.fps;
+  }
+  WriteManifest(scene, o.scene);
+  const std::vector<SampledView> views = SampledViews(scene, stack.fps);
+  if (views.size() < 2)
+    throw DataError("fewer than two frames got a camera", "see the messages of lumi-reconstruct", o.video);
+  const SamplingReport report = ReportSampling(views, estimate.period_frames);
+  for (const std::string& w : report.warnings) progress.Message(w);
+  WriteTextAtomically(o.scene / kOwnFolder / "sampling.svg", SamplingPlot(report, views));
+  summary.images_registered = static_cast<int>(views.size());
+  summary.period.samples_per_window = report.samples_per_window;
+  summary.sampling = report;
+  estimate.warnings.insert(estimate.warnings.end(), report.warnings.begin(), report.warnings.end());
+}
+
 CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   if (o.period_frames) RequireResolved(*o.period_frames);
@@ -157,90 +225,31 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
     return summary;
   }
 
-  FrameStackOptions reading;
-  reading.max_width_px = o.width_px;
-  const FrameStack stack = ReadFrameStack(o.video, reading, progress);
+  const FrameStack stack = ReadFrameStack(o.video, {.max_width_px = o.width_px}, progress);
   if (stack.truncated)
     progress.Message(
         fmt::format("{} is cut off: its first {} frames are used", o.video.filename().string(), stack.count()));
+  const std::string from = o.period_frames ? kGiven : o.fixed_video.empty() ? kMovingVideo : kFixedVideo;
   std::optional<Alignment> alignment;
-  if (o.masks.empty() || (!o.period_frames && o.fixed_video.empty())) alignment = AlignFrames(stack, {}, progress);
+  if (o.masks.empty() || from == kMovingVideo) alignment = AlignFrames(stack, {}, progress);
 
-  // The period, in frames of the moving video.
   CalibratedVideo summary;
-  PeriodEstimate& estimate = summary.period.estimate;
-  std::string& period_from = summary.period_from = "given";
-  if (o.period_frames) {
-    estimate.period_frames = *o.period_frames;
-    estimate.candidates.push_back({*o.period_frames, "taken", 1, 0});
-  } else if (!o.fixed_video.empty()) {
-    period_from = "fixed video";
-    const FrameStack fixed = ReadFrameStack(o.fixed_video, reading, progress);
-    estimate = EstimatePeriod(FixedSignals(fixed, {}), {}, o.period);
-    const double ratio = stack.fps / fixed.fps;
-    estimate.period_frames *= ratio;
-    estimate.sigma_frames *= ratio;
-    for (PeriodCandidate& c : estimate.candidates) c.period_frames *= ratio;
-    RequireResolved(estimate.period_frames);
-  } else {
-    period_from = "moving video";
-    estimate = EstimatePeriod(MovingSignals(stack, *alignment, {.components = kMovingComponents}), alignment->camera,
-                              o.period);
-  }
-  const double period = estimate.period_frames;
-  for (const std::string& w : estimate.warnings) progress.Message(w);
-
-  // What moves.
+  summary.period_from = from;
+  PeriodEstimate& estimate = summary.period.estimate = PeriodFor(o, stack, alignment, from, progress);
   fs::path masks = o.masks;
   {
     const FolderLock lock(o.scene);
     fs::create_directories(o.scene / "provenance");  // marks the folder as ours
     fs::create_directories(own);
-    if (period_from != "given") WriteTextAtomically(own / "period.svg", PeriodPlot(estimate));
-    if (masks.empty()) {
-      const MovingParts parts = FindMovingParts(stack, *alignment, period, {});
-      summary.masks = {true, parts.share, static_cast<int>(alignment->corners),
-                       static_cast<int>(alignment->frames.size())};
-      if (parts.share > o.max_moving_share)
-        throw DataError(fmt::format("too little of the picture stands still: {:.0f} % of it moves", 100 * parts.share),
-                        "film with more of a still background in view, or give masks (--masks)", o.video);
-      if (parts.share == 0) progress.Message("nothing was found that moves with this period: no masks");
-      masks = own / "masks";
-      WriteMasks(stack, *alignment, parts, masks, progress);
-    }
+    if (from != kGiven) WriteTextAtomically(own / "period.svg", PeriodPlot(estimate));
+    if (masks.empty()) masks = MaskWhatMoves(o, stack, *alignment, summary, progress);
   }
 
   summary.period.fps = stack.fps;
   summary.period.frames = stack.count();
-  summary.period.samples_per_window = stack.count() / period;
+  summary.period.samples_per_window = stack.count() / estimate.period_frames;
   summary.scene = o.scene;
-  if (!o.masks_only) {
-    summary.reconstruct = Reconstruct(o, masks, progress);
-    const FolderLock lock(o.scene);
-    OpenOptions open;
-    open.check_photos = false;
-    Scene scene = OpenScene(o.scene, open, progress);
-    scene.period_s = period / stack.fps;
-    // Frames that were dropped put those after them later than the file says.
-    for (View& v : scene.views) {
-      if (!v.frame_index || *v.frame_index >= stack.count()) continue;
-      v.time_s = stack.time[static_cast<std::size_t>(*v.frame_index)] / stack.fps;
-      if (period_from == "moving video")
-        for (const Slip& slip : estimate.slips)
-          if (*v.frame_index >= slip.frame) *v.time_s += slip.frames / stack.fps;
-    }
-    WriteManifest(scene, o.scene);
-    const std::vector<SampledView> views = SampledViews(scene, stack.fps);
-    if (views.size() < 2)
-      throw DataError("fewer than two frames got a camera", "see the messages of lumi-reconstruct", o.video);
-    const SamplingReport report = ReportSampling(views, period);
-    for (const std::string& w : report.warnings) progress.Message(w);
-    WriteTextAtomically(own / "sampling.svg", SamplingPlot(report, views));
-    summary.images_registered = static_cast<int>(views.size());
-    summary.period.samples_per_window = report.samples_per_window;
-    summary.sampling = report;
-    estimate.warnings.insert(estimate.warnings.end(), report.warnings.begin(), report.warnings.end());
-  }
+  if (!o.masks_only) PlaceFrames(o, stack, masks, summary, progress);
   summary.period.seconds = wanted.seconds = SecondsSince(start);
   const FolderLock lock(o.scene);
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
@@ -267,7 +276,7 @@ SceneSampling ReportSceneSampling(const fs::path& folder, const fs::path& plot, 
   std::vector<std::pair<double, int>> numbered;
   for (const View& v : scene.views)
     if (v.time_s && v.frame_index) numbered.emplace_back(*v.time_s, *v.frame_index);
-  std::sort(numbered.begin(), numbered.end());
+  std::ranges::sort(numbered);
   double fps = 1;
   if (numbered.size() >= 2 && numbered.back().first > numbered.front().first &&
       numbered.back().second > numbered.front().second)

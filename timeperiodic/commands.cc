@@ -10,6 +10,7 @@
 #include "scene/tradeoff/table.h"
 #include "timeperiodic/frame_stack.h"
 #include "timeperiodic/period_plot.h"
+#include "timeperiodic/period_tradeoff.h"
 
 namespace lumi {
 PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {

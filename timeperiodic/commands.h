@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "scene/program/progress.h"
@@ -25,10 +24,5 @@ struct PeriodCommandOptions {
 };
 
 PeriodSummary RunPeriod(const PeriodCommandOptions& options, ProgressSink& progress);
-
-// The keys tradeoff, tradeoff_json, tradeoff_csv and tradeoff_svg of a summary; what a person reads of them, empty
-// where it has none.
-std::string PeriodTradeoffJson(const TradeoffTable& table, const TradeoffFiles& files);
-std::string DescribePeriodTradeoff(const std::string& json);
 
 }  // namespace lumi

@@ -8,7 +8,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -42,12 +42,10 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     const std::size_t first = stack.frames.size();
     stack.frames.resize(first + batch.size());
     hashes.resize(first + batch.size());
-    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        hashes[first + i] = HashOf(batch[i]);
-        stack.frames[first + i] =
-            stack.width == batch[i].width ? std::move(batch[i]) : Resize(batch[i], stack.width, stack.height);
-      }
+    ParallelEach(batch.size(), 1, [&](std::size_t i) {
+      hashes[first + i] = HashOf(batch[i]);
+      stack.frames[first + i] =
+          stack.width == batch[i].width ? std::move(batch[i]) : Resize(batch[i], stack.width, stack.height);
     });
     batch.clear();
   };

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "scene/geometry/dense_solvers.h"
 #include "scene/program/parallel.h"
 #include "timeperiodic/least_squares.h"
 
@@ -115,7 +114,7 @@ MovingParts FindMovingParts(const FrameStack& stack, const Alignment& alignment,
 
 Image8 FrameMask(const FrameStack& stack, const Alignment& alignment, const MovingParts& parts, int frame) {
   // The nearest frame that is aligned.
-  const auto after = std::lower_bound(alignment.frames.begin(), alignment.frames.end(), frame);
+  const auto after = std::ranges::lower_bound(alignment.frames, frame);
   Eigen::Index row =
       std::min<Eigen::Index>(after - alignment.frames.begin(), static_cast<Eigen::Index>(alignment.frames.size()) - 1);
   if (row > 0 && frame - alignment.frames[static_cast<std::size_t>(row - 1)] <

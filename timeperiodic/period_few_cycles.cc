@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -79,13 +79,11 @@ std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
   }
   const VectorXd seen = (norm.array() > 0).cast<double>();
   std::vector<double> rho(static_cast<std::size_t>(std::min(max_shift, n - 1) + 1), 0);
-  ParallelFor(rho.size(), 4, [&](std::size_t from, std::size_t to) {
-    for (std::size_t j = from; j < to; ++j) {
-      const auto k = static_cast<Eigen::Index>(j), m = n - k;
-      const double product = (v.topRows(m).array() * v.bottomRows(m).array()).sum();
-      const double a = norm.head(m).dot(seen.tail(m)), b = norm.tail(m).dot(seen.head(m));
-      rho[j] = a + b > 0 ? 2 * product / (a + b) : 0;  // 1 - mean squared difference / mean energy
-    }
+  ParallelEach(rho.size(), 4, [&](std::size_t j) {
+    const auto k = static_cast<Eigen::Index>(j), m = n - k;
+    const double product = (v.topRows(m).array() * v.bottomRows(m).array()).sum();
+    const double a = norm.head(m).dot(seen.tail(m)), b = norm.tail(m).dot(seen.head(m));
+    rho[j] = a + b > 0 ? 2 * product / (a + b) : 0;  // 1 - mean squared difference / mean energy
   });
   return rho;
 }

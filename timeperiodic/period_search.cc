@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "timeperiodic/spectrum.h"
 
 namespace lumi {
@@ -70,32 +69,26 @@ Paired Compare(const VectorXd& a, const VectorXd& b, double total) {
 std::vector<Refined> Judge(const HarmonicFit& fit, const std::vector<double>& periods, double min_period,
                            double max_period, int most) {
   std::vector<std::pair<double, double>> ranked(periods.size());
-  ParallelFor(periods.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const double p = fit.Refine(periods[i], kFirstHarmonics, kFirstReach);
-      ranked[i] = {-fit.Explained(p, kScreenHarmonics), p};
-    }
+  ParallelEach(periods.size(), 1, [&](std::size_t i) {
+    const double p = fit.Refine(periods[i], kFirstHarmonics, kFirstReach);
+    ranked[i] = {-fit.Explained(p, kScreenHarmonics), p};
   });
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<Refined> all;
   for (const auto& [value, p] : ranked) {
     if (p < min_period || p > max_period) continue;
-    const bool known = std::any_of(all.begin(), all.end(), [&](const Refined& r) {
-      return std::abs(1 / r.period - 1 / p) < kFirstReach / fit.span();
-    });
+    const bool known = std::ranges::any_of(
+        all, [&](const Refined& r) { return std::abs(1 / r.period - 1 / p) < kFirstReach / fit.span(); });
     if (known) continue;
     all.push_back({p, {}});
     if (all.size() == kClosely) break;
   }
-  ParallelFor(all.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      all[i].fit = fit.CrossValidate(all[i].period, most);
-      all[i].period = fit.Refine(all[i].period, std::max(1, all[i].fit.harmonics), kReach);
-      all[i].fit = fit.CrossValidate(all[i].period, most);
-    }
+  ParallelEach(all.size(), 1, [&](std::size_t i) {
+    all[i].fit = fit.CrossValidate(all[i].period, most);
+    all[i].period = fit.Refine(all[i].period, std::max(1, all[i].fit.harmonics), kReach);
+    all[i].fit = fit.CrossValidate(all[i].period, most);
   });
-  std::sort(all.begin(), all.end(),
-            [](const Refined& a, const Refined& b) { return a.fit.explained > b.fit.explained; });
+  std::ranges::sort(all, [](const Refined& a, const Refined& b) { return a.fit.explained > b.fit.explained; });
   return all;
 }
 

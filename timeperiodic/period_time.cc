@@ -43,7 +43,7 @@ std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, doub
     double sum = 0;
     for (Eigen::Index i = begin; i < end; ++i)
       v.emplace_back(offsets.lead[i], offsets.weight[i]), sum += offsets.weight[i];
-    std::sort(v.begin(), v.end());
+    std::ranges::sort(v);
     double half = 0;
     for (const auto& [lead, weight] : v)
       if ((half += weight) >= 0.5 * sum) return lead;
@@ -112,7 +112,7 @@ VectorXd UndoSlips(HarmonicFit& fit, const Signals& s, int harmonics, double& pe
     period = p;
     found.push_back({s.frame[static_cast<std::size_t>(at)], frames});
   }
-  std::sort(found.begin(), found.end(), [](const Slip& a, const Slip& b) { return a.frame < b.frame; });
+  std::ranges::sort(found, [](const Slip& a, const Slip& b) { return a.frame < b.frame; });
   return time;
 }
 

@@ -54,10 +54,10 @@ std::string Percent(double share) { return fmt::format("{:.0f}", 100 * share); }
 
 // Windows of one unit, at every view's phase: sorted phases on a circle, two pointers.
 void CountWindows(std::vector<double> phase, SamplingReport& r) {
-  std::sort(phase.begin(), phase.end());
+  std::ranges::sort(phase);
   const auto in_window = [&](double centre, double half) {
     const auto count = [&](double from, double to) {
-      return std::upper_bound(phase.begin(), phase.end(), to) - std::lower_bound(phase.begin(), phase.end(), from);
+      return std::ranges::upper_bound(phase, to) - std::ranges::lower_bound(phase, from);
     };
     if (half >= 0.5) return static_cast<double>(phase.size());
     auto inside = count(centre - half, centre + half);
@@ -89,15 +89,14 @@ SamplingCells FillCells(const std::vector<double>& phase, bool moves, SamplingRe
   cells.rows = moves ? side : 1;
   cells.columns = moves ? side : std::clamp(static_cast<int>(n / kViewsACell), 2, kMostCells * kMostCells);
   cells.held.assign(static_cast<std::size_t>(cells.rows * cells.columns), 0);
-  const auto [low, high] = std::minmax_element(r.place.begin(), r.place.end());
+  const auto [low, high] = std::ranges::minmax_element(r.place);
   for (std::size_t i = 0; i < phase.size(); ++i) {
     const double share = moves ? (r.place[i] - *low) / (*high - *low) : 0;
     const int x = std::min(cells.columns - 1, static_cast<int>(phase[i] * cells.columns)),
               y = std::min(cells.rows - 1, static_cast<int>(share * cells.rows));
     ++cells.held[static_cast<std::size_t>(y * cells.columns + x)];
   }
-  const auto filled =
-      static_cast<double>(std::count_if(cells.held.begin(), cells.held.end(), [](int k) { return k > 0; }));
+  const auto filled = static_cast<double>(std::ranges::count_if(cells.held, [](int k) { return k > 0; }));
   r.covered = filled / static_cast<double>(cells.held.size());
   r.uniformity = r.covered / (1 - std::exp(-n / static_cast<double>(cells.held.size())));
   return cells;
@@ -130,7 +129,7 @@ void NameGaps(const SamplingCells& cells, SamplingReport& r) {
       }
     }
   }
-  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.length > b.length; });
+  std::ranges::stable_sort(runs, [](const Run& a, const Run& b) { return a.length > b.length; });
   for (const Run& run : runs) {
     if (run.length < 2 && columns > 4) continue;  // one empty cell is chance
     if (r.gaps.size() == kGapsNamed) break;
@@ -213,7 +212,7 @@ SamplingReport ReportSampling(const std::vector<SampledView>& views, double peri
     r.place.push_back(r.direction.dot(v.centre - mean));
     phase.push_back(PhaseOf(v.time, period));
   }
-  const auto [low, high] = std::minmax_element(r.place.begin(), r.place.end());
+  const auto [low, high] = std::ranges::minmax_element(r.place);
   const bool moves = *high - *low > 1e-9 * (1 + mean.cwiseAbs().maxCoeff());
   CountWindows(phase, r);
   NameGaps(FillCells(phase, moves, r), r);

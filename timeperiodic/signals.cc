@@ -1,10 +1,7 @@
 #include "timeperiodic/signals.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <numeric>
 
 #include "scene/geometry/dense_solvers.h"
@@ -143,11 +140,10 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
 
   VectorXd gain = Gains(pixels, frames, pixel);
   const double spread = std::sqrt((gain.array() - gain.mean()).square().mean());
-  if (spread >= kMinGainSpread) {
+  if (spread >= kMinGainSpread)
     signals.gain_spread = spread;
-  } else {
+  else
     gain.setOnes();
-  }
   const Columns columns(frames, pixel, gain);
 
   std::vector<double> variance(static_cast<std::size_t>(pixels) * 3, -1), mean(variance.size(), 0);
@@ -193,7 +189,7 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
                                       : "nothing moves in this video, so that it has no period",
                     "film the scene while it moves, the moving part large in the picture");
   signals.moving_share = static_cast<double>(moving.size()) / static_cast<double>(known.size());
-  std::sort(moving.begin(), moving.end());
+  std::ranges::sort(moving);
   moving.resize(std::min<std::size_t>(moving.size(), static_cast<std::size_t>(options.pixels)));
   std::vector<double> deviations;
   for (const auto& m : moving) deviations.push_back(std::sqrt(variance[m.second]));

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "timeperiodic/frame_stack.h"

@@ -6,7 +6,7 @@
 
 #include "scene/geometry/constants.h"
 #include "scene/geometry/median.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -74,20 +74,17 @@ std::vector<double> LikelyFundamentals(const Spectrum& spectrum, double span, do
     const double step = 1 / (4 * span * harmonics), low = 1 / max_period, high = 1 / min_period;
     const auto count = static_cast<std::size_t>((high - low) / step) + 1;
     std::vector<double> sum(count);
-    ParallelFor(count, 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        sum[i] = spectrum.HarmonicSum(low + step * static_cast<double>(i), harmonics);
-    });
+    ParallelEach(count, 1024,
+                 [&](std::size_t i) { sum[i] = spectrum.HarmonicSum(low + step * static_cast<double>(i), harmonics); });
     std::vector<std::pair<double, double>> peaks;
     for (std::size_t i = 0; i < count; ++i) {
       const bool rises = i == 0 || sum[i] >= sum[i - 1], falls = i + 1 == count || sum[i] > sum[i + 1];
       if (rises && falls) peaks.emplace_back(-sum[i], low + step * static_cast<double>(i));
     }
-    std::sort(peaks.begin(), peaks.end());
+    std::ranges::sort(peaks);
     std::size_t taken = 0;
     for (const auto& [value, f] : peaks) {
-      const bool known =
-          std::any_of(found.begin(), found.end(), [&](double g) { return std::abs(g - f) < 0.5 / span; });
+      const bool known = std::ranges::any_of(found, [&](double g) { return std::abs(g - f) < 0.5 / span; });
       if (known) continue;
       found.push_back(f);
       if (++taken == kPeaks) break;

@@ -7,7 +7,8 @@
 #include <string>
 
 #include "scene/files/json_keys.h"
-#include "timeperiodic/period_tradeoff.h"
+#include "scene/tradeoff/table.h"
+#include "timeperiodic/period.h"
 #include "timeperiodic/sampling.h"
 
 namespace lumi {

@@ -36,7 +36,7 @@ struct Range {
 };
 Range RobustRange(std::vector<double> values, double share) {
   if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const auto cut = static_cast<std::size_t>(share * static_cast<double>(values.size()));
   return {values[cut], values[values.size() - 1 - cut]};
 }

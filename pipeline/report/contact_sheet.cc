@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <system_error>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -23,27 +22,25 @@ std::vector<SheetThumbnails> MakeThumbnails(const std::vector<SheetRow>& rows, i
   const TemporaryFolder temporary;
   std::vector<SheetThumbnails> thumbnails(rows.size());
   Progress task(progress, "thumbnails", static_cast<long>(rows.size()));
-  ParallelFor(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      SheetThumbnails& row = thumbnails[i];
-      row.name = rows[i].name;
-      try {
-        for (const fs::path& file : {rows[i].photo, rows[i].render, rows[i].difference}) {
-          if (file.empty()) continue;
-          const Image8 full = ReadImage8(file);
-          const int height =
-              std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * full.height / full.width)));
-          row.pictures.push_back(Resize(full, width_px, height));
-          const fs::path jpeg =
-              temporary.path() / (std::to_string(i) + "-" + std::to_string(row.pictures.size()) + ".jpg");
-          WriteImage(jpeg, row.pictures.back(), kThumbnailQuality);
-          row.jpegs.push_back(ReadText(jpeg));
-        }
-      } catch (const InputError&) {
-        row = {};
+  ParallelEach(rows.size(), 1, [&](std::size_t i) {
+    SheetThumbnails& row = thumbnails[i];
+    row.name = rows[i].name;
+    try {
+      for (const fs::path& file : {rows[i].photo, rows[i].render, rows[i].difference}) {
+        if (file.empty()) continue;
+        const Image8 full = ReadImage8(file);
+        const int height =
+            std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * full.height / full.width)));
+        row.pictures.push_back(Resize(full, width_px, height));
+        const fs::path jpeg =
+            temporary.path() / (std::to_string(i) + "-" + std::to_string(row.pictures.size()) + ".jpg");
+        WriteImage(jpeg, row.pictures.back(), kThumbnailQuality);
+        row.jpegs.push_back(ReadText(jpeg));
       }
-      task.Step();
+    } catch (const InputError&) {
+      row = {};
     }
+    task.Step();
   });
   std::erase_if(thumbnails, [](const SheetThumbnails& row) { return row.pictures.empty(); });
   return thumbnails;

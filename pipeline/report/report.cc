@@ -38,8 +38,8 @@ Summary SummaryOf(const ReportInput& input, const std::string& name) {
 // The stage that gave the cameras: reconstruct (timeperiodic starts it itself), or import.
 CamerasSummary CamerasOf(const ReportInput& input) {
   if (const auto timed = SummaryOf<TimedSummary>(input, "timeperiodic"); timed.reconstruct) return *timed.reconstruct;
-  const bool reconstructed = std::any_of(input.stages.begin(), input.stages.end(),
-                                         [](const StageResult& s) { return s.name == "reconstruct"; });
+  const bool reconstructed =
+      std::ranges::any_of(input.stages, [](const StageResult& s) { return s.name == "reconstruct"; });
   return SummaryOf<CamerasSummary>(input, reconstructed ? "reconstruct" : "import");
 }
 

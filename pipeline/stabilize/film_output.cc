@@ -1,7 +1,5 @@
 #include "pipeline/stabilize/film_output.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "scene/files/atomic_file.h"
@@ -12,8 +10,7 @@
 namespace lumi {
 namespace fs = std::filesystem;
 
-bool WriteFilm(const fs::path& output, int count, double fps, const std::function<Image8(int)>& frame,
-               const fs::path& sound_from, const std::string& task, ProgressSink& sink) {
+bool WriteFilm(const fs::path& output, const Film& film, const std::string& task, ProgressSink& sink) {
   bool sound = false;
   WriteFileAtomically(output, [&](const fs::path& temporary) {
     const fs::path silent = temporary.parent_path() / (temporary.stem().string() + "-silent.mp4");
@@ -25,27 +22,22 @@ bool WriteFilm(const fs::path& output, int count, double fps, const std::functio
       }
     } remove{silent};
     {
-      VideoWriter writer(silent, fps);
-      Progress progress(sink, task, count);
-      for (int i = 0; i < count; ++i) {
-        writer.Add(frame(i));
+      VideoWriter writer(silent, film.fps);
+      Progress progress(sink, task, film.count);
+      for (int i = 0; i < film.count; ++i) {
+        writer.Add(film.frame(i));
         progress.Step();
       }
       writer.Finish();
     }
-    if (!sound_from.empty())
+    if (!film.sound_from.empty())
       for (const char* codec : {"copy", "aac"}) {
-        const SubprocessResult result = RunSubprocess({"ffmpeg",     "-v",
-                                                       "error",      "-y",
-                                                       "-i",         silent.string(),
-                                                       "-i",         sound_from.string(),
-                                                       "-map",       "0:v:0",
-                                                       "-map",       "1:a",
-                                                       "-c:v",       "copy",
-                                                       "-c:a",       codec,
-                                                       "-shortest",  "-movflags",
-                                                       "+faststart", "-f",
-                                                       "mp4",        temporary.string()});
+        std::vector<std::string> argv{"ffmpeg", "-v", "error", "-y"};
+        argv.insert(argv.end(),
+                    {"-i", silent.string(), "-i", film.sound_from.string(), "-map", "0:v:0", "-map", "1:a"});
+        argv.insert(argv.end(), {"-c:v", "copy", "-c:a", codec, "-shortest", "-movflags", "+faststart"});
+        argv.insert(argv.end(), {"-f", "mp4", temporary.string()});
+        const SubprocessResult result = RunSubprocess(argv);
         if (result.exit_code == 0) {
           sound = true;
           return;

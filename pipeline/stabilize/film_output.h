@@ -10,11 +10,16 @@
 
 namespace lumi {
 
-// frame(i) for i = 0 ... count - 1, of one size, as H.264 in `output` (replaced when complete) at fps; the sound of
-// `sound_from` (empty: none) is copied, or where MP4 does not take it, coded anew as AAC. False: it has no sound that
-// could be taken, and the film is silent.
-bool WriteFilm(const std::filesystem::path& output, int count, double fps, const std::function<Image8(int)>& frame,
-               const std::filesystem::path& sound_from, const std::string& task, ProgressSink& progress);
+struct Film {
+  int count = 0;
+  double fps = 0;
+  std::function<Image8(int)> frame;       // 0 ... count - 1, of one size
+  std::filesystem::path sound_from = {};  // empty: none
+};
+
+// As H.264 in `output` (replaced when complete). The sound is copied, or where MP4 does not take it, coded anew as AAC.
+// False: there is none that could be taken, and the film is silent.
+bool WriteFilm(const std::filesystem::path& output, const Film& film, const std::string& task, ProgressSink& progress);
 
 // The left half of `filmed` beside the right half of `steady`, of steady's size, a line between them.
 Image8 SplitScreen(const Image8& filmed, const Image8& steady);

@@ -9,7 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/subprocess.h"
 
 namespace lumi {
@@ -77,9 +77,8 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
   std::vector<VideoFrame> batch;
   Progress progress(sink, "reading frames", count);
   const auto flush = [&] {
-    ParallelFor(batch.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        WriteImage(folder / FilmFrameName(batch[i].index), batch[i].rgb, kJpegQuality);
+    ParallelEach(batch.size(), 1, [&](std::size_t i) {
+      WriteImage(folder / FilmFrameName(batch[i].index), batch[i].rgb, kJpegQuality);
     });
     batch.clear();
   };

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "pipeline/sibling_stage.h"
 #include "pipeline/sibling_summaries.h"
@@ -49,9 +47,8 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
   TradeoffTable& table = result.table;
   const fs::path filmed = folder / "tradeoff-filmed.mp4", steady = folder / "tradeoff-steady.mp4",
                  path = folder / "tradeoff-path.json";
-  WriteFilm(
-      filmed, length, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }, {},
-      "writing the window as filmed", progress);
+  WriteFilm(filmed, {length, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }},
+            "writing the window as filmed", progress);
 
   const std::string width = std::to_string(std::max(16, 2 * (made.width_px / 4)));
   const std::vector<Dial> dials{{"as chosen", {""}, "", false},

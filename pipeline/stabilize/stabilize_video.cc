@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 
 #include "pipeline/sibling_stage.h"
 #include "pipeline/sibling_summaries.h"
@@ -126,9 +125,8 @@ class StabilizeRun {
     RenderWindows();
     WriteVideos();
     if (o_.score) Score();
-    if (o_.tradeoff && !windows_.front().alone) {
+    if (o_.tradeoff && !windows_.front().alone)
       summary_.tradeoff = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_).table;
-    }
     summary_.fps = facts_.fps;
     summary_.frames = frames_;
     summary_.border = o_.border;
@@ -242,16 +240,9 @@ class StabilizeRun {
       return;
     }
     const auto start = Clock::now();
-    std::vector<std::string> arguments{(window.folder / "frames").string(),
-                                       "-o",
-                                       scene.string(),
-                                       "--backend",
-                                       "factorization",
-                                       "--projective",
-                                       "--matching",
-                                       "sequential",
-                                       "--fps",
-                                       fmt::format("{}", facts_.fps)};
+    std::vector<std::string> arguments{(window.folder / "frames").string(), "-o", scene.string()};
+    arguments.insert(arguments.end(), {"--backend", "factorization", "--projective", "--matching", "sequential"});
+    arguments.insert(arguments.end(), {"--fps", fmt::format("{}", facts_.fps)});
     arguments.insert(arguments.end(), o_.reconstruct_arguments.begin(), o_.reconstruct_arguments.end());
     const auto cameras = Start("cameras", "lumi-reconstruct", arguments, number).summary.As<sibling::CamerasSummary>();
     window.structure = cameras.structure;
@@ -281,17 +272,10 @@ class StabilizeRun {
     if (!windows_.empty() && o_.model != "smooth") ways.push_back({"smooth", window.joined});
     if (window.joined) ways.push_back({"smooth", false});
     for (std::size_t i = 0;; ++i) {
-      std::vector<std::string> arguments{(window.folder / "scene").string(),
-                                         "-o",
-                                         (window.folder / "path.json").string(),
-                                         "--model",
-                                         ways[i].model,
-                                         "--border",
-                                         "fill",
-                                         "--anchors",
-                                         std::to_string(goes_on ? Overlap() : 0),
-                                         "--plot",
-                                         (window.folder / "tracks.svg").string()};
+      std::vector<std::string> arguments{(window.folder / "scene").string(), "--model", ways[i].model};
+      arguments.insert(arguments.end(), {"-o", (window.folder / "path.json").string(), "--border", "fill"});
+      arguments.insert(arguments.end(), {"--anchors", std::to_string(goes_on ? Overlap() : 0)});
+      arguments.insert(arguments.end(), {"--plot", (window.folder / "tracks.svg").string()});
       if (ways[i].joined)
         arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
       arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
@@ -350,13 +334,8 @@ class StabilizeRun {
 
   void Render(std::size_t i, const fs::path& path, const char* folder, std::vector<std::string> more) {
     const Window& window = windows_[i];
-    std::vector<std::string> arguments{(window.folder / "scene").string(),
-                                       "-o",
-                                       (window.folder / folder).string(),
-                                       "--path",
-                                       path.string(),
-                                       "--proxy",
-                                       "per-view"};
+    std::vector<std::string> arguments{(window.folder / "scene").string(), "-o", (window.folder / folder).string()};
+    arguments.insert(arguments.end(), {"--path", path.string(), "--proxy", "per-view"});
     const int width = 2 * static_cast<int>(0.5 * o_.render_scale * facts_.width_px + 0.5);
     if (o_.render_scale != 1) arguments.insert(arguments.end(), {"--width", std::to_string(std::max(16, width))});
     if (o_.border == "fill") arguments.insert(arguments.end(), {"--border", "fill"});
@@ -402,13 +381,12 @@ class StabilizeRun {
       for (const auto& entry : fs::directory_iterator(windows_[i].folder / folder / "frames"))
         if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_"))
           rendered.push_back(entry.path());
-      std::sort(rendered.begin(), rendered.end());
+      std::ranges::sort(rendered);
       if (rendered.size() < keys.size())
         throw Error(ExitCode::kBug, fmt::format("lumi-render left {} frames of {} in {}", rendered.size(), keys.size(),
                                                 (windows_[i].folder / folder).string()));
-      for (std::size_t k = 0; k < keys.size(); ++k) {
+      for (std::size_t k = 0; k < keys.size(); ++k)
         files[static_cast<std::size_t>(FrameOf(keys[k].view))] = rendered[k];
-      }
     }
     return files;
   }
@@ -420,9 +398,13 @@ class StabilizeRun {
       return image.width == first.width && image.height == first.height ? image
                                                                         : Resize(image, first.width, first.height);
     };
-    summary_.sound = WriteFilm(
-        o_.output, frames_, facts_.fps, [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); },
-        facts_.sound ? o_.input : fs::path(), "writing video", progress_);
+    const fs::path sound = facts_.sound ? o_.input : fs::path();
+    const auto write = [&](const fs::path& output, const std::function<Image8(int)>& frame, const fs::path& sound_from,
+                           const char* task) {
+      return WriteFilm(output, {frames_, facts_.fps, frame, sound_from}, task, progress_);
+    };
+    const auto steadied = [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); };
+    summary_.sound = write(o_.output, steadied, sound, "writing video");
     if (facts_.sound && !summary_.sound) progress_.Message("warning: the sound could not be taken over");
     summary_.video = o_.output;
     const auto filmed = [&](int i) {
@@ -432,18 +414,14 @@ class StabilizeRun {
     };
     if (o_.split_screen) {
       summary_.split_screen = Beside(o_.output, "-split.mp4");
-      WriteFilm(
-          summary_.split_screen, frames_, facts_.fps,
-          [&](int i) { return SplitScreen(filmed(i), sized(ReadImage8(steady[static_cast<std::size_t>(i)]))); },
-          facts_.sound ? o_.input : fs::path(), "writing split screen", progress_);
+      const auto both = [&](int i) { return SplitScreen(filmed(i), steadied(i)); };
+      write(summary_.split_screen, both, sound, "writing split screen");
     }
     if (o_.false_color) {
       const std::vector<fs::path> colors = FramesOf("false-color");
+      const auto color = [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); };
       summary_.false_color = Beside(o_.output, "-false-color.mp4");
-      WriteFilm(
-          summary_.false_color, frames_, facts_.fps,
-          [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); }, {}, "writing false colours",
-          progress_);
+      write(summary_.false_color, color, {}, "writing false colours");
     }
   }
 

@@ -60,7 +60,7 @@ double HalfWidth(const Cloud& cloud, const Eigen::Matrix3d& frame) {
 // the sorted values.
 std::size_t DensestWall(std::vector<double> values, double beyond, double tolerance, double* offset) {
   std::erase_if(values, [&](double v) { return v <= beyond; });
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   std::size_t best = 0, best_begin = 0;
   for (std::size_t i = 0, j = 0; j < values.size(); ++j) {
     while (values[j] - values[i] > 2 * tolerance) ++i;
@@ -188,6 +188,94 @@ Eigen::Matrix3d TubeFrame(const Eigen::Vector3d& along, const Eigen::Vector3d& a
   return frame;
 }
 
+struct Tube {
+  Fit fit;
+  double tolerance = 0;
+};
+
+// The frame and walls that most points agree with, over the axes and the turns about them.
+Tube FitTube(const Cloud& cloud, const std::vector<Eigen::Vector3d>& axes, const Eigen::Vector3d& down,
+             double relative_tolerance) {
+  Tube best;
+  for (const Eigen::Vector3d& along : axes) {
+    const Eigen::Vector3d about_down = down.cross(along).norm() > 1e-3 * down.norm() ? down : along.unitOrthogonal();
+    for (int i = 0; i < kRolls; ++i) {
+      // From the cameras' own down outwards: a tie goes to the frame nearest to it.
+      const int step = (i + 1) / 2 * (i % 2 ? 1 : -1);
+      Fit fit;
+      fit.frame = TubeFrame(along, about_down, step * M_PI / 2 / kRolls);
+      const double tolerance = relative_tolerance * HalfWidth(cloud, fit.frame);
+      if (!(tolerance > 0)) continue;
+      PlaceWalls(cloud, kWideTolerance / 2 * tolerance, fit);
+      Refine(cloud, tolerance, fit);
+      PlaceWalls(cloud, tolerance, fit);
+      Refine(cloud, tolerance, fit);
+      fit.score = Score(cloud, fit, tolerance);
+      if (fit.score > 1.02 * best.fit.score) best = {fit, tolerance};
+    }
+  }
+  if (best.fit.score < 0)
+    throw DataError("all points lie on the cameras' own line: a box has no width", "lumi-proxy plane");
+  return best;
+}
+
+// The same walls in the frame nearest to the cameras' own: down is down.
+void StandUpright(const Eigen::Vector3d& down, Fit& fit) {
+  if (std::abs(fit.frame.row(0) * down) > std::abs(fit.frame.row(1) * down)) {
+    fit.frame.row(0).swap(fit.frame.row(1));
+    for (std::size_t side : {0, 1}) {
+      std::swap(fit.offset[side], fit.offset[side + 2]);
+      std::swap(fit.found[side], fit.found[side + 2]);
+    }
+  }
+  for (const int row : {1, 0}) {
+    const bool turn = row == 1 ? fit.frame.row(1) * down < 0 : fit.frame.determinant() < 0;
+    if (!turn) continue;
+    fit.frame.row(row) *= -1.0;
+    const auto low = static_cast<std::size_t>(2 * row);
+    fit.offset[low] *= -1;
+    fit.offset[low + 1] *= -1;
+    std::swap(fit.offset[low], fit.offset[low + 1]);
+    std::swap(fit.found[low], fit.found[low + 1]);
+  }
+}
+
+// From the first camera or wall to the last, in the box's frame; every camera inside, with room.
+Eigen::AlignedBox3d ExtentOf(const Cloud& cloud, const Tube& tube, const BoxOptions& options) {
+  const Fit& fit = tube.fit;
+  std::vector<double> along;
+  for (const Eigen::Vector3d& x : cloud.x) {
+    double d;  // what is seen through a window is not the tube's length
+    if (NearestWall(fit, x, tube.tolerance, &d) >= 0) along.push_back(fit.frame.row(2) * x);
+  }
+  const Range path = CameraRange(cloud, fit.frame.row(2));
+  Eigen::Vector3d low(fit.offset[0], fit.offset[2], path.low);
+  Eigen::Vector3d high(fit.offset[1], fit.offset[3], std::max(Quantile(along, options.end_quantile), path.high));
+  const double width = std::max((high - low).head<2>().maxCoeff(), 1e-12);
+  for (int k = 0; k < 3; ++k) {
+    const Range cameras = CameraRange(cloud, fit.frame.row(k));
+    const double room = options.margin * (k == 2 ? std::max(width, high.z() - low.z()) : width);
+    low[k] = std::min(low[k], cameras.low - room);
+    high[k] = std::max(high[k], cameras.high + room);
+  }
+  return {low, high};
+}
+
+BoxSummary Summarize(const Cloud& cloud, const Tube& tube, const Eigen::AlignedBox3d& box) {
+  BoxSummary s{.box_from_world = tube.fit.frame, .low = box.min(), .high = box.max(), .points = cloud.x.size()};
+  for (const Eigen::Vector3d& x : cloud.x) {
+    double d;
+    const int wall = NearestWall(tube.fit, x, tube.tolerance, &d);
+    if (wall < 0) continue;
+    ++s.wall_points[static_cast<std::size_t>(wall)];
+    s.wall_rms[static_cast<std::size_t>(wall)] += d * d;
+    ++s.points_on_walls;
+  }
+  for (std::size_t w = 0; w < 4; ++w)
+    if (s.wall_points[w] > 0) s.wall_rms[w] = std::sqrt(s.wall_rms[w] / static_cast<double>(s.wall_points[w]));
+  return s;
+}
+
 }  // namespace
 
 std::string Validate(const BoxOptions& options) {
@@ -221,72 +309,15 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
   for (const View& view : scene.views) down += view.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
 
-  Fit best;
-  double best_tolerance = 0;
-  for (const Eigen::Vector3d& along : axes) {
-    const Eigen::Vector3d about_down = down.cross(along).norm() > 1e-3 * down.norm() ? down : along.unitOrthogonal();
-    for (int i = 0; i < kRolls; ++i) {
-      // From the cameras' own down outwards: a tie goes to the frame nearest to it.
-      const int step = (i + 1) / 2 * (i % 2 ? 1 : -1);
-      Fit fit;
-      fit.frame = TubeFrame(along, about_down, step * M_PI / 2 / kRolls);
-      const double tolerance = options.tolerance * HalfWidth(cloud, fit.frame);
-      if (!(tolerance > 0)) continue;
-      PlaceWalls(cloud, kWideTolerance / 2 * tolerance, fit);
-      Refine(cloud, tolerance, fit);
-      PlaceWalls(cloud, tolerance, fit);
-      Refine(cloud, tolerance, fit);
-      fit.score = Score(cloud, fit, tolerance);
-      if (fit.score > 1.02 * best.score) best = fit, best_tolerance = tolerance;
-    }
-  }
-  if (best.score < 0)
-    throw DataError("all points lie on the cameras' own line: a box has no width", "lumi-proxy plane");
-
-  // The frame nearest to the cameras' own: down is down.
-  if (std::abs(best.frame.row(0) * down) > std::abs(best.frame.row(1) * down)) {
-    const Eigen::RowVector3d right = best.frame.row(0);
-    best.frame.row(0) = best.frame.row(1);
-    best.frame.row(1) = right;
-    std::swap(best.offset[0], best.offset[2]);
-    std::swap(best.offset[1], best.offset[3]);
-    std::swap(best.found[0], best.found[2]);
-    std::swap(best.found[1], best.found[3]);
-  }
-  for (const int row : {1, 0}) {
-    const bool turn = row == 1 ? best.frame.row(1) * down < 0 : best.frame.determinant() < 0;
-    if (!turn) continue;
-    best.frame.row(row) *= -1.0;
-    const std::size_t low = static_cast<std::size_t>(2 * (row == 0 ? 0 : 1));
-    std::swap(best.offset[low], best.offset[low + 1]);
-    best.offset[low] *= -1;
-    best.offset[low + 1] *= -1;
-    std::swap(best.found[low], best.found[low + 1]);
-  }
-
-  Eigen::Vector3d low(best.offset[0], best.offset[2], 0), high(best.offset[1], best.offset[3], 0);
-  std::vector<double> along;
-  for (const Eigen::Vector3d& x : cloud.x) {
-    double d;  // what is seen through a window is not the tube's length
-    if (NearestWall(best, x, best_tolerance, &d) >= 0) along.push_back(best.frame.row(2) * x);
-  }
-  const Range path = CameraRange(cloud, best.frame.row(2));
-  low.z() = path.low;
-  high.z() = std::max(Quantile(along, options.end_quantile), path.high);
-  // Every camera inside, with room.
-  const double width = std::max((high - low).head<2>().maxCoeff(), 1e-12);
-  for (int k = 0; k < 3; ++k) {
-    const Range cameras = CameraRange(cloud, best.frame.row(k));
-    const double room = options.margin * (k == 2 ? std::max(width, high.z() - low.z()) : width);
-    low[k] = std::min(low[k], cameras.low - room);
-    high[k] = std::max(high[k], cameras.high + room);
-  }
+  Tube tube = FitTube(cloud, axes, down, options.tolerance);
+  StandUpright(down, tube.fit);
+  const Eigen::AlignedBox3d box = ExtentOf(cloud, tube, options);
 
   Mesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d c(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(),
-                            corner & 4 ? high.z() : low.z());
-    mesh.vertices.push_back(eye + best.frame.transpose() * c);
+    // Eigen counts corners as this does: bit 0 for x, 1 for y, 2 for z.
+    const Eigen::Vector3d c = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    mesh.vertices.push_back(eye + tube.fit.frame.transpose() * c);
   }
   // Counter-clockwise for who stands inside.
   std::vector<std::array<std::int32_t, 4>> quads{{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}};
@@ -296,24 +327,7 @@ Mesh BuildBoxProxy(const Scene& scene, const BoxOptions& options, BoxSummary* su
     mesh.faces.push_back({q[0], q[1], q[2]});
     mesh.faces.push_back({q[0], q[2], q[3]});
   }
-  if (summary) {
-    *summary = {};
-    summary->box_from_world = best.frame;
-    summary->low = low;
-    summary->high = high;
-    summary->points = cloud.x.size();
-    for (const Eigen::Vector3d& x : cloud.x) {
-      double d;
-      const int wall = NearestWall(best, x, best_tolerance, &d);
-      if (wall < 0) continue;
-      ++summary->wall_points[static_cast<std::size_t>(wall)];
-      summary->wall_rms[static_cast<std::size_t>(wall)] += d * d;
-      ++summary->points_on_walls;
-    }
-    for (std::size_t w = 0; w < 4; ++w)
-      if (summary->wall_points[w] > 0)
-        summary->wall_rms[w] = std::sqrt(summary->wall_rms[w] / static_cast<double>(summary->wall_points[w]));
-  }
+  if (summary) *summary = Summarize(cloud, tube, box);
   return mesh;
 }
 

@@ -12,8 +12,7 @@
 #include "proxy/delaunay/tetrahedra.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -46,10 +45,9 @@ std::vector<Eigen::Vector3d> DomeDirections(int subdivisions) {
   const double edge = 1.06;  // of the unit icosahedron: 1.0515
   for (std::size_t a = 0; a < 12; ++a) {
     for (std::size_t b = a + 1; b < 12; ++b) {
-      for (std::size_t c = b + 1; c < 12; ++c) {
+      for (std::size_t c = b + 1; c < 12; ++c)
         if ((v[a] - v[b]).norm() < edge && (v[b] - v[c]).norm() < edge && (v[c] - v[a]).norm() < edge)
           faces.push_back({a, b, c});
-      }
     }
   }
   for (int s = 0; s < subdivisions; ++s) {
@@ -58,9 +56,8 @@ std::vector<Eigen::Vector3d> DomeDirections(int subdivisions) {
     std::vector<std::vector<std::pair<std::size_t, std::size_t>>> middle_of(v.size());
     const auto middle = [&](std::size_t a, std::size_t b) {
       if (a > b) std::swap(a, b);
-      for (const auto& [other, m] : middle_of[a]) {
+      for (const auto& [other, m] : middle_of[a])
         if (other == b) return m;
-      }
       v.push_back((v[a] + v[b]).normalized());
       middle_of[a].emplace_back(b, v.size() - 1);
       return v.size() - 1;
@@ -172,6 +169,77 @@ class Circumspheres {
 
 void Add(Capacity& to, Capacity value) { std::atomic_ref<Capacity>(to).fetch_add(value, std::memory_order_relaxed); }
 
+// The cell across a facet, and which of its facets that is.
+std::pair<std::size_t, std::size_t> Across(const Tetrahedra& tets, std::size_t cell, std::size_t facet) {
+  const auto next = static_cast<std::size_t>(tets.cells[cell].neighbor[facet]);
+  std::size_t back = 0;
+  while (back < 3 && tets.cells[next].neighbor[back] != static_cast<std::int32_t>(cell)) ++back;
+  return {next, back};
+}
+
+// What each line of sight says of the cells that it passes, and of the one behind its point. Returns how many there
+// are.
+std::size_t AddLinesOfSight(const Workspace& w, const Tetrahedra& tets, const DelaunayOptions& options,
+                            CutProblem& problem) {
+  std::atomic<std::size_t> rays = 0;
+  ParallelEach(w.points.size(), 64, [&](std::size_t p) {
+    const Eigen::Vector3d& x = w.positions[p];
+    const double sigma = options.tolerance_sigma * w.points[p].sigma;
+    for (const std::int32_t v : w.points[p].views) {
+      const Eigen::Vector3d& eye = w.eyes[static_cast<std::size_t>(v)];
+      const double distance = (eye - x).norm();
+      if (!(distance > 0)) continue;
+      rays.fetch_add(1, std::memory_order_relaxed);
+      // Towards the camera all is free: a facet pays for being a surface, the less the nearer it is to the point.
+      WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
+        const double weight = options.ray_weight * (1 - std::exp(-0.5 * (d / sigma) * (d / sigma)));
+        const auto [next, back] = Across(tets, static_cast<std::size_t>(cell), static_cast<std::size_t>(facet));
+        Add(problem.facet[next][back], std::llround(kUnitsPerRay * weight));
+        return true;
+      });
+      // Behind the point it is full, as deep as the point's position is uncertain.
+      const Eigen::Vector3d behind = x + (x - eye) * (std::min(3 * sigma, 0.5 * distance) / distance);
+      const std::int32_t cell =
+          WalkFromVertex(tets, static_cast<std::int32_t>(p), behind, [](std::int32_t, int, double) { return true; });
+      if (cell >= 0) Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
+    }
+  });
+  return rays;
+}
+
+// What is known without any line of sight: outside is full, cameras stand in free cells, a surface is smooth.
+void AddSurroundings(const LocatedTetrahedra& located, double quality_weight, CutProblem& problem) {
+  const Tetrahedra& tets = located.tetrahedra;
+  const Circumspheres spheres(tets);
+  for (std::size_t c = 0; c < tets.cells.size(); ++c) {
+    if (!tets.cells[c].finite()) problem.sink[c] = kForced;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto [n, back] = Across(tets, c, i);
+      const double quality = 1 - std::min(spheres.CosAngle(c, i), spheres.CosAngle(n, back));
+      problem.facet[c][i] += std::llround(kUnitsPerRay * quality_weight * quality);
+    }
+  }
+  for (const std::int32_t c : located.query_cell) problem.source[static_cast<std::size_t>(c)] = kForced;
+}
+
+std::size_t CountBlocked(const Workspace& w, const Tetrahedra& tets, const std::vector<std::uint8_t>& free) {
+  std::atomic<std::size_t> blocked = 0;
+  ParallelEach(w.points.size(), 64, [&](std::size_t p) {
+    for (const std::int32_t v : w.points[p].views) {
+      const Eigen::Vector3d& eye = w.eyes[static_cast<std::size_t>(v)];
+      const double tolerated = kBlockTolerance * (eye - w.positions[p]).norm();
+      bool is_blocked = false;
+      WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
+        const std::int32_t next = tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
+        is_blocked = d > tolerated && !(free[static_cast<std::size_t>(cell)] && free[static_cast<std::size_t>(next)]);
+        return !is_blocked;
+      });
+      if (is_blocked) blocked.fetch_add(1, std::memory_order_relaxed);
+    }
+  });
+  return blocked;
+}
+
 }  // namespace
 
 std::string Validate(const DelaunayOptions& o) {
@@ -235,50 +303,8 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
   problem.source.assign(tets.cells.size(), 0);
   problem.sink.assign(tets.cells.size(), 0);
   problem.facet.assign(tets.cells.size(), {0, 0, 0, 0});
-  std::atomic<std::size_t> rays = 0;
-  ParallelFor(w.points.size(), 64, [&](std::size_t begin, std::size_t end) {
-    CheckInterrupted();
-    for (std::size_t p = begin; p < end; ++p) {
-      const Eigen::Vector3d& x = w.positions[p];
-      const double sigma = options.tolerance_sigma * w.points[p].sigma;
-      for (const std::int32_t v : w.points[p].views) {
-        const Eigen::Vector3d& eye = w.eyes[static_cast<std::size_t>(v)];
-        const double distance = (eye - x).norm();
-        if (!(distance > 0)) continue;
-        rays.fetch_add(1, std::memory_order_relaxed);
-        // Towards the camera all is free: a facet pays for being a surface, the less the nearer it is to the point.
-        WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
-          const double weight = options.ray_weight * (1 - std::exp(-0.5 * (d / sigma) * (d / sigma)));
-          const std::int32_t next =
-              tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
-          const Tetrahedra::Cell& n = tets.cells[static_cast<std::size_t>(next)];
-          std::size_t back = 0;
-          while (back < 3 && n.neighbor[back] != cell) ++back;
-          Add(problem.facet[static_cast<std::size_t>(next)][back], std::llround(kUnitsPerRay * weight));
-          return true;
-        });
-        // Behind the point it is full, as deep as the point's position is uncertain.
-        const Eigen::Vector3d behind = x + (x - eye) * (std::min(3 * sigma, 0.5 * distance) / distance);
-        const std::int32_t cell =
-            WalkFromVertex(tets, static_cast<std::int32_t>(p), behind, [](std::int32_t, int, double) { return true; });
-        if (cell >= 0)
-          Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
-      }
-    }
-  });
-  s.rays = rays;
-  const Circumspheres spheres(tets);
-  for (std::size_t c = 0; c < tets.cells.size(); ++c) {
-    if (!tets.cells[c].finite()) problem.sink[c] = kForced;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto n = static_cast<std::size_t>(tets.cells[c].neighbor[i]);
-      std::size_t back = 0;
-      while (back < 3 && tets.cells[n].neighbor[back] != static_cast<std::int32_t>(c)) ++back;
-      const double quality = 1 - std::min(spheres.CosAngle(c, i), spheres.CosAngle(n, back));
-      problem.facet[c][i] += std::llround(kUnitsPerRay * options.quality_weight * quality);
-    }
-  }
-  for (const std::int32_t c : located->query_cell) problem.source[static_cast<std::size_t>(c)] = kForced;
+  s.rays = AddLinesOfSight(w, tets, options, problem);
+  AddSurroundings(*located, options.quality_weight, problem);
   s.rays_s = watch.Lap();
   steps.Step();
 
@@ -286,25 +312,8 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
   s.cut_s = watch.Lap();
   steps.Step();
 
-  std::atomic<std::size_t> blocked = 0;
-  ParallelFor(w.points.size(), 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      for (const std::int32_t v : w.points[p].views) {
-        const Eigen::Vector3d& eye = w.eyes[static_cast<std::size_t>(v)];
-        const double tolerated = kBlockTolerance * (eye - w.positions[p]).norm();
-        bool is_blocked = false;
-        WalkFromVertex(tets, static_cast<std::int32_t>(p), eye, [&](std::int32_t cell, int facet, double d) {
-          const std::int32_t next =
-              tets.cells[static_cast<std::size_t>(cell)].neighbor[static_cast<std::size_t>(facet)];
-          is_blocked = d > tolerated && !(free[static_cast<std::size_t>(cell)] && free[static_cast<std::size_t>(next)]);
-          return !is_blocked;
-        });
-        if (is_blocked) blocked.fetch_add(1, std::memory_order_relaxed);
-      }
-    }
-  });
-  s.blocked_ray_fraction = s.rays > 0 ? static_cast<double>(blocked) / static_cast<double>(s.rays) : 0;
-
+  s.blocked_ray_fraction =
+      s.rays > 0 ? static_cast<double>(CountBlocked(w, tets, free)) / static_cast<double>(s.rays) : 0;
   Mesh mesh = ExtractSurface(tets, free);
   for (Eigen::Vector3d& x : mesh.vertices) x += w.centre;
   s.surface_s = watch.Lap();

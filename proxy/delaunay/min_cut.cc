@@ -1,6 +1,5 @@
 #include "proxy/delaunay/min_cut.h"
 
-#include <algorithm>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <boost/property_map/property_map.hpp>

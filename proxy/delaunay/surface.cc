@@ -4,6 +4,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "proxy/disjoint_sets.h"
+
 namespace lumi {
 namespace {
 
@@ -41,17 +43,7 @@ BoundaryFacet OtherSide(const Tetrahedra& tets, const std::vector<std::uint8_t>&
 // Where several fans of faces meet at a vertex each gets one of its own, at the same place: 2-manifold. Each edge must
 // lie in two faces, in opposite directions.
 void SeparateFans(Mesh& mesh) {
-  std::vector<std::size_t> root(3 * mesh.faces.size());  // of each face's corners: those of one fan are one set
-  for (std::size_t i = 0; i < root.size(); ++i) root[i] = i;
-  const auto find = [&](std::size_t i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  const auto unite = [&](std::size_t i, std::size_t j) {
-    i = find(i);
-    j = find(j);
-    root[std::max(i, j)] = std::min(i, j);
-  };
+  DisjointSets fans(3 * mesh.faces.size());  // of each face's corners
   std::unordered_map<std::uint64_t, std::size_t>
       first;  // corner at the lesser vertex, corner at the greater one: of one face
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
@@ -66,16 +58,16 @@ void SeparateFans(Mesh& mesh) {
       const std::int32_t greater = std::max(a, b);
       std::size_t match = other;
       while (mesh.faces[other / 3][match - other] != greater) ++match;
-      unite(low, it->second);
-      unite(high, match);
+      fans.Join(low, it->second);
+      fans.Join(high, match);
     }
-  std::vector<std::size_t> owner(mesh.vertices.size(), root.size());  // the fan that keeps the vertex
+  std::vector<std::size_t> owner(mesh.vertices.size(), 3 * mesh.faces.size());  // the fan that keeps the vertex
   std::unordered_map<std::size_t, std::int32_t> fresh;
-  for (std::size_t i = 0; i < root.size(); ++i) {
+  for (std::size_t i = 0; i < 3 * mesh.faces.size(); ++i) {
     std::int32_t& v = mesh.faces[i / 3][i % 3];
-    const std::size_t fan = find(i);
+    const std::size_t fan = fans.Find(i);
     std::size_t& keeps = owner[static_cast<std::size_t>(v)];
-    if (keeps == root.size()) keeps = fan;
+    if (keeps == 3 * mesh.faces.size()) keeps = fan;
     if (keeps == fan) continue;
     const auto [it, added] = fresh.try_emplace(fan, static_cast<std::int32_t>(mesh.vertices.size()));
     if (added) mesh.vertices.push_back(Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(v)]));
@@ -95,9 +87,8 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
     for (std::size_t i = 0; i < 4; ++i) {
       if (free[static_cast<std::size_t>(tets.cells[c].neighbor[i])]) continue;
       std::array<std::int32_t, 3> v{};
-      for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t k = 0; k < 3; ++k)
         v[k] = tets.cells[c].vertex[static_cast<std::size_t>(kFacetCorners[i][2 - k])];
-      }
       for (std::size_t k = 0; k < 3; ++k) ++faces_at[EdgeKey(v[k], v[(k + 1) % 3])];
       facets.push_back({static_cast<std::int32_t>(c), static_cast<int>(i)});
       corners.push_back(v);
@@ -119,9 +110,8 @@ Mesh ExtractSurface(const Tetrahedra& tets, const std::vector<std::uint8_t>& fre
   const auto middle_key = [](const BoundaryFacet& f, std::int32_t a, std::int32_t b, const Tetrahedra::Cell& cell) {
     // The edge within the cell: by the two corners that are not on it (6 combinations), and the facet.
     std::uint64_t mask = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < 4; ++k)
       if (cell.vertex[k] == a || cell.vertex[k] == b) mask |= std::uint64_t{1} << k;
-    }
     return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(f.cell)) << 8) |
            (static_cast<std::uint64_t>(f.facet) << 4) | mask;
   };

@@ -7,7 +7,6 @@
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <utility>
 
 namespace lumi {
@@ -43,9 +42,8 @@ void SetIncidence(Tetrahedra& tets) {
   std::vector<std::int32_t>& first = tets.first_cell;
   first.assign(tets.vertices.size() + 1, 0);
   for (const Tetrahedra::Cell& cell : tets.cells) {
-    for (const std::int32_t v : cell.vertex) {
+    for (const std::int32_t v : cell.vertex)
       if (v >= 0) ++first[static_cast<std::size_t>(v) + 1];
-    }
   }
   for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
   tets.incident.resize(static_cast<std::size_t>(first.back()));
@@ -64,9 +62,8 @@ std::optional<LocatedTetrahedra> Tetrahedralize(const std::vector<Eigen::Vector3
                                                 const std::vector<Eigen::Vector3d>& queries) {
   std::vector<std::pair<Kernel::Point_3, std::int32_t>> input;
   input.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i)
     input.emplace_back(Kernel::Point_3(points[i].x(), points[i].y(), points[i].z()), static_cast<std::int32_t>(i));
-  }
   Triangulation triangulation(input.begin(), input.end());  // sorts spatially inside
   if (triangulation.dimension() < 3) return std::nullopt;
 
@@ -88,9 +85,8 @@ std::optional<LocatedTetrahedra> Tetrahedralize(const std::vector<Eigen::Vector3
   SetIncidence(tets);
 
   result.query_cell.reserve(queries.size());
-  for (const Eigen::Vector3d& q : queries) {
+  for (const Eigen::Vector3d& q : queries)
     result.query_cell.push_back(triangulation.locate(Kernel::Point_3(q.x(), q.y(), q.z()))->info());
-  }
   return result;
 }
 

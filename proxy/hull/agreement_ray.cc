@@ -72,10 +72,8 @@ std::optional<AgreementRay> RayCaster::Through(std::size_t view, int x, int y, f
 std::vector<AgreementRay> RayCaster::Sample(std::size_t view, int count) const {
   const Image8& mask = views_[view].mask;
   std::vector<AgreementRay> rays;
-  std::size_t pixels = 0;
-  for (const std::uint8_t m : mask.data) pixels += m >= 128 ? 1 : 0;
   // A stride along the scan that falls on other columns in each row.
-  const double stride = std::max(1.0, static_cast<double>(pixels) / count);
+  const double stride = std::max(1.0, static_cast<double>(CountObject(mask)) / count);
   double next = 0.5 * stride;
   std::size_t n = 0;
   for (int y = 0; y < mask.height; ++y) {
@@ -106,9 +104,8 @@ RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& 
   for (int s = 0; s < ray.steps && result.needed_px > kSparedDilationPx;)
     s += std::max(1, static_cast<int>((visit(s) - cap) / kSteepestPx));
   const double middle = best_at;
-  for (const double offset : {-0.25, 0.25, -0.5, 0.5}) {
+  for (const double offset : {-0.25, 0.25, -0.5, 0.5})
     if (ray.steps > 0 && result.needed_px > kSparedDilationPx) visit(middle + offset);
-  }
   if (result.needed_px <= cap) return result;
   const std::size_t most_blockers = std::max<std::size_t>(1, order.size() / 4);
   float least = std::numeric_limits<float>::infinity();

@@ -4,8 +4,7 @@
 #include <map>
 #include <numeric>
 
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -40,21 +39,16 @@ RayResults NoResults(const std::vector<std::vector<AgreementRay>>& rays) {
   return results;
 }
 
-// Asks every ray that needs more than `above_px`.
+// Asks every ray that needs more than `cap_px`, as far as is known.
 void FollowAll(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
-               const std::vector<std::size_t>& used, double above_px, double cap_px, ProgressSink& progress,
-               RayResults& results) {
+               const std::vector<std::size_t>& used, double cap_px, ProgressSink& progress, RayResults& results) {
   const std::vector<std::int32_t> order = SpreadOrder(used);
   Progress steps(progress, "comparing silhouettes", static_cast<long>(used.size()));
-  ParallelFor(used.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const std::size_t v = used[n];
-      for (std::size_t r = 0; r < rays[v].size(); ++r) {
-        if (results[v][r].needed_px > above_px) results[v][r] = Follow(rays[v][r], cones, order, cap_px);
-      }
-      CheckInterrupted();
-      steps.Step();
-    }
+  ParallelEach(used.size(), 1, [&](std::size_t n) {
+    const std::size_t v = used[n];
+    for (std::size_t r = 0; r < rays[v].size(); ++r)
+      if (results[v][r].needed_px > cap_px) results[v][r] = Follow(rays[v][r], cones, order, cap_px);
+    steps.Step();
   });
 }
 
@@ -68,7 +62,7 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
   RayResults results = NoResults(rays);
   for (;;) {
     // What is covered stays covered without the views left out since.
-    FollowAll(rays, cones, agreement.used, options.max_dilation_px, options.max_dilation_px, progress, results);
+    FollowAll(rays, cones, agreement.used, options.max_dilation_px, progress, results);
 
     std::map<std::size_t, double> blame;
     std::map<std::size_t, double> own;
@@ -91,14 +85,12 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
     for (const auto& [v, b] : blame) most = std::max(most, b);
     // Together with the worst those that are as bad, a twentieth of the views at most: each round asks every ray again.
     std::vector<Disagreement> worst;
-    for (const auto& [v, b] : blame) {
+    for (const auto& [v, b] : blame)
       if (b >= 0.7 * most) worst.push_back({v, b, own[v]});
-    }
-    std::stable_sort(worst.begin(), worst.end(),
-                     [](const Disagreement& a, const Disagreement& b) { return a.blame > b.blame; });
+    std::ranges::stable_sort(worst, [](const Disagreement& a, const Disagreement& b) { return a.blame > b.blame; });
     worst.resize(std::min({worst.size(), 1 + agreement.used.size() / 20, agreement.used.size() - 2}));
     for (const Disagreement& w : worst) {
-      agreement.used.erase(std::find(agreement.used.begin(), agreement.used.end(), w.view));
+      agreement.used.erase(std::ranges::find(agreement.used, w.view));
       agreement.left_out.push_back(w);
     }
   }
@@ -108,7 +100,7 @@ NeededDilation FindDilation(const std::vector<std::vector<AgreementRay>>& rays,
                             const std::vector<SilhouetteCone>& cones, const std::vector<std::size_t>& used,
                             const AgreementOptions& options, ProgressSink& progress) {
   RayResults results = NoResults(rays);
-  FollowAll(rays, cones, used, kSparedDilationPx, options.max_dilation_px, progress, results);
+  FollowAll(rays, cones, used, options.max_dilation_px, progress, results);
   NeededDilation needed;
   for (const std::size_t v : used) {
     double low = needed.px;

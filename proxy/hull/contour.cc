@@ -5,8 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -38,9 +37,8 @@ class KeyIndex {
     return slots_[at];
   }
   std::int32_t Find(std::uint64_t key) const {
-    for (std::size_t at = Slot(key); slots_[at] >= 0; at = (at + 1) & mask_) {
+    for (std::size_t at = Slot(key); slots_[at] >= 0; at = (at + 1) & mask_)
       if (keys_[static_cast<std::size_t>(slots_[at])] == key) return slots_[at];
-    }
     return -1;
   }
   const std::vector<std::uint64_t>& keys() const { return keys_; }
@@ -219,20 +217,17 @@ Mesh Contour(const GridFrame& grid, const std::vector<std::array<int, 3>>& cubes
 
   const std::size_t on_edges = edges.keys().size();
   mesh.vertices.resize(on_edges + centres.size());
-  ParallelFor(on_edges, kGrain, [&](std::size_t begin, std::size_t end) {
-    CheckInterrupted();
-    for (std::size_t n = begin; n < end; ++n) {
-      const std::uint64_t key = edges.keys()[n];
-      const auto axis = static_cast<std::size_t>(key >> (3 * kBits));
-      const std::array<int, 3> a = Unkey(key);
-      std::array<int, 3> b = a;
-      ++b[axis];
-      const Eigen::Vector3d xa = grid.Corner(a[0], a[1], a[2]), xb = grid.Corner(b[0], b[1], b[2]);
-      const double t =
-          Crossing(solid, cube_of_edge[n], xa, xb, s.values[static_cast<std::size_t>(s.corners.Find(Key(a)))],
-                   s.values[static_cast<std::size_t>(s.corners.Find(Key(b)))]);
-      mesh.vertices[n] = xa + std::clamp(t, kNearCorner, 1 - kNearCorner) * (xb - xa);
-    }
+  ParallelEach(on_edges, kGrain, [&](std::size_t n) {
+    const std::uint64_t key = edges.keys()[n];
+    const auto axis = static_cast<std::size_t>(key >> (3 * kBits));
+    const std::array<int, 3> a = Unkey(key);
+    std::array<int, 3> b = a;
+    ++b[axis];
+    const Eigen::Vector3d xa = grid.Corner(a[0], a[1], a[2]), xb = grid.Corner(b[0], b[1], b[2]);
+    const double t =
+        Crossing(solid, cube_of_edge[n], xa, xb, s.values[static_cast<std::size_t>(s.corners.Find(Key(a)))],
+                 s.values[static_cast<std::size_t>(s.corners.Find(Key(b)))]);
+    mesh.vertices[n] = xa + std::clamp(t, kNearCorner, 1 - kNearCorner) * (xb - xa);
   });
   for (std::size_t n = 0; n < centres.size(); ++n) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -241,9 +236,8 @@ Mesh Contour(const GridFrame& grid, const std::vector<std::array<int, 3>>& cubes
     mesh.vertices[on_edges + n] = mean / static_cast<double>(centres[n].count);
   }
   for (auto& face : mesh.faces) {
-    for (std::int32_t& v : face) {
+    for (std::int32_t& v : face)
       if (v < 0) v = static_cast<std::int32_t>(on_edges) - 1 - v;
-    }
   }
   return mesh;
 }

@@ -1,5 +1,4 @@
 // The 256 cases of a cube, each derived from its faces.
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "proxy/hull/contour.h"
@@ -21,10 +20,9 @@ constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7
 struct EdgeFaces {
   std::array<unsigned, 12> faces{};  // bit f: lies in face f
   EdgeFaces() {
-    for (unsigned f = 0; f < 6; ++f) {
+    for (unsigned f = 0; f < 6; ++f)
       for (int c = 0; c < 4; ++c)
         faces[static_cast<std::size_t>(CubeEdge(kFaces[f][c], kFaces[f][(c + 1) % 4]))] |= 1U << f;
-    }
   }
 };
 

@@ -8,8 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "scene/geometry/median.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -98,11 +97,8 @@ std::vector<SilhouetteFit> MeasureSilhouettes(const Mesh& mesh, const std::vecto
                                               std::vector<std::vector<UncoveredPixel>>* uncovered) {
   std::vector<SilhouetteFit> fits(views.size());
   if (uncovered != nullptr) uncovered->assign(views.size(), {});
-  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      CheckInterrupted();
-      fits[v] = MeasureSilhouette(mesh, views[v], uncovered != nullptr ? &(*uncovered)[v] : nullptr);
-    }
+  ParallelEach(views.size(), 1, [&](std::size_t v) {
+    fits[v] = MeasureSilhouette(mesh, views[v], uncovered != nullptr ? &(*uncovered)[v] : nullptr);
   });
   return fits;
 }

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -25,19 +24,15 @@ std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, co
     const double radius = 0.5 * cell.norm();
     constexpr auto kSlice = static_cast<std::size_t>(kZoomCells) * kZoomCells;
     std::vector<std::uint8_t> kept(kSlice * kZoomCells, 0);
-    ParallelFor(kept.size(), kSlice, [&](std::size_t begin, std::size_t end) {
-      CheckInterrupted();
-      for (std::size_t n = begin; n < end; ++n) {
-        const Eigen::Vector3d at(static_cast<double>(n % kZoomCells) + 0.5,
-                                 static_cast<double>(n / kZoomCells % kZoomCells) + 0.5,
-                                 static_cast<double>(n / kSlice) + 0.5);
-        const Eigen::Vector3d x = box.low + at.cwiseProduct(cell);
-        int carved = 0;
-        for (const SilhouetteCone* c : cones) {
-          if (c->Bounds(x, radius).low > dilation && ++carved > misses) break;
-        }
-        kept[n] = carved <= misses ? 1 : 0;
-      }
+    ParallelEach(kept.size(), kSlice, [&](std::size_t n) {
+      const Eigen::Vector3d at(static_cast<double>(n % kZoomCells) + 0.5,
+                               static_cast<double>(n / kZoomCells % kZoomCells) + 0.5,
+                               static_cast<double>(n / kSlice) + 0.5);
+      const Eigen::Vector3d x = box.low + at.cwiseProduct(cell);
+      int carved = 0;
+      for (const SilhouetteCone* c : cones)
+        if (c->Bounds(x, radius).low > dilation && ++carved > misses) break;
+      kept[n] = carved <= misses ? 1 : 0;
     });
     Eigen::Array3i low = Eigen::Array3i::Constant(kZoomCells), high = Eigen::Array3i::Constant(-1);
     for (std::size_t n = 0; n < kept.size(); ++n) {

@@ -49,15 +49,13 @@ std::vector<std::size_t> SpreadDirections(const std::vector<SilhouetteView>& vie
   std::vector<double> nearest(views.size(), -1);  // |cosine| of the angle to the nearest view that is chosen
   while (order.size() < views.size()) {
     std::size_t next = views.size();
-    for (std::size_t v = 0; v < views.size(); ++v) {
+    for (std::size_t v = 0; v < views.size(); ++v)
       if (nearest[v] <= 1 && (next == views.size() || nearest[v] < nearest[next])) next = v;
-    }
     order.push_back(next);
     nearest[next] = 2;
-    for (std::size_t v = 0; v < views.size(); ++v) {
+    for (std::size_t v = 0; v < views.size(); ++v)
       if (nearest[v] <= 1)
         nearest[v] = std::max(nearest[v], std::min(1.0, std::abs(directions[v].dot(directions[next]))));
-    }
   }
   return order;
 }
@@ -68,9 +66,8 @@ SilhouetteView Reduced(const SilhouetteView& view, int reduction) {
       Image8((view.mask.width + reduction - 1) / reduction, (view.mask.height + reduction - 1) / reduction, 1)};
   out.P.topRows<2>() /= reduction;
   for (int y = 0; y < view.mask.height; ++y) {
-    for (int x = 0; x < view.mask.width; ++x) {
+    for (int x = 0; x < view.mask.width; ++x)
       if (view.mask.At(x, y, 0) >= 128) out.mask.At(x / reduction, y / reduction, 0) = 255;
-    }
   }
   return out;
 }
@@ -79,8 +76,8 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
                                                  ProgressSink& progress, const std::optional<Eigen::Vector3d>& near) {
   std::vector<SilhouetteView> spread = views, whole;
   for (const SilhouetteView& v : views) {
-    const auto object = std::count_if(v.mask.data.begin(), v.mask.data.end(), [](std::uint8_t m) { return m >= 128; });
-    if (object > 0 && static_cast<std::size_t>(object) < v.mask.data.size()) whole.push_back(v);
+    const std::size_t object = CountObject(v.mask);
+    if (object > 0 && object < v.mask.data.size()) whole.push_back(v);
   }
   std::vector<HullTradeoffRow> rows = SettingsFor(whole.size(), options);
   Progress steps(progress, "hulls", static_cast<long>(rows.size()));
@@ -113,9 +110,8 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
         // Of the views that agree; the others last.
         for (const bool agrees : {true, false}) {
           std::vector<SilhouetteView> some;
-          for (const SilhouetteView& v : whole) {
-            if ((std::find(s.used.begin(), s.used.end(), v.name) != s.used.end()) == agrees) some.push_back(v);
-          }
+          for (const SilhouetteView& v : whole)
+            if ((std::ranges::find(s.used, v.name) != s.used.end()) == agrees) some.push_back(v);
           for (const std::size_t n : SpreadDirections(some, middle)) trusted.push_back(some[n]);
         }
         spread = std::move(trusted);

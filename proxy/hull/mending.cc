@@ -5,8 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -29,32 +28,16 @@ struct Conflict {
   double share, spacing_px;  // of its silhouette that it stands for; distance of the next pixel that is asked
 };
 
-std::size_t CountOf(const Image8& mask) {
-  return static_cast<std::size_t>(
-      std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
-}
-
 class Settling {
  public:
-  Settling(const std::vector<SilhouetteView>& views, const Eigen::Vector3d& origin, double unit,
-           const MendOptions& options, std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends,
-           Agreement& agreement)
-      : views_(views),
-        origin_(origin),
-        unit_(unit),
-        options_(options),
-        cones_(cones),
-        mends_(mends),
-        agreement_(agreement),
-        own_(views.size()),
-        blame_(views.size()),
-        pixels_(views.size()) {
-    for (std::size_t v = 0; v < views.size(); ++v) pixels_[v] = static_cast<double>(CountOf(views[v].mask));
+  Settling(const MendOptions& options, Carving& carving)
+      : options_(options), carving_(carving), own_(carving_.views.size()), blame_(carving_.views.size()) {
+    for (const SilhouetteView& view : carving_.views) pixels_.push_back(static_cast<double>(CountObject(view.mask)));
   }
 
   void Collect(const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays) {
-    for (std::size_t n = 0; n < agreement_.used.size(); ++n) {
-      const std::size_t v = agreement_.used[n], every = 1 + uncovered[n].size() / kMostConflicts;
+    for (std::size_t n = 0; n < carving_.agreement.used.size(); ++n) {
+      const std::size_t v = carving_.agreement.used[n], every = 1 + uncovered[n].size() / kMostConflicts;
       for (std::size_t p = every / 2; p < uncovered[n].size(); p += every) {
         const UncoveredPixel& pixel = uncovered[n][p];
         const auto ray = rays.Through(v, pixel.x, pixel.y, pixel.depth_px);
@@ -71,21 +54,21 @@ class Settling {
   // One step; false: there is nothing to do.
   bool Step() {
     Judge();
-    std::size_t top = views_.size();
-    for (const std::size_t v : agreement_.used) {
-      if (own_[v] + blame_[v] > 0 && (top == views_.size() || own_[v] + blame_[v] > own_[top] + blame_[top])) top = v;
-    }
-    if (top == views_.size()) return false;
+    std::size_t top = carving_.views.size();
+    for (const std::size_t v : carving_.agreement.used)
+      if (own_[v] + blame_[v] > 0 && (top == carving_.views.size() || own_[v] + blame_[v] > own_[top] + blame_[top]))
+        top = v;
+    if (top == carving_.views.size()) return false;
     // Together with the worst those that are as bad.
     const auto as_bad = [&](std::size_t v) {
       return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]);
     };
     if (Refresh([&](const Conflict& c) {
-          return c.view == top || std::any_of(c.found.blockers.begin(), c.found.blockers.end(),
-                                              [&](std::int32_t k) { return as_bad(static_cast<std::size_t>(k)); });
-        })) {
+          return c.view == top || std::ranges::any_of(c.found.blockers, [&](std::int32_t k) {
+                   return as_bad(static_cast<std::size_t>(k));
+                 });
+        }))
       return true;
-    }
     if (blame_[top] >= own_[top]) {
       if (MendFor([&](const Conflict&, std::size_t blocker) { return as_bad(blocker); })) return true;
       if (MendFor([&](const Conflict&, std::size_t blocker) { return blocker == top; }) || LeaveOut(top)) return true;
@@ -102,25 +85,20 @@ class Settling {
 
  private:
   static bool Blocks(const Conflict& c, std::size_t view) {
-    return std::find(c.found.blockers.begin(), c.found.blockers.end(), static_cast<std::int32_t>(view)) !=
-           c.found.blockers.end();
+    return std::ranges::find(c.found.blockers, static_cast<std::int32_t>(view)) != c.found.blockers.end();
   }
 
   // Asks those again that are stale and for which `which` holds; false: there are none.
   template <class Which>
   bool Refresh(Which which) {
-    const std::vector<std::int32_t> order = SpreadOrder(agreement_.used);
+    const std::vector<std::int32_t> order = SpreadOrder(carving_.agreement.used);
     const double cap = options_.agreement.max_dilation_px;
     std::vector<std::size_t> chosen;
-    for (std::size_t n = 0; n < conflicts_.size(); ++n) {
+    for (std::size_t n = 0; n < conflicts_.size(); ++n)
       if (conflicts_[n].stale && which(conflicts_[n])) chosen.push_back(n);
-    }
-    ParallelFor(chosen.size(), 64, [&](std::size_t begin, std::size_t end) {
-      CheckInterrupted();
-      for (std::size_t n = begin; n < end; ++n) {
-        conflicts_[chosen[n]].found = Follow(conflicts_[chosen[n]].ray, cones_, order, cap);
-        conflicts_[chosen[n]].stale = false;
-      }
+    ParallelEach(chosen.size(), 64, [&](std::size_t n) {
+      conflicts_[chosen[n]].found = Follow(conflicts_[chosen[n]].ray, carving_.cones, order, cap);
+      conflicts_[chosen[n]].stale = false;
     });
     std::erase_if(conflicts_, [&](const Conflict& c) { return c.found.needed_px <= cap; });
     return !chosen.empty();
@@ -129,9 +107,9 @@ class Settling {
   // What each view lacks (own_) and keeps from others (blame_), in shares of silhouettes; of views that lack no more
   // than is spared nothing counts.
   void Judge() {
-    std::fill(own_.begin(), own_.end(), 0.0);
-    std::fill(blame_.begin(), blame_.end(), 0.0);
-    std::vector<double> share(views_.size(), 0), deepest(views_.size(), 0);
+    std::ranges::fill(own_, 0.0);
+    std::ranges::fill(blame_, 0.0);
+    std::vector<double> share(carving_.views.size(), 0), deepest(carving_.views.size(), 0);
     for (const Conflict& c : conflicts_) {
       share[c.view] += c.share;
       deepest[c.view] = std::max<double>(deepest[c.view], c.ray.depth_px);
@@ -152,19 +130,19 @@ class Settling {
   // the silhouette.
   void AddMends(const Conflict& c, std::size_t blocker, std::vector<Mend>& mends) const {
     const auto cap = static_cast<float>(options_.agreement.max_dilation_px);
-    const Image8& mask = views_[blocker].mask;
+    const Image8& mask = carving_.views[blocker].mask;
     const double radius = std::max(kLeastRadius, c.spacing_px);
-    const float farthest = cones_[blocker].Distance(c.ray.At(c.found.blocked_at)) + kMendReachPx;
+    const float farthest = carving_.cones[blocker].Distance(c.ray.At(c.found.blocked_at)) + kMendReachPx;
     const auto only_they_block = [&](const Eigen::Vector3d& x) {
-      return std::all_of(agreement_.used.begin(), agreement_.used.end(),
-                         [&](std::size_t v) { return cones_[v].Distance(x) <= cap || Blocks(c, v); });
+      return std::ranges::all_of(carving_.agreement.used,
+                                 [&](std::size_t v) { return carving_.cones[v].Distance(x) <= cap || Blocks(c, v); });
     };
     for (const int way : {1, -1}) {
       for (double s = c.found.blocked_at + (way < 0 ? -1 : 0); s >= 0 && s < c.ray.steps; s += way) {
         const Eigen::Vector3d x = c.ray.At(s);
-        const float d = cones_[blocker].Distance(x);
+        const float d = carving_.cones[blocker].Distance(x);
         if (s != c.found.blocked_at && (!(d > cap) || d > farthest || !only_they_block(x))) break;
-        const auto at = Project(views_[blocker].P, Eigen::Vector3d(origin_ + unit_ * x));
+        const auto at = Project(carving_.views[blocker].P, Eigen::Vector3d(carving_.origin + carving_.unit * x));
         if (!at) break;
         // What lies beyond the image's side opens it there.
         const Mend mend{std::clamp(at->x(), 0.5, mask.width - 0.5), std::clamp(at->y(), 0.5, mask.height - 0.5), radius,
@@ -179,7 +157,7 @@ class Settling {
   template <class Which>
   bool MendFor(Which which) {
     if (!(options_.max_mended > 0)) return false;
-    std::vector<std::vector<Mend>> more(views_.size());
+    std::vector<std::vector<Mend>> more(carving_.views.size());
     for (const Conflict& c : conflicts_) {
       for (const std::int32_t k : c.found.blockers) {
         const auto blocker = static_cast<std::size_t>(k);
@@ -188,48 +166,47 @@ class Settling {
     }
     std::vector<std::size_t> changed;
     std::vector<Image8> masks;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
+    for (std::size_t v = 0; v < carving_.views.size(); ++v) {
       if (more[v].empty()) continue;
-      more[v].insert(more[v].begin(), mends_[v].begin(), mends_[v].end());
+      more[v].insert(more[v].begin(), carving_.mends[v].begin(), carving_.mends[v].end());
       changed.push_back(v);
-      masks.push_back(Mended(views_[v].mask, more[v]));
-      const auto pixels = static_cast<double>(CountOf(masks.back()));
+      masks.push_back(Mended(carving_.views[v].mask, more[v]));
+      const auto pixels = static_cast<double>(CountObject(masks.back()));
       if (pixels > (1 + options_.max_mended) * pixels_[v] || pixels == static_cast<double>(masks.back().data.size()))
         return false;
     }
     if (changed.empty()) return false;
     changed_ = true;
     for (std::size_t n = 0; n < changed.size(); ++n) {
-      mends_[changed[n]] = std::move(more[changed[n]]);
-      cones_[changed[n]] =
-          SilhouetteCone({views_[changed[n]].name, views_[changed[n]].P, std::move(masks[n])}, origin_, unit_);
+      carving_.mends[changed[n]] = std::move(more[changed[n]]);
+      Recut(changed[n], std::move(masks[n]));
     }
     for (Conflict& c : conflicts_) c.stale = true;  // also what others were blamed for may be settled now
     return true;
   }
 
+  void Recut(std::size_t view, Image8 mask) {
+    carving_.cones[view] = SilhouetteCone({carving_.views[view].name, carving_.views[view].P, std::move(mask)},
+                                          carving_.origin, carving_.unit);
+  }
+
   bool LeaveOut(std::size_t view) {
-    if (!options_.leave_out || agreement_.used.size() <= 2) return false;
+    if (!options_.leave_out || carving_.agreement.used.size() <= 2) return false;
     changed_ = true;
-    agreement_.used.erase(std::find(agreement_.used.begin(), agreement_.used.end(), view));
-    agreement_.left_out.push_back({view, blame_[view], own_[view]});
+    carving_.agreement.used.erase(std::ranges::find(carving_.agreement.used, view));
+    carving_.agreement.left_out.push_back({view, blame_[view], own_[view]});
     std::erase_if(conflicts_, [&](const Conflict& c) { return c.view == view; });
     // What others were mended by for its sake is taken back.
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      if (std::erase_if(mends_[v], [&](const Mend& m) { return m.by == view; }) == 0) continue;
-      cones_[v] = SilhouetteCone({views_[v].name, views_[v].P, Mended(views_[v].mask, mends_[v])}, origin_, unit_);
+    for (std::size_t v = 0; v < carving_.views.size(); ++v) {
+      if (std::erase_if(carving_.mends[v], [&](const Mend& m) { return m.by == view; }) == 0) continue;
+      Recut(v, Mended(carving_.views[v].mask, carving_.mends[v]));
     }
     for (Conflict& c : conflicts_) c.stale = true;
     return true;
   }
 
-  const std::vector<SilhouetteView>& views_;
-  const Eigen::Vector3d& origin_;
-  const double unit_;
   const MendOptions& options_;
-  std::vector<SilhouetteCone>& cones_;
-  std::vector<std::vector<Mend>>& mends_;
-  Agreement& agreement_;
+  Carving& carving_;
   std::vector<Conflict> conflicts_;
   std::vector<double> own_, blame_, pixels_;
   bool changed_ = false;
@@ -245,16 +222,14 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
     const int x_from = std::max(0, static_cast<int>(std::ceil(m.u - m.radius_px - 0.5)));
     const int x_to = std::min(mask.width - 1, static_cast<int>(std::floor(m.u + m.radius_px - 0.5)));
     for (int y = y_from; y <= y_to; ++y) {
-      for (int x = x_from; x <= x_to; ++x) {
+      for (int x = x_from; x <= x_to; ++x)
         if (std::hypot(x + 0.5 - m.u, y + 0.5 - m.v) <= m.radius_px) added.at<std::uint8_t>(y, x) = 255;
-      }
     }
   }
   // Mends stand for what lies between them and the silhouette, too.
   constexpr int kSide = 2 * static_cast<int>(kClosePx) + 1;
-  for (int y = 0; y < mask.height; ++y) {
+  for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x) object.at<std::uint8_t>(y, x) = mask.At(x, y, 0) >= 128 ? 255 : 0;
-  }
   cv::Mat closed, near;
   const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {kSide, kSide});
   cv::morphologyEx(object | added, closed, cv::MORPH_CLOSE, disc);
@@ -264,10 +239,9 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
   cv::Mat labels, stats, centroids;
   const int parts = cv::connectedComponentsWithStats(255 - object, labels, stats, centroids, 4, CV_32S);
   std::vector<int> filled(static_cast<std::size_t>(parts), 0);
-  for (int y = 0; y < mask.height; ++y) {
+  for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x)
       filled[static_cast<std::size_t>(labels.at<int>(y, x))] += all.at<std::uint8_t>(y, x) != 0 ? 1 : 0;
-  }
   std::vector<std::uint8_t> is_filled(filled.size(), 0);
   for (int p = 1; p < parts; ++p) {  // label 0: the object
     const int left = stats.at<int>(p, cv::CC_STAT_LEFT), top = stats.at<int>(p, cv::CC_STAT_TOP);
@@ -287,15 +261,12 @@ Image8 Mended(const Image8& mask, const std::vector<Mend>& mends) {
   return out;
 }
 
-bool SettleConflicts(const std::vector<SilhouetteView>& views,
-                     const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
-                     const Eigen::Vector3d& origin, double unit, const MendOptions& options,
-                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
-                     ProgressSink& progress) {
-  Settling settling(views, origin, unit, options, cones, mends, agreement);
+bool SettleConflicts(const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
+                     const MendOptions& options, Carving& carving, ProgressSink& progress) {
+  Settling settling(options, carving);
   settling.Collect(uncovered, rays);
   Progress steps(progress, "mending silhouettes", 0);
-  for (std::size_t n = 0; n < 20 * views.size() && settling.Step(); ++n) steps.Step();
+  for (std::size_t n = 0; n < 20 * carving.views.size() && settling.Step(); ++n) steps.Step();
   return settling.changed();
 }
 

@@ -30,15 +30,21 @@ struct Mend {
 // The silhouette with its mends and what lies between them; a hole that has to be mended in places is filled.
 Image8 Mended(const Image8& mask, const std::vector<Mend>& mends);
 
+// The silhouettes of one object on their way to a hull: which of them are used, and their cones with what was mended.
+struct Carving {
+  std::vector<SilhouetteView> views;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // of the cones' frame, and the length of its unit, in world
+  double unit = 1;
+  std::vector<SilhouetteCone> cones = {};
+  std::vector<std::vector<Mend>> mends = {};  // of each view
+  Agreement agreement = {};
+};
+
 // Looks at the pixels that a hull of the used views leaves uncovered (uncovered[n] of agreement.used[n]), mends
-// silhouettes
-// (`mends`, a list for each view; the cones of those are made again) and leaves views out of `agreement`, until no
-// pixel that the options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done.
-// True: something was changed.
-bool SettleConflicts(const std::vector<SilhouetteView>& views,
-                     const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
-                     const Eigen::Vector3d& origin, double unit, const MendOptions& options,
-                     std::vector<SilhouetteCone>& cones, std::vector<std::vector<Mend>>& mends, Agreement& agreement,
-                     ProgressSink& progress);
+// silhouettes (the cones of those are made again) and leaves views out of the agreement, until no pixel that the
+// options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done. True: something
+// was changed.
+bool SettleConflicts(const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
+                     const MendOptions& options, Carving& carving, ProgressSink& progress);
 
 }  // namespace lumi

@@ -19,15 +19,18 @@ constexpr double kSteepest = 1.4142135623730951;
 
 }  // namespace
 
+std::size_t CountObject(const Image8& mask) {
+  return static_cast<std::size_t>(std::ranges::count_if(mask.data, [](std::uint8_t m) { return m >= 128; }));
+}
+
 SilhouetteCone::SilhouetteCone(const SilhouetteView& view, const Eigen::Vector3d& origin, double unit)
     : width_(view.mask.width), height_(view.mask.height), stride_(width_ + 2 * kMargin), rows_(height_ + 2 * kMargin) {
   Matrix34d P;
   P.leftCols<3>() = view.P.leftCols<3>() * unit;
   P.col(3) = view.P.leftCols<3>() * origin + view.P.col(3);
   P /= P.block<1, 3>(2, 0).norm();
-  for (int r = 0; r < 3; ++r) {
+  for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 4; ++c) p_[static_cast<std::size_t>(r * 4 + c)] = P(r, c);
-  }
 
   const auto object = [&](int x, int y) { return view.mask.At(x, y, 0) >= 128; };
   open_ = {};

@@ -23,6 +23,9 @@ struct SilhouetteView {
   Image8 mask;                      // one channel, 255 = object, 0 = not
 };
 
+// Pixels of object.
+std::size_t CountObject(const Image8& mask);
+
 class SilhouetteCone {
  public:
   // What it says of a point that lies behind the camera, in pixels: outside, whatever the dilation.

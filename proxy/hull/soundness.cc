@@ -58,7 +58,7 @@ Soundness CheckSoundness(const Mesh& mesh) {
     const auto& o = origin[part[f]];
     six[part[f]] += CGAL::scalar_product(a - o, CGAL::cross_product(b - o, c - o));
   }
-  s.outward = std::all_of(six.begin(), six.end(), [](double v) { return v > 0; });
+  s.outward = std::ranges::all_of(six, [](double v) { return v > 0; });
   return s;
 }
 

@@ -8,14 +8,17 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 
+#include "proxy/disjoint_sets.h"
 #include "proxy/hull/consistency.h"
 #include "proxy/hull/contour.h"
 #include "proxy/hull/hull_grid.h"
 #include "proxy/hull/mending.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -34,16 +37,6 @@ constexpr int kMostHalvings = 3;
 constexpr int kMostRepeats = 16;
 constexpr std::size_t kMostViews = 65535;
 
-struct WorkFrame {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  double unit = 1;
-};
-
-std::size_t CountObject(const Image8& mask) {
-  return static_cast<std::size_t>(
-      std::count_if(mask.data.begin(), mask.data.end(), [](std::uint8_t m) { return m >= 128; }));
-}
-
 Eigen::Vector2d CentroidOf(const Image8& mask) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double n = 0;
@@ -57,88 +50,77 @@ Eigen::Vector2d CentroidOf(const Image8& mask) {
   return sum / n;
 }
 
-// Where the rays through the silhouettes' centroids come closest, and the distance of the farthest camera from there.
-WorkFrame FindObject(const std::vector<SilhouetteView>& views, const std::vector<std::size_t>& usable,
-                     const std::optional<Eigen::Vector3d>& near) {
+// Where the rays through the silhouettes' centroids come closest becomes the origin, the distance of the farthest
+// camera from there the unit.
+void FindObject(const std::optional<Eigen::Vector3d>& near, Carving& carving) {
+  const std::vector<SilhouetteView>& views = carving.views;
   std::vector<Eigen::Vector3d> eyes;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const std::size_t v : usable) {
-    const Eigen::Vector4d c = CentreOfProjection(views[v].P);
+  for (const SilhouetteView& view : views) {
+    const Eigen::Vector4d c = CentreOfProjection(view.P);
     if (!c.allFinite() || !(std::abs(c.w()) > 0))
-      throw DataError("view " + views[v].name + " has no centre of projection", "hulls need cameras at finite places");
+      throw DataError("view " + view.name + " has no centre of projection", "hulls need cameras at finite places");
     eyes.push_back(c.head<3>() / c.w());
-    mean += eyes.back() / static_cast<double>(usable.size());
+    mean += eyes.back() / static_cast<double>(views.size());
   }
   double spread = 0;
   for (const Eigen::Vector3d& e : eyes) spread = std::max(spread, (e - mean).norm());
-  WorkFrame frame;
   const auto in_front = [&](const Eigen::Vector3d& x) {
     std::size_t front = 0;
-    for (std::size_t n = 0; n < usable.size(); ++n) {
-      const auto axis = views[usable[n]].P.block<1, 3>(2, 0);
+    for (std::size_t n = 0; n < views.size(); ++n) {
+      const auto axis = views[n].P.block<1, 3>(2, 0);
       // A thousandth of the way is not before a camera: the rays do not say where they meet.
       if (axis.dot((x - eyes[n]).transpose()) > 1e-3 * axis.norm() * std::max(spread, (x - eyes[n]).norm())) ++front;
     }
-    return 2 * front > usable.size();
+    return 2 * front > views.size();
   };
   bool found = false;
   if (spread > 0) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    for (std::size_t n = 0; n < usable.size(); ++n) {
-      const auto direction = RayDirection(views[usable[n]].P, CentroidOf(views[usable[n]].mask));
-      if (!direction) throw DataError("view " + views[usable[n]].name + " has a singular camera");
+    for (std::size_t n = 0; n < views.size(); ++n) {
+      const auto direction = RayDirection(views[n].P, CentroidOf(views[n].mask));
+      if (!direction) throw DataError("view " + views[n].name + " has a singular camera");
       const Eigen::Vector3d d = direction->normalized();
       const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - d * d.transpose();
       A += across;
       b += across * ((eyes[n] - mean) / spread);
     }
     const Eigen::Vector3d x = SolveLeastNorm(A, b);
-    frame.origin = mean + spread * x;
-    found = x.allFinite() && in_front(frame.origin);
+    carving.origin = mean + spread * x;
+    found = x.allFinite() && in_front(carving.origin);
   }
   if (!found && near && in_front(*near)) {
-    frame.origin = *near;
+    carving.origin = *near;
     found = true;
   }
-  if (!found) {
+  if (!found)
     throw DataError("the views do not say where the object is: they look from one place or along one line",
                     "add photos from other sides, or points to the scene");
-  }
-  frame.unit = 0;
-  for (const Eigen::Vector3d& e : eyes) frame.unit = std::max(frame.unit, (e - frame.origin).norm());
-  return frame;
+  carving.unit = 0;
+  for (const Eigen::Vector3d& e : eyes) carving.unit = std::max(carving.unit, (e - carving.origin).norm());
 }
 
 // The parts of more than `share` of the largest part's volume. 0: all but enclosed pockets, whose faces look inwards,
 // to nowhere that a camera is; only a sampled hull has any.
 Mesh KeepParts(const Mesh& mesh, double share) {
-  std::vector<std::int32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](std::int32_t v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      auto& p = parent[static_cast<std::size_t>(v)];
-      p = parent[static_cast<std::size_t>(p)];
-      v = p;
-    }
-    return v;
-  };
-  for (const auto& f : mesh.faces) {
-    for (std::size_t k = 1; k < 3; ++k) parent[static_cast<std::size_t>(root(f[k]))] = root(f[0]);
-  }
+  DisjointSets parts(mesh.vertices.size());
+  for (const auto& f : mesh.faces)
+    for (std::size_t k = 1; k < 3; ++k) parts.Join(static_cast<std::size_t>(f[k]), static_cast<std::size_t>(f[0]));
+  const auto part_of = [&](const std::array<std::int32_t, 3>& f) { return parts.Find(static_cast<std::size_t>(f[0])); };
   std::vector<double> volume(mesh.vertices.size(), 0);
   for (const auto& f : mesh.faces) {
-    const std::int32_t r = root(f[0]);
-    const Eigen::Vector3d& o = mesh.vertices[static_cast<std::size_t>(r)];
-    volume[static_cast<std::size_t>(r)] += (mesh.vertices[static_cast<std::size_t>(f[0])] - o)
-                                               .dot((mesh.vertices[static_cast<std::size_t>(f[1])] - o)
-                                                        .cross(mesh.vertices[static_cast<std::size_t>(f[2])] - o));
+    const std::size_t part = part_of(f);
+    const auto corner = [&](std::size_t k) {
+      return Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(f[k])] - mesh.vertices[part]);
+    };
+    volume[part] += corner(0).dot(corner(1).cross(corner(2)));
   }
-  const double least = volume.empty() ? 0 : share * *std::max_element(volume.begin(), volume.end());
+  const double least = volume.empty() ? 0 : share * *std::ranges::max_element(volume);
   std::vector<std::int32_t> number(mesh.vertices.size(), -1);
   Mesh kept;
   for (const auto& f : mesh.faces) {
-    if (!(volume[static_cast<std::size_t>(root(f[0]))] > least)) continue;
+    if (!(volume[part_of(f)] > least)) continue;
     std::array<std::int32_t, 3> face;
     for (std::size_t k = 0; k < 3; ++k) {
       std::int32_t& n = number[static_cast<std::size_t>(f[k])];
@@ -169,17 +151,16 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
   double finest = 0;
   for (const SilhouetteCone* c : cones) finest = std::max(finest, c->PixelsPerUnit(middle));
   if (!(finest > 0)) return std::nullopt;
-  const bool all_cut = std::all_of(cones.begin(), cones.end(), [](const SilhouetteCone* c) { return c->IsCut(); });
+  const bool all_cut = std::ranges::all_of(cones, [](const SilhouetteCone* c) { return c->IsCut(); });
   const auto dilation = static_cast<float>(dilation_px);
   std::optional<SurfaceCubes> surface;
   const Solid solid = [&](const Eigen::Vector3d& x, std::int32_t cube) {
     float most = -SilhouetteCone::kBehind;
-    if (cube >= 0) {
+    if (cube >= 0)
       for (const std::uint16_t c : surface->cones[static_cast<std::size_t>(cube)])
         most = std::max(most, cones[c]->Distance(x));
-    } else {
+    else
       for (const SilhouetteCone* c : cones) most = std::max(most, c->Distance(x));
-    }
     if (all_cut) {  // what is in no view's frame is no view's business
       float frame = SilhouetteCone::kBehind;
       for (const SilhouetteCone* c : cones) frame = std::min(frame, c->FrameDistance(x));
@@ -212,20 +193,14 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
   return std::nullopt;
 }
 
-Mesh InWorld(Mesh mesh, const WorkFrame& frame) {
-  for (Eigen::Vector3d& x : mesh.vertices) x = frame.origin + frame.unit * x;
-  return mesh;
-}
-
 // Where the object may be, before it is known who is wrong. A fifth of the views may be and still not hide it; with
 // more wrong, more.
 Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double dilation_px) {
   std::vector<const SilhouetteCone*> all;
   for (const SilhouetteCone& c : cones) all.push_back(&c);
   const int n = static_cast<int>(cones.size());
-  for (int misses = n >= 3 ? std::max(1, n / 5) : 0; misses <= std::max(0, n - 2); misses = 2 * misses + 1) {
+  for (int misses = n >= 3 ? std::max(1, n / 5) : 0; misses <= std::max(0, n - 2); misses = 2 * misses + 1)
     if (const auto box = BoundHull(all, start, dilation_px, misses)) return *box;
-  }
   throw DataError("the silhouettes agree nowhere: no point of space lies in two of them",
                   "check the cameras and that masks and photos belong together");
 }
@@ -233,6 +208,222 @@ Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double 
 bool IsCovered(const SilhouetteFit& fit, const HullOptions& options) {
   return fit.coverage >= options.min_coverage && fit.deepest_uncovered_px <= options.max_uncovered_depth_px;
 }
+
+// One hull, from silhouettes that may not agree to a mesh.
+class HullMaker {
+ public:
+  HullMaker(const HullOptions& options, ProgressSink& progress) : options_(options), progress_(progress) {
+    agree_.max_dilation_px = options.dilation_px.value_or(options.max_dilation_px);
+    agree_.max_uncovered = 1 - options.min_coverage;
+    agree_.max_uncovered_depth_px = options.max_uncovered_depth_px;
+    settled_ = !judges() || !(options.max_mended > 0);
+  }
+
+  Mesh Make(const std::vector<SilhouetteView>& views, const std::optional<Eigen::Vector3d>& near) {
+    const auto start = std::chrono::steady_clock::now();
+    TakeUsable(views, near);
+    if (judges()) Judge();
+    s.agreement_s = SecondsSince(start);
+    if (!needed_.enough) SettleOnce();
+    Mesh mesh = ContourUntilCovered();
+    TellViews();
+    DropSpecks(mesh);
+    s.dilation_px = dilation_;
+    s.fit = Summarize(s.fits);
+    s.volume = EnclosedVolume(mesh);
+    if (!s.bounded) progress_.Message("the views leave the object open to some side: the hull is cut off there");
+    return mesh;
+  }
+
+  HullSummary s;
+
+ private:
+  bool judges() const { return !(options_.keep_all_views && options_.dilation_px); }
+  std::vector<std::size_t>& used() { return carving_.agreement.used; }
+
+  // Those that say something, and where the object is.
+  void TakeUsable(const std::vector<SilhouetteView>& views, const std::optional<Eigen::Vector3d>& near) {
+    for (const SilhouetteView& view : views) {
+      if (view.mask.empty() || view.mask.channels != 1)
+        throw DataError("view " + view.name + " has no silhouette of one channel");
+      if (!view.P.allFinite()) throw DataError("the camera of view " + view.name + " is not finite");
+      const std::size_t object = CountObject(view.mask);
+      if (object == 0)
+        s.left_out.push_back({view.name, "its silhouette is empty"});
+      else if (object == view.mask.data.size())
+        s.left_out.push_back({view.name, "its silhouette fills the image: it carves nothing"});
+      else
+        carving_.views.push_back(view);
+    }
+    const std::size_t n = carving_.views.size();
+    if (n > kMostViews) throw DataError(fmt::format("{} silhouettes; a hull takes {} at most", n, kMostViews));
+    if (n < 2)
+      throw DataError(fmt::format("{} of {} silhouettes can be used; a hull needs two", n, views.size()),
+                      s.left_out.empty() ? "add photos from other sides"
+                                         : "look at " + s.left_out.front().name + ": " + s.left_out.front().reason);
+    FindObject(near, carving_);
+    for (const SilhouetteView& view : carving_.views) carving_.cones.emplace_back(view, carving_.origin, carving_.unit);
+    carving_.mends.resize(n);
+    used().resize(n);
+    std::iota(used().begin(), used().end(), std::size_t{0});
+  }
+
+  // Who agrees with whom, and at what dilation.
+  void Judge() {
+    std::vector<SilhouetteCone>& cones = carving_.cones;
+    const std::vector<std::size_t> all = used();
+    caster_.emplace(carving_.views, cones, RoughBox(cones, start_, agree_.max_dilation_px), carving_.origin,
+                    carving_.unit);
+    const int count = std::clamp(options_.max_rays / static_cast<int>(cones.size()), 200, options_.rays_per_view);
+    rays_.resize(cones.size());
+    ParallelEach(cones.size(), 1, [&](std::size_t v) { rays_[v] = caster_->Sample(v, count); });
+    // What is off altogether goes first; what a silhouette lacks in places is mended afterwards.
+    AgreementOptions rough = agree_;
+    if (options_.max_mended > 0) {
+      rough.max_uncovered = std::max(agree_.max_uncovered, kRoughlyUncovered);
+      rough.max_uncovered_depth_px = std::numeric_limits<double>::infinity();
+    }
+    carving_.agreement = FindAgreement(rays_, cones, rough, progress_);
+    if (carving_.agreement.uncovered > kMostUncovered)
+      throw DataError("the silhouettes agree nowhere: no two of them can be of one object",
+                      "check the cameras and that masks and photos belong together");
+    if (options_.keep_all_views) {
+      used() = all;
+      carving_.agreement.left_out.clear();
+    }
+    needed_ = FindDilation(rays_, cones, used(), agree_, progress_);
+  }
+
+  // Hulls of silhouettes as far apart as is allowed, coarse, show where they disagree. False: it is done already.
+  bool SettleOnce() {
+    if (std::exchange(settled_, true)) return false;
+    const auto from = std::chrono::steady_clock::now();
+    MendOptions mend;
+    mend.agreement = agree_;
+    mend.max_mended = options_.max_mended;
+    mend.leave_out = !options_.keep_all_views;
+    HullOptions coarse = options_;
+    coarse.cell_px = std::max(options_.cell_px, kSettlingCellPx);
+    for (int round = 0; round < kMostSettlings; ++round) {
+      const auto contoured = ContourHull(Active(), start_, agree_.max_dilation_px, coarse);
+      if (!contoured) break;
+      std::vector<std::vector<UncoveredPixel>> uncovered;
+      MeasureSilhouettes(InWorld(contoured->mesh), Shown(), &uncovered);
+      if (!SettleConflicts(uncovered, *caster_, mend, carving_, progress_)) break;
+      s.settlings = round + 1;
+    }
+    needed_ = FindDilation(rays_, carving_.cones, used(), agree_, progress_);
+    s.mend_s += SecondsSince(from);
+    return true;
+  }
+
+  double FirstDilation() const { return options_.dilation_px.value_or(std::max(kLeastDilation, needed_.px)); }
+
+  // Dilates, settles or leaves a view out until the hull covers every silhouette that is used.
+  Mesh ContourUntilCovered() {
+    dilation_ = FirstDilation();
+    Progress steps(progress_, "visual hull", 0);
+    for (int repeat = 0;; ++repeat) {
+      Stopwatch watch;
+      const auto contoured = ContourHull(Active(), start_, dilation_, options_);
+      s.contour_s += watch.Lap();
+      const double reserve =
+          options_.dilation_px ? 0 : std::max(options_.max_dilation_px, kLeastDilation) + kContourReserve - dilation_;
+      if (!contoured) {
+        if (reserve < kDilationStep || repeat >= kMostRepeats)
+          throw DataError("the silhouettes agree nowhere: their hull is empty",
+                          "check the cameras and that masks and photos belong together");
+        dilation_ += kDilationStep;
+        continue;
+      }
+      Mesh mesh = InWorld(contoured->mesh);
+      s.cell = contoured->cell * carving_.unit;
+      s.cell_px = contoured->cell_px;
+      s.bounded = contoured->bounded;
+      watch.Lap();
+      s.fits = MeasureSilhouettes(mesh, Shown());
+      s.measure_s += watch.Lap();
+      steps.Step();
+      const std::optional<std::size_t> worst = WorstCovered();
+      if (!worst || repeat >= kMostRepeats) return mesh;
+      if (dilation_ >= agree_.max_dilation_px && SettleOnce()) {
+        dilation_ = FirstDilation();
+      } else if (reserve >= kDilationStep) {
+        dilation_ += kDilationStep;
+      } else if (!options_.keep_all_views && used().size() > 2) {
+        s.left_out.push_back(
+            {carving_.views[used()[*worst]].name,
+             fmt::format(
+                 "the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
+                 100 * s.fits[*worst].coverage, s.fits[*worst].deepest_uncovered_px)});
+        used().erase(used().begin() + static_cast<std::ptrdiff_t>(*worst));
+      } else {
+        return mesh;
+      }
+    }
+  }
+
+  // Of the used views, by position; none: each is covered.
+  std::optional<std::size_t> WorstCovered() const {
+    std::optional<std::size_t> worst;
+    for (std::size_t n = 0; n < s.fits.size(); ++n)
+      if (!IsCovered(s.fits[n], options_) && (!worst || s.fits[n].coverage < s.fits[*worst].coverage)) worst = n;
+    return worst;
+  }
+
+  void TellViews() {
+    for (const Disagreement& d : carving_.agreement.left_out)
+      s.left_out.push_back({carving_.views[d.view].name,
+                            fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, "
+                                        "{:.1f} % of its own is covered by none",
+                                        100 * d.blame, 100 * d.uncovered)});
+    for (const std::size_t v : used()) {
+      const SilhouetteView& view = carving_.views[v];
+      s.used.push_back(view.name);
+      if (carving_.mends[v].empty()) continue;
+      const auto before = static_cast<double>(CountObject(view.mask)),
+                 after = static_cast<double>(CountObject(Mended(view.mask, carving_.mends[v])));
+      if (after > before) s.mended.push_back({view.name, after / before - 1});
+    }
+  }
+
+  // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.
+  void DropSpecks(Mesh& mesh) {
+    Mesh large = KeepParts(mesh, kSpeck);
+    if (large.faces.size() >= mesh.faces.size()) return;
+    std::vector<SilhouetteFit> fits = MeasureSilhouettes(large, Shown());
+    for (std::size_t n = 0; n < fits.size(); ++n)
+      if (fits[n].coverage < s.fits[n].coverage) return;
+    mesh = std::move(large);
+    s.fits = std::move(fits);
+  }
+
+  std::vector<const SilhouetteCone*> Active() {
+    std::vector<const SilhouetteCone*> list;
+    for (const std::size_t v : used()) list.push_back(&carving_.cones[v]);
+    return list;
+  }
+  std::vector<SilhouetteView> Shown() {
+    std::vector<SilhouetteView> list;
+    for (const std::size_t v : used()) list.push_back(carving_.views[v]);
+    return list;
+  }
+  Mesh InWorld(Mesh mesh) const {
+    for (Eigen::Vector3d& x : mesh.vertices) x = carving_.origin + carving_.unit * x;
+    return mesh;
+  }
+
+  const HullOptions& options_;
+  ProgressSink& progress_;
+  const Box start_{Eigen::Vector3d::Constant(-kStartHalf), Eigen::Vector3d::Constant(kStartHalf)};
+  AgreementOptions agree_;
+  Carving carving_;
+  std::optional<RayCaster> caster_;
+  std::vector<std::vector<AgreementRay>> rays_;
+  NeededDilation needed_;
+  bool settled_ = false;
+  double dilation_ = 0;
+};
 
 }  // namespace
 
@@ -250,196 +441,9 @@ std::string Validate(const HullOptions& o) {
 Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions& options, ProgressSink& progress,
                      HullSummary* summary, const std::optional<Eigen::Vector3d>& near) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  HullSummary s;
-  std::vector<std::size_t> usable;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const Image8& mask = views[v].mask;
-    if (mask.empty() || mask.channels != 1)
-      throw DataError("view " + views[v].name + " has no silhouette of one channel");
-    if (!views[v].P.allFinite()) throw DataError("the camera of view " + views[v].name + " is not finite");
-    const std::size_t object = CountObject(mask);
-    if (object == 0) {
-      s.left_out.push_back({views[v].name, "its silhouette is empty"});
-    } else if (object == mask.data.size()) {
-      s.left_out.push_back({views[v].name, "its silhouette fills the image: it carves nothing"});
-    } else {
-      usable.push_back(v);
-    }
-  }
-  if (usable.size() > kMostViews)
-    throw DataError(fmt::format("{} silhouettes; a hull takes {} at most", usable.size(), kMostViews));
-  if (usable.size() < 2) {
-    throw DataError(fmt::format("{} of {} silhouettes can be used; a hull needs two", usable.size(), views.size()),
-                    s.left_out.empty() ? "add photos from other sides"
-                                       : "look at " + s.left_out.front().name + ": " + s.left_out.front().reason);
-  }
-
-  auto start_time = std::chrono::steady_clock::now();
-  const WorkFrame frame = FindObject(views, usable, near);
-  std::vector<SilhouetteView> chosen;
-  std::vector<SilhouetteCone> cones;
-  for (const std::size_t v : usable) {
-    chosen.push_back(views[v]);
-    cones.emplace_back(views[v], frame.origin, frame.unit);
-  }
-  const Box start{Eigen::Vector3d::Constant(-kStartHalf), Eigen::Vector3d::Constant(kStartHalf)};
-
-  AgreementOptions agree;
-  agree.max_dilation_px = options.dilation_px.value_or(options.max_dilation_px);
-  agree.max_uncovered = 1 - options.min_coverage;
-  agree.max_uncovered_depth_px = options.max_uncovered_depth_px;
-  std::vector<std::size_t> all(cones.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  Agreement agreement;
-  agreement.used = all;
-  std::vector<std::vector<Mend>> mends(cones.size());
-  std::vector<std::vector<AgreementRay>> rays(cones.size());
-  NeededDilation needed;
-  const bool judge = !(options.keep_all_views && options.dilation_px);
-  std::optional<RayCaster> caster;
-  if (judge) {
-    const Box box = RoughBox(cones, start, agree.max_dilation_px);
-    caster.emplace(chosen, cones, box, frame.origin, frame.unit);
-    const int rays_per_view = std::clamp(options.max_rays / static_cast<int>(cones.size()), 200, options.rays_per_view);
-    ParallelFor(cones.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) rays[v] = caster->Sample(v, rays_per_view);
-    });
-    // What is off altogether goes first; what a silhouette lacks in places is mended afterwards.
-    AgreementOptions rough = agree;
-    if (options.max_mended > 0) {
-      rough.max_uncovered = std::max(agree.max_uncovered, kRoughlyUncovered);
-      rough.max_uncovered_depth_px = std::numeric_limits<double>::infinity();
-    }
-    agreement = FindAgreement(rays, cones, rough, progress);
-    if (agreement.uncovered > kMostUncovered) {
-      throw DataError("the silhouettes agree nowhere: no two of them can be of one object",
-                      "check the cameras and that masks and photos belong together");
-    }
-    if (options.keep_all_views) {
-      agreement.used = all;
-      agreement.left_out.clear();
-    }
-    needed = FindDilation(rays, cones, agreement.used, agree, progress);
-  }
-  s.agreement_s = SecondsSince(start_time);
-
-  const auto active = [&] {
-    std::vector<const SilhouetteCone*> list;
-    for (const std::size_t v : agreement.used) list.push_back(&cones[v]);
-    return list;
-  };
-  const auto shown = [&] {
-    std::vector<SilhouetteView> list;
-    for (const std::size_t v : agreement.used) list.push_back(chosen[v]);
-    return list;
-  };
-  // Hulls of silhouettes as far apart as is allowed, coarse, show where they disagree.
-  const auto settle = [&] {
-    const auto from = std::chrono::steady_clock::now();
-    MendOptions mend;
-    mend.agreement = agree;
-    mend.max_mended = options.max_mended;
-    mend.leave_out = !options.keep_all_views;
-    HullOptions coarse = options;
-    coarse.cell_px = std::max(options.cell_px, kSettlingCellPx);
-    for (int round = 0; round < kMostSettlings; ++round) {
-      const auto contoured = ContourHull(active(), start, agree.max_dilation_px, coarse);
-      if (!contoured) break;
-      std::vector<std::vector<UncoveredPixel>> uncovered;
-      MeasureSilhouettes(InWorld(contoured->mesh, frame), shown(), &uncovered);
-      if (!SettleConflicts(chosen, uncovered, *caster, frame.origin, frame.unit, mend, cones, mends, agreement,
-                           progress))
-        break;
-      s.settlings = round + 1;
-    }
-    needed = FindDilation(rays, cones, agreement.used, agree, progress);
-    s.mend_s += SecondsSince(from);
-  };
-  bool settled = !judge || !(options.max_mended > 0);
-  const auto settle_once = [&] {
-    if (settled) return false;
-    settled = true;
-    settle();
-    return true;
-  };
-  if (!needed.enough) settle_once();
-
-  const auto first_dilation = [&] { return options.dilation_px.value_or(std::max(kLeastDilation, needed.px)); };
-  double dilation = first_dilation();
-  Mesh mesh;
-  Progress steps(progress, "visual hull", 0);
-  for (int repeat = 0;; ++repeat) {
-    start_time = std::chrono::steady_clock::now();
-    auto contoured = ContourHull(active(), start, dilation, options);
-    s.contour_s += SecondsSince(start_time);
-    const double reserve =
-        options.dilation_px ? 0 : std::max(options.max_dilation_px, kLeastDilation) + kContourReserve - dilation;
-    if (!contoured) {
-      if (reserve < kDilationStep || repeat >= kMostRepeats) {
-        throw DataError("the silhouettes agree nowhere: their hull is empty",
-                        "check the cameras and that masks and photos belong together");
-      }
-      dilation += kDilationStep;
-      continue;
-    }
-    mesh = InWorld(contoured->mesh, frame);
-    s.cell = contoured->cell * frame.unit;
-    s.cell_px = contoured->cell_px;
-    s.bounded = contoured->bounded;
-    start_time = std::chrono::steady_clock::now();
-    s.fits = MeasureSilhouettes(mesh, shown());
-    s.measure_s += SecondsSince(start_time);
-    steps.Step();
-    const std::size_t none = s.fits.size();
-    std::size_t worst = none;
-    for (std::size_t n = 0; n < s.fits.size(); ++n) {
-      if (!IsCovered(s.fits[n], options) && (worst == none || s.fits[n].coverage < s.fits[worst].coverage)) worst = n;
-    }
-    if (worst == none || repeat >= kMostRepeats) break;
-    if (dilation >= agree.max_dilation_px && settle_once()) {
-      dilation = first_dilation();
-    } else if (reserve >= kDilationStep) {
-      dilation += kDilationStep;
-    } else if (!options.keep_all_views && agreement.used.size() > 2) {
-      s.left_out.push_back(
-          {chosen[agreement.used[worst]].name,
-           fmt::format(
-               "the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
-               100 * s.fits[worst].coverage, s.fits[worst].deepest_uncovered_px)});
-      agreement.used.erase(agreement.used.begin() + static_cast<std::ptrdiff_t>(worst));
-    } else {
-      break;
-    }
-  }
-  for (const Disagreement& d : agreement.left_out) {
-    s.left_out.push_back(
-        {chosen[d.view].name, fmt::format("does not agree with the others: takes {:.1f} % of a silhouette from them, "
-                                          "{:.1f} % of its own is covered by none",
-                                          100 * d.blame, 100 * d.uncovered)});
-  }
-  for (const std::size_t v : agreement.used) {
-    if (mends[v].empty()) continue;
-    const auto before = static_cast<double>(CountObject(chosen[v].mask)),
-               after = static_cast<double>(CountObject(Mended(chosen[v].mask, mends[v])));
-    if (after > before) s.mended.push_back({chosen[v].name, after / before - 1});
-  }
-  // Specks where cones happen to meet beside the object: gone, if no pixel of a silhouette misses them.
-  for (const std::size_t v : agreement.used) s.used.push_back(chosen[v].name);
-  Mesh large = KeepParts(mesh, kSpeck);
-  if (large.faces.size() < mesh.faces.size()) {
-    const std::vector<SilhouetteFit> fits = MeasureSilhouettes(large, shown());
-    bool missed = false;
-    for (std::size_t n = 0; n < fits.size(); ++n) missed = missed || fits[n].coverage < s.fits[n].coverage;
-    if (!missed) {
-      mesh = std::move(large);
-      s.fits = fits;
-    }
-  }
-  s.dilation_px = dilation;
-  s.fit = Summarize(s.fits);
-  s.volume = EnclosedVolume(mesh);
-  if (!s.bounded) progress.Message("the views leave the object open to some side: the hull is cut off there");
-  if (summary != nullptr) *summary = std::move(s);
+  HullMaker maker(options, progress);
+  Mesh mesh = maker.Make(views, near);
+  if (summary != nullptr) *summary = std::move(maker.s);
   return mesh;
 }
 

@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "proxy/mesh_query.h"
 #include "proxy/points.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -153,12 +151,10 @@ class Aligner {
   std::vector<Pair> Closest(const std::vector<Eigen::Vector3d>& near, const Similarity3& scene_from_mesh) const {
     const Similarity3 mesh_from_scene = scene_from_mesh.Inverse();
     std::vector<Pair> pairs(near.size());
-    ParallelFor(near.size(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const MeshQuery::Nearest n = query_.NearestTo(mesh_from_scene * near[i]);
-        pairs[i] = {near[i], scene_from_mesh * n.point, scene_from_mesh.rotation * n.normal, 0};
-        pairs[i].squared = (pairs[i].point - pairs[i].nearest).squaredNorm();
-      }
+    ParallelEach(near.size(), 64, [&](std::size_t i) {
+      const MeshQuery::Nearest n = query_.NearestTo(mesh_from_scene * near[i]);
+      pairs[i] = {near[i], scene_from_mesh * n.point, scene_from_mesh.rotation * n.normal, 0};
+      pairs[i].squared = (pairs[i].point - pairs[i].nearest).squaredNorm();
     });
     return pairs;
   }
@@ -174,7 +170,7 @@ class Aligner {
   // Sorted by distance; how many of the first are fitted: those of the least rms / share^3. Distances that do
   // not count make no difference: a plane's points would else be preferred for rounding less.
   std::size_t Trim(std::vector<Pair>& pairs, double least_share, double scale) const {
-    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.squared < b.squared; });
+    std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) { return a.squared < b.squared; });
     const auto n = static_cast<double>(pairs.size());
     const auto fewest = static_cast<std::size_t>(std::ceil(least_share * n));
     const double none = std::pow(kExact * scale * body_.diagonal, 2);

@@ -56,7 +56,7 @@ Similarity3 ByPairs(const std::filesystem::path& file, ImportFigures& figures, P
   const PairAlignment a = AlignPairs(pairs);
   figures.pairs = PairsFigures{pairs.size(), a.rms, a.rms_of_extent, a.distance};
   if (a.rms_of_extent > kPairsAgree) {
-    const auto worst = std::max_element(a.distance.begin(), a.distance.end());
+    const auto worst = std::ranges::max_element(a.distance);
     progress.Message(
         fmt::format("warning: the pairs of {} disagree by {:.1f} % of their extent; pair {} is off most, by {:.4g}",
                     file.string(), 100 * a.rms_of_extent, worst - a.distance.begin() + 1, *worst));

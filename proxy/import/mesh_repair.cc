@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "proxy/disjoint_sets.h"
+
 namespace lumi {
 namespace {
 
@@ -63,7 +65,7 @@ std::size_t DropDuplicateFaces(Mesh& mesh) {
   std::set<Face> seen;
   const std::size_t before = mesh.faces.size();
   std::erase_if(mesh.faces, [&](Face f) {
-    std::sort(f.begin(), f.end());
+    std::ranges::sort(f);
     return !seen.insert(f).second;
   });
   return before - mesh.faces.size();
@@ -168,21 +170,16 @@ void OrientSoup(Mesh& mesh, MeshFlaws& flaws) {
 
 // Numbers of parts whose faces are connected by edges.
 std::int32_t FindParts(const Mesh& mesh, std::vector<std::int32_t>& part) {
-  std::vector<std::size_t> root(mesh.faces.size());
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&](std::size_t f) {
-    while (root[f] != f) f = root[f] = root[root[f]];
-    return f;
-  };
+  DisjointSets sets(mesh.faces.size());
   std::unordered_map<std::uint64_t, std::size_t> edge;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [it, added] = edge.try_emplace(UndirectedEdge(mesh.faces[f][k], mesh.faces[f][(k + 1) % 3]), f);
-      if (!added) root[std::max(find(f), find(it->second))] = std::min(find(f), find(it->second));
+      if (!added) sets.Join(f, it->second);
     }
   std::int32_t parts = 0;
   part.assign(mesh.faces.size(), -1);
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) part[f] = find(f) == f ? parts++ : part[find(f)];
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) part[f] = sets.Find(f) == f ? parts++ : part[sets.Find(f)];
   return parts;
 }
 

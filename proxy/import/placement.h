@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -10,7 +10,7 @@
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -68,7 +68,7 @@ Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& re
     throw DataError(unfit, "lumi-timeperiodic calibrate masks what moves and gives the photos their times",
                     opened.folder);
   const std::vector<std::string> there = ListProxies(opened.folder);
-  const bool made = std::find(there.begin(), there.end(), request.over) == there.end();
+  const bool made = std::ranges::find(there, request.over) == there.end();
   if (made && request.over != MovingRequest().over) LoadProxy(opened, request.over);  // says which there are
   std::map<std::string, std::string> inputs{{"masks", Fingerprint(opened.folder / "masks")},
                                             {"images", Fingerprint(opened.image_folder)},
@@ -87,11 +87,9 @@ Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& re
                       std::vector<MovingPhoto> photos(moments.size());
                       {
                         Progress reading(progress, "reading photos", static_cast<long>(photos.size()));
-                        ParallelFor(photos.size(), 4, [&](std::size_t begin, std::size_t end) {
-                          for (std::size_t i = begin; i < end; ++i) {
-                            photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
-                            reading.Step();
-                          }
+                        ParallelEach(photos.size(), 4, [&](std::size_t i) {
+                          photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
+                          reading.Step();
                         });
                       }
                       figures.emplace().over = request.over;

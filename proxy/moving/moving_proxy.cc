@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 
 #include "proxy/mesh_query.h"
+#include "proxy/moving/belief_propagation.h"
 #include "proxy/points.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -29,7 +29,6 @@ constexpr double kJoined = 1;       // planes: as near to the still surface is o
 constexpr int kPriorPlanes = 8;
 constexpr std::size_t kSpeck = 9;  // samples that hang together: fewer leave the still surface by chance
 constexpr double kOverlap = 1e-4;  // of a face that is cut
-constexpr int kSweeps = 40;        // of belief propagation
 constexpr int kAggregate = 1;      // samples on each side that a sample's cost is averaged over
 constexpr std::size_t kRaysAView = 300, kViewsForRegion = 60;
 
@@ -48,10 +47,13 @@ struct Region {
   double spacing = 0;
   int columns = 0, rows = 0;
   std::size_t Count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
-  Vector2d At(std::size_t sample) const {
-    const auto c = static_cast<double>(sample % static_cast<std::size_t>(columns)),
-               r = static_cast<double>(sample / static_cast<std::size_t>(columns));
-    return low + spacing * Vector2d(c, r);
+  std::size_t Sample(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+  }
+  int ColumnOf(std::size_t sample) const { return static_cast<int>(sample % static_cast<std::size_t>(columns)); }
+  int RowOf(std::size_t sample) const { return static_cast<int>(sample / static_cast<std::size_t>(columns)); }
+  Vector3d RayAt(std::size_t sample) const {
+    return (low + spacing * Vector2d(ColumnOf(sample), RowOf(sample))).homogeneous();
   }
 };
 
@@ -118,7 +120,7 @@ Region FindRegion(const std::vector<MovingPhoto>& photos, const MeshQuery& still
     middle[a] = Median(at);
   }
   const Vector3d from = (region.ref.centre - middle).normalized();
-  const auto facing = std::count_if(photos.begin(), photos.end(), [&](const MovingPhoto& p) {
+  const auto facing = std::ranges::count_if(photos, [&](const MovingPhoto& p) {
     return (p.render.centre - middle).normalized().dot(from) > std::cos(kWidest);
   });
   const Vector3d seen = region.ref.InRef(middle);
@@ -163,13 +165,12 @@ Depths SpreadDepths(const std::vector<MovingPhoto>& photos, const Region& region
                     "make a proxy of what stands still first (lumi-proxy delaunay)");
   const double first = Quantile(known, 1 - kQuantile) / options.nearest, last = kBeyond * Quantile(known, kQuantile);
   // Parallax of the region's middle, between the cameras and the reference.
-  const Vector2d middle = region.At(region.Count() / 2 + static_cast<std::size_t>(region.columns) / 2);
+  const Vector3d middle = region.RayAt(region.Count() / 2 + static_cast<std::size_t>(region.columns) / 2);
   std::vector<double> parallax;
   for (const MovingPhoto& p : photos) {
     std::optional<Vector2d> ends[2];
     for (int e = 0; e < 2; ++e)
-      ends[e] = Project(
-          p.render.P, region.ref.InWorld(Vector3d(middle.x(), middle.y(), 1) / (e == 0 ? 0.5 * (first + last) : last)));
+      ends[e] = Project(p.render.P, region.ref.InWorld(middle / (e == 0 ? 0.5 * (first + last) : last)));
     if (ends[0] && ends[1]) parallax.push_back(2 * (*ends[0] - *ends[1]).norm());
   }
   const double px = parallax.empty() ? 0 : Quantile(parallax, 0.9);
@@ -218,12 +219,11 @@ Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, 
     std::vector<double> sum(d), pairs(d), masked(d), seeing(d);
     std::vector<float> colour;
     for (std::size_t s = begin; s < end; ++s) {
-      const Vector2d at = region.At(s);
-      const Vector3d ray = region.ref.world_from_ref * Vector3d(at.x(), at.y(), 1);
-      std::fill(sum.begin(), sum.end(), 0);
-      std::fill(pairs.begin(), pairs.end(), 0);
-      std::fill(masked.begin(), masked.end(), 0);
-      std::fill(seeing.begin(), seeing.end(), 0);
+      const Vector3d ray = region.ref.world_from_ref * region.RayAt(s);
+      std::ranges::fill(sum, 0);
+      std::ranges::fill(pairs, 0);
+      std::ranges::fill(masked, 0);
+      std::ranges::fill(seeing, 0);
       for (std::size_t a = 0, b = 0; a < photos.size(); a = b) {
         for (b = a; b < photos.size() && photos[b].moment == photos[a].moment;) ++b;
         std::vector<Vector3d> rays;
@@ -250,7 +250,7 @@ Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, 
             }
         }
       }
-      const double enough = std::max(2.0, 0.1 * *std::max_element(pairs.begin(), pairs.end()));
+      const double enough = std::max(2.0, 0.1 * *std::ranges::max_element(pairs));
       for (std::size_t l = 0; l < d; ++l) {
         if (pairs[l] >= enough) sweep.cost[s * d + l] = static_cast<float>(sum[l] / pairs[l]);
         sweep.moves[s * d + l] = seeing[l] > 0 && masked[l] >= options.masked_share * seeing[l] ? 1 : 0;
@@ -265,92 +265,25 @@ Sweep SweepPlanes(const std::vector<MovingPhoto>& photos, const Region& region, 
 void Aggregate(const Region& region, Sweep& sweep) {
   const std::size_t n = region.Count(), d = static_cast<std::size_t>(sweep.depths);
   std::vector<float> out(sweep.cost.size());
-  ParallelFor(n, 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const int c = static_cast<int>(s % static_cast<std::size_t>(region.columns)),
-                r = static_cast<int>(s / static_cast<std::size_t>(region.columns));
-      float worst = 0;
-      for (std::size_t l = 0; l < d; ++l) {
-        float sum = 0, count = 0;
-        for (int y = std::max(0, r - kAggregate); y <= std::min(region.rows - 1, r + kAggregate); ++y)
-          for (int x = std::max(0, c - kAggregate); x <= std::min(region.columns - 1, c + kAggregate); ++x) {
-            const float v = sweep.cost[(static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) +
-                                        static_cast<std::size_t>(x)) *
-                                           d +
-                                       l];
-            if (std::isnan(v)) continue;
-            sum += v;
-            count += 1;
-          }
-        out[s * d + l] = count > 0 ? sum / count : -1;
-        worst = std::max(worst, out[s * d + l]);
-      }
-      for (std::size_t l = 0; l < d; ++l)
-        if (out[s * d + l] < 0) out[s * d + l] = worst;
+  ParallelEach(n, 64, [&](std::size_t s) {
+    const int c = region.ColumnOf(s), r = region.RowOf(s);
+    float worst = 0;
+    for (std::size_t l = 0; l < d; ++l) {
+      float sum = 0, count = 0;
+      for (int y = std::max(0, r - kAggregate); y <= std::min(region.rows - 1, r + kAggregate); ++y)
+        for (int x = std::max(0, c - kAggregate); x <= std::min(region.columns - 1, c + kAggregate); ++x) {
+          const float v = sweep.cost[region.Sample(x, y) * d + l];
+          if (std::isnan(v)) continue;
+          sum += v;
+          count += 1;
+        }
+      out[s * d + l] = count > 0 ? sum / count : -1;
+      worst = std::max(worst, out[s * d + l]);
     }
+    for (std::size_t l = 0; l < d; ++l)
+      if (out[s * d + l] < 0) out[s * d + l] = worst;
   });
   sweep.cost = std::move(out);
-}
-
-// m(k) = min over l of m(l) + slope |k - l|, and at most the least m + most: in place, then moved so that the least is
-// 0.
-void TruncatedLinear(float* m, std::size_t d, float slope, float most) {
-  float least = *std::min_element(m, m + d);
-  for (std::size_t l = 1; l < d; ++l) m[l] = std::min(m[l], m[l - 1] + slope);
-  for (std::size_t l = d - 1; l-- > 0;) m[l] = std::min(m[l], m[l + 1] + slope);
-  for (std::size_t l = 0; l < d; ++l) m[l] = std::min(m[l], least + most) - least;
-}
-
-// The depth of each sample, as a label between planes: min-sum belief propagation over the four neighbours, by a
-// chessboard's colours.
-std::vector<double> Smooth(const Region& region, const std::vector<float>& data, int depths,
-                           const MovingOptions& options) {
-  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths),
-                    columns = static_cast<std::size_t>(region.columns), rows = static_cast<std::size_t>(region.rows);
-  // message[k][s]: to s from its neighbour k (left, right, above, below).
-  std::vector<float> message[4];
-  for (auto& m : message) m.assign(n * d, 0);
-  const auto slope = static_cast<float>(options.smoothness),
-             most = static_cast<float>(options.smoothness * options.smoothness_planes);
-  const auto neighbour = [&](std::size_t s, int k) -> std::optional<std::size_t> {
-    const std::size_t c = s % columns, r = s / columns;
-    if (k == 0) return c > 0 ? std::optional(s - 1) : std::nullopt;
-    if (k == 1) return c + 1 < columns ? std::optional(s + 1) : std::nullopt;
-    if (k == 2) return r > 0 ? std::optional(s - columns) : std::nullopt;
-    return r + 1 < rows ? std::optional(s + columns) : std::nullopt;
-  };
-  for (int sweep = 0; sweep < kSweeps; ++sweep)
-    ParallelFor(rows, 4, [&](std::size_t begin, std::size_t end) {
-      std::vector<float> belief(d), out(d);
-      for (std::size_t r = begin; r < end; ++r)
-        for (std::size_t c = (r + static_cast<std::size_t>(sweep)) % 2; c < columns; c += 2) {
-          const std::size_t s = r * columns + c;
-          for (std::size_t l = 0; l < d; ++l)
-            belief[l] = data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] + message[2][s * d + l] +
-                        message[3][s * d + l];
-          for (int k = 0; k < 4; ++k) {
-            const auto to = neighbour(s, k);
-            if (!to) continue;
-            for (std::size_t l = 0; l < d; ++l) out[l] = belief[l] - message[k][s * d + l];
-            TruncatedLinear(out.data(), d, slope, most);
-            std::copy(out.begin(), out.end(), message[k ^ 1].begin() + static_cast<std::ptrdiff_t>(*to * d));
-          }
-        }
-    });
-  std::vector<double> label(n);
-  for (std::size_t s = 0; s < n; ++s) {
-    std::vector<double> belief(d);
-    for (std::size_t l = 0; l < d; ++l)
-      belief[l] = static_cast<double>(data[s * d + l] + message[0][s * d + l] + message[1][s * d + l] +
-                                      message[2][s * d + l] + message[3][s * d + l]);
-    const auto best = static_cast<std::size_t>(std::min_element(belief.begin(), belief.end()) - belief.begin());
-    label[s] = static_cast<double>(best);
-    if (best == 0 || best + 1 == d) continue;
-    // Between planes: the parabola through the best and its neighbours.
-    const double before = belief[best - 1] - belief[best], after = belief[best + 1] - belief[best];
-    if (before + after > 0) label[s] += 0.5 * (before - after) / (before + after);
-  }
-  return label;
 }
 
 // Groups of fewer than kSpeck samples (eight neighbours) are no surface.
@@ -362,12 +295,10 @@ void RemoveSpecks(const Region& region, std::vector<std::uint8_t>& surface) {
     group.assign(1, start);
     seen[start] = 1;
     for (std::size_t k = 0; k < group.size(); ++k) {
-      const int c = static_cast<int>(group[k] % static_cast<std::size_t>(region.columns)),
-                r = static_cast<int>(group[k] / static_cast<std::size_t>(region.columns));
+      const int c = region.ColumnOf(group[k]), r = region.RowOf(group[k]);
       for (int y = std::max(0, r - 1); y <= std::min(region.rows - 1, r + 1); ++y)
         for (int x = std::max(0, c - 1); x <= std::min(region.columns - 1, c + 1); ++x) {
-          const std::size_t s =
-              static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(x);
+          const std::size_t s = region.Sample(x, y);
           if (surface[s] && !seen[s]) seen[s] = 1, group.push_back(s);
         }
     }
@@ -416,8 +347,7 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
     bool hides = false;
     for (int y = r0; y <= r1 && !hides; ++y)
       for (int c = c0; c <= c1 && !hides; ++c) {
-        const std::size_t s =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
+        const std::size_t s = region.Sample(c, y);
         hides = behind[s] != 0 && near > w[s];
       }
     if (!hides) return keep();
@@ -440,9 +370,92 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
   const Vector2d at = (centre.head<2>() / centre.z() - region.low) / region.spacing;
   const int c = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
   if (c < 0 || y < 0 || c >= region.columns || y >= region.rows) return keep();
-  const std::size_t s =
-      static_cast<std::size_t>(y) * static_cast<std::size_t>(region.columns) + static_cast<std::size_t>(c);
+  const std::size_t s = region.Sample(c, y);
   if (behind[s] == 0 || 1 / centre.z() < w[s]) keep();
+}
+
+// Inverse depths of the still surface; 0: nothing there.
+std::vector<double> DepthsOfStill(const MeshQuery& query, const Region& region) {
+  std::vector<double> on_still(region.Count(), 0);
+  ParallelEach(on_still.size(), 64, [&](std::size_t s) {
+    const auto hit = query.FirstHit(region.ref.centre, region.ref.world_from_ref * region.RayAt(s));
+    if (hit && hit->distance > 0) on_still[s] = 1 / hit->distance;
+  });
+  return on_still;
+}
+
+// [sample][label]. What does not move is where the still surface is.
+std::vector<float> CostsOf(const Sweep& sweep, const Depths& depths, const std::vector<double>& on_still,
+                           const MovingOptions& options, std::vector<std::uint8_t>& moves) {
+  const std::size_t d = static_cast<std::size_t>(depths.count);
+  const double worst = options.truncate * options.truncate;
+  std::vector<float> costs(on_still.size() * d);
+  for (std::size_t s = 0; s < on_still.size(); ++s) {
+    const auto* mask = &sweep.moves[s * d];
+    moves[s] = std::any_of(mask, mask + d, [](std::uint8_t m) { return m != 0; }) ? 1 : 0;
+    const double label = depths.LabelOf(on_still[s]);
+    for (std::size_t l = 0; l < d; ++l) {
+      const double away = std::abs(static_cast<double>(l) - label), far = std::min(1.0, away / kPriorPlanes);
+      if (moves[s])
+        costs[s * d + l] =
+            sweep.cost[s * d + l] + static_cast<float>(options.still_prior * far + (mask[l] || away < 1 ? 0 : worst));
+      else
+        costs[s * d + l] = static_cast<float>(worst * far);
+    }
+  }
+  return costs;
+}
+
+struct MovingSurface {
+  std::vector<double> w;             // inverse depth of each sample, on the still surface where it is not on this one
+  std::vector<std::uint8_t> on;      // samples on it
+  std::vector<std::uint8_t> behind;  // and behind the still one
+  std::vector<double> found;         // depths of those on it
+  double gain = 0;                   // of all of them together
+};
+
+MovingSurface PlaceSurface(const Region& region, const Depths& depths, const Sweep& sweep,
+                           const std::vector<double>& on_still, const std::vector<double>& label,
+                           const std::vector<std::uint8_t>& moves) {
+  const std::size_t n = region.Count(), d = static_cast<std::size_t>(depths.count);
+  MovingSurface m{on_still, std::vector<std::uint8_t>(n, 0), std::vector<std::uint8_t>(n, 0), {}};
+  for (std::size_t s = 0; s < n; ++s)
+    m.on[s] =
+        moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
+  RemoveSpecks(region, m.on);
+  for (std::size_t s = 0; s < n; ++s) {
+    if (!m.on[s]) continue;
+    m.w[s] = depths.At(label[s]);
+    m.behind[s] = m.w[s] < on_still[s] ? 1 : 0;
+    m.found.push_back(1 / m.w[s]);
+    const auto cost = [&](double l) {
+      return static_cast<double>(
+          sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]);
+    };
+    if (on_still[s] > 0) m.gain += cost(depths.LabelOf(on_still[s])) - cost(label[s]);
+  }
+  return m;
+}
+
+// Squares of the grid with a corner on the surface; those on its border reach back to the still surface.
+void AddSurface(const Region& region, const MovingSurface& m, Mesh& mesh) {
+  std::vector<std::int32_t> vertex(region.Count(), -1);
+  const auto put = [&](std::size_t s) {
+    if (vertex[s] < 0) {
+      vertex[s] = static_cast<std::int32_t>(mesh.vertices.size());
+      mesh.vertices.push_back(region.ref.InWorld(region.RayAt(s) / m.w[s]));
+    }
+    return vertex[s];
+  };
+  for (int r = 0; r + 1 < region.rows; ++r)
+    for (int c = 0; c + 1 < region.columns; ++c) {
+      const std::size_t s = region.Sample(c, r), below = region.Sample(c, r + 1);
+      if (!m.on[s] && !m.on[s + 1] && !m.on[below] && !m.on[below + 1]) continue;
+      if (!(m.w[s] > 0) || !(m.w[s + 1] > 0) || !(m.w[below] > 0) || !(m.w[below + 1] > 0)) continue;
+      const std::int32_t a = put(s), b = put(s + 1), e = put(below), f = put(below + 1);
+      mesh.faces.push_back({a, e, b});
+      mesh.faces.push_back({b, e, f});
+    }
 }
 
 }  // namespace
@@ -469,8 +482,8 @@ std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& opt
     at.emplace_back(period > 0 ? t - period * std::floor(t / period) : t, static_cast<std::int32_t>(i));
   }
   if (at.size() < 2) return {};
-  std::sort(at.begin(), at.end());
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(at);
+  std::ranges::sort(times);
   std::vector<double> steps;
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] > times[i - 1]) steps.push_back(times[i] - times[i - 1]);
@@ -483,7 +496,7 @@ std::vector<MomentView> PickMoments(const Scene& scene, const MovingOptions& opt
   for (int k = 0; k < wanted; ++k) {
     // Around a photo's own time, so that a moment is never between photos.
     const double target = first + span * (k + 0.5) / wanted;
-    auto centre = std::lower_bound(at.begin(), at.end(), std::pair(target, std::int32_t{-1}));
+    auto centre = std::ranges::lower_bound(at, std::pair(target, std::int32_t{-1}));
     if (centre == at.end()) --centre;
     std::vector<std::int32_t> there;
     for (const auto& [t, i] : at) {
@@ -522,111 +535,47 @@ Mesh BuildMovingProxy(const std::vector<MovingPhoto>& photos, const Mesh& still,
     throw DataError("no two photos show one moment from different places", "film more periods from elsewhere");
   const MeshQuery query(still);
   const Region region = FindRegion(photos, query, options);
-  const std::size_t n = region.Count();
-  std::vector<double> on_still(n, 0);  // inverse depth; 0: nothing there
-  ParallelFor(n, 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const Vector2d at = region.At(s);
-      const auto hit = query.FirstHit(region.ref.centre, region.ref.world_from_ref * Vector3d(at.x(), at.y(), 1));
-      if (hit && hit->distance > 0) on_still[s] = 1 / hit->distance;
-    }
-  });
+  const std::vector<double> on_still = DepthsOfStill(query, region);
   const Depths depths = SpreadDepths(photos, region, on_still, options);
   Sweep sweep = SweepPlanes(photos, region, depths, options, progress);
   Aggregate(region, sweep);
-
-  // What does not move is where the still surface is.
-  const std::size_t d = static_cast<std::size_t>(depths.count);
-  std::vector<std::uint8_t> moves(n, 0);
-  std::vector<float> data(n * d);
-  std::size_t count = 0;
-  for (std::size_t s = 0; s < n; ++s) {
-    const auto* mask = &sweep.moves[s * d];
-    moves[s] = std::any_of(mask, mask + d, [](std::uint8_t m) { return m != 0; }) ? 1 : 0;
-    count += moves[s];
-    const double label = depths.LabelOf(on_still[s]);
-    for (std::size_t l = 0; l < d; ++l) {
-      const double away = std::abs(static_cast<double>(l) - label);
-      const double prior = options.still_prior * std::min(1.0, away / kPriorPlanes);
-      if (moves[s])
-        data[s * d + l] = sweep.cost[s * d + l] +
-                          static_cast<float>(prior + (mask[l] || away < 1 ? 0 : options.truncate * options.truncate));
-      else
-        data[s * d + l] = static_cast<float>(options.truncate * options.truncate * std::min(1.0, away / kPriorPlanes));
-    }
-  }
-  if (count == 0)
+  std::vector<std::uint8_t> moves(region.Count(), 0);
+  const std::vector<float> costs = CostsOf(sweep, depths, on_still, options, moves);
+  const auto moving = static_cast<std::size_t>(std::ranges::count(moves, 1));
+  if (moving == 0)
     throw DataError("what is masked is so in too few of the photos that see it",
                     "lumi-timeperiodic calibrate finds what moves");
-  const std::vector<double> label = Smooth(region, data, depths.count, options);
-
-  std::vector<double> w(n);
-  std::vector<std::uint8_t> surface(n, 0), behind(n, 0);
-  std::vector<double> found;
-  double gain = 0;
-  for (std::size_t s = 0; s < n; ++s)
-    surface[s] =
-        moves[s] && !(on_still[s] > 0 && std::abs(depths.At(label[s]) - on_still[s]) <= kJoined * depths.step) ? 1 : 0;
-  RemoveSpecks(region, surface);
-  for (std::size_t s = 0; s < n; ++s) {
-    w[s] = on_still[s];
-    if (!surface[s]) continue;
-    const double at = w[s] = depths.At(label[s]);
-    behind[s] = at < on_still[s] ? 1 : 0;
-    found.push_back(1 / at);
-    const auto cost = [&](double l) {
-      return static_cast<double>(
-          sweep.cost[s * d + static_cast<std::size_t>(std::clamp(std::lround(l), 0L, static_cast<long>(d) - 1))]);
-    };
-    if (on_still[s] > 0) gain += cost(depths.LabelOf(on_still[s])) - cost(label[s]);
-  }
-  if (found.empty()) throw DataError("photos of one moment agree best on the surface of what stands still", "");
+  const std::vector<double> label =
+      SmoothLabels(costs, region.columns, region.rows, static_cast<float>(options.smoothness),
+                   static_cast<float>(options.smoothness * options.smoothness_planes));
+  MovingSurface m = PlaceSurface(region, depths, sweep, on_still, label, moves);
+  if (m.found.empty()) throw DataError("photos of one moment agree best on the surface of what stands still", "");
 
   Mesh mesh;
-  if (std::any_of(behind.begin(), behind.end(), [](std::uint8_t b) { return b != 0; })) {
+  if (std::ranges::any_of(m.behind, [](std::uint8_t b) { return b != 0; })) {
     for (const auto& face : still.faces) {
       std::array<Vector3d, 3> corners;
       for (std::size_t k = 0; k < 3; ++k) corners[k] = still.vertices[static_cast<std::size_t>(face[k])];
-      KeepWhatHidesNothing(corners, 0, region, w, behind, mesh);
+      KeepWhatHidesNothing(corners, 0, region, m.w, m.behind, mesh);
     }
   } else {
     mesh.vertices = still.vertices;
     mesh.faces = still.faces;
   }
-  // Squares of the grid with a corner on the surface; those on its border reach back to the still surface.
-  std::vector<std::int32_t> vertex(n, -1);
-  const auto put = [&](std::size_t s) {
-    if (vertex[s] < 0) {
-      vertex[s] = static_cast<std::int32_t>(mesh.vertices.size());
-      const Vector2d at = region.At(s);
-      mesh.vertices.push_back(region.ref.InWorld(Vector3d(at.x(), at.y(), 1) / w[s]));
-    }
-    return vertex[s];
-  };
-  for (int r = 0; r + 1 < region.rows; ++r)
-    for (int c = 0; c + 1 < region.columns; ++c) {
-      const std::size_t s = static_cast<std::size_t>(r) * static_cast<std::size_t>(region.columns) +
-                            static_cast<std::size_t>(c),
-                        below = s + static_cast<std::size_t>(region.columns);
-      if (!surface[s] && !surface[s + 1] && !surface[below] && !surface[below + 1]) continue;
-      if (!(w[s] > 0) || !(w[s + 1] > 0) || !(w[below] > 0) || !(w[below + 1] > 0)) continue;
-      const std::int32_t a = put(s), b = put(s + 1), e = put(below), f = put(below + 1);
-      mesh.faces.push_back({a, e, b});
-      mesh.faces.push_back({b, e, f});
-    }
+  AddSurface(region, m, mesh);
   if (summary) {
-    std::sort(found.begin(), found.end());
-    *summary = {photos.size(),
-                photos.back().moment + 1,
-                depths.count,
-                region.columns,
-                region.rows,
-                count,
-                found.size(),
-                found.front(),
-                found.back(),
-                found[found.size() / 2],
-                gain / static_cast<double>(found.size())};
+    std::ranges::sort(m.found);
+    *summary = {.photos = photos.size(),
+                .moments = photos.back().moment + 1,
+                .depths = depths.count,
+                .columns = region.columns,
+                .rows = region.rows,
+                .region = moving,
+                .surface = m.found.size(),
+                .nearest = m.found.front(),
+                .farthest = m.found.back(),
+                .median_depth = m.found[m.found.size() / 2],
+                .gain = m.gain / static_cast<double>(m.found.size())};
   }
   return mesh;
 }

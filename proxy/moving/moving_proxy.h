@@ -7,7 +7,6 @@
 // what passes there, or the background where that has more to say.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <string>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "scene/geometry/median.h"
@@ -19,9 +18,8 @@ double MedianCameraSpacing(const std::vector<ProxyView>& views) {
   std::vector<double> nearest;
   for (std::size_t i = 0; i < views.size(); ++i) {
     double best = std::numeric_limits<double>::infinity();
-    for (std::size_t j = 0; j < views.size(); ++j) {
+    for (std::size_t j = 0; j < views.size(); ++j)
       if (j != i) best = std::min(best, (views[i].render.centre - views[j].render.centre).norm());
-    }
     if (std::isfinite(best)) nearest.push_back(best);
   }
   return Quantile(nearest, 0.5);
@@ -113,19 +111,11 @@ Mesh BuildPlaneProxy(const Scene& scene, const PlaneOptions& options, PlaneSumma
 
   Mesh mesh;
   const Eigen::Vector3d origin = eye + depth * forward;
-  for (const Eigen::Vector2d& xy :
-       {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())}) {
+  for (const Eigen::Vector2d& xy : {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())})
     mesh.vertices.push_back(origin + xy.x() * right + xy.y() * down);
-  }
   // right x down = forward: this order is counter-clockwise for who looks along -forward; reversed, for the views.
   mesh.faces = {{0, 2, 1}, {0, 3, 2}};
-  if (summary) {
-    *summary = {};
-    summary->depth = depth;
-    summary->normal = -forward;
-    summary->points_used = used;
-    summary->clamped_rays = clamped;
-  }
+  if (summary) *summary = {depth, -forward, used, clamped};
   return mesh;
 }
 

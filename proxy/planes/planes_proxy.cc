@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <random>
 
 #include "proxy/mesh_query.h"
@@ -184,21 +185,12 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> AxesIn(const FittedPlane& plane, con
   return {u, plane.normal.cross(u)};
 }
 
-struct Extent {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  void Add(const Eigen::Vector2d& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-};
-
-Polygon Rectangle3(const FittedPlane& plane, const Eigen::Vector3d& u, const Eigen::Vector3d& v, Extent e) {
-  const Eigen::Vector2d margin = kExtentMargin * (e.high - e.low);
-  e.low -= margin;
-  e.high += margin;
+Polygon Rectangle3(const FittedPlane& plane, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                   Eigen::AlignedBox2d e) {
+  const Eigen::Vector2d margin = kExtentMargin * e.sizes(), low = e.min() - margin, high = e.max() + margin;
   const Eigen::Vector3d origin = plane.offset * plane.normal;
-  return {origin + e.low.x() * u + e.low.y() * v, origin + e.high.x() * u + e.low.y() * v,
-          origin + e.high.x() * u + e.high.y() * v, origin + e.low.x() * u + e.high.y() * v};
+  return {origin + low.x() * u + low.y() * v, origin + high.x() * u + low.y() * v, origin + high.x() * u + high.y() * v,
+          origin + low.x() * u + high.y() * v};
 }
 
 struct Frusta {
@@ -210,12 +202,12 @@ struct Frusta {
 // What the views see of the plane, as a rectangle.
 Polygon SeenRectangle(const FittedPlane& plane, const Frusta& frusta) {
   const auto [u, v] = AxesIn(plane, frusta.right);
-  Extent extent;
+  Eigen::AlignedBox2d extent;
   for (std::size_t i = 0; i < frusta.ray.size(); ++i) {
     const double approach = -plane.normal.dot(frusta.ray[i]), height = SignedDistance(plane, frusta.centre[i]);
     const double t = approach > 0 && height > 0 ? std::min(height / approach, frusta.far) : frusta.far;
     const Eigen::Vector3d hit = frusta.centre[i] + t * frusta.ray[i];
-    extent.Add({u.dot(hit), v.dot(hit)});
+    extent.extend(Eigen::Vector2d(u.dot(hit), v.dot(hit)));
   }
   return Rectangle3(plane, u, v, extent);
 }
@@ -228,9 +220,9 @@ Polygon PointsRectangle(const Cloud3& cloud, const FittedPlane& plane, const Fru
     us.push_back(u.dot(cloud.x[static_cast<std::size_t>(k)]));
     vs.push_back(v.dot(cloud.x[static_cast<std::size_t>(k)]));
   }
-  Extent extent;
-  extent.Add({Quantile(us, 0.01), Quantile(vs, 0.01)});
-  extent.Add({Quantile(us, 0.99), Quantile(vs, 0.99)});
+  Eigen::AlignedBox2d extent;
+  extent.extend(Eigen::Vector2d(Quantile(us, 0.01), Quantile(vs, 0.01)));
+  extent.extend(Eigen::Vector2d(Quantile(us, 0.99), Quantile(vs, 0.99)));
   return Rectangle3(plane, u, v, extent);
 }
 
@@ -314,6 +306,67 @@ void FaceTheCameras(const Frusta& frusta, FittedPlane& plane) {
 
 void MoveBy(const Eigen::Vector3d& shift, FittedPlane& plane) { plane.offset += plane.normal.dot(shift); }
 
+Frusta FrustaOf(const Scene& scene, const std::vector<ProxyView>& views, const Eigen::Vector3d& eye, double far) {
+  Frusta frusta;
+  frusta.far = far;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const RenderView& view = views[i].render;
+    frusta.right += scene.views[i].cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitX() /
+                    static_cast<double>(views.size());
+    for (const double x : {0.0, 0.5, 1.0})
+      for (const double y : {0.0, 0.5, 1.0}) {
+        const auto ray = RayDirection(view.P, {x * view.size_px.x(), y * view.size_px.y()});
+        if (!ray) continue;
+        frusta.centre.push_back(view.centre - eye);
+        frusta.ray.push_back(ray->normalized());
+      }
+  }
+  return frusta;
+}
+
+// One after the other; then those that are one are merged, and those that cameras look through are dropped.
+std::vector<FittedPlane> FindPlanes(const Cloud3& cloud, const std::vector<ProxyPoint>& points,
+                                    const std::vector<Eigen::Vector3d>& camera, const Frusta& frusta,
+                                    const PlanesOptions& options) {
+  std::vector<FittedPlane> planes;
+  std::mt19937_64 random(options.seed);
+  const auto least =
+      std::max(kLeastPlanePoints, static_cast<std::size_t>(options.min_share * static_cast<double>(points.size())));
+  std::vector<std::int32_t> left(points.size());
+  std::iota(left.begin(), left.end(), 0);
+  FittedPlane next;
+  while (static_cast<int>(planes.size()) < options.max_planes &&
+         FindPlane(cloud, left, options, least, random, &next)) {
+    std::vector<std::int32_t> rest;
+    std::ranges::set_difference(left, next.points, std::back_inserter(rest));
+    left = std::move(rest);
+    planes.push_back(next);
+  }
+  if (planes.empty())
+    throw DataError(
+        "no plane holds " + std::to_string(least) + " of the " + std::to_string(points.size()) + " reliable points",
+        "lumi-proxy delaunay takes any shape");
+  MergeLikePlanes(cloud, options, planes);
+  for (FittedPlane& plane : planes) FaceTheCameras(frusta, plane);
+  std::erase_if(planes, [&](const FittedPlane& p) {
+    return !BoundsTheScene(cloud, p) && SeenThrough(cloud, points, camera, p, frusta);
+  });
+  if (planes.empty())
+    throw DataError("what planes there are the cameras look through", "lumi-proxy delaunay takes any shape");
+  return planes;
+}
+
+// Behind nearly all points, across the views' common direction.
+FittedPlane BackdropOf(const Cloud3& cloud, const Eigen::Vector3d& forward, const Frusta& frusta) {
+  FittedPlane backdrop;
+  backdrop.normal = -forward.normalized();
+  std::vector<double> along;
+  for (const Eigen::Vector3d& x : cloud.x) along.push_back(-backdrop.normal.dot(x));
+  backdrop.offset = -Quantile(along, kBackdropQuantile);
+  FaceTheCameras(frusta, backdrop);
+  return backdrop;
+}
+
 }  // namespace
 
 std::string Validate(const PlanesOptions& options) {
@@ -350,53 +403,20 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
     cloud.x.push_back(p.x_in_world - eye);
     cloud.reach.push_back(options.tolerance * depth + 2 * p.sigma);
   }
-  Frusta frusta;
-  frusta.far = options.far_factor * depth;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const RenderView& view = views[i].render;
-    frusta.right += scene.views[i].cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitX() /
-                    static_cast<double>(views.size());
-    for (const double x : {0.0, 0.5, 1.0})
-      for (const double y : {0.0, 0.5, 1.0}) {
-        const auto ray = RayDirection(view.P, {x * view.size_px.x(), y * view.size_px.y()});
-        if (!ray) continue;
-        frusta.centre.push_back(view.centre - eye);
-        frusta.ray.push_back(ray->normalized());
-      }
-  }
+  const Frusta frusta = FrustaOf(scene, views, eye, options.far_factor * depth);
 
   std::vector<FittedPlane> planes = given;
-  for (FittedPlane& plane : planes) MoveBy(-eye, plane);
-  std::vector<std::int32_t> all(points.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
   if (given.empty()) {
-    std::mt19937_64 random(options.seed);
-    const auto least =
-        std::max(kLeastPlanePoints, static_cast<std::size_t>(options.min_share * static_cast<double>(points.size())));
-    std::vector<std::int32_t> left = all;
-    FittedPlane next;
-    while (static_cast<int>(planes.size()) < options.max_planes &&
-           FindPlane(cloud, left, options, least, random, &next)) {
-      std::vector<std::int32_t> rest;
-      std::set_difference(left.begin(), left.end(), next.points.begin(), next.points.end(), std::back_inserter(rest));
-      left = std::move(rest);
-      planes.push_back(next);
-    }
-    if (planes.empty())
-      throw DataError(
-          "no plane holds " + std::to_string(least) + " of the " + std::to_string(points.size()) + " reliable points",
-          "lumi-proxy delaunay takes any shape");
-    MergeLikePlanes(cloud, options, planes);
     std::vector<Eigen::Vector3d> camera;
     for (const ProxyView& v : views) camera.push_back(v.render.centre - eye);
-    for (FittedPlane& plane : planes) FaceTheCameras(frusta, plane);
-    std::erase_if(planes, [&](const FittedPlane& p) {
-      return !BoundsTheScene(cloud, p) && SeenThrough(cloud, points, camera, p, frusta);
-    });
-    if (planes.empty())
-      throw DataError("what planes there are the cameras look through", "lumi-proxy delaunay takes any shape");
+    planes = FindPlanes(cloud, points, camera, frusta, options);
   } else {
-    for (FittedPlane& plane : planes) TakePoints(cloud, all, plane);
+    std::vector<std::int32_t> all(points.size());
+    std::iota(all.begin(), all.end(), 0);
+    for (FittedPlane& plane : planes) {
+      MoveBy(-eye, plane);
+      TakePoints(cloud, all, plane);
+    }
   }
   for (FittedPlane& plane : planes) FaceTheCameras(frusta, plane);
 
@@ -408,14 +428,8 @@ Mesh BuildPlanesProxy(const Scene& scene, const PlanesOptions& options, const st
   double coverage = MeasureFit(into_world(mesh), views, {}).coverage;
   bool backdrop_added = false;
   if (options.backdrop && coverage < 1 - kEmptyShare && forward.norm() > 0.1 * static_cast<double>(views.size())) {
-    FittedPlane backdrop;
-    backdrop.normal = -forward.normalized();
-    std::vector<double> along;
-    for (const Eigen::Vector3d& x : cloud.x) along.push_back(-backdrop.normal.dot(x));
-    backdrop.offset = -Quantile(along, kBackdropQuantile);
-    FaceTheCameras(frusta, backdrop);
     std::vector<FittedPlane> with = planes;
-    with.push_back(backdrop);
+    with.push_back(BackdropOf(cloud, forward, frusta));
     Mesh covered = CutAndJoin(cloud, with, frusta);
     const double better = MeasureFit(into_world(covered), views, {}).coverage;
     if (better > coverage) {

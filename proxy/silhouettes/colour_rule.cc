@@ -14,7 +14,8 @@
 namespace lumi {
 namespace {
 
-using Op = ColourRule::Op;
+using Rule = ColourRule;
+constexpr std::string_view kVariables = "RGBHSVLXY";
 constexpr std::size_t kMaxStack = 64;
 constexpr std::size_t kMaxLength = 4096;
 
@@ -37,16 +38,15 @@ class RuleParser {
   void Skip() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) ++at_;
   }
-  bool Take(const char* token) {
+  bool Take(const std::string& t) {
     Skip();
-    const std::string t = token;
     if (text_.compare(at_, t.size(), t) != 0) return false;
     const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
     if (letter(t[0]) && at_ + t.size() < text_.size() && letter(text_[at_ + t.size()])) return false;
     at_ += t.size();
     return true;
   }
-  void Emit(Op op, double number = 0) { out_.push_back({op, number}); }
+  void Emit(char op, double number = 0) { out_.push_back({op, number}); }
   struct Deeper {
     explicit Deeper(RuleParser& p) : p_(p) {
       if (++p_.depth_ > kMaxStack / 2) throw UsageError("the colour rule is nested too deeply");
@@ -60,14 +60,14 @@ class RuleParser {
     And();
     while (Take("||") || Take("or")) {
       And();
-      Emit(Op::kOr);
+      Emit('|');
     }
   }
   void And() {
     Not();
     while (Take("&&") || Take("and")) {
       Not();
-      Emit(Op::kAnd);
+      Emit('&');
     }
   }
   void Not() {
@@ -76,20 +76,19 @@ class RuleParser {
     if (!unequal && (Take("!") || Take("not"))) {
       const Deeper deeper(*this);
       Not();
-      Emit(Op::kNot);
+      Emit('!');
       return;
     }
     Compare();
   }
   void Compare() {
     Sum();
-    static constexpr std::array<std::pair<const char*, Op>, 6> kOps = {{{"<=", Op::kLessEqual},
-                                                                        {">=", Op::kGreaterEqual},
-                                                                        {"==", Op::kEqual},
-                                                                        {"!=", Op::kNotEqual},
-                                                                        {"<", Op::kLess},
-                                                                        {">", Op::kGreater}}};
-    for (const auto& [token, op] : kOps) {
+    for (const auto& [token, op] : {std::pair{"<=", Rule::kLessEqual},
+                                    {">=", Rule::kGreaterEqual},
+                                    {"==", '='},
+                                    {"!=", Rule::kUnequal},
+                                    {"<", '<'},
+                                    {">", '>'}}) {
       if (!Take(token)) continue;
       Sum();
       Emit(op);
@@ -102,7 +101,7 @@ class RuleParser {
       const bool add = Take("+");
       if (!add && !Take("-")) return;
       Product();
-      Emit(add ? Op::kAdd : Op::kSubtract);
+      Emit(add ? '+' : '-');
     }
   }
   void Product() {
@@ -111,14 +110,14 @@ class RuleParser {
       const bool multiply = Take("*");
       if (!multiply && !Take("/")) return;
       Unary();
-      Emit(multiply ? Op::kMultiply : Op::kDivide);
+      Emit(multiply ? '*' : '/');
     }
   }
   void Unary() {
     const Deeper deeper(*this);
     if (Take("-")) {
       Unary();
-      Emit(Op::kNegate);
+      Emit(Rule::kNegate);
     } else if (Take("+")) {
       Unary();
     } else {
@@ -135,7 +134,7 @@ class RuleParser {
       Expect(")");
       return;
     }
-    for (const auto& [name, op] : {std::pair{"min", Op::kMin}, {"max", Op::kMax}}) {
+    for (const auto& [name, op] : {std::pair{"min", Rule::kMin}, {"max", Rule::kMax}}) {
       if (!Take(name)) continue;
       Expect("(");
       Or();
@@ -149,28 +148,17 @@ class RuleParser {
       Expect("(");
       Or();
       Expect(")");
-      Emit(Op::kAbs);
+      Emit(Rule::kAbs);
       return;
     }
-    static constexpr std::array<std::pair<const char*, Op>, 9> kNames = {{{"R", Op::kR},
-                                                                          {"G", Op::kG},
-                                                                          {"B", Op::kB},
-                                                                          {"H", Op::kH},
-                                                                          {"S", Op::kS},
-                                                                          {"V", Op::kV},
-                                                                          {"L", Op::kL},
-                                                                          {"X", Op::kX},
-                                                                          {"Y", Op::kY}}};
-    for (const auto& [name, op] : kNames) {
-      const std::string small(1, static_cast<char>(std::tolower(static_cast<unsigned char>(name[0]))));
-      if (Take(name) || Take(small.c_str())) return Emit(op);
-    }
+    for (const char name : kVariables)
+      if (Take(std::string(1, name)) || Take(std::string(1, static_cast<char>(std::tolower(name))))) return Emit(name);
     if (at_ < text_.size() && (std::isdigit(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '.')) {
       char* end = nullptr;
       const double number = std::strtod(text_.c_str() + at_, &end);
       if (end != text_.c_str() + at_ && std::isfinite(number)) {
         at_ = static_cast<std::size_t>(end - text_.c_str());
-        return Emit(Op::kNumber, number);
+        return Emit(Rule::kNumber, number);
       }
     }
     Fail("a number, R G B H S V L X Y, or \"(\"");
@@ -201,7 +189,8 @@ ColourRule::ColourRule(const std::string& text) {
   // How much room its evaluation takes.
   std::size_t depth = 0;
   for (const Step& s : steps_) {
-    const bool value = s.op <= Op::kY, unary = s.op == Op::kNegate || s.op == Op::kNot || s.op == Op::kAbs;
+    const bool value = s.op == Rule::kNumber || kVariables.find(s.op) != kVariables.npos,
+               unary = s.op == Rule::kNegate || s.op == '!' || s.op == Rule::kAbs;
     if (value)
       ++depth;
     else if (!unary)
@@ -220,33 +209,33 @@ double ColourRule::Evaluate(const double rgb[3], double x_px, double y_px) const
       stack[n - 1] = f(stack[n - 1], stack[n]);
     };
     switch (s.op) {
-      case Op::kNumber: stack[n++] = s.number; break;
-      case Op::kR: stack[n++] = rgb[0]; break;
-      case Op::kG: stack[n++] = rgb[1]; break;
-      case Op::kB: stack[n++] = rgb[2]; break;
-      case Op::kH: stack[n++] = HueDegrees(rgb, most, range); break;
-      case Op::kS: stack[n++] = most > 0 ? range / most : 0; break;
-      case Op::kV: stack[n++] = most / 255; break;
-      case Op::kL: stack[n++] = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2]; break;
-      case Op::kX: stack[n++] = x_px; break;
-      case Op::kY: stack[n++] = y_px; break;
-      case Op::kAdd: two([](double a, double b) { return a + b; }); break;
-      case Op::kSubtract: two([](double a, double b) { return a - b; }); break;
-      case Op::kMultiply: two([](double a, double b) { return a * b; }); break;
-      case Op::kDivide: two([](double a, double b) { return b == 0 ? std::nan("") : a / b; }); break;
-      case Op::kNegate: stack[n - 1] = -stack[n - 1]; break;
-      case Op::kLess: two([](double a, double b) { return a < b ? 1.0 : 0.0; }); break;
-      case Op::kLessEqual: two([](double a, double b) { return a <= b ? 1.0 : 0.0; }); break;
-      case Op::kGreater: two([](double a, double b) { return a > b ? 1.0 : 0.0; }); break;
-      case Op::kGreaterEqual: two([](double a, double b) { return a >= b ? 1.0 : 0.0; }); break;
-      case Op::kEqual: two([](double a, double b) { return a == b ? 1.0 : 0.0; }); break;
-      case Op::kNotEqual: two([](double a, double b) { return a < b || a > b ? 1.0 : 0.0; }); break;
-      case Op::kAnd: two([](double a, double b) { return a != 0 && b != 0 ? 1.0 : 0.0; }); break;
-      case Op::kOr: two([](double a, double b) { return a != 0 || b != 0 ? 1.0 : 0.0; }); break;
-      case Op::kNot: stack[n - 1] = stack[n - 1] != 0 ? 0.0 : 1.0; break;
-      case Op::kMin: two([](double a, double b) { return std::min(a, b); }); break;
-      case Op::kMax: two([](double a, double b) { return std::max(a, b); }); break;
-      case Op::kAbs: stack[n - 1] = std::abs(stack[n - 1]); break;
+      case Rule::kNumber: stack[n++] = s.number; break;
+      case 'R': stack[n++] = rgb[0]; break;
+      case 'G': stack[n++] = rgb[1]; break;
+      case 'B': stack[n++] = rgb[2]; break;
+      case 'H': stack[n++] = HueDegrees(rgb, most, range); break;
+      case 'S': stack[n++] = most > 0 ? range / most : 0; break;
+      case 'V': stack[n++] = most / 255; break;
+      case 'L': stack[n++] = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2]; break;
+      case 'X': stack[n++] = x_px; break;
+      case 'Y': stack[n++] = y_px; break;
+      case '+': two([](double a, double b) { return a + b; }); break;
+      case '-': two([](double a, double b) { return a - b; }); break;
+      case '*': two([](double a, double b) { return a * b; }); break;
+      case '/': two([](double a, double b) { return b == 0 ? std::nan("") : a / b; }); break;
+      case Rule::kNegate: stack[n - 1] = -stack[n - 1]; break;
+      case '<': two([](double a, double b) { return a < b ? 1.0 : 0.0; }); break;
+      case Rule::kLessEqual: two([](double a, double b) { return a <= b ? 1.0 : 0.0; }); break;
+      case '>': two([](double a, double b) { return a > b ? 1.0 : 0.0; }); break;
+      case Rule::kGreaterEqual: two([](double a, double b) { return a >= b ? 1.0 : 0.0; }); break;
+      case '=': two([](double a, double b) { return a == b ? 1.0 : 0.0; }); break;
+      case Rule::kUnequal: two([](double a, double b) { return a < b || a > b ? 1.0 : 0.0; }); break;
+      case '&': two([](double a, double b) { return a != 0 && b != 0 ? 1.0 : 0.0; }); break;
+      case '|': two([](double a, double b) { return a != 0 || b != 0 ? 1.0 : 0.0; }); break;
+      case '!': stack[n - 1] = stack[n - 1] != 0 ? 0.0 : 1.0; break;
+      case Rule::kMin: two([](double a, double b) { return std::min(a, b); }); break;
+      case Rule::kMax: two([](double a, double b) { return std::max(a, b); }); break;
+      case Rule::kAbs: stack[n - 1] = std::abs(stack[n - 1]); break;
     }
   }
   return stack[0];

@@ -20,37 +20,11 @@ class ColourRule {
   explicit ColourRule(const std::string& text);
   double Evaluate(const double rgb[3], double x_px, double y_px) const;
 
-  enum class Op {
-    kNumber,
-    kR,
-    kG,
-    kB,
-    kH,
-    kS,
-    kV,
-    kL,
-    kX,
-    kY,
-    kAdd,
-    kSubtract,
-    kMultiply,
-    kDivide,
-    kNegate,
-    kLess,
-    kLessEqual,
-    kGreater,
-    kGreaterEqual,
-    kEqual,
-    kNotEqual,
-    kAnd,
-    kOr,
-    kNot,
-    kMin,
-    kMax,
-    kAbs
-  };
+  // op: a variable's letter as above, or the operator, of two characters by its first but for these.
+  static constexpr char kNumber = '0', kNegate = '~', kLessEqual = '[', kGreaterEqual = ']', kUnequal = '#', kMin = 'm',
+                        kMax = 'M', kAbs = 'a';
   struct Step {
-    Op op;
+    char op;
     double number = 0;
   };
 

@@ -26,9 +26,8 @@ Image8 SilhouetteFromBox(const Image8& photo, const Eigen::Vector4d& box_px, int
   }
   cv::Mat rgb(photo.height, photo.width, CV_8UC3), mask, background, object;
   for (int y = 0; y < photo.height; ++y) {
-    for (int x = 0; x < photo.width; ++x) {
+    for (int x = 0; x < photo.width; ++x)
       for (int c = 0; c < 3; ++c) rgb.at<cv::Vec3b>(y, x)[c] = photo.At(x, y, c);
-    }
   }
   cv::setRNGSeed(0);  // its clusters start at random
   cv::grabCut(rgb, mask, cv::Rect(left, top, right - left, bottom - top), background, object, iterations,

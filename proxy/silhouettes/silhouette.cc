@@ -40,20 +40,18 @@ void RemoveThinParts(cv::Mat& object, double radius) {
       d = std::max(d, depth.at<float>(y + 1, x + 1) - 0.5F);
     }
   }
-  const auto least = std::min(static_cast<float>(radius), *std::max_element(deepest.begin(), deepest.end()));
+  const auto least = std::min(static_cast<float>(radius), *std::ranges::max_element(deepest));
   for (int y = 0; y < object.rows; ++y) {
-    for (int x = 0; x < object.cols; ++x) {
+    for (int x = 0; x < object.cols; ++x)
       if (deepest[static_cast<std::size_t>(labels.at<int>(y, x))] < least) object.at<std::uint8_t>(y, x) = 0;
-    }
   }
 }
 
 template <typename IsObject>
 Image8 EachPixel(const Image8& image, const IsObject& is_object) {
   Image8 out(image.width, image.height, 1);
-  for (int y = 0; y < image.height; ++y) {
+  for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) out.At(x, y, 0) = is_object(x, y) ? kObject : 0;
-  }
   return out;
 }
 
@@ -80,9 +78,8 @@ int RemoveSmallParts(cv::Mat& object, int least, int connectivity, bool keep_at_
   for (int y = 0; y < object.rows; ++y) {
     std::uint8_t* row = object.ptr<std::uint8_t>(y);
     const int* label = labels.ptr<int>(y);
-    for (int x = 0; x < object.cols; ++x) {
+    for (int x = 0; x < object.cols; ++x)
       if (remove[static_cast<std::size_t>(label[x])]) row[x] = 0;
-    }
   }
   return count - 1;
 }
@@ -105,17 +102,15 @@ Image8 SilhouetteFromAlpha(const Image8& rgba) {
 
 bool HasAlpha(const Image8& rgba) {
   if (rgba.channels != 4) return false;
-  for (std::size_t n = 3; n < rgba.data.size(); n += 4) {
+  for (std::size_t n = 3; n < rgba.data.size(); n += 4)
     if (rgba.data[n] < kOpaque) return true;
-  }
   return false;
 }
 
 Image8 SilhouetteFromBackground(const Image8& photo, const Image8& background, double threshold) {
   if (photo.width != background.width || photo.height != background.height || photo.channels < 3 ||
-      background.channels < 3) {
+      background.channels < 3)
     throw std::invalid_argument("a background of another size");
-  }
   return EachPixel(photo, [&](int x, int y) {
     double squared = 0;
     for (int c = 0; c < 3; ++c) {
@@ -187,8 +182,8 @@ Image8 Clean(const Image8& silhouette, const CleanOptions& options) {
 
 SilhouetteInfo Describe(const Image8& silhouette) {
   SilhouetteInfo info;
-  info.pixels = static_cast<std::size_t>(
-      std::count_if(silhouette.data.begin(), silhouette.data.end(), [](std::uint8_t m) { return m >= 128; }));
+  info.pixels =
+      static_cast<std::size_t>(std::ranges::count_if(silhouette.data, [](std::uint8_t m) { return m >= 128; }));
   if (info.pixels == 0) {
     info.kind = SilhouetteKind::kEmpty;
     return info;

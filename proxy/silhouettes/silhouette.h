@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <string>
 
 #include "scene/model/image.h"
@@ -29,7 +28,7 @@ struct CleanOptions {
   int min_part_px = 0;       // parts with fewer pixels are removed
   double min_radius_px = 0;  // parts that hold no circle of this radius are removed (specks, seams along the image's
                              // sides), 0..100; of nothing but such the one that holds the largest stays
-  int min_hole_px = 0;  // holes with fewer pixels are filled
+  int min_hole_px = 0;       // holes with fewer pixels are filled
 };
 std::string Validate(const CleanOptions& options);  // empty, or what is wrong
 Image8 Clean(const Image8& silhouette, const CleanOptions& options);

@@ -9,8 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -45,14 +44,11 @@ std::vector<SilhouetteView> ReadSilhouettes(const Scene& scene, const fs::path& 
                     "make them: lumi-proxy silhouettes SCENE --rule ..., or give --silhouettes DIR");
   }
   Progress steps(progress, "reading silhouettes", static_cast<long>(views.size()));
-  ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      const Image8 mask = ReadImage8(files[v], 3);
-      RequireSize(mask, {views[v].mask.width, views[v].mask.height}, files[v], "a silhouette");
-      views[v].mask = Clean(SilhouetteFromMask(mask), clean);
-      CheckInterrupted();
-      steps.Step();
-    }
+  ParallelEach(views.size(), 1, [&](std::size_t v) {
+    const Image8 mask = ReadImage8(files[v], 3);
+    RequireSize(mask, {views[v].mask.width, views[v].mask.height}, files[v], "a silhouette");
+    views[v].mask = Clean(SilhouetteFromMask(mask), clean);
+    steps.Step();
   });
   return views;
 }
@@ -70,9 +66,8 @@ std::string Validate(const SilhouetteSource& s) {
 std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const SilhouetteSource& source,
                                              const CleanOptions& clean, const fs::path& folder,
                                              ProgressSink& progress) {
-  for (const std::string& wrong : {Validate(source), Validate(clean)}) {
+  for (const std::string& wrong : {Validate(source), Validate(clean)})
     if (!wrong.empty()) throw UsageError(wrong);
-  }
   std::optional<ColourRule> rule;
   if (!source.rule.empty()) rule.emplace(source.rule);
   std::error_code error;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "proxy/mesh_query.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -40,9 +40,7 @@ Deviation OneWay(const Mesh& from, const Mesh& to, std::size_t samples) {
   const std::vector<Eigen::Vector3d> points = PointsOn(from, samples);
   const MeshQuery query(to);
   std::vector<double> distance(points.size());
-  ParallelFor(points.size(), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) distance[i] = query.Distance(points[i]);
-  });
+  ParallelEach(points.size(), 256, [&](std::size_t i) { distance[i] = query.Distance(points[i]); });
   Deviation d;
   for (const double x : distance) {
     d.mean += x / static_cast<double>(distance.size());

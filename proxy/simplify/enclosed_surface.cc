@@ -33,24 +33,19 @@ EnclosedSurface::EnclosedSurface(std::vector<Vector3d> vertices, std::vector<std
     first_.assign(2, 0);
     return;
   }
-  Vector3d high = vertices_.front();
-  low_ = high;
-  for (const Vector3d& v : vertices_) {
-    low_ = low_.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& v : vertices_) box.extend(v);
+  low_ = box.min();
   // A surface fills about as many cells of a grid as there are in two of its sides.
-  cell_ = std::max(1e-9, (high - low_).maxCoeff() / std::sqrt(kCellsPerFace * static_cast<double>(faces_.size()) / 4));
+  cell_ = std::max(1e-9, box.sizes().maxCoeff() / std::sqrt(kCellsPerFace * static_cast<double>(faces_.size()) / 4));
   for (int a = 0; a < 3; ++a)
-    cells_[static_cast<std::size_t>(a)] = static_cast<std::size_t>((high[a] - low_[a]) / cell_) + 1;
+    cells_[static_cast<std::size_t>(a)] = static_cast<std::size_t>(box.sizes()[a] / cell_) + 1;
   first_.assign(cells_[0] * cells_[1] * cells_[2] + 1, 0);
   for (const bool count : {true, false}) {
     for (std::size_t f = 0; f < faces_.size(); ++f) {
-      Vector3d from = vertices_[static_cast<std::size_t>(faces_[f][0])], to = from;
-      for (const std::int32_t v : faces_[f]) {
-        from = from.cwiseMin(vertices_[static_cast<std::size_t>(v)]);
-        to = to.cwiseMax(vertices_[static_cast<std::size_t>(v)]);
-      }
+      Eigen::AlignedBox3d around;
+      for (const std::int32_t v : faces_[f]) around.extend(vertices_[static_cast<std::size_t>(v)]);
+      const Vector3d from = around.min(), to = around.max();
       for (int a = 0; a < 3; ++a)
         first_cell_[f][static_cast<std::size_t>(a)] = static_cast<std::uint16_t>(CellOf(from[a], a));
       for (std::size_t z = CellOf(from.z(), 2); z <= CellOf(to.z(), 2); ++z)

@@ -9,6 +9,7 @@
 #include <map>
 #include <numeric>
 
+#include "proxy/disjoint_sets.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -23,9 +24,7 @@ struct Side {
   std::int32_t low, high;
   std::int32_t face;
   bool ascending;
-  bool operator<(const Side& o) const {
-    return low != o.low ? low < o.low : high != o.high ? high < o.high : face < o.face;
-  }
+  auto operator<=>(const Side&) const = default;
   bool Meets(const Side& o) const { return low == o.low && high == o.high; }
 };
 
@@ -38,7 +37,7 @@ std::vector<Side> SortedSides(const std::vector<Triangle>& faces) {
       sides.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(f), a < b});
     }
   }
-  std::sort(sides.begin(), sides.end());
+  std::ranges::sort(sides);
   return sides;
 }
 
@@ -60,19 +59,6 @@ SideCount CountSides(const std::vector<Triangle>& faces) {
   return count;
 }
 
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
-  std::size_t Find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Join(std::size_t i, std::size_t j) { parent_[std::max(Find(i), Find(j))] = std::min(Find(i), Find(j)); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 std::vector<Triangle> WithoutRepeats(const std::vector<Triangle>& faces) {
   std::vector<Triangle> kept;
   for (const Triangle& f : faces)
@@ -84,17 +70,14 @@ std::vector<Triangle> WithoutRepeats(const std::vector<Triangle>& faces) {
 
 NormalisedFrame::NormalisedFrame(const Mesh& mesh) {
   if (mesh.vertices.empty()) return;
-  Eigen::Vector3d low = mesh.vertices.front(), high = low;
-  for (const Eigen::Vector3d& v : mesh.vertices) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
-  const double size = (high - low).maxCoeff();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  const double size = box.sizes().maxCoeff();
   if (!(size > 0)) return;
   int exponent = 0;
   std::frexp(size, &exponent);
   scale_ = std::ldexp(1.0, 1 - exponent);
-  const Eigen::Vector3d middle = 0.5 * (low + high);
+  const Eigen::Vector3d middle = 0.5 * (box.min() + box.max());
   if (middle.cwiseAbs().maxCoeff() > 4 * size) middle_ = middle;
 }
 
@@ -111,7 +94,7 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
       const Eigen::Vector3d &a = mesh.vertices[At(i)], &b = mesh.vertices[At(j)];
       return a.x() != b.x() ? a.x() < b.x() : a.y() != b.y() ? a.y() < b.y() : a.z() != b.z() ? a.z() < b.z() : i < j;
     };
-    std::sort(order.begin(), order.end(), less);
+    std::ranges::sort(order, less);
     for (std::size_t i = 0; i < order.size(); ++i) {
       const bool same = i > 0 && mesh.vertices[At(order[i])] == mesh.vertices[At(order[i - 1])];
       first[At(order[i])] = same ? first[At(order[i - 1])] : order[i];
@@ -140,7 +123,7 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
         "lumi-proxy import mends what can be mended");
 
   // Corners of faces that share a side at a vertex are one fan; each fan gets a vertex of its own.
-  Sets fans(3 * faces.size());
+  DisjointSets fans(3 * faces.size());
   const auto corner = [&](std::int32_t f, std::int32_t v) {
     const Triangle& t = faces[At(f)];
     return 3 * At(f) + (t[0] == v ? 0u : t[1] == v ? 1u : 2u);
@@ -173,7 +156,7 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
 }
 
 MeshParts CountParts(const Mesh& mesh) {
-  Sets sets(mesh.vertices.size());
+  DisjointSets sets(mesh.vertices.size());
   for (const Triangle& f : mesh.faces) {
     sets.Join(At(f[0]), At(f[1]));
     sets.Join(At(f[0]), At(f[2]));

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <vector>
 
 #include "scene/geometry/mesh.h"
 

@@ -15,20 +15,18 @@
 
 #include "proxy/hull/coverage.h"
 #include "proxy/simplify/collapse_rules.h"
+#include "proxy/simplify/collapsing_surface.h"
 #include "proxy/simplify/enclosed_surface.h"
 #include "proxy/simplify/halfspace_program.h"
 #include "proxy/simplify/mesh_topology.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
 
 using Eigen::Vector3d;
-using VertexIndex = std::int32_t;
-using FaceIndex = std::int32_t;
 
 // Goals along the direction of least volume, in lengths of the edge's surroundings. The first is the linear program as
 // it is; where its place turns a face over, one nearer to the edge often does not, at the price of some volume.
@@ -36,7 +34,6 @@ constexpr std::array<double, 3> kReaches = {1000, 4, 0};
 // Above, places are sought anew when an edge's turn comes; below, as soon as something near it changes, which costs six
 // times as much and finds the cheapest edge always.
 constexpr std::size_t kEagerFaces = 30000;
-constexpr std::size_t kMostNeighbours = 48;
 // Flat patches add no volume: there the shorter edge goes first. As a volume, it stands back behind slopes of a
 // thousandth.
 constexpr double kLengthWeight = 1e-3;
@@ -66,30 +63,18 @@ constexpr double kLeastGain = 1e-3;
 
 struct Candidate {
   double cost;
-  VertexIndex a, b;
+  std::int32_t a, b;
   std::uint32_t time;  // of its evaluation, in collapses
   // The cheapest first; ties by index, so that the order is nobody's accident.
   bool operator<(const Candidate& o) const { return cost != o.cost ? cost > o.cost : a != o.a ? a > o.a : b > o.b; }
 };
 
-class HullCollapser {
+class HullCollapser : private CollapsingSurface {
  public:
-  explicit HullCollapser(const Mesh& mesh) : frame_(NormalisedFrame(mesh)) {
-    for (const Vector3d& v : mesh.vertices) x_.push_back(frame_.ToLocal(v));
-    faces_ = mesh.faces;
-    around_.resize(x_.size());
-    changed_.assign(x_.size(), 0);
-    normal_.resize(faces_.size());
-    area2_.resize(faces_.size());
-    alive_.assign(faces_.size(), true);
-    face_count_ = faces_.size();
-    for (std::size_t f = 0; f < faces_.size(); ++f) {
-      for (const VertexIndex v : faces_[f]) around_[Index(v)].push_back(static_cast<FaceIndex>(f));
-      UpdatePlane(static_cast<FaceIndex>(f));
-    }
-  }
+  explicit HullCollapser(const Mesh& mesh) : CollapsingSurface(mesh), changed_(mesh.vertices.size(), 0) {}
 
-  std::size_t face_count() const { return face_count_; }
+  using CollapsingSurface::face_count;
+  using CollapsingSurface::Result;
   std::size_t programs() const { return programs_; }
   double evaluate_s() const { return evaluate_s_; }
 
@@ -124,8 +109,7 @@ class HullCollapser {
       for (std::size_t f = 0; f < faces_.size(); ++f) {
         if (!alive_[f] || area2_[f] > 0) continue;
         std::array<std::size_t, 3> sides = {0, 1, 2};
-        std::sort(sides.begin(), sides.end(),
-                  [&](std::size_t i, std::size_t j) { return SideLength(f, i) < SideLength(f, j); });
+        std::ranges::sort(sides, [&](std::size_t i, std::size_t j) { return SideLength(f, i) < SideLength(f, j); });
         for (const std::size_t side : sides) {
           const VertexIndex a = faces_[f][side], b = faces_[f][(side + 1) % 3];
           const auto place = Place(a, b);
@@ -206,141 +190,68 @@ class HullCollapser {
     return all;
   }
 
-  Mesh Result() const {
-    Mesh mesh;
-    std::vector<std::int32_t> name(x_.size(), -1);
-    for (std::size_t f = 0; f < faces_.size(); ++f) {
-      if (!alive_[f]) continue;
-      std::array<std::int32_t, 3> face;
-      for (std::size_t k = 0; k < 3; ++k) {
-        std::int32_t& n = name[Index(faces_[f][k])];
-        if (n < 0) {
-          n = static_cast<std::int32_t>(mesh.vertices.size());
-          mesh.vertices.push_back(frame_.ToWorld(x_[Index(faces_[f][k])]));
-        }
-        face[k] = n;
-      }
-      mesh.faces.push_back(face);
-    }
-    return mesh;
-  }
-
  private:
   struct Placement {
     Vector3d x;
     double cost;
   };
 
-  static std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
-  const Vector3d& At(VertexIndex v) const { return x_[Index(v)]; }
-  double SideLength(std::size_t f, std::size_t side) const {
-    return (At(faces_[f][side]) - At(faces_[f][(side + 1) % 3])).squaredNorm();
-  }
-  bool Has(FaceIndex f, VertexIndex v) const {
-    const auto& t = faces_[Index(f)];
-    return t[0] == v || t[1] == v || t[2] == v;
-  }
+  // The planes of the faces around an edge, seen from its middle.
+  struct EdgePlanes {
+    std::array<HalfSpace, 2 * kMostNeighbours> planes;
+    std::size_t count = 0;
+    Vector3d middle, uphill = Vector3d::Zero();  // uphill: six times the volume's gradient
+    double six_offset = 0, size2 = 0;            // size2: the squared distance of the farthest corner
 
-  void UpdatePlane(FaceIndex f) {
-    const auto& t = faces_[Index(f)];
-    const TriangleShape shape = ShapeOf(At(t[0]), At(t[1]), At(t[2]));
-    const bool flat = shape.quality < kDegenerateQuality;
-    normal_[Index(f)] = flat ? Vector3d::Zero() : Vector3d(shape.area_vector / shape.area2);
-    area2_[Index(f)] = flat ? 0 : shape.area2;
-  }
-
-  // The vertices around v, each once.
-  template <typename Visit>
-  void ForEachNeighbour(VertexIndex v, Visit visit) const {
-    for (const FaceIndex f : around_[Index(v)]) {
-      const auto& t = faces_[Index(f)];
-      visit(t[0] == v ? t[1] : t[1] == v ? t[2] : t[0]);
+    double SixVolume(const Vector3d& x) const { return uphill.dot(x - middle) - six_offset; }
+    std::span<const HalfSpace> InUnitsOf(double size) {
+      for (std::size_t i = 0; i < count; ++i) planes[i].offset /= size;
+      return {planes.data(), count};
     }
+  };
+
+  EdgePlanes PlanesAround(VertexIndex a, VertexIndex b) const {
+    EdgePlanes e;
+    e.middle = 0.5 * (At(a) + At(b));
+    const auto add = [&](FaceIndex f) {
+      const auto& t = faces_[Index(f)];
+      for (const VertexIndex v : t) e.size2 = std::max(e.size2, (At(v) - e.middle).squaredNorm());
+      if (!(area2_[Index(f)] > 0)) return;
+      const Vector3d& n = normal_[Index(f)];
+      const double offset = n.dot(At(t[0]) - e.middle);
+      e.planes[e.count++] = {n, offset};
+      e.uphill += area2_[Index(f)] * n;
+      e.six_offset += area2_[Index(f)] * offset;
+    };
+    for (const FaceIndex f : around_[Index(a)]) add(f);
+    for (const FaceIndex f : around_[Index(b)])
+      if (!Has(f, a)) add(f);
+    return e;
   }
 
-  // Would the surface still be a manifold of the same genus? The two ends must have the edge's two wings in common and
-  // nothing else, and no vertex may be left with fewer than three faces.
-  bool Linked(VertexIndex a, VertexIndex b) const {
-    int common = 0;
-    bool thin = false;
-    ForEachNeighbour(a, [&](VertexIndex p) {
-      ForEachNeighbour(b, [&](VertexIndex q) {
-        if (p != q) return;
-        ++common;
-        thin = thin || around_[Index(p)].size() <= 3;
-      });
-    });
-    const std::size_t valence = around_[Index(a)].size() + around_[Index(b)].size() - 4;
-    return common == 2 && !thin && valence >= 3 && valence <= kMostNeighbours;
+  // What a place costs beside the volume that it adds.
+  double LengthCost(VertexIndex a, VertexIndex b) const {
+    const double length = (At(a) - At(b)).norm();
+    return kLengthWeight * length * length * length;
   }
 
   // Where the edge's ends may become one, and what volume that adds. Reads only.
   std::optional<Placement> Place(VertexIndex a, VertexIndex b) const {
     if (!Linked(a, b)) return std::nullopt;
-    const Vector3d middle = 0.5 * (At(a) + At(b));
-    double size2 = 0;
-    std::array<HalfSpace, 2 * kMostNeighbours> planes;
-    std::size_t count = 0;
-    Vector3d uphill = Vector3d::Zero();  // six times the volume's gradient
-    double six_offset = 0;
-    const auto add = [&](FaceIndex f) {
-      const auto& t = faces_[Index(f)];
-      for (const VertexIndex v : t) size2 = std::max(size2, (At(v) - middle).squaredNorm());
-      if (!(area2_[Index(f)] > 0)) return;
-      const Vector3d& n = normal_[Index(f)];
-      const double offset = n.dot(At(t[0]) - middle);
-      planes[count++] = {n, offset};
-      uphill += area2_[Index(f)] * n;
-      six_offset += area2_[Index(f)] * offset;
-    };
-    for (const FaceIndex f : around_[Index(a)]) add(f);
-    for (const FaceIndex f : around_[Index(b)])
-      if (!Has(f, a)) add(f);
-    const double size = std::sqrt(size2);
+    EdgePlanes around = PlanesAround(a, b);
+    const double size = std::sqrt(around.size2), steep = around.uphill.norm();
     if (!(size > 0)) return std::nullopt;
-    for (std::size_t i = 0; i < count; ++i) planes[i].offset /= size;
-    const double steep = uphill.norm();
-    const Vector3d down = steep > 1e-12 * size2 ? Vector3d(-uphill / steep) : Vector3d::Zero();
-
+    const std::span<const HalfSpace> planes = around.InUnitsOf(size);
+    const Vector3d down = steep > 1e-12 * around.size2 ? Vector3d(-around.uphill / steep) : Vector3d::Zero();
     for (const double reach : kReaches) {
-      const auto local = NearestAllowed(reach * down, {planes.data(), count});
+      const auto local = NearestAllowed(reach * down, planes);
       if (!local) return std::nullopt;
-      const Vector3d x = middle + size * *local;
+      const Vector3d x = around.middle + size * *local;
       if (!IsNear(x) || !FanIsSound(a, b, x)) continue;
-      const double volume = std::max(0.0, (uphill.dot(x - middle) - six_offset) / 6);
-      const double length = (At(a) - At(b)).norm();
-      return Placement{x, volume + kLengthWeight * length * length * length};
+      return Placement{x, std::max(0.0, around.SixVolume(x) / 6) + LengthCost(a, b)};
     }
     return std::nullopt;
   }
-
-  // No new face turned over against the one it replaces, none a sliver unless those before were worse.
-  bool FanIsSound(VertexIndex a, VertexIndex b, const Vector3d& x) const {
-    double worst_before = 1;
-    double worst_after = 1;
-    for (const VertexIndex end : {a, b}) {
-      for (const FaceIndex f : around_[Index(end)]) {
-        const auto& t = faces_[Index(f)];
-        const TriangleShape before = ShapeOf(At(t[0]), At(t[1]), At(t[2]));
-        worst_before = std::min(worst_before, before.quality);
-        if (Has(f, a) && Has(f, b)) continue;
-        std::array<Vector3d, 3> corners = {At(t[0]), At(t[1]), At(t[2])};
-        for (std::size_t k = 0; k < 3; ++k)
-          if (t[k] == end) corners[k] = x;
-        const TriangleShape after = ShapeOf(corners[0], corners[1], corners[2]);
-        worst_after = std::min(worst_after, after.quality);
-        if (area2_[Index(f)] > 0 && after.quality < kDegenerateQuality) return false;
-        if (area2_[Index(f)] > 0 && after.area_vector.dot(normal_[Index(f)]) < kLeastTurnCosine * after.area2)
-          return false;
-      }
-    }
-    return worst_after >= std::min(kLeastQuality, worst_before);
-  }
-
-  // A face of a fan without its apex, and what it was before: a vertex moves, or two become one.
-  struct FanSide {
-    Vector3d p, q, apex, normal;
-  };
 
   // From `start`, which encloses what is to stay enclosed: where the fan holds less, as far as its shape and the
   // enclosed surface allow. Cutting planes: a place is tried, and what it would leave outside is held inside from then
@@ -417,19 +328,6 @@ class HullCollapser {
     return true;
   }
 
-  // The faces around v that do not touch `other`.
-  void AddFan(VertexIndex v, VertexIndex other, std::vector<FanSide>& fan, double& size2, double& worst_before) const {
-    for (const FaceIndex f : around_[Index(v)]) {
-      const auto& t = faces_[Index(f)];
-      const std::size_t k = t[0] == v ? 0 : t[1] == v ? 1 : 2;
-      worst_before = std::min(worst_before, ShapeOf(At(t[0]), At(t[1]), At(t[2])).quality);
-      if (other >= 0 && Has(f, other)) continue;
-      const FanSide side{At(t[(k + 1) % 3]), At(t[(k + 2) % 3]), At(v), normal_[Index(f)]};
-      size2 = std::max(size2, (side.p - side.apex).squaredNorm());
-      fan.push_back(side);
-    }
-  }
-
   // As Place, but held by the enclosed surface alone and not by the planes of the faces that go: around saddles no
   // point is outside of all of those, and elsewhere they keep room that nothing needs. The ends first become one
   // somewhere where nothing is left outside, then that point is drawn inwards.
@@ -440,29 +338,11 @@ class HullCollapser {
     AddFan(a, b, fan, size2, worst_before);
     AddFan(b, a, fan, size2, worst_before);
     const double size = std::sqrt(size2);
-    const Vector3d middle = 0.5 * (At(a) + At(b));
-    Vector3d uphill = Vector3d::Zero();
-    double six_offset = 0;
-    std::array<HalfSpace, 2 * kMostNeighbours> planes;
-    std::size_t count = 0;
-    const auto add = [&](FaceIndex f) {
-      if (!(area2_[Index(f)] > 0)) return;
-      const Vector3d& n = normal_[Index(f)];
-      const double offset = n.dot(At(faces_[Index(f)][0]) - middle);
-      planes[count++] = {n, offset / size};
-      uphill += area2_[Index(f)] * n;
-      six_offset += area2_[Index(f)] * offset;
-    };
-    for (const FaceIndex f : around_[Index(a)]) add(f);
-    for (const FaceIndex f : around_[Index(b)])
-      if (!Has(f, a)) add(f);
-    const double steep = uphill.norm();
+    EdgePlanes around = PlanesAround(a, b);
+    const Vector3d& middle = around.middle;
+    const double steep = around.uphill.norm();
     if (!(size > 0) || !(steep > 1e-9 * size2)) return std::nullopt;
-    const double length = (At(a) - At(b)).norm();
-    const auto cost = [&](const Vector3d& x) {
-      return (uphill.dot(x - middle) - six_offset) / 6 + kLengthWeight * length * length * length;
-    };
-
+    const auto cost = [&](const Vector3d& x) { return around.SixVolume(x) / 6 + LengthCost(a, b); };
     std::vector<Vector3d> obstacles;
     const auto reaches = [&](const Vector3d& x) {
       for (const VertexIndex end : {a, b}) {
@@ -478,12 +358,12 @@ class HullCollapser {
       return true;
     };
     std::optional<Vector3d> start;
-    if (const auto outside = NearestAllowed(Vector3d::Zero(), {planes.data(), count});
+    if (const auto outside = NearestAllowed(Vector3d::Zero(), around.InUnitsOf(size));
         outside && outside->norm() < kFarthestStart)
       start = middle + size * *outside;
     for (const double height : kStartHeights) {
       if (start) break;
-      const Vector3d x = middle + height * size / steep * uphill;
+      const Vector3d x = middle + height * size / steep * around.uphill;
       if (reaches(x)) start = x;
     }
     for (const Vector3d& x : {At(a), At(b)}) {
@@ -510,11 +390,6 @@ class HullCollapser {
     return around && (!outside || around->cost < outside->cost) ? around : outside;
   }
 
-  void MoveTo(VertexIndex v, const Vector3d& x) {
-    x_[Index(v)] = x;
-    for (const FaceIndex f : around_[Index(v)]) UpdatePlane(f);
-  }
-
   void Push(VertexIndex a, VertexIndex b) {
     ++programs_;
     if (const auto place = BestPlace(a, b)) queue_.push({place->cost, std::min(a, b), std::max(a, b), time_});
@@ -534,11 +409,9 @@ class HullCollapser {
     }
     constexpr double kRefused = std::numeric_limits<double>::infinity();
     std::vector<double> costs(edges.size());
-    ParallelFor(edges.size(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const auto place = BestPlace(edges[e].first, edges[e].second);
-        costs[e] = place ? place->cost : kRefused;
-      }
+    ParallelEach(edges.size(), 64, [&](std::size_t e) {
+      const auto place = BestPlace(edges[e].first, edges[e].second);
+      costs[e] = place ? place->cost : kRefused;
     });
     std::vector<Candidate> candidates;
     candidates.reserve(edges.size());
@@ -556,29 +429,7 @@ class HullCollapser {
   void Collapse(VertexIndex a, VertexIndex b, const Vector3d& x) {
     ++time_;
     ++changed_since_rebuild_;
-    x_[Index(a)] = x;
-    std::vector<VertexIndex> new_neighbours;
-    ForEachNeighbour(b, [&](VertexIndex p) {
-      bool known = p == a;
-      ForEachNeighbour(a, [&](VertexIndex q) { known = known || p == q; });
-      if (!known) new_neighbours.push_back(p);
-    });
-    const std::vector<FaceIndex> of_b = std::move(around_[Index(b)]);
-    around_[Index(b)].clear();
-    around_[Index(b)].shrink_to_fit();
-    for (const FaceIndex f : of_b) {
-      if (Has(f, a)) {
-        alive_[Index(f)] = false;
-        --face_count_;
-        for (const VertexIndex v : faces_[Index(f)])
-          if (v != b) std::erase(around_[Index(v)], f);
-      } else {
-        for (VertexIndex& v : faces_[Index(f)])
-          if (v == b) v = a;
-        around_[Index(a)].push_back(f);
-      }
-    }
-    for (const FaceIndex f : around_[Index(a)]) UpdatePlane(f);
+    const std::vector<VertexIndex> new_neighbours = Merge(a, b, x);
     changed_[Index(a)] = time_;
     ForEachNeighbour(a, [&](VertexIndex p) { changed_[Index(p)] = time_; });
     if (rebuild_at_ == std::numeric_limits<std::size_t>::max()) return;  // no queue yet
@@ -590,21 +441,14 @@ class HullCollapser {
     ForEachNeighbour(a, [&](VertexIndex p) {
       ForEachNeighbour(p, [&](VertexIndex q) { edges.emplace_back(std::min(p, q), std::max(p, q)); });
     });
-    std::sort(edges.begin(), edges.end());
+    std::ranges::sort(edges);
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     for (const auto& [p, q] : edges) Push(p, q);
   }
 
-  NormalisedFrame frame_;
-  std::vector<Vector3d> x_;
-  std::vector<std::array<VertexIndex, 3>> faces_;
-  std::vector<std::vector<FaceIndex>> around_;  // of each vertex; empty: the vertex is gone
-  std::vector<Vector3d> normal_;                // of length 1; 0 for a face without area
-  std::vector<double> area2_;                   // twice the area; 0 for a face without
-  std::vector<bool> alive_;
   std::vector<std::uint32_t> changed_;  // when a face around the vertex changed last, in collapses
   std::priority_queue<Candidate> queue_;
-  std::size_t face_count_ = 0, programs_ = 0, changed_since_rebuild_ = 0;
+  std::size_t programs_ = 0, changed_since_rebuild_ = 0;
   std::size_t rebuild_at_ = std::numeric_limits<std::size_t>::max();
   std::uint32_t time_ = 0;
   bool eager_ = false, around_enclosed_ = false;
@@ -624,7 +468,7 @@ std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::
   const Stopwatch watch;
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
+  std::ranges::stable_sort(order, [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
 
   HullCollapser collapser(mesh);
   std::vector<KeptHull> hulls(faces.size());

@@ -6,7 +6,6 @@
 #include <OpenMesh/Tools/Decimater/Observer.hh>
 
 #include <Eigen/LU>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -238,7 +237,7 @@ std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::si
 
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
+  std::ranges::stable_sort(order, [&](std::size_t i, std::size_t j) { return faces[i] > faces[j]; });
   const std::size_t least = faces.empty() ? 0 : faces[order.back()];
   Progress steps(progress, "decimating", mesh.n_faces() > least ? static_cast<long>((mesh.n_faces() - least) / 2) : 0);
   StepObserver observer(steps);

@@ -63,12 +63,9 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
                     fmt::format("--faces {} or more", p.least_faces));
   };
 
-  Eigen::Vector3d low = mesh.vertices.front(), high = low;
-  for (const Eigen::Vector3d& v : mesh.vertices) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
-  const double size = (high - low).maxCoeff();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  const double size = box.sizes().maxCoeff();
   std::vector<SimplifiedMesh> results(faces.size());
   const double checked = SecondsSince(start);
   if (method == SimplifyMethod::kQuadric) {
@@ -117,7 +114,7 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
     double before = checked + SecondsSince(run_start);
     ProgressiveHullSummary summary;
     std::vector<KeptHull> made = KeepHull(from, wanted, progress, &summary);
-    const bool all = std::all_of(made.begin(), made.end(), [](const KeptHull& hull) { return hull.reached; });
+    const bool all = std::ranges::all_of(made, [](const KeptHull& hull) { return hull.reached; });
     if (!wrapped && (!all || summary.fell_back) && mesh.faces.size() >= kLeastWrapped) {
       // It holds on to its faces, or runs through itself: a wrap does neither.
       wrapped = true;

@@ -1,21 +1,14 @@
 #include "reconstruct/factorization/homographies.h"
 
-#include <ceres/loss_function.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
-#include <ceres/sphere_manifold.h>
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <algorithm>
-#include <memory>
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
 #include "reconstruct/factorization/reprojection_cost.h"
+#include "reconstruct/factorization/track_bundle.h"
 #include "scene/geometry/levenberg_marquardt.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -96,8 +89,7 @@ std::vector<FrameSight> Longest(std::vector<FrameSight> sights, const Tracks& tr
   const auto length = [&](const FrameSight& s) {
     return tracks.tracks[static_cast<std::size_t>(s.track)].observations.size();
   };
-  std::stable_sort(sights.begin(), sights.end(),
-                   [&](const FrameSight& a, const FrameSight& b) { return length(a) > length(b); });
+  std::ranges::stable_sort(sights, [&](const FrameSight& a, const FrameSight& b) { return length(a) > length(b); });
   sights.resize(static_cast<std::size_t>(most));
   return sights;
 }
@@ -119,11 +111,7 @@ void AdjustKeys(TurnedFrames& turned, const std::vector<std::size_t>& keys, std:
   ceres::CauchyLoss loss(1.0);
   ceres::SphereManifold<9> frame_sphere;
   ceres::SphereManifold<3> point_sphere;
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.disable_all_safety_checks = true;
-  ceres::Problem problem(problem_options);
+  ceres::Problem problem(TrackBundle::NothingOwned());
   ceres::Solver::Options solver;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   std::vector<int> seen(d.size(), 0);
@@ -172,7 +160,7 @@ void AdjustKeys(TurnedFrames& turned, const std::vector<std::size_t>& keys, std:
 // Where a track's sights say that it is, on average; solved where they do not contradict each other.
 void Intersect(TurnedFrames& turned) {
   auto& [tracks, options, units, frames, G, d, solved] = turned;
-  std::fill(d.begin(), d.end(), Eigen::Vector3d::Zero());
+  std::ranges::fill(d, Eigen::Vector3d::Zero());
   std::vector<int> seen(d.size(), 0);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const Eigen::Matrix3d inverse = G[f].inverse();
@@ -227,56 +215,51 @@ std::optional<TurnedImage> Turned(const RowMajor3d& G, const Eigen::Vector3d& d,
 // minima of their own, so that in the end every frame and point is as all its sights want it and not only the keys'.
 void AdjustFrames(TurnedFrames& turned, const std::vector<char>& which) {
   auto& [tracks, options, units, frames, G, d, solved] = turned;
-  ParallelFor(frames.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      if (!which[f]) continue;
-      std::vector<FrameSight> sights = frames[f];
-      std::erase_if(sights, [&](const FrameSight& sight) { return !solved[static_cast<std::size_t>(sight.track)]; });
-      if (sights.size() < kFewestShared) continue;
-      sights = Longest(std::move(sights), tracks, options.sights_per_frame);
-      Eigen::Matrix<double, 9, 1> u = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(G[f].data());
-      FitDirection<9>(
-          sights.size(),
-          [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r,
-              Eigen::Matrix<double, 2, 9>* J) {
-            const Eigen::Vector3d& direction = d[static_cast<std::size_t>(sights[k].track)];
-            const auto image = Turned(Eigen::Map<const RowMajor3d>(at.data()), direction, units[f].px);
-            if (!image) return false;
-            r = (image->y - sights[k].x) * units[f].px;
-            if (J) {
-              J->setZero();
-              for (int i = 0; i < 2; ++i) {
-                J->template block<1, 3>(i, 3 * i) = image->scale * direction.transpose();
-                J->template block<1, 3>(i, 6) = -image->scale * image->y[i] * direction.transpose();
-              }
+  ParallelEach(frames.size(), 4, [&](std::size_t f) {
+    if (!which[f]) return;
+    std::vector<FrameSight> sights = frames[f];
+    std::erase_if(sights, [&](const FrameSight& sight) { return !solved[static_cast<std::size_t>(sight.track)]; });
+    if (sights.size() < kFewestShared) return;
+    sights = Longest(std::move(sights), tracks, options.sights_per_frame);
+    Eigen::Matrix<double, 9, 1> u = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(G[f].data());
+    FitDirection<9>(
+        sights.size(),
+        [&](const Eigen::Matrix<double, 9, 1>& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 9>* J) {
+          const Eigen::Vector3d& direction = d[static_cast<std::size_t>(sights[k].track)];
+          const auto image = Turned(Eigen::Map<const RowMajor3d>(at.data()), direction, units[f].px);
+          if (!image) return false;
+          r = (image->y - sights[k].x) * units[f].px;
+          if (J) {
+            J->setZero();
+            for (int i = 0; i < 2; ++i) {
+              J->template block<1, 3>(i, 3 * i) = image->scale * direction.transpose();
+              J->template block<1, 3>(i, 6) = -image->scale * image->y[i] * direction.transpose();
             }
-            return true;
-          },
-          u);
-      G[f] = Eigen::Map<const RowMajor3d>(u.data());
-    }
+          }
+          return true;
+        },
+        u);
+    G[f] = Eigen::Map<const RowMajor3d>(u.data());
   });
 }
 
 void AdjustPoints(const std::vector<std::vector<std::pair<std::size_t, Eigen::Vector2d>>>& sights,
                   TurnedFrames& turned) {
   auto& [tracks, options, units, frames, G, d, solved] = turned;
-  ParallelFor(d.size(), 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      if (!solved[t]) continue;
-      FitDirection<3>(
-          sights[t].size(),
-          [&](const Eigen::Vector3d& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 3>* J) {
-            const std::size_t f = sights[t][k].first;
-            const auto image = Turned(G[f], at, units[f].px);
-            if (!image) return false;
-            r = (image->y - sights[t][k].second) * units[f].px;
-            if (J)
-              for (int i = 0; i < 2; ++i) J->row(i) = image->scale * (G[f].row(i) - image->y[i] * G[f].row(2));
-            return true;
-          },
-          d[t]);
-    }
+  ParallelEach(d.size(), 64, [&](std::size_t t) {
+    if (!solved[t]) return;
+    FitDirection<3>(
+        sights[t].size(),
+        [&](const Eigen::Vector3d& at, std::size_t k, Eigen::Vector2d& r, Eigen::Matrix<double, 2, 3>* J) {
+          const std::size_t f = sights[t][k].first;
+          const auto image = Turned(G[f], at, units[f].px);
+          if (!image) return false;
+          r = (image->y - sights[t][k].second) * units[f].px;
+          if (J)
+            for (int i = 0; i < 2; ++i) J->row(i) = image->scale * (G[f].row(i) - image->y[i] * G[f].row(2));
+          return true;
+        },
+        d[t]);
   });
 }
 
@@ -316,14 +299,11 @@ void ChainFrames(TurnedFrames& turned, std::vector<MissingFrame>& unlinked, Prog
   G.assign(n, RowMajor3d::Identity());
   Progress steps(progress, "homographies", static_cast<long>(n));
   std::vector<std::optional<Eigen::Matrix3d>> link(n);
-  ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      CheckInterrupted();
-      if (f != middle)
-        link[f] =
-            Between(turned.frames[f > middle ? f - 1 : f + 1], turned.frames[f], turned.units[f].px, turned.options);
-      steps.Step();
-    }
+  ParallelEach(n, 1, [&](std::size_t f) {
+    if (f != middle)
+      link[f] =
+          Between(turned.frames[f > middle ? f - 1 : f + 1], turned.frames[f], turned.units[f].px, turned.options);
+    steps.Step();
   });
   const auto chain = [&](std::size_t from, std::size_t to) {
     turned.G[to] = turned.G[from];
@@ -401,7 +381,7 @@ void TakeResult(const TurnedFrames& turned, FactorizationResult& result) {
   for (std::size_t t = 0; t < points.size(); ++t) {
     FactorizationPoint& p = points[t];
     if (p.observations.size() < 2) continue;
-    std::sort(p.observations.begin(), p.observations.end());
+    std::ranges::sort(p.observations);
     p.track = static_cast<int>(t);
     p.X = Eigen::Vector4d(d[t].x(), d[t].y(), d[t].z(), 1).normalized();
     p.error_px /= static_cast<double>(p.observations.size());

@@ -4,9 +4,6 @@
 // rays are zero, as they should be: every frame holds the same light.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "reconstruct/factorization/reconstruct_from_tracks.h"
 
 namespace lumi {

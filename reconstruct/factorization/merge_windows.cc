@@ -37,7 +37,7 @@ MergedWindows MergeWindows(const ImagePoints& points, std::vector<SolvedWindow> 
       whole.solved[t] = 1;
       std::size_t in_window = 0;
       for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
-        if (std::binary_search(w.window.frames.begin(), w.window.frames.end(), points.tracks[t][k].frame))
+        if (std::ranges::binary_search(w.window.frames, points.tracks[t][k].frame))
           whole.inlier[t][k] = w.seed.model.inlier[i][in_window++];
     }
     done[first] = 1;

@@ -1,19 +1,12 @@
 #include "reconstruct/factorization/metric_bundle.h"
 
-#include <ceres/loss_function.h>
 #include <ceres/manifold.h>
-#include <ceres/problem.h>
 #include <ceres/sized_cost_function.h>
-#include <ceres/solver.h>
-#include <ceres/sphere_manifold.h>
 
 #include <Eigen/Geometry>
 #include <array>
-#include <deque>
-#include <memory>
 
-#include "reconstruct/factorization/normalise.h"
-#include "scene/program/stopwatch.h"
+#include "reconstruct/factorization/track_bundle.h"
 
 namespace lumi {
 namespace {
@@ -117,15 +110,12 @@ class FocalManifold final : public ceres::Manifold {
   bool centre_;
 };
 
-// Damping never falls below this part of the normal matrix's diagonal: it is all that holds the free frame.
-constexpr double kMostMetricTrust = 1e7;
 constexpr std::size_t kDenseMetricCameras = 60;
 
 }  // namespace
 
 BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& used, MetricModel& model,
                            FreeIntrinsics free, const BundleOptions& options) {
-  const Stopwatch watch;
   BundleSummary result;
   const auto rms = [&] {
     ProjectiveModel p = used;
@@ -142,65 +132,18 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
   std::vector<Eigen::Vector4d> X = model.X;
   Eigen::Vector4d k = model.intrinsics_px;
 
-  std::unique_ptr<ceres::LossFunction> loss;
-  if (options.loss == BundleOptions::Loss::kHuber) loss = std::make_unique<ceres::HuberLoss>(options.scale_px);
-  if (options.loss == BundleOptions::Loss::kCauchy) loss = std::make_unique<ceres::CauchyLoss>(options.scale_px);
   PoseManifold pose_manifold;
-  ceres::SphereManifold<4> sphere;
   FocalManifold focal(free == FreeIntrinsics::kFocalAndCentre);
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.disable_all_safety_checks = true;
-  ceres::Problem problem(problem_options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  TrackBundle bundle(points, used, options);
   std::size_t cameras = 0;
-  for (std::size_t f = 0; f < pose.size(); ++f) {
-    if (!used.placed[f]) continue;
-    problem.AddParameterBlock(pose[f].data(), 7, &pose_manifold);
-    if (cameras++ == 0) problem.SetParameterBlockConstant(pose[f].data());
-    ordering->AddElementToGroup(pose[f].data(), 1);
-  }
-  problem.AddParameterBlock(k.data(), 4, &focal);
-  if (free == FreeIntrinsics::kNone) problem.SetParameterBlockConstant(k.data());
-  ordering->AddElementToGroup(k.data(), 1);
-  std::deque<Eigen::Vector4d> more;  // points of tracks that are cut; the middle piece's is X[t]
-  for (std::size_t t = 0; t < X.size(); ++t) {
-    if (!used.solved[t]) continue;
-    const TrackPieces pieces = CutTrack(points, used, t, options);
-    int piece = -1;
-    Eigen::Vector4d* point = nullptr;
-    for (std::size_t i = 0; i < points.tracks[t].size(); ++i) {
-      const Sight& sight = points.tracks[t][i];
-      const auto f = static_cast<std::size_t>(sight.frame);
-      if (!used.inlier[t][i] || !used.placed[f]) continue;
-      if (const int now = pieces.Of(sight.frame); now != piece) {
-        piece = now;
-        point = now == pieces.count / 2 ? &X[t] : &more.emplace_back(model.X[t]);
-        point->normalize();
-        problem.AddParameterBlock(point->data(), 4, &sphere);
-        ordering->AddElementToGroup(point->data(), 0);
-      }
-      problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss.get(),
-                               pose[f].data(), point->data(), k.data());
-    }
-  }
-  if (problem.NumResidualBlocks() == 0) return result;
-  ceres::Solver::Options solver;
-  solver.linear_solver_ordering = ordering;
-  solver.linear_solver_type = cameras > kDenseMetricCameras ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
-  solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = options.tolerance;
-  solver.gradient_tolerance = 1e-14;
-  solver.parameter_tolerance = 1e-14;
-  solver.max_trust_region_radius = kMostMetricTrust;
-  solver.num_threads = 1;  // sums in one order: the same bytes each time
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  result.iterations = static_cast<int>(summary.iterations.size());
-  result.seconds = watch.Seconds();
-  if (!summary.IsSolutionUsable() || !k.allFinite()) return result;
+  for (std::size_t f = 0; f < pose.size(); ++f)
+    if (used.placed[f]) bundle.AddCamera(pose[f].data(), 7, &pose_manifold, cameras++ == 0);
+  bundle.AddCamera(k.data(), 4, &focal, free == FreeIntrinsics::kNone);
+  bundle.AddPoints(model.X, X, [&](auto& problem, auto* loss, const Sight& sight, std::size_t f, double* point) {
+    problem.AddResidualBlock(new MetricSightCost(sight.x * points.px_per_unit[f], points.centre_px[f]), loss,
+                             pose[f].data(), point, k.data());
+  });
+  if (!bundle.Solve(cameras > kDenseMetricCameras, result) || !k.allFinite()) return result;
   for (std::size_t f = 0; f < pose.size(); ++f) {
     if (!used.placed[f]) continue;
     model.cam_from_world[f] = {Eigen::Quaterniond(pose[f][3], pose[f][0], pose[f][1], pose[f][2]).normalized(),
@@ -210,7 +153,7 @@ BundleSummary AdjustMetric(const ImagePoints& points, const ProjectiveModel& use
     if (used.solved[t]) model.X[t] = X[t].normalized();
   model.intrinsics_px = k;
   result.usable = true;
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.converged = bundle.converged();
   result.rms_px = rms();
   return result;
 }

@@ -11,7 +11,7 @@
 #include "reconstruct/factorization/take_result.h"
 #include "reconstruct/factorization/try_metric.h"
 #include "reconstruct/factorization/upgrade.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -40,10 +40,9 @@ void AdjustWhole(const ImagePoints& points, ProjectiveModel& model, const std::v
   grow.inlier_px = options.inlier_px;
   grow.seed = options.seed;
   if (model.PlacedCount() < static_cast<int>(points.FrameCount())) Grow(points, model, grow);
-  ParallelFor(points.tracks.size(), 32, [&](std::size_t from, std::size_t to) {
-    for (std::size_t t = from; t < to; ++t)
-      if (!model.solved[t])
-        IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
+  ParallelEach(points.tracks.size(), 32, [&](std::size_t t) {
+    if (!model.solved[t])
+      IntersectTrack(points, model, t, {std::max(culled.limit_px, 1.0), cull.min_sights, options.seed});
   });
   culled = Cull(points, model, cull);
   if (options.adjust) {

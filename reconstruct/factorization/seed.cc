@@ -20,8 +20,7 @@ struct SharedPoints {
 };
 
 const Sight* SightIn(const std::vector<Sight>& track, int frame) {
-  const auto it =
-      std::lower_bound(track.begin(), track.end(), frame, [](const Sight& s, int f) { return s.frame < f; });
+  const auto it = std::ranges::lower_bound(track, frame, {}, &Sight::frame);
   return it != track.end() && it->frame == frame ? &*it : nullptr;
 }
 
@@ -78,8 +77,7 @@ std::vector<PairGuess> PromisingPairs(const ImagePoints& points, int most) {
       guesses.push_back(
           {chosen[i], chosen[j], std::min<double>(static_cast<double>(u.size()), 150) * std::min(spread_px, 60.0)});
     }
-  std::stable_sort(guesses.begin(), guesses.end(),
-                   [](const PairGuess& a, const PairGuess& b) { return a.score > b.score; });
+  std::ranges::stable_sort(guesses, [](const PairGuess& a, const PairGuess& b) { return a.score > b.score; });
   if (static_cast<int>(guesses.size()) > most) {
     // Half from the top, the rest spread over the list: the best-looking pairs resemble each other.
     std::vector<PairGuess> picked(guesses.begin(), guesses.begin() + most / 2);

@@ -8,7 +8,7 @@
 #include "reconstruct/factorization/refusal.h"
 #include "reconstruct/factorization/steering.h"
 #include "scene/geometry/median.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -120,11 +120,9 @@ SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera
     std::vector<FrameWindow> windows = SplitIntoWindows(points, window_options);
     solved.assign(windows.size(), {});
     Progress progress(sink, "factorising windows", static_cast<long>(windows.size()));
-    ParallelFor(windows.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        solved[i] = SolveWindow(points, std::move(windows[i]), options);
-        progress.Step();
-      }
+    ParallelEach(windows.size(), 1, [&](std::size_t i) {
+      solved[i] = SolveWindow(points, std::move(windows[i]), options);
+      progress.Step();
     });
     bool any = false;
     for (const SolvedWindow& w : solved) {

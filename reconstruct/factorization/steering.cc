@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "reconstruct/factorization/intersection.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -34,7 +34,7 @@ ProjectiveModel Steering(const ImagePoints& points, const ProjectiveModel& model
     for (std::size_t k = 0; k < points.tracks[t].size(); ++k)
       length[t] += model.inlier[t][k] && model.placed[static_cast<std::size_t>(points.tracks[t][k].frame)];
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return length[a] > length[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return length[a] > length[b]; });
   std::vector<int> have(points.FrameCount(), 0);
   for (const std::size_t t : order) {
     bool wanted = false;
@@ -51,10 +51,9 @@ ProjectiveModel Steering(const ImagePoints& points, const ProjectiveModel& model
 
 void Follow(const ImagePoints& points, const ProjectiveModel& steering, ProjectiveModel& model,
             const CullOptions& cull) {
-  ParallelFor(points.tracks.size(), 32, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t)
-      if (model.solved[t] && !steering.solved[t])
-        IntersectTrack(points, model, t, {std::max(3.0, cull.least_px), cull.min_sights, 0});
+  ParallelEach(points.tracks.size(), 32, [&](std::size_t t) {
+    if (model.solved[t] && !steering.solved[t])
+      IntersectTrack(points, model, t, {std::max(3.0, cull.least_px), cull.min_sights, 0});
   });
 }
 

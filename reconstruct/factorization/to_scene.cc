@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numeric>
 
 #include "reconstruct/factorization/reconstruct_from_tracks.h"
 
@@ -20,8 +19,8 @@ Scene ToScene(const FactorizationResult& result, const Tracks& tracks) {
   std::vector<std::size_t> order;
   for (std::size_t f = 0; f < tracks.frames.size(); ++f)
     if (f < result.placed.size() && result.placed[f]) order.push_back(f);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return tracks.frames[a].name < tracks.frames[b].name; });
+  std::ranges::stable_sort(order,
+                           [&](std::size_t a, std::size_t b) { return tracks.frames[a].name < tracks.frames[b].name; });
   if (metric) scene.cameras.push_back(*result.camera);
   std::vector<int> view_of(tracks.frames.size(), -1);
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;

@@ -217,8 +217,7 @@ TwoView EstimateTwoView(const std::vector<Vector2d>& a, const std::vector<Vector
   result.noise_px = kSigmaPerMad * Quantile(to_line, 0.5);
   result.parallax_px = Quantile(to_plane, 0.8);
   const double plane_px = std::max(kPlaneFloorPx, kPlaneSigmas * result.noise_px);
-  result.off_plane_count =
-      static_cast<int>(std::count_if(to_plane.begin(), to_plane.end(), [&](double h) { return h > plane_px; }));
+  result.off_plane_count = static_cast<int>(std::ranges::count_if(to_plane, [&](double h) { return h > plane_px; }));
   if (std::max(result.inlier_count, count_h) < kMinAgreeing) return result;
   const bool parallax =
       result.off_plane_count >= kMinOffPlane && result.off_plane_count >= kMinOffPlaneShare * result.inlier_count;

@@ -183,8 +183,7 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   std::vector<Vector3d> starts{FromQuadric(c), Vector3d::Zero()};
   std::vector<std::size_t> by_baseline(c.a.size());
   for (std::size_t i = 0; i < by_baseline.size(); ++i) by_baseline[i] = i;
-  std::sort(by_baseline.begin(), by_baseline.end(),
-            [&](std::size_t i, std::size_t j) { return c.a[i].norm() > c.a[j].norm(); });
+  std::ranges::sort(by_baseline, [&](std::size_t i, std::size_t j) { return c.a[i].norm() > c.a[j].norm(); });
   for (std::size_t k = 0; k < 6; ++k) {
     const std::size_t i = by_baseline[k * (by_baseline.size() - 1) / 6];
     if (c.a[i].norm() > 1e-6) FromEssential(c.A[i], c.a[i], starts);
@@ -198,8 +197,8 @@ Upgrade UpgradeToEuclidean(const ImagePoints& points, const ProjectiveModel& mod
   for (Vector3d& p : starts) {
     const double cost = RefinePlane(c, p);
     if (!std::isfinite(cost)) continue;
-    const bool known = std::any_of(found.begin(), found.end(),
-                                   [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
+    const bool known =
+        std::ranges::any_of(found, [&](const Found& f) { return (f.p - p).norm() < 1e-6 * (1 + p.norm()); });
     if (!known) found.push_back({p, cost});
   }
   if (found.empty()) return result;

@@ -9,7 +9,7 @@
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 #include "scene/geometry/similarity3.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -46,7 +46,7 @@ MetricPiece UpgradePiece(const ImagePoints& all, const ProjectiveModel& projecti
     int agree = 0;
     std::size_t in_window = 0;
     for (std::size_t k = 0; k < all.tracks[t].size(); ++k) {
-      if (!std::binary_search(placed.begin(), placed.end(), all.tracks[t][k].frame)) continue;
+      if (!std::ranges::binary_search(placed, all.tracks[t][k].frame)) continue;
       model.inlier[i][in_window++] = projective.inlier[t][k];
       agree += projective.inlier[t][k] != 0;
     }
@@ -108,7 +108,7 @@ std::optional<Similarity3> WholeFromPiece(const ImagePoints& points, const Windo
     for (const std::size_t i : shared) {
       const int f = piece.window.frames[i];
       const auto& sights = points.tracks[t];
-      if (std::none_of(sights.begin(), sights.end(), [&](const Sight& s) { return s.frame == f; })) continue;
+      if (std::ranges::none_of(sights, [&](const Sight& s) { return s.frame == f; })) continue;
       const Rigid3 &in_whole = whole.cam_from_world[static_cast<std::size_t>(f)],
                    &in_piece = piece.metric.cam_from_world[i];
       const Eigen::Vector4d &X = whole.X[t], &Y = piece.metric.X[k];
@@ -161,9 +161,8 @@ WindowUpgrade UpgradeByWindows(const ImagePoints& points, const ProjectiveModel&
   whole.X.assign(points.tracks.size(), Eigen::Vector4d::Zero());
   whole.solved.assign(points.tracks.size(), 0);
   std::vector<MetricPiece> pieces(windows.size());
-  ParallelFor(windows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      pieces[i] = UpgradePiece(points, projective, windows[i].frames, intrinsics_px, options);
+  ParallelEach(windows.size(), 1, [&](std::size_t i) {
+    pieces[i] = UpgradePiece(points, projective, windows[i].frames, intrinsics_px, options);
   });
   std::vector<char> joined(points.FrameCount(), 0), done(pieces.size(), 0);
   std::vector<double> sigmas;

@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "reconstruct/factorization/metric_bundle.h"
 #include "reconstruct/factorization/windows.h"
 
 namespace lumi {

@@ -68,7 +68,7 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
     const auto take_best = [&](bool only_covered) {
       int pick = -1;
       for (int g = 0; g < n; ++g) {
-        if (std::find(group.begin(), group.end(), g) != group.end() || (only_covered && !is_covered(g))) continue;
+        if (std::ranges::find(group, g) != group.end() || (only_covered && !is_covered(g))) continue;
         if (link[static_cast<std::size_t>(g)] > 0 &&
             (pick < 0 || link[static_cast<std::size_t>(g)] > link[static_cast<std::size_t>(pick)]))
           pick = g;
@@ -84,7 +84,7 @@ std::vector<std::vector<int>> Groups(const Eigen::MatrixXi& shared, const Window
     while (static_cast<int>(group.size()) < o.length && take_best(false)) {
     }
     for (const int f : group) covered[static_cast<std::size_t>(f)] = 1;
-    std::sort(group.begin(), group.end());
+    std::ranges::sort(group);
     parts.push_back(std::move(group));
   }
 }

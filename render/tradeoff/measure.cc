@@ -14,8 +14,6 @@
 namespace lumi {
 namespace {
 
-constexpr double kSlowMs = 2000;
-
 std::vector<ViewId> Spread(const std::vector<ViewId>& all, int most) {
   const auto n = all.size(), m = std::min(n, static_cast<std::size_t>(std::max(1, most)));
   std::vector<ViewId> chosen;

@@ -11,6 +11,8 @@
 
 namespace lumi {
 
+constexpr double kSlowMs = 2000;  // a frame that takes longer is timed once
+
 struct TestView {
   std::string name;  // of the photo
   ViewId id;

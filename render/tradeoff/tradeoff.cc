@@ -23,7 +23,6 @@ namespace {
 constexpr const char* kTradeoffMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
 constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
-constexpr double kSlowMs = 2000;
 constexpr double kLeastShown =
     1e-3;  // squared error that the logarithmic axis of Fig. 5-4 ends at: no screen shows less
 constexpr double kReferenceMs = 30000;  // what the reference pictures may take together

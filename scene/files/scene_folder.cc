@@ -16,7 +16,7 @@
 #include "scene/files/projective_json.h"
 #include "scene/files/transforms_json.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -192,12 +192,10 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
   std::vector<Eigen::Vector2i> sizes(scene.views.size());
   {
     Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
-    ParallelFor(scene.views.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const ImageInfo info = ReadImageInfo(scene.ImagePath(scene.views[i]));
-        sizes[i] = {info.width, info.height};
-        progress.Step();
-      }
+    ParallelEach(scene.views.size(), 1, [&](std::size_t i) {
+      const ImageInfo info = ReadImageInfo(scene.ImagePath(scene.views[i]));
+      sizes[i] = {info.width, info.height};
+      progress.Step();
     });
   }
   const auto camera_size = [&](std::size_t i) { return SizePx(scene, scene.views[i]); };

@@ -21,7 +21,7 @@
 #include "scene/files/opencv_pixels.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/undistort/undistorter.h"
 
 namespace lumi {
@@ -218,16 +218,12 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
       continue;
     }
     const Maps maps = pinhole ? Maps{} : MakeMaps(scene.cameras[camera], result.cameras[camera]);
-    ParallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) convert(views[k], pinhole ? nullptr : &maps);
-    });
+    ParallelEach(views.size(), 1, [&](std::size_t k) { convert(views[k], pinhole ? nullptr : &maps); });
   }
-  ParallelFor(alone.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const auto camera = static_cast<std::size_t>(scene.views[alone[k]].camera.value);
-      const Maps maps = MakeMaps(scene.cameras[camera], result.cameras[camera]);
-      convert(alone[k], &maps);
-    }
+  ParallelEach(alone.size(), 1, [&](std::size_t k) {
+    const auto camera = static_cast<std::size_t>(scene.views[alone[k]].camera.value);
+    const Maps maps = MakeMaps(scene.cameras[camera], result.cameras[camera]);
+    convert(alone[k], &maps);
   });
   return result;
 }

@@ -184,39 +184,12 @@ struct VideoWriter::Impl {
 void VideoWriter::Impl::Start() {
   const int padded_width = width + width % 2, padded_height = height + height % 2;
   // The matrix is stated (BT.601), so that players and decoders that assume one agree on the colours.
-  std::vector<std::string> argv{ffmpeg.string(),
-                                "-nostdin",
-                                "-y",
-                                "-loglevel",
-                                "error",
-                                "-f",
-                                "rawvideo",
-                                "-pix_fmt",
-                                "rgb24",
-                                "-s",
-                                fmt::format("{}x{}", padded_width, padded_height),
-                                "-r",
-                                fmt::format("{}", fps),
-                                "-i",
-                                "pipe:0",
-                                "-an",
-                                "-c:v",
-                                "libx264",
-                                "-preset",
-                                "medium",
-                                "-crf",
-                                "18",
-                                "-pix_fmt",
-                                "yuv420p",
-                                "-colorspace",
-                                "smpte170m",
-                                "-color_primaries",
-                                "bt709",
-                                "-color_trc",
-                                "bt709",
-                                "-movflags",
-                                "+faststart",
-                                temporary.string()};
+  std::vector<std::string> argv{ffmpeg.string(), "-nostdin", "-y", "-loglevel", "error"};
+  argv.insert(argv.end(), {"-f", "rawvideo", "-pix_fmt", "rgb24", "-s"});
+  argv.insert(argv.end(), {fmt::format("{}x{}", padded_width, padded_height), "-r", fmt::format("{}", fps)});
+  argv.insert(argv.end(), {"-i", "pipe:0", "-an", "-c:v", "libx264", "-preset", "medium", "-crf", "18"});
+  argv.insert(argv.end(), {"-pix_fmt", "yuv420p", "-colorspace", "smpte170m", "-color_primaries", "bt709"});
+  argv.insert(argv.end(), {"-color_trc", "bt709", "-movflags", "+faststart", temporary.string()});
   std::vector<char*> arguments;
   for (std::string& a : argv) arguments.push_back(a.data());
   arguments.push_back(nullptr);

@@ -12,7 +12,7 @@
 
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 #include "scene/tracks/match_descriptors.h"
 
@@ -121,13 +121,11 @@ std::vector<std::pair<int, int>> ChoosePairs(const std::vector<Features>& featur
                                              ProgressSink& sink) {
   std::vector<int> matches(all.size(), 0);
   Progress progress(sink, "choosing pairs of photos", static_cast<long>(all.size()));
-  ParallelFor(all.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
-      matches[i] = static_cast<int>(
-          MatchDescriptors(features[a].descriptors, features[b].descriptors, o.ratio, kPreemptiveFeatures).size());
-      progress.Step();
-    }
+  ParallelEach(all.size(), 16, [&](std::size_t i) {
+    const auto a = static_cast<std::size_t>(all[i].first), b = static_cast<std::size_t>(all[i].second);
+    matches[i] = static_cast<int>(
+        MatchDescriptors(features[a].descriptors, features[b].descriptors, o.ratio, kPreemptiveFeatures).size());
+    progress.Step();
   });
   std::vector<std::vector<std::size_t>> of_photo(features.size());
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -259,25 +257,21 @@ Tracks MatchPhotos(const FrameSource& source, const MatchPhotosOptions& options,
     if (source.in_order)
       for (std::size_t i = 0; i < features.size(); ++i) find(i);
     else
-      ParallelFor(features.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) find(i);
-      });
+      ParallelEach(features.size(), 1, [&](std::size_t i) { find(i); });
   }
   if (options.partners > 0 && options.pairs.empty()) pairs = ChoosePairs(features, pairs, options, sink);
   std::vector<PairResult> results(pairs.size());
   {
     Progress progress(sink, "matching photos", static_cast<long>(pairs.size()));
-    ParallelFor(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto [a, b] = pairs[i];
-        const Features& fa = features[static_cast<std::size_t>(a)];
-        const Features& fb = features[static_cast<std::size_t>(b)];
-        const std::vector<Match> matches = MatchDescriptors(fa.descriptors, fb.descriptors, options.ratio,
-                                                            std::max(fa.descriptors.rows(), fb.descriptors.rows()));
-        results[i].matches = static_cast<int>(matches.size());
-        results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
-        progress.Step();
-      }
+    ParallelEach(pairs.size(), 1, [&](std::size_t i) {
+      const auto [a, b] = pairs[i];
+      const Features& fa = features[static_cast<std::size_t>(a)];
+      const Features& fb = features[static_cast<std::size_t>(b)];
+      const std::vector<Match> matches = MatchDescriptors(fa.descriptors, fb.descriptors, options.ratio,
+                                                          std::max(fa.descriptors.rows(), fb.descriptors.rows()));
+      results[i].matches = static_cast<int>(matches.size());
+      results[i].verified = Verify(fa, fb, matches, options, options.seed + 1 + 7919 * static_cast<std::uint64_t>(i));
+      progress.Step();
     });
   }
 

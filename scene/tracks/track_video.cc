@@ -13,7 +13,7 @@
 
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 #include "scene/tracks/affine_patch.h"
 
@@ -74,9 +74,7 @@ std::vector<std::unique_ptr<Frame>> LoadBatch(const FrameSource& source, int fir
     for (int i = 0; i < count; ++i) frames[static_cast<std::size_t>(i)] = Load(source, first + i, o);
     return frames;
   }
-  ParallelFor(frames.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) frames[i] = Load(source, first + static_cast<int>(i), o);
-  });
+  ParallelEach(frames.size(), 1, [&](std::size_t i) { frames[i] = Load(source, first + static_cast<int>(i), o); });
   return frames;
 }
 
@@ -231,35 +229,33 @@ class Tracker {
     enum class End { kNone, kLost, kChanged, kMasked };
     const std::vector<Flow> flow = FollowCorners(frame);
     std::vector<End> end(alive_.size(), End::kNone);
-    ParallelFor(alive_.size(), 16, [&](std::size_t begin, std::size_t stop) {
-      for (std::size_t i = begin; i < stop; ++i) {
-        Alive& a = alive_[i];
-        if (!flow[i].found) {
-          end[i] = End::kLost;
-          continue;
-        }
-        const Eigen::Vector2d& step = flow[i].step_px;
-        a.lk_px += step;
-        const auto match = AlignPatch(*a.patch, frame.smooth, {a.pose.x_px + step, a.pose.A});
-        if (!match || match->correlation < o_.min_correlation) {
-          end[i] = End::kChanged;
-          continue;
-        }
-        a.pose = match->pose;
-        if (o_.hold_to_first_patch)
-          a.lk_px = a.pose.x_px;
-        else
-          a.pose.x_px = a.lk_px;
-        if (Masked(frame, a.pose.x_px)) {
-          end[i] = End::kMasked;
-          continue;
-        }
-        const double area = std::abs(a.pose.A(0, 0) * a.pose.A(1, 1) - a.pose.A(0, 1) * a.pose.A(1, 0));
-        if (area > kRenewScale * kRenewScale || area < 1 / (kRenewScale * kRenewScale)) {
-          if (auto patch = TakePatch(frame.smooth, a.pose.x_px, o_.patch_px / 2)) {
-            a.patch = std::make_shared<const AffinePatch>(std::move(*patch));
-            a.pose.A.setIdentity();
-          }
+    ParallelEach(alive_.size(), 16, [&](std::size_t i) {
+      Alive& a = alive_[i];
+      if (!flow[i].found) {
+        end[i] = End::kLost;
+        return;
+      }
+      const Eigen::Vector2d& step = flow[i].step_px;
+      a.lk_px += step;
+      const auto match = AlignPatch(*a.patch, frame.smooth, {a.pose.x_px + step, a.pose.A});
+      if (!match || match->correlation < o_.min_correlation) {
+        end[i] = End::kChanged;
+        return;
+      }
+      a.pose = match->pose;
+      if (o_.hold_to_first_patch)
+        a.lk_px = a.pose.x_px;
+      else
+        a.pose.x_px = a.lk_px;
+      if (Masked(frame, a.pose.x_px)) {
+        end[i] = End::kMasked;
+        return;
+      }
+      const double area = std::abs(a.pose.A(0, 0) * a.pose.A(1, 1) - a.pose.A(0, 1) * a.pose.A(1, 0));
+      if (area > kRenewScale * kRenewScale || area < 1 / (kRenewScale * kRenewScale)) {
+        if (auto patch = TakePatch(frame.smooth, a.pose.x_px, o_.patch_px / 2)) {
+          a.patch = std::make_shared<const AffinePatch>(std::move(*patch));
+          a.pose.A.setIdentity();
         }
       }
     });
@@ -339,26 +335,24 @@ class Tracker {
         64.0 * kCornerBlock * kCornerBlock / (4.0 * kCornerBlock * 255 * 4.0 * kCornerBlock * 255);
     const float threshold = static_cast<float>(kMinCorner * kScale);
     std::vector<std::vector<Corner>> corners(cell_count);
-    ParallelFor(cell_count, 4, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t cell = begin; cell < end; ++cell) {
-        const int x0 = static_cast<int>(cell) % columns * cell_px, y0 = static_cast<int>(cell) / columns * cell_px;
-        for (int y = std::max(margin, y0); y < std::min(height - margin, y0 + cell_px); ++y) {
-          const float* above = strength.ptr<float>(y - 1);
-          const float* row = strength.ptr<float>(y);
-          const float* below = strength.ptr<float>(y + 1);
-          for (int x = std::max(margin, x0); x < std::min(width - margin, x0 + cell_px); ++x) {
-            const float s = row[x];
-            if (!(s > threshold)) continue;
-            // Strictly above those before it: a plateau has one corner.
-            if (s <= above[x - 1] || s <= above[x] || s <= above[x + 1] || s <= row[x - 1]) continue;
-            if (s < row[x + 1] || s < below[x - 1] || s < below[x] || s < below[x + 1]) continue;
-            const Eigen::Vector2d centre(x + 0.5, y + 0.5);
-            if (Masked(frame, centre) || !places.Free(centre)) continue;
-            corners[cell].push_back({s, x, y});
-          }
+    ParallelEach(cell_count, 4, [&](std::size_t cell) {
+      const int x0 = static_cast<int>(cell) % columns * cell_px, y0 = static_cast<int>(cell) / columns * cell_px;
+      for (int y = std::max(margin, y0); y < std::min(height - margin, y0 + cell_px); ++y) {
+        const float* above = strength.ptr<float>(y - 1);
+        const float* row = strength.ptr<float>(y);
+        const float* below = strength.ptr<float>(y + 1);
+        for (int x = std::max(margin, x0); x < std::min(width - margin, x0 + cell_px); ++x) {
+          const float s = row[x];
+          if (!(s > threshold)) continue;
+          // Strictly above those before it: a plateau has one corner.
+          if (s <= above[x - 1] || s <= above[x] || s <= above[x + 1] || s <= row[x - 1]) continue;
+          if (s < row[x + 1] || s < below[x - 1] || s < below[x] || s < below[x + 1]) continue;
+          const Eigen::Vector2d centre(x + 0.5, y + 0.5);
+          if (Masked(frame, centre) || !places.Free(centre)) continue;
+          corners[cell].push_back({s, x, y});
         }
-        std::sort(corners[cell].begin(), corners[cell].end());
       }
+      std::sort(corners[cell].begin(), corners[cell].end());
     });
 
     const auto begin_track = [&](const Corner& c) {

@@ -8,7 +8,7 @@
 
 #include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 
 namespace lumi {
 namespace {
@@ -62,14 +62,13 @@ Undistorter::Undistorter(const Camera& camera, const Camera& pinhole)
   const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx();
   x_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   y_.resize(x_.size());
-  ParallelFor(static_cast<std::size_t>(height_), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y)
-      for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x) {
-        const Eigen::Vector2d pixel(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-        const Eigen::Vector2d source = ToOpenCvPixel(*camera.Project((pixel - c).cwiseQuotient(f).homogeneous()));
-        x_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.x());
-        y_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.y());
-      }
+  ParallelEach(static_cast<std::size_t>(height_), 16, [&](std::size_t y) {
+    for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x) {
+      const Eigen::Vector2d pixel(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+      const Eigen::Vector2d source = ToOpenCvPixel(*camera.Project((pixel - c).cwiseQuotient(f).homogeneous()));
+      x_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.x());
+      y_[y * static_cast<std::size_t>(width_) + x] = static_cast<float>(source.y());
+    }
   });
 }
 

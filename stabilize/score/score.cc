@@ -8,8 +8,7 @@
 
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/interrupt.h"
-#include "scene/program/parallel.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 #include "stabilize/score/picture_match.h"
 
@@ -201,13 +200,10 @@ class Meter {
 // Each stabilised frame against the input's, in the batch that was read.
 void MatchBatch(std::deque<Meter>& meters, std::size_t count, int first_frame) {
   std::vector<std::optional<PictureFeatures>> features(count * meters.size());
-  ParallelFor(features.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) features[i].emplace(meters[i / count].pictures[i % count]);
-  });
+  ParallelEach(features.size(), 1, [&](std::size_t i) { features[i].emplace(meters[i / count].pictures[i % count]); });
   std::vector<std::optional<FittedHomography>> found(count * (meters.size() - 1));
-  ParallelFor(found.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) found[i] = MatchPictures(*features[i % count], *features[count + i]);
-  });
+  ParallelEach(found.size(), 1,
+               [&](std::size_t i) { found[i] = MatchPictures(*features[i % count], *features[count + i]); });
   for (std::size_t i = 0; i < found.size(); ++i)
     meters[1 + i / count].AddMatch(first_frame + static_cast<int>(i % count), found[i], meters[0].size_px());
 }
@@ -225,14 +221,10 @@ ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
   {
     Progress progress(sink, "comparing videos", expected * static_cast<long>(meters.size()));
     for (;;) {
-      ParallelFor(meters.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) meters[i].ReadBatch();
-      });
+      ParallelEach(meters.size(), 1, [&](std::size_t i) { meters[i].ReadBatch(); });
       std::size_t common = kBatch;
       for (const Meter& m : meters) common = std::min(common, m.pictures.size());
-      ParallelFor(meters.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) meters[i].MeasureBatch(common, progress);
-      });
+      ParallelEach(meters.size(), 1, [&](std::size_t i) { meters[i].MeasureBatch(common, progress); });
       if (common > 0 && meters.size() > 1) MatchBatch(meters, common, result.frames);
       result.frames += static_cast<int>(common);
       if (common < kBatch) break;

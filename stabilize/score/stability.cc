@@ -114,9 +114,8 @@ MeasuredPath::Path MeasuredPath::Result() const {
   std::vector<double> intervals;
   for (std::size_t i = 0; i + 1 < n; ++i) intervals.push_back(times_s_[i + 1] - times_s_[i]);
   path.interval_s = Median(intervals);
-  const auto odd = std::count_if(intervals.begin(), intervals.end(), [&](double d) {
-    return std::abs(d - path.interval_s) > kUnevenInterval * path.interval_s;
-  });
+  const auto odd = std::ranges::count_if(
+      intervals, [&](double d) { return std::abs(d - path.interval_s) > kUnevenInterval * path.interval_s; });
   path.uneven = static_cast<double>(odd) > kUnevenShare * static_cast<double>(intervals.size());
   if (path.uneven) {
     std::vector<Eigen::Vector3d> even;
