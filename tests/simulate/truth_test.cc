@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/shapes.h"
 #include "simulate/surface_points.h"
 #include "tests/simulate/small_scene.h"
 
