@@ -24,22 +24,16 @@ Eigen::Vector2f ClipFromPixel(const Eigen::Vector2f& x_px, const Eigen::Vector2i
   return (2 * x_px.array() / size_px.cast<float>().array() - 1).matrix();
 }
 
-}  // namespace
+struct Source {
+  int packed = -1;  // among the uploaded photos
+  Eigen::Matrix3f M;
+  Eigen::Vector3f centre;
+  float footprint = 1;
+  std::uint32_t place = 0;
+};
 
-void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views,
-                           const PhotoTextures& photos, const SparseVariant& base) {
-  if (views.size() > kMaxRecordCameras)
-    throw MachineError(std::to_string(views.size()) + " photos are more than sparse samples can tell apart here",
-                       "use --grid pixel, or --backend cpu");
+std::vector<Source> SourcesOf(const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos) {
   const RelativeSources& s = setup.sources;
-  const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
-  struct Source {
-    int packed = -1;
-    Eigen::Matrix3f M;
-    Eigen::Vector3f centre;
-    float footprint = 1;
-    std::uint32_t place = 0;
-  };
   std::vector<Source> sources(static_cast<std::size_t>(s.count));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto j = static_cast<std::size_t>(views[i]);
@@ -54,6 +48,18 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
     // Photo pixels a pixel at equal depths, a plane that faces both alike, and level 0.
     p.footprint = s.focal_px[j] / setup.focal_px * std::exp2(kLevelBias - static_cast<float>(place.shift));
   }
+  return sources;
+}
+
+}  // namespace
+
+void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views,
+                           const PhotoTextures& photos, const SparseVariant& base) {
+  if (views.size() > kMaxRecordCameras)
+    throw MachineError(std::to_string(views.size()) + " photos are more than sparse samples can tell apart here",
+                       "use --grid pixel, or --backend cpu");
+  const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
+  const std::vector<Source> sources = SourcesOf(setup, views, photos);
 
   // Triangles by the program that draws them: how many layers, whether photos end.
   projections_.clear();

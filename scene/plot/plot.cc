@@ -85,6 +85,27 @@ std::string MarkerSvg(Marker marker, double x, double y, const std::string& colo
   }
 }
 
+// In as many rows as it needs, `ly` the first one's.
+std::string Legend(const Plot& plot, double x0, double x1, double ly) {
+  std::string svg;
+  double lx = x0;
+  for (const PlotSeries& s : plot.series) {
+    if (s.name.empty()) continue;
+    const double w = 26 + 6.3 * static_cast<double>(s.name.size());
+    if (lx + w > x1 && lx > x0) {
+      lx = x0;
+      ly += 17;
+    }
+    if (s.line)
+      svg += fmt::format("<path d='M{:.1f} {:.1f}h16' stroke='{}' stroke-width='1.8'{}/>", lx, ly, s.color,
+                         s.dashed ? " stroke-dasharray='5 4'" : "");
+    svg += MarkerSvg(s.marker, lx + 8, ly, s.color);
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' class='tick'>{}</text>\n", lx + 20, ly + 4, Escaped(s.name));
+    lx += w;
+  }
+  return svg;
+}
+
 std::string Panel(const Plot& plot, double offset_x) {
   std::vector<double> xs, ys;
   for (const PlotSeries& s : plot.series)
@@ -171,23 +192,7 @@ std::string Panel(const Plot& plot, double offset_x) {
         break;
       }
     }
-  // Legend below the axis, in as many rows as it needs.
-  double lx = x0, ly = y0 + 58;
-  for (const PlotSeries& s : plot.series) {
-    if (s.name.empty()) continue;
-    const double w = 26 + 6.3 * static_cast<double>(s.name.size());
-    if (lx + w > x1 && lx > x0) {
-      lx = x0;
-      ly += 17;
-    }
-    if (s.line)
-      svg += fmt::format("<path d='M{:.1f} {:.1f}h16' stroke='{}' stroke-width='1.8'{}/>", lx, ly, s.color,
-                         s.dashed ? " stroke-dasharray='5 4'" : "");
-    svg += MarkerSvg(s.marker, lx + 8, ly, s.color);
-    svg += fmt::format("<text x='{:.1f}' y='{:.1f}' class='tick'>{}</text>\n", lx + 20, ly + 4, Escaped(s.name));
-    lx += w;
-  }
-  return svg + "</g>\n";
+  return svg + Legend(plot, x0, x1, y0 + 58) + "</g>\n";
 }
 
 }  // namespace
