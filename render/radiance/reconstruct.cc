@@ -17,9 +17,9 @@ void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, con
       const Eigen::Vector3f normal = i < rays.normal.size() ? rays.normal[i] : Eigen::Vector3f::Zero();
       row.camera.clear();
       row.weight.clear();
-      const Sight sight = i < rays.exact_t.size() ? Sight(rays.exact_direction[i], rays.exact_t[i], normal)
-                                                  : Sight(rays.direction[i], rays.t[i], normal);
-      table.alpha[i] = WeighRay({setup.sources, visibility, setup.settings}, sight, scratch, row);
+      const ProxyRay ray = i < rays.exact_t.size() ? ProxyRay(rays.exact_direction[i], rays.exact_t[i], normal)
+                                                   : ProxyRay(rays.direction[i], rays.t[i], normal);
+      table.alpha[i] = WeighRay({setup.sources, visibility, setup.settings}, ray, scratch, row);
       table.camera.insert(table.camera.end(), row.camera.begin(), row.camera.end());
       table.weight.insert(table.weight.end(), row.weight.begin(), row.weight.end());
     }

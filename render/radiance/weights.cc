@@ -47,7 +47,7 @@ LUMI_KERNEL float Largest(const float* __restrict f, int n) {
   return m;
 }
 
-void Evaluate(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
+void Evaluate(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch) {
   const auto& [sources, visibility, settings] = by;
   const auto n = static_cast<std::size_t>(sources.padded);
   if (scratch.f.size() < n) {
@@ -55,7 +55,7 @@ void Evaluate(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
     scratch.h.resize(n + n / kLanes);
   }
   const RayPoint point =
-      PointOfRay(sources, settings, sight.direction.cast<float>(), static_cast<float>(sight.t), sight.normal);
+      PointOfRay(sources, settings, ray.direction.cast<float>(), static_cast<float>(ray.t), ray.normal);
   const bool terms = HasTerms(settings);
   scratch.measures.terms.clear();
   if (terms) EvaluateTerms(sources, settings, point, scratch.measures);
@@ -69,10 +69,10 @@ void Evaluate(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
 // h with visibility from h without it: 1/f becomes 1/(f v). v <= 1, so h only grows.
 class WithVisibility {
  public:
-  WithVisibility(const Weighing& by, const Sight& sight)
+  WithVisibility(const Weighing& by, const ProxyRay& ray)
       : r_(by.sources),
         maps_(by.visibility && !by.visibility->empty() && by.settings.gamma > 0 ? by.visibility : nullptr),
-        p_(static_cast<float>(sight.t) * sight.direction.cast<float>()),
+        p_(static_cast<float>(ray.t) * ray.direction.cast<float>()),
         gamma_(static_cast<float>(by.settings.gamma)) {}
 
   // `seen`: v.
@@ -169,7 +169,7 @@ struct Ranked {
 
 // The same cameras weighed in double, ascending: near a tie or a photo's border a float's last digits show in the
 // weights.
-int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& found, const Sight& sight,
+int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& found, const ProxyRay& ray,
            const WeighScratch& scratch, std::array<Ranked, kMostFound>& out) {
   const auto& [sources, visibility, settings] = by;
   ExactRows e;
@@ -178,7 +178,7 @@ int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& fou
     const double* exact = sources.exact.data() + RelativeSources::kExact * j;
     for (std::size_t row = 0; row < RelativeSources::kExact; ++row) e.value[row][i] = exact[row];
   }
-  Exactly(e, found.count, sight.direction.x(), sight.direction.y(), sight.direction.z(), sight.t);
+  Exactly(e, found.count, ray.direction.x(), ray.direction.y(), ray.direction.z(), ray.t);
 
   int count = 0;
   for (int i = 0; i < found.count; ++i) {
@@ -229,16 +229,16 @@ float Alpha(float f_largest, float h_smallest) {
 
 }  // namespace
 
-RayWeights Weigh(const Weighing& by, const Sight& sight, WeighScratch& scratch) {
+RayWeights Weigh(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch) {
   const auto& [sources, visibility, settings] = by;
   RayWeights out;
-  Evaluate(by, sight, scratch);
-  const WithVisibility seen(by, sight);
+  Evaluate(by, ray, scratch);
+  const WithVisibility seen(by, ray);
   const int k = settings.k;
   const Nearest found = FindNearest(sources, seen, k + 1, scratch);
   if (found.count == 0) return out;
   std::array<Ranked, kMostFound> best;
-  const int ranked = Refine(by, seen, found, sight, scratch, best);
+  const int ranked = Refine(by, seen, found, ray, scratch, best);
 
   // h_1/h_j - h_1/h_{k+1}, with h_1/h_1 = 1 also at 0; no k+1st camera: the window's edge is at infinity.
   const double h1 = best[0].h;
@@ -273,10 +273,10 @@ RayWeights Weigh(const Weighing& by, const Sight& sight, WeighScratch& scratch) 
   return out;
 }
 
-float WeighAll(const Weighing& by, const Sight& sight, WeighScratch& scratch, std::vector<float>& weights_out) {
+float WeighAll(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch, std::vector<float>& weights_out) {
   const auto& [sources, visibility, settings] = by;
-  Evaluate(by, sight, scratch);
-  const WithVisibility seen(by, sight);
+  Evaluate(by, ray, scratch);
+  const WithVisibility seen(by, ray);
   float* h = scratch.h.data();
   float h1 = kInfinity;
   const auto n = static_cast<std::size_t>(sources.count);
@@ -300,15 +300,15 @@ float WeighAll(const Weighing& by, const Sight& sight, WeighScratch& scratch, st
   return Alpha(Largest(scratch.f.data(), sources.padded), h1);
 }
 
-float WeighRay(const Weighing& by, const Sight& sight, WeighScratch& scratch, WeightedPhotos& out) {
+float WeighRay(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch, WeightedPhotos& out) {
   if (by.settings.k > 0) {
-    const RayWeights r = Weigh(by, sight, scratch);
+    const RayWeights r = Weigh(by, ray, scratch);
     out.camera.insert(out.camera.end(), r.camera.begin(), r.camera.begin() + r.count);
     out.weight.insert(out.weight.end(), r.weight.begin(), r.weight.begin() + r.count);
     return r.count > 0 ? r.alpha : 0.0F;
   }
   std::vector<float>& all = scratch.everyone;
-  const float alpha = WeighAll(by, sight, scratch, all);
+  const float alpha = WeighAll(by, ray, scratch, all);
   for (std::size_t j = 0; j < all.size(); ++j)
     if (all[j] > 0) {
       out.camera.push_back(static_cast<std::int32_t>(j));

@@ -45,15 +45,15 @@ struct Weighing {
 };
 
 // A ray of the view, up to the proxy.
-struct Sight {
+struct ProxyRay {
   // In double: of one ray that two views look along, floats are not the same ray.
-  Sight(const Eigen::Vector3d& unit_direction, double distance,
-        const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
+  ProxyRay(const Eigen::Vector3d& unit_direction, double distance,
+           const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
       : direction(unit_direction), t(distance), normal(of_proxy) {}
   // Where floats are what there is: the direction is made unit to double's digits.
-  Sight(const Eigen::Vector3f& unit_direction, float distance,
-        const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
-      : Sight(unit_direction.cast<double>().normalized(), static_cast<double>(distance), of_proxy) {}
+  ProxyRay(const Eigen::Vector3f& unit_direction, float distance,
+           const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
+      : ProxyRay(unit_direction.cast<double>().normalized(), static_cast<double>(distance), of_proxy) {}
 
   Eigen::Vector3d direction;  // unit, normalised frame
   double t;                   // distance along it to the proxy, normalised units, > 0
@@ -61,13 +61,13 @@ struct Sight {
 };
 
 // settings.k in 1..kMaxBlend. Visibility is looked up only for cameras that may be among the k + 1 nearest.
-RayWeights Weigh(const Weighing& by, const Sight& sight, WeighScratch& scratch);
+RayWeights Weigh(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch);
 
 // The same for every camera (k = all): weights_out has sources.count entries, sum 1. Returns alpha.
-float WeighAll(const Weighing& by, const Sight& sight, WeighScratch& scratch, std::vector<float>& weights_out);
+float WeighAll(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch, std::vector<float>& weights_out);
 
 // The k nearest or all, as settings.k says: appends the photos with a weight above 0, in ascending order of h or of
 // their number. Returns alpha.
-float WeighRay(const Weighing& by, const Sight& sight, WeighScratch& scratch, WeightedPhotos& out);
+float WeighRay(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch, WeightedPhotos& out);
 
 }  // namespace lumi

@@ -58,7 +58,7 @@ void Keys(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes
   }
 }
 
-void Playback(const PanelFacts& facts, PanelWishes& wishes) {
+void PlaybackControls(const PanelFacts& facts, PanelWishes& wishes) {
   const CameraPath& path = facts.path;
   ImGui::BeginDisabled(path.keys.size() < 2);
   if (ImGui::Button(facts.playing ? "stop" : "play", {5 * ImGui::GetFontSize(), 0})) wishes.play = !facts.playing;
@@ -128,7 +128,7 @@ void Recording(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& w
 void PathGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   if (Group(settings, "camera path", false)) {
     Keys(facts, settings, wishes);
-    Playback(facts, wishes);
+    PlaybackControls(facts, wishes);
     Files(facts, settings, wishes);
   }
   if (Group(settings, "recording", facts.recording)) Recording(facts, settings, wishes);
