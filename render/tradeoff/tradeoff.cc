@@ -485,6 +485,7 @@ class Tradeoff {
 }  // namespace
 
 Answer RunTradeoff(const MeasureOptions& options, ProgressSink& progress) {
+  RequireConsistent(options);
   if (options.output.empty()) throw UsageError("-o says where the tables go");
   return Tradeoff(options, progress).Run();
 }

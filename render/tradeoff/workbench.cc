@@ -14,7 +14,9 @@ namespace {
 constexpr int kLargestWidth = 1024, kQuickWidth = 320;
 constexpr double kReferenceCutoffDeg = 24;
 
-const MeasureOptions& Checked(const MeasureOptions& o, const std::string& marker) {
+}  // namespace
+
+void RequireConsistent(const MeasureOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.views < 1) throw UsageError("--views takes 1 or more");
@@ -30,6 +32,12 @@ const MeasureOptions& Checked(const MeasureOptions& o, const std::string& marker
   RadianceSettings settings = o.settings;
   Decided decided = o.decided;
   ApplyEffectList(o.effects, settings, decided);
+}
+
+namespace {
+
+const MeasureOptions& Checked(const MeasureOptions& o, const std::string& marker) {
+  RequireConsistent(o);
   if (!o.output.empty()) RequireOurFolder(o.output, marker);
   return o;
 }

@@ -29,10 +29,12 @@ struct MeasureOptions : LumigraphOptions {  // settings: where lines start
   std::filesystem::path against;  // --time-windows: a scene whose photos, at their cameras and times, are the truth
 };
 
+// Throws UsageError, one line.
+void RequireConsistent(const MeasureOptions& options);
+
 class Workbench {
  public:
-  // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours. Throws UsageError, one
-  // line.
+  // Opens the scene, reads its photos. `marker`: the file that makes an output folder ours.
   Workbench(const MeasureOptions& options, const std::string& marker, ProgressSink& sink);
 
   const Lumigraph& lumigraph() const { return lumigraph_; }  // over the first of the proxies
