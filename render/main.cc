@@ -54,6 +54,7 @@ void ApplySettings(const std::filesystem::path& file, const SettingsLine& given,
 }
 
 std::optional<int> WindowFrames(const std::string& text) {
+  if (text.empty()) return std::nullopt;
   if (text == "all") return -1;
   int frames = -1;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), frames);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostConflicts = 400;  // of a view: of more, every n-th pixel is asked
 constexpr double kAsBad = 0.8;               // of the worst view's blame
-constexpr double kMendingReserve = 0.8;             // of what may stay uncovered
+constexpr double kMendingReserve = 0.8;      // of what may stay uncovered
 constexpr double kLeastRadius = 1.5;  // of a mend, in pixels: the four pixels around a point are then of the object
 
 constexpr float kMendReachPx = 8;  // from the silhouette, beyond the point where a ray is blocked least

@@ -36,9 +36,10 @@ int TrialsNeeded(double inlier_share, int sample_size, const RansacOptions& opti
 template <std::size_t N>
 std::array<std::size_t, N> DrawSample(std::size_t n, std::mt19937_64& random) {
   std::array<std::size_t, N> sample;
-  for (auto at = sample.begin(); at != sample.end(); ++at) do
-      *at = random() % n;
+  for (auto at = sample.begin(); at != sample.end(); ++at) {
+    do *at = random() % n;
     while (std::find(sample.begin(), at, *at) != at);
+  }
   return sample;
 }
 

@@ -17,6 +17,8 @@ class SettingsLine {
     for (const SettingOption& s : SettingOptions())
       options.Add("--" + s.name, given_[s.name], s.help).TypeName(s.value).Default(s.fallback);
   }
+  SettingsLine(const SettingsLine&) = delete;  // the options hold on to where their words go
+  SettingsLine& operator=(const SettingsLine&) = delete;
   bool Has(const std::string& name) const { return !given_.at(name).empty(); }
 
   // Over what stands in `settings`. Throws UsageError.

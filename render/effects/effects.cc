@@ -96,7 +96,7 @@ void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen:
 
 void LookAtRay(const TracedProxy& proxy, const ViewSetup& setup, const Eigen::Vector3f& d, float t,
                const Eigen::Vector3f& normal, Evidence& evidence) {
-  Measures m;
+  thread_local Measures m;
   EvaluateMeasures(setup.sources, setup.settings, d, t, normal, m);
   EvaluateVisibility(setup.sources, &proxy.maps, d, t, m);
   const Eigen::Vector3d p = (t * d).cast<double>(), n = normal.norm() > 0 ? normal.cast<double>() : p.normalized();

@@ -84,7 +84,8 @@ class Table {
     o.get = [=](const S& s) { return OptionValue(std::string(Name(s.*at))); };
     o.set = [=](S& s, const OptionValue& v) {
       const std::string text = Text(v);
-      const auto found = std::find_if(kept.begin(), kept.end(), [&](E e) { return text == Name(e); });
+      const std::string_view word = text == "true" ? "on" : text == "false" ? "off" : text;  // JSON's
+      const auto found = std::find_if(kept.begin(), kept.end(), [&](E e) { return word == Name(e); });
       if (found == kept.end()) throw UsageError(fmt::format("--{} takes {}; not {}", name, all, text));
       s.*at = *found;
     };

@@ -57,7 +57,8 @@ TradeoffTable TableOf(const Ablation& a) {
   return TradeoffTableOf<Row>(
       {{{"row", kSetting, "row", -12}, &Row::name},
        {{"what", kSetting, "", -58}, &Row::what},
-       {{"ms", kCost, "ms", 10, "{:.2f}"}, &Row::ms},
+       {{"ms", kCost, "ms", 10, "{:.2f}"},
+        [](const Row& r) { return r.refused.empty() ? TradeoffValue(r.ms) : TradeoffValue(); }},
        {{"psnr_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, error(&FrameError::psnr_db)},
        {{"mse", kLessIsBetter, "sq. error", 12, "{:.4g}"}, error(&FrameError::mse)},
        {{"false_color_mse", kLessIsBetter, "false colour", 12, "{:.4g}"}, error(&FrameError::false_color_mse)},
@@ -155,6 +156,7 @@ std::string Html(const Ablation& a) {
 }  // namespace
 
 Answer RunAblation(const MeasureOptions& o, ProgressSink& sink) {
+  RequireConsistent(o);
   if (o.output.empty()) throw UsageError("-o says where the pictures go");
   Workbench bench(o, kAblationMarker, sink);
   const std::string& proxy = bench.proxies().front();

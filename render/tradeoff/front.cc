@@ -84,12 +84,16 @@ void ListKeys(JsonKeys& j, FrontFile& f) {
 StoredFront ReadFront(const fs::path& file) {
   FrontFile read;
   StoredFront& front = read.front;
+  const auto require_known = [&] {
+    if (read.format != kFormat) throw InputError(file, "not a front");
+    if (read.version > kFormatVersion) throw InputError(file, "a newer version's front");
+  };
   try {
     const bool complete = JsonKeys::Read(file, "a front").Into(read);
-    if (read.version > kFormatVersion) throw InputError(file, "a newer version's front");
-    if (!complete || read.format != kFormat)
-      throw InputError(file, "not a front: keys are missing, or not of their type");
-  } catch (const UsageError& e) {
+    require_known();
+    if (!complete) throw InputError(file, "not a front: keys are missing, or not of their type");
+  } catch (const UsageError& e) {  // settings of the points, which are read last
+    require_known();
     throw InputError(file, e.what());
   }
   if (front.key.width < 1 || front.key.height < 1) throw InputError(file, "a front without a size");

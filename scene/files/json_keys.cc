@@ -23,7 +23,7 @@ std::optional<JsonKeys> JsonKeys::Parse(const std::string& text) {
 
 JsonKeys JsonKeys::Read(const std::filesystem::path& file, const std::string& what) {
   try {
-    auto node = std::make_shared<Json>(Json::parse(ReadText(file)));
+    auto node = std::make_shared<Json>(Json::parse(ReadText(file, 1 << 24)));
     if (!node->is_object()) throw InputError(file, "not " + what + ": no JSON object");
     return {std::move(node), false};
   } catch (const Json::exception& e) {
@@ -102,12 +102,13 @@ bool JsonKeys::Lacks(const char* key) {
   return true;
 }
 
-JsonKeys JsonKeys::Child(const char* key, bool a_list) const {
+JsonKeys JsonKeys::Child(const char* key, bool a_list) {
   Json fresh = a_list ? Json::array() : Json::object();
   if (!reading_) return {{node_, &(At(node_)[key] = std::move(fresh))}, false};
   Json& there = At(node_).at(key);
-  return there.type() == fresh.type() ? JsonKeys({node_, &there}, true)
-                                      : JsonKeys(std::make_shared<Json>(std::move(fresh)), true);
+  if (there.type() == fresh.type()) return {{node_, &there}, true};
+  complete_ = false;
+  return {std::make_shared<Json>(std::move(fresh)), true};
 }
 
 JsonKeys JsonKeys::Item(std::size_t i) const {

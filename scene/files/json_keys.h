@@ -41,7 +41,7 @@ class JsonKeys {
   }
   // Text of an object; none where it is not one.
   static std::optional<JsonKeys> Parse(const std::string& text);
-  // That of a file. Throws InputError: "not " `what`, and why.
+  // That of a file of at most 16 MiB. Throws InputError: "not " `what`, and why.
   static JsonKeys Read(const std::filesystem::path& file, const std::string& what);
   // All keys in one line, or as many blanks a level. What is not UTF-8 is replaced.
   std::string Text(int indent = -1) const;
@@ -133,9 +133,9 @@ class JsonKeys {
  private:
   JsonKeys(std::shared_ptr<void> node, bool reading) : node_(std::move(node)), reading_(reading) {}
   JsonKeys& Null(const char* key);
-  bool Lacks(const char* key);                         // what is read; then it is not complete
-  JsonKeys Child(const char* key, bool a_list) const;  // what is read where it is such a one, else a new one
-  JsonKeys Item(std::size_t i) const;                  // of a list; of a list to be written a new one at its end
+  bool Lacks(const char* key);                   // what is read; then it is not complete
+  JsonKeys Child(const char* key, bool a_list);  // what is read where it is such a one, else a new one
+  JsonKeys Item(std::size_t i) const;            // of a list; of a list to be written a new one at its end
   std::size_t size() const;
   template <typename T, typename V>
   JsonKeys& Row(const char* key, V& v) {

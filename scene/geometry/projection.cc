@@ -10,7 +10,6 @@
 namespace lumi {
 namespace {
 
-
 // Condition beyond which a point on a plane is rounding rather than geometry.
 constexpr double kSingular = 1e3 * std::numeric_limits<double>::epsilon();
 

@@ -228,6 +228,7 @@ TEST_F(BadScene, ASettingsFileIsHeldToWhatTheLineIsHeldTo) {
   const std::vector<std::tuple<std::string, int, std::string>> cases = {
       {"{\"backend\": \"foo\"}", 3, "foo"},
       {"{\"backend\": 1}", 3, "settings.json"},
+      {"{\"resolution\": 1}", 3, "--resolution"},
       {"{\"similarity\": \"full\", \"correlation\": \"inverse\"}", 2, "--correlation"},
       {"{\"similarity\": \"full\", \"grid\": \"8x8\", \"sampling\": \"candidates\"}", 2, "--sampling"},
       {"{\"k\": \"all\", \"grid\": \"8x8\"}", 2, "--sampling"}};
@@ -271,6 +272,8 @@ TEST_F(BadScene, MeasuringCommandsLookAtTheirOptionsBeforeTheirOutput) {
     ExpectRefusal({argv, 2, {named}, {}, {path_, output}});
   }
   ExpectRefusal({{"lumi-render", "tradeoff", path_.string(), "--views", "0"}, 2, {"--views"}, {}, {path_}});
+  ExpectRefusal(
+      {{"lumi-render", "tradeoff", path_.string(), "--ablation", "--views", "0"}, 2, {"--views"}, {}, {path_}});
   ExpectRefusal({{"lumi-render", "tradeoff", path_.string()}, 2, {"-o"}, {}, {path_}});
   ExpectRefusal({{"lumi-render", path_.string(), "--alpha", "-1"}, 2, {"--alpha"}, {}, {path_}});
   ExpectRefusal({{"lumi-render", path_.string()}, 2, {"-o"}, {}, {path_}});

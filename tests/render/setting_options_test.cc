@@ -75,6 +75,16 @@ TEST(SettingOptions, BadValuesAreNamed) {
   }
 }
 
+TEST(SettingOptions, OffIsAlsoFalseAsJsonHasIt) {
+  RadianceSettings s;
+  s.resolution = Resolution::kJacobian;
+  s.visibility = true;
+  EXPECT_TRUE(SetOption(s, "resolution", "false"));
+  EXPECT_TRUE(SetOption(s, "visibility", "false"));
+  EXPECT_EQ(s.resolution, Resolution::kOff);
+  EXPECT_FALSE(s.visibility);
+}
+
 TEST(Settings, ImpossibleCombinationsAreRefused) {
   const auto refused = [](auto change) {
     RadianceSettings s;

@@ -161,6 +161,28 @@ TEST(Front, OfAnotherDeviceBackendProxyOrAChangedProxyIsNone) {
   EXPECT_THAT(why, testing::HasSubstr("proxy has changed"));
 }
 
+TEST(Front, OfAnotherKindSaysWhichWay) {
+  Stored s;
+  const fs::path file = WriteFront(s.folder.path, s.front);
+  const std::string text = ReadText(file);
+  const auto said_with = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    const std::size_t at = changed.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    std::ofstream(file) << changed.replace(at, from.size(), to);
+    try {
+      ReadFront(file);
+      return std::string("nothing");
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+  };
+  EXPECT_THAT(said_with("\"version\": 1", "\"version\": 2"), testing::HasSubstr("newer version"));
+  EXPECT_THAT(said_with("\"lumigraph-front\"", "\"something\""), testing::HasSubstr("not a front"));
+  EXPECT_THAT(said_with("\"k\"", "\"glow\""), testing::HasSubstr("glow"));
+  EXPECT_THAT(said_with("\"settings\": {", "\"settings\": \"all\", \"more\": {"), testing::HasSubstr("not a front"));
+}
+
 TEST(Front, ThatIsCorruptIsNamedAndPassedOver) {
   Stored s;
   const fs::path file = WriteFront(s.folder.path, s.front);

@@ -58,6 +58,12 @@ TEST(JsonKeys, WhatIsMissingOrOfAnotherTypeStaysAsItWasAndIsTold) {
     EXPECT_FALSE(JsonKeys::Parse(text)->Into(tree)) << text;
     EXPECT_EQ(tree.count, 7) << text;
   }
+  // Also where every key of what was wanted may be missing.
+  Tree whole;
+  auto torn = *JsonKeys::Parse(JsonKeys(Tree{.file = "a"}).Text());
+  EXPECT_TRUE(torn.Into(whole));
+  torn.Say("only", 3);
+  EXPECT_FALSE(torn.Into(whole));
   EXPECT_FALSE(JsonKeys::Parse("[1]").has_value());
   EXPECT_FALSE(JsonKeys::Parse("{ torn").has_value());
 }
