@@ -60,7 +60,7 @@ TEST(JsonKeys, WhatIsMissingOrOfAnotherTypeStaysAsItWasAndIsTold) {
   }
   // Also where every key of what was wanted may be missing.
   Tree whole;
-  auto torn = *JsonKeys::Parse(JsonKeys(Tree{.file = "a"}).Text());
+  auto torn = *JsonKeys::Parse(JsonKeys(Tree()).Text());
   EXPECT_TRUE(torn.Into(whole));
   torn.Say("only", 3);
   EXPECT_FALSE(torn.Into(whole));
