@@ -1,14 +1,21 @@
 #include "proxy/mesh_query.h"
 
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
+#include <CGAL/version.h>
+#if CGAL_VERSION_MAJOR >= 6
+#include <CGAL/AABB_traits_3.h>
+#include <CGAL/AABB_triangle_primitive_3.h>
+#else
+#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_triangle_primitive.h>
+#endif
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <variant>
 #include <vector>
 
 #include "scene/geometry/median.h"
@@ -20,7 +27,20 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Triangle = Kernel::Triangle_3;
 using Iterator = std::vector<Triangle>::const_iterator;
+#if CGAL_VERSION_MAJOR >= 6
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits_3<Kernel, CGAL::AABB_triangle_primitive_3<Kernel, Iterator>>>;
+#else
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Iterator>>>;
+#endif
+
+// What an intersection is, where it is a T: CGAL 5 returns boost's variant, CGAL 6 the standard's.
+template <typename T, typename Variant>
+const T* As(const Variant& intersection) {
+  if constexpr (requires { std::get_if<T>(&intersection); })
+    return std::get_if<T>(&intersection);
+  else
+    return boost::get<T>(&intersection);
+}
 
 }  // namespace
 
@@ -66,9 +86,9 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   const auto hit = impl_->tree.first_intersection(Kernel::Ray_3(o, ray_direction));
   if (!hit) return std::nullopt;
   double t = std::numeric_limits<double>::infinity();
-  if (const auto* point = boost::get<Kernel::Point_3>(&hit->first))
+  if (const auto* point = As<Kernel::Point_3>(hit->first))
     t = (*point - o) * ray_direction;
-  else if (const auto* segment = boost::get<Kernel::Segment_3>(&hit->first))  // the face contains the ray
+  else if (const auto* segment = As<Kernel::Segment_3>(hit->first))  // the face contains the ray
     t = std::min((segment->source() - o) * ray_direction, (segment->target() - o) * ray_direction);
   const Triangle& triangle = *hit->second;
   const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
@@ -86,7 +106,7 @@ int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& dire
   impl_->tree.all_intersections(Kernel::Ray_3(o, ray_direction), std::back_inserter(hits));
   std::vector<double> distances;
   for (const auto& hit : hits)
-    if (const auto* point = boost::get<Kernel::Point_3>(&hit.first)) distances.push_back((*point - o) * ray_direction);
+    if (const auto* point = As<Kernel::Point_3>(hit.first)) distances.push_back((*point - o) * ray_direction);
   std::ranges::sort(distances);
   int layers = 0;
   double last = -1;

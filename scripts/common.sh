@@ -6,7 +6,10 @@ die() { say "$0: $1"; exit "${2:-4}"; }
 
 # Installs what packages.txt lists and is missing; asks nothing where nothing is.
 install_packages() {
-  command -v dpkg-query >/dev/null || die "this is no Debian: install what packages.txt lists, by your system's names"
+  if ! command -v dpkg-query >/dev/null; then
+    say "this is no Debian: nothing is installed; packages.txt lists what is needed, by Debian's names"
+    return 0
+  fi
   local wanted missing
   mapfile -t wanted < <(grep -v '^[[:space:]]*\(#\|$\)' packages.txt)
   # One query for all: the names that it does not show as installed are missing.
@@ -37,13 +40,24 @@ build_jobs() {
   echo $((cores < by_memory ? cores : by_memory))
 }
 
+# What is missing, where CMake found that out; else all that it said.
+cannot_configure() {
+  rm -f "${1%.log}/build.ninja"
+  if grep -q 'These are missing' "$1"; then
+    sed -n '/These are missing/,/^$/p' "$1" | sed 's/^  //' >&2
+    die "install them, or leave parts out (see above)"
+  fi
+  cat "$1" >&2
+  die "cannot configure ($1)" 5
+}
+
 # build PRESET [TARGET...]: configures where needed, builds; quiet where there is nothing to do.
 build() {
   local preset=$1 log
   shift
   log=build/$preset.log
   mkdir -p build
-  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >"$log" 2>&1 || { cat "$log" >&2; die "cannot configure ($log)" 5; }
+  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >"$log" 2>&1 || cannot_configure "$log"
   say "building ($preset) ..."
   if [ -t 2 ]; then
     cmake --build "build/$preset" -j "$(build_jobs)" --target "$@" >&2 || die "the build failed" 5

@@ -1,9 +1,8 @@
 #include "simulate/tracer.h"
 
-#include <embree3/rtcore.h>
-
 #include <limits>
 
+#include "cmake/embree.h"
 #include "scene/program/error.h"
 #include "simulate/shapes.h"
 
@@ -139,23 +138,19 @@ struct Tracer::Impl {
   }
 
   static std::optional<RTCRayHit> Intersect(RTCScene scene, const Ray& ray) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRayHit query;
     SetRay(query.ray, ray, 0, std::numeric_limits<float>::infinity());
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &query);
+    embree::Intersect(scene, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return query;
   }
 
   static bool Occluded(RTCScene scene, const Ray& ray, double distance) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRay query;
     SetRay(query, ray, 0, distance);
-    rtcOccluded1(scene, &context, &query);
+    embree::Occluded(scene, query);
     return query.tfar < 0;
   }
 };

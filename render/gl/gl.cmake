@@ -1,6 +1,4 @@
 # The OpenGL backend. Included by render/CMakeLists.txt.
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 
 lumi_library(lumi_render_gl
   SOURCES

@@ -1,13 +1,13 @@
 #include "render/radiance/proxy_tracer.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
+
+#include "cmake/embree.h"
 
 namespace lumi {
 
@@ -58,9 +58,6 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
                         std::span<std::int32_t> face_out) const {
   constexpr std::size_t kPacket = 16;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   alignas(64) RTCRayHit16 packet;
   alignas(64) int valid[kPacket];
   for (std::size_t base = 0; base < directions.size(); base += kPacket) {
@@ -83,7 +80,7 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect16(valid, impl_->scene, &context, &packet);
+    embree::IntersectCoherent(valid, impl_->scene, packet);
     for (std::size_t i = 0; i < n; ++i)
       t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
     if (!face_out.empty())

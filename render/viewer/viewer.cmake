@@ -1,6 +1,4 @@
 # The interactive viewer. Included by render/CMakeLists.txt after gl.cmake.
-find_package(glfw3 3.3 REQUIRED)
-pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 
 # Without a window: testable on its own.
 lumi_library(lumi_view_core COLD

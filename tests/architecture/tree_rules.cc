@@ -77,13 +77,13 @@ const std::vector<Rule>& Rules() {
        [](const SourceLine& l) { return l.include == kJsonFields && (!l.Below("scene/files/") || l.IsHeader()); }},
       {"the frame of the programs is for main.cc",
        [](const SourceLine& l) {
-         return (l.include == "scene/program/main_program.h" || l.include.starts_with("CLI/")) &&
-                !l.Below("scene/program/") && !l.IsMain();
+         return l.include == "scene/program/main_program.h" && !l.Below("scene/program/") && !l.IsMain();
        }},
+      Confined("CLI11", {"CLI/"}, {"scene/program/"}),
       Confined("CGAL", {"CGAL/"}, {"proxy/", "render/"}),
       Confined("OpenMesh", {"OpenMesh/"}, {"proxy/"}),
       Confined("OpenGL", {"GL/", "GLFW/", "EGL/", "epoxy/", "imgui", "backends/imgui"}, {"render/"}),
-      Confined("Embree", {"embree"}, {"render/", "simulate/"}),
+      Confined("Embree", {"embree", "cmake/embree"}, {"render/", "simulate/"}),
       Confined("Ceres", {"ceres/"}, {"calibrate/", "reconstruct/", "timeperiodic/", "stabilize/"}),
       Confined("SQLite", {"sqlite3"}, {"reconstruct/"}),
       {"a library neither prints nor exits",

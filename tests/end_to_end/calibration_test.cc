@@ -58,7 +58,7 @@ class Calibration : public testing::Test {
     std::vector<Rigid3> estimated, true_poses;
     for (const json& v : truth["views"])
       for (const View& view : scene.views)
-        if (view.name == v["name"]) {
+        if (view.name == v["name"].get<std::string>()) {
           const auto m = v["cam_from_world"].get<std::vector<double>>();
           const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose =
               Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(m.data());

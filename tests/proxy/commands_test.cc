@@ -374,7 +374,7 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
     if (!c.contains("refused")) best = std::max(best, c["psnr_mean_db"].get<double>());
   EXPECT_EQ((*Row(chosen, chosen["name"]))["psnr_mean_db"].get<double>(), best);
   EXPECT_NE(chosen["name"], "plane");
-  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, chosen["name"]);
+  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, chosen["name"].get<std::string>());
   const ProgramResult second = RunProgram(argv);
   EXPECT_EQ(json::parse(second.out)["reused"], true);
   EXPECT_EQ(json::parse(second.out)["candidates"], chosen["candidates"]);

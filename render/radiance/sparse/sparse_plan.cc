@@ -85,7 +85,11 @@ void TessellateView(const ViewSetup& setup, const SparseProxy& proxy, const ForR
   out.triangles.clear();
   out.first_of_cell.clear();
   out.epipoles_px.clear();
+#ifdef LUMI_NO_CGAL
+  TessellateMesh(setup, proxy, for_ranges, out);
+#else
   (proxy.coarse() ? TessellateFacets : TessellateMesh)(setup, proxy, for_ranges, out);
+#endif
 }
 
 void PlanSparse(const ViewSetup& setup, const SparseProxy& proxy, const VisibilityMaps* visibility,

@@ -142,7 +142,11 @@ void SparseProxy::FindFacets() {
     edge_count += facet.border.size();
     facets_.push_back(std::move(facet));
   }
+#ifdef LUMI_NO_CGAL
+  coarse_ = false;  // nothing here triangulates facets
+#else
   coarse_ = edge_count <= kMaxFacetEdges;
+#endif
   if (!coarse_) facets_.clear();
   if (coarse_)
     for (const auto& [a, b] : edges) edges_.push_back({a, b});
