@@ -4,6 +4,7 @@
 #   ./test.sh             the fast tier
 #   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
+#   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
 #   further arguments go to ctest (-R NAME, -L hard-case ...)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -11,16 +12,24 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 preset=release
 select=(-LE slow)
-more=()
+more=() passed=() on='' as_user=()
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
-    --all) select=() ;;
-    --asan) preset=asan-ubsan; select=(-LE 'slow|end-to-end') ;;
-    *) more+=("$1") ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    --all) select=() passed+=(--all) ;;
+    --on)
+      [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
+      on=$2; shift ;;
+    --as-user) as_user=(--as-user) ;;
+    --asan) preset=asan-ubsan; select=(-LE 'slow|end-to-end') passed+=(--asan) ;;
+    *) more+=("$1") passed+=("$1") ;;
   esac
   shift
 done
+if [ -n "$on" ]; then
+  exec scripts/clean-root.sh "${as_user[@]}" "$on" ./test.sh "${passed[@]}"
+fi
+[ ${#as_user[@]} -eq 0 ] || die "--as-user goes with --on" 2
 
 install_packages
 build "$preset" all
