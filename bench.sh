@@ -38,6 +38,7 @@ if [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
+printf 'Built with %s; %s; %s cores.\n\n' "$(cat build/release/versions.txt)" "$(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1)" "$(nproc)"
 [ -n "$only_speed$only_stabilize" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
 # What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
 effects_row() {
