@@ -131,21 +131,17 @@ TradeoffTable MeasurePeriodTradeoff(const PeriodTradeoffOptions& options, const 
 }
 
 TradeoffFiles WritePeriodTradeoff(const std::filesystem::path& folder, const TradeoffTable& table) {
-  TradeoffPanel panel{"Period",
-                      "against the reference",
-                      "seconds",
-                      {"seconds", true},
-                      "error_percent",
-                      {"error, %", true},
-                      {{"", "as given", "#24292f", Marker::kDiamond},
-                       {"width", "", "#1f6feb"},
-                       {"frames", "", "#15803d", Marker::kSquare},
-                       {"several", "", "#9333ea"}},
-                      "line",
-                      "",
-                      table.Front("seconds", "error_percent"),
-                      false,
-                      kLeastShownPercent};
+  TradeoffPanel panel;
+  panel.title = "Period", panel.subtitle = "against the reference";
+  panel.x = "seconds", panel.x_axis = {"seconds", true};
+  panel.y = "error_percent", panel.y_axis = {"error, %", true};
+  panel.series = {{"", "as given", "#24292f", Marker::kDiamond},
+                  {"width", "", "#1f6feb"},
+                  {"frames", "", "#15803d", Marker::kSquare},
+                  {"several", "", "#9333ea"}};
+  panel.by = "line";
+  panel.front = table.Front("seconds", "error_percent");
+  panel.least = kLeastShownPercent;
   std::vector<Plot> plots{PlotOf(table, panel)};
   panel.title = "Held-out photos", panel.subtitle = "of the scene, rendered with each setting's period";
   panel.y = "psnr_holdout_db", panel.y_axis = PlotAxis();
