@@ -83,9 +83,9 @@ class Table {
     o.choices = names;
     o.get = [=](const S& s) { return OptionValue(std::string(Name(s.*at))); };
     o.set = [=](S& s, const OptionValue& v) {
-      const std::string text = Text(v);
-      const std::string_view word = text == "true" ? "on" : text == "false" ? "off" : text;  // JSON's
-      const auto found = std::find_if(kept.begin(), kept.end(), [&](E e) { return word == Name(e); });
+      std::string text = Text(v);
+      if (text == "false") text = "off";  // JSON's
+      const auto found = std::find_if(kept.begin(), kept.end(), [&](E e) { return text == Name(e); });
       if (found == kept.end()) throw UsageError(fmt::format("--{} takes {}; not {}", name, all, text));
       s.*at = *found;
     };
