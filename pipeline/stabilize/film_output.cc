@@ -1,5 +1,7 @@
 #include "pipeline/stabilize/film_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "scene/files/atomic_file.h"
@@ -33,9 +35,11 @@ bool WriteFilm(const fs::path& output, const Film& film, const std::string& task
     if (!film.sound_from.empty())
       for (const char* codec : {"copy", "aac"}) {
         std::vector<std::string> argv{"ffmpeg", "-v", "error", "-y"};
-        argv.insert(argv.end(),
-                    {"-i", silent.string(), "-i", film.sound_from.string(), "-map", "0:v:0", "-map", "1:a"});
-        argv.insert(argv.end(), {"-c:v", "copy", "-c:a", codec, "-shortest", "-movflags", "+faststart"});
+        // The sound ends with the film: ffmpeg's -shortest would end the film with the sound, since version 7 by
+        // several frames.
+        argv.insert(argv.end(), {"-i", silent.string(), "-t", fmt::format("{:.6f}", film.count / film.fps)});
+        argv.insert(argv.end(), {"-i", film.sound_from.string(), "-map", "0:v:0", "-map", "1:a"});
+        argv.insert(argv.end(), {"-c:v", "copy", "-c:a", codec, "-movflags", "+faststart"});
         argv.insert(argv.end(), {"-f", "mp4", temporary.string()});
         const SubprocessResult result = RunSubprocess(argv);
         if (result.exit_code == 0) {
