@@ -52,11 +52,11 @@ packages=$roots/$suite-packages
 results=$roots/$suite-results
 mkdir -p "$packages/partial" "$results"
 
-# A bare root: what is essential, apt, and for --as-user sudo. Kept as an archive for the next time, for a week.
+# A bare root: what is essential, apt, and for --as-user passwd and sudo. Kept as an archive for the next time, for a week.
 bare=$roots/$suite.tar
 if [ -z "$(find "$bare" -mtime -7 2>/dev/null)" ]; then
   say "a bare $suite from $mirror ..."
-  mmdebstrap --quiet --format=tar --variant=apt --include=ca-certificates,sudo --keyring="$keyring" "$suite" "$bare.part" "$mirror" >"$roots/$suite.log" 2>&1 || {
+  mmdebstrap --quiet --format=tar --variant=apt --include=ca-certificates,passwd,sudo --keyring="$keyring" "$suite" "$bare.part" "$mirror" >"$roots/$suite.log" 2>&1 || {
     tail -n 5 "$roots/$suite.log" >&2
     rm -f "$bare.part"
     die "mmdebstrap could not make a root of $suite (is $suite on $mirror? $roots/$suite.log)"
@@ -75,6 +75,7 @@ mkdir -p "$root/home/newcomer/lumigraph"
 git ls-files -z --cached --others --exclude-standard | while IFS= read -r -d '' file; do [ ! -e "$file" ] || printf '%s\0' "$file"; done |
   tar --null -T - -cf - | tar -xf - -C "$root/home/newcomer/lumigraph"
 cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || true
+echo "127.0.0.1 localhost $(uname -n)" >"$root/etc/hosts"
 # What apt downloads stays for the next root.
 printf 'Binary::apt::APT::Keep-Downloaded-Packages "true";\nAPT::Keep-Downloaded-Packages "true";\n' >"$root/etc/apt/apt.conf.d/90keep"
 user=root
