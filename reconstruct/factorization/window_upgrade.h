@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "reconstruct/factorization/projective_bundle.h"
 #include "reconstruct/factorization/windows.h"
 
 namespace lumi {
