@@ -99,8 +99,7 @@ void AddRendering(Options app, Line& line) {
   app.Call(
       "--window-frames", [&o](const std::string& text) { o.window_frames = WindowFrames(text); },
       "Photos to either side in time that a picture may use, 0 to 1000, or all; default: 5 along a path of matrices "
-      "and "
-      "in videos without a metric, else all");
+      "and in videos without a metric, else all");
   app.Call(
          "--border", [&o](const std::string& text) { o.border.fill = text == "fill"; },
          "Pixels that no photo of the window sees: black (a hole), or fill: from photos farther away in time, the "
@@ -194,11 +193,11 @@ int main(int argc, char** argv) {
     read();
     return RunMeasuring(line, program.progress());
   };
-  const Options tradeoff = program.Command("tradeoff",
-                                           "Accuracy against time: measures settings, recommends some for 8, 16, 33, "
-                                           "100 ms and no limit, keeps the front in "
-                                           "the scene",
-                                           measure);
+  const Options tradeoff = program.Command(
+      "tradeoff",
+      "Accuracy against time: measures settings, recommends some for 8, 16, 33, 100 ms and no limit, keeps the front in "
+      "the scene",
+      measure);
   AddMeasuring(tradeoff, line.measure);
   AddTradeoff(tradeoff, line);
   AddMeasuring(program.Command("properties", "A figure for each of the nine properties of Table 3.2",
