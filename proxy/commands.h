@@ -26,6 +26,19 @@ Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress);
 // `merge_px`: points nearer than this many pixels in the view that sees them finest become one.
 Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress);
 
+// A mesh through dense points: PatchMatch stereo between all photos, fused (docs/dense.md).
+struct DenseRequest {
+  DenseOptions dense = {};
+  int leave_out = 0;  // N: made without the photos that `lumi-render --holdout N` compares with; 0: of all
+  bool keep_choosing_fold = false;   // then without photos 0, N, 2N ... alone
+  std::filesystem::path from_depth;  // a folder with depth_maps/, made elsewhere; empty: our own stereo
+  std::uint64_t seed = 0;
+  bool depth_only = false;  // maps in COLMAP's layout, no mesh
+};
+Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& request, ProgressSink& progress);
+// SCENE/stereo/depth_maps and normal_maps of all photos, or the same in `target.output`.
+DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& request, ProgressSink& progress);
+
 // A rectangular tube around the cameras' path, of 4 to 6 sides (docs/proxy.md).
 Made<BoxSummary> RunBox(const ProxyTarget& target, int sides, ProgressSink& progress);
 

@@ -28,10 +28,11 @@ ProxyTarget Named(const char* name) { return {.scene = {}, .name = name, .output
 struct Requests {
   AutoOptions choice;
   ProxyTarget plane_target = Named("plane"), mesh_target = Named("mesh"), planes_target = Named("planes"),
-              moving_target = Named("moving"), box_target = Named("box"), hull_target = Named("hull"), simplify_target,
-              import_target = Named("imported");
+              moving_target = Named("moving"), dense_target = Named("dense"), box_target = Named("box"),
+              hull_target = Named("hull"), simplify_target, import_target = Named("imported");
   double merge_px = DelaunayOptions().merge_px;
   PlanesRequest planes;
+  DenseRequest dense;
   MovingRequest moving;
   int sides = 6;
   HullRequest hull_request;
@@ -112,6 +113,37 @@ void AddPointProxies(Program& program, Requests& r) {
                                  [&] { return RunBox(r.box_target, r.sides, program.progress()); });
   AddTarget(tube, r.box_target, true);
   tube.Add("--sides", r.sides, "6: closed; 5: open behind the cameras; 4: open at both ends").Default();
+}
+
+// From the photos' pixels, cameras and points.
+void AddDense(Program& program, Requests& r) {
+  DenseRequest& d = r.dense;
+  Options dense =
+      program.Command("dense", "A closed mesh through depth maps of all photos (PatchMatch stereo)", [&]() -> Answer {
+        if (d.depth_only) return RunDenseDepths(r.dense_target, d, program.progress());
+        return RunDense(r.dense_target, d, program.progress());
+      });
+  AddTarget(dense, r.dense_target, true);
+  dense.Add("--width", d.dense.stereo.width, "Longer side of the depth maps in pixels, 64..8192: detail against time")
+      .Default();
+  dense.Add("--views", d.dense.stereo.views, "Photos that each is compared with, 1..16").Default();
+  dense.Add("--iterations", d.dense.stereo.iterations, "Of the first round at half the size, 1..32; later ones follow")
+      .Default();
+  dense.Add("--agree", d.dense.fusion.agree, "Other photos that must agree on a point, 1..15: more is stricter")
+      .Default();
+  dense.Add("--merge-px", d.dense.merge_px, "Points nearer than this in the finest map become one, in pixels, > 0")
+      .Default();
+  dense.Add("--memory-mb", d.dense.stereo.memory_mb, "Of depth maps kept in memory; the others wait on disk, >= 64")
+      .Default();
+  dense.Add("--seed", d.seed, "Of the planes that are tried").Default();
+  dense.Add("--leave-out", d.leave_out,
+            "For an evaluation by lumi-render --holdout N: made without its photos and those that anything is chosen "
+            "on, >= 2; default: of all");
+  dense.Flag("--keep-choosing-fold", d.keep_choosing_fold, "With --leave-out: only photos 0, N, 2N ... are left out");
+  dense.Add("--from-depth", d.from_depth,
+            "Folder with depth_maps/ as COLMAP writes them (DENSE/stereo), instead of our own");
+  dense.Flag("--depth-only", d.depth_only,
+             "Only the maps, as COLMAP has them, in SCENE/stereo or the folder --output: no mesh");
 }
 
 // From silhouettes.
@@ -231,6 +263,7 @@ int main(int argc, char** argv) {
   Requests requests;
   AddAuto(program, requests);
   AddPointProxies(program, requests);
+  AddDense(program, requests);
   AddHulls(program, requests);
   AddImportAndInfo(program, requests);
   return program.Run(argc, argv);

@@ -40,6 +40,31 @@ std::string Details(const DelaunaySummary& s) {
                      100 * s.blocked_ray_fraction, s.rays);
 }
 
+static void ListKeys(JsonKeys& j, StereoSummary& s) {
+  j("photos", s.photos, "without", s.without, "pixels", s.pixels, "reused", s.reused, "seconds", s.seconds);
+}
+void ListKeys(JsonKeys& j, DenseSummary& s) {
+  j("depth", s.stereo, "fused_points", s.fused_points, "fusion_seconds", s.fusion_s);
+  ListKeys(j, s.mesh);
+}
+std::string Details(const DenseSummary& s) {
+  std::string out = fmt::format(
+      "\n{} photos with depth, {:.1f} s{}; {} points fused, {:.1f} s; {} in the mesh, {:.2f} % of {} lines of sight "
+      "blocked",
+      s.stereo.photos, s.stereo.seconds, s.stereo.reused ? fmt::format(" ({} maps were there)", s.stereo.reused) : "",
+      s.fused_points, s.fusion_s, s.mesh.vertices_used, 100 * s.mesh.blocked_ray_fraction, s.mesh.rays);
+  for (const std::string& name : s.stereo.without)
+    out += "\nwithout depth: " + name + " shares too few points with other photos";
+  return out;
+}
+void ListKeys(JsonKeys& j, DepthsSummary& s) { j("folder", s.folder, "depth", s.stereo, "seconds", s.seconds); }
+std::string Describe(const DepthsSummary& s) {
+  std::string out = fmt::format("{}: depth maps of {} photos, {:.1f} s", s.folder.string(), s.stereo.photos, s.seconds);
+  for (const std::string& name : s.stereo.without)
+    out += "\nwithout depth: " + name + " shares too few points with other photos";
+  return out;
+}
+
 void ListKeys(JsonKeys& j, BoxSummary& s) {
   j("points_used", s.points_on_walls, "points_total", s.points).Say("size", Eigen::Vector3d(s.high - s.low));
   j("wall_points", s.wall_points, "wall_rms", s.wall_rms);

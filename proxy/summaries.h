@@ -8,6 +8,7 @@
 
 #include "proxy/box/box_proxy.h"
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/dense/dense_proxy.h"
 #include "proxy/hull/soundness.h"
 #include "proxy/hull/visual_hull.h"
 #include "proxy/import/icp.h"
@@ -61,6 +62,12 @@ struct ImportFigures {
   int parts = 0;
   std::string soundness;
   double coverage = 0, front_fraction = 0;
+};
+
+struct DepthsSummary {
+  std::filesystem::path folder;
+  StereoSummary stereo;
+  double seconds = 0;
 };
 
 struct HullFigures {
@@ -147,6 +154,8 @@ struct InfoSummary {
 void ListKeys(JsonKeys& j, ProxySummary& s);
 void ListKeys(JsonKeys& j, PlaneSummary& s);
 void ListKeys(JsonKeys& j, DelaunaySummary& s);
+void ListKeys(JsonKeys& j, DenseSummary& s);
+void ListKeys(JsonKeys& j, DepthsSummary& s);
 void ListKeys(JsonKeys& j, BoxSummary& s);
 void ListKeys(JsonKeys& j, PlanesFigures& s);
 void ListKeys(JsonKeys& j, MovingFigures& s);
@@ -171,6 +180,7 @@ std::string Details(const Figures&) {
   return {};
 }
 std::string Details(const DelaunaySummary& s);
+std::string Details(const DenseSummary& s);
 std::string Details(const ImportFigures& s);
 std::string Details(const HullFigures& s);
 template <typename Figures>
@@ -178,6 +188,7 @@ std::string Describe(const Made<Figures>& s) {
   return Describe(static_cast<const ProxySummary&>(s)) + (s.figures ? Details(*s.figures) : std::string());
 }
 std::string Describe(const Made<SimplifyFigures>& s);
+std::string Describe(const DepthsSummary& s);
 std::string Describe(const SilhouettesSummary& s);
 std::string Describe(const AutoSummary& s);
 std::string Describe(const InfoSummary& s);

@@ -279,19 +279,28 @@ Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, Prog
   DelaunaySummary& s = summary ? *summary : local;
   s = {};
   Stopwatch watch;
-  Progress steps(progress, "delaunay proxy", 5);
-
   const std::vector<ProxyView> views = MakeProxyViews(scene);
   s.selection = SelectPoints(scene, views, options.points);
-  Workspace w = Prepare(scene, views, MergePoints(s.selection.points, options.merge_px), options);
-  s.vertices_used = w.points.size();
+  std::vector<ProxyPoint> points = MergePoints(s.selection.points, options.merge_px);
   s.select_s = watch.Lap();
-  steps.Step();
-  if (w.points.size() < 4) {
-    throw DataError("a mesh needs at least 4 reliable points, the scene has " + std::to_string(w.points.size()) +
-                        " of " + std::to_string(s.selection.total),
+  if (points.size() < 4) {
+    throw DataError("a mesh needs at least 4 reliable points, the scene has " + std::to_string(points.size()) + " of " +
+                        std::to_string(s.selection.total),
                     "use lumi-proxy plane, or reconstruct from more photos that overlap");
   }
+  return MeshThroughPoints(scene, views, std::move(points), options, progress, &s);
+}
+
+Mesh MeshThroughPoints(const Scene& scene, const std::vector<ProxyView>& views, std::vector<ProxyPoint> points,
+                       const DelaunayOptions& options, ProgressSink& progress, DelaunaySummary* summary) {
+  DelaunaySummary local;
+  DelaunaySummary& s = summary ? *summary : local;
+  Stopwatch watch;
+  Progress steps(progress, "delaunay proxy", 5);
+  Workspace w = Prepare(scene, views, std::move(points), options);
+  s.vertices_used = w.points.size();
+  s.select_s += watch.Lap();
+  steps.Step();
   const std::optional<LocatedTetrahedra> located = Tetrahedralize(w.positions, w.eyes);
   if (!located) throw DataError("the points and their backdrop span no volume", "use lumi-proxy plane");
   const Tetrahedra& tets = located->tetrahedra;

@@ -47,4 +47,8 @@ struct DelaunaySummary {
 Mesh BuildDelaunayProxy(const Scene& scene, const DelaunayOptions& options, ProgressSink& progress,
                         DelaunaySummary* summary = nullptr);
 
+// The same through points chosen elsewhere, of which no two coincide (MergePoints). views: as MakeProxyViews has them.
+Mesh MeshThroughPoints(const Scene& scene, const std::vector<ProxyView>& views, std::vector<ProxyPoint> points,
+                       const DelaunayOptions& options, ProgressSink& progress, DelaunaySummary* summary = nullptr);
+
 }  // namespace lumi

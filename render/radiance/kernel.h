@@ -1,5 +1,4 @@
-// For loops over arrays of floats that must vectorise: compiled for x86-64-v4, v3 and the baseline, picked when the
-// program starts, so that one binary runs everywhere (and under valgrind).
+// Functions for the kernels' loops (scene/program/kernel.h): without branches, of float and double alike.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#if defined(LUMI_NO_TARGET_CLONES) || !defined(__x86_64__) || defined(__clang__)
-#define LUMI_KERNEL
-#else
-#define LUMI_KERNEL __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#endif
-
-// What a kernel is made of: must be inlined to be compiled for the kernel's own instruction set.
-#define LUMI_INLINE [[gnu::always_inline]] inline
+#include "scene/program/kernel.h"
 
 namespace lumi {
 

@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+
+#include "proxy/commands.h"
+#include "proxy/dense/depth_files.h"
+#include "proxy/dense/leave_out.h"
+#include "proxy/make_proxy.h"
+#include "proxy/proxy_store.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace {
+namespace fs = std::filesystem;
+
+// Of another tool's maps, photos that may agree: more than stereo compares with, since nothing is computed but this.
+constexpr std::size_t kMostPartners = 10;
+
+void CheckDense(const DenseRequest& r) {
+  if (const std::string wrong = Validate(r.dense); !wrong.empty()) throw UsageError(wrong);
+  if (r.leave_out != 0 && r.leave_out < 2) throw UsageError("--leave-out must be at least 2");
+  if (r.keep_choosing_fold && r.leave_out == 0) throw UsageError("--keep-choosing-fold goes with --leave-out");
+  if (r.depth_only && !r.from_depth.empty()) throw UsageError("--depth-only and --from-depth exclude each other");
+  std::error_code error;
+  if (!r.from_depth.empty() && !fs::is_directory(r.from_depth / "depth_maps", error))
+    throw InputError(r.from_depth, "has no folder depth_maps", "give the folder stereo of a dense workspace");
+}
+
+Scene PhotosFor(const Scene& scene, const DenseRequest& r) {
+  if (r.leave_out == 0) return scene;
+  const std::vector<bool> keep = ViewsWithoutFolds(scene, r.leave_out, !r.keep_choosing_fold);
+  if (std::ranges::count(keep, true) < 2)
+    throw DataError(fmt::format("--leave-out {} leaves fewer than two photos", r.leave_out),
+                    "leave out fewer: a larger N");
+  return WithViews(scene, keep);
+}
+
+// Where maps wait: in the scene, so that a run that was killed goes on; for another tool's scene in a folder that goes.
+std::string MapsFolderName(const DenseRequest& r) {
+  if (r.leave_out == 0) return "planes";
+  return fmt::format("planes-without-{}{}", r.leave_out, r.keep_choosing_fold ? "-reported" : "");
+}
+
+std::vector<std::vector<std::int32_t>> Partners(const std::vector<std::vector<SourceView>>& sources) {
+  std::vector<std::vector<std::int32_t>> partners(sources.size());
+  for (std::size_t v = 0; v < sources.size(); ++v) {
+    for (const SourceView& s : sources[v]) {
+      partners[v].push_back(s.view.value);
+      partners[static_cast<std::size_t>(s.view.value)].push_back(static_cast<std::int32_t>(v));
+    }
+  }
+  for (std::vector<std::int32_t>& p : partners) {
+    std::ranges::sort(p);
+    p.erase(std::unique(p.begin(), p.end()), p.end());
+  }
+  return partners;
+}
+
+FusionInput InputOf(StereoMaps& maps) {
+  return {Partners(maps.sources()), [&maps](std::int32_t view) -> FusionMap {
+            const auto v = static_cast<std::size_t>(view);
+            return {maps.CameraOf(v), maps.Load(v)};
+          }};
+}
+
+FusionInput InputFrom(const Scene& scene, const fs::path& folder) {
+  return {Partners(PickSources(scene, kMostPartners)), [&scene, folder](std::int32_t v) -> FusionMap {
+            const View& view = scene.views[static_cast<std::size_t>(v)];
+            const Camera& photo = scene.CameraOf(view);
+            const StereoCamera camera = MakeStereoCamera(scene, view, photo.width_px, photo.height_px);
+            auto map = ReadColmapDepth(folder, view.name, camera);
+            if (!map) return {};
+            return {Resized(camera, map->width, map->height), std::make_shared<const DepthMap>(std::move(*map))};
+          }};
+}
+
+Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_folder, ProgressSink& progress,
+               DenseSummary& summary) {
+  if (!r.from_depth.empty()) {
+    for (const View& view : scene.views)
+      if (std::error_code error; fs::exists(r.from_depth / "depth_maps" / (view.name + ".geometric.bin"), error) ||
+                                 fs::exists(r.from_depth / "depth_maps" / (view.name + ".photometric.bin"), error))
+        ++summary.stereo.photos;
+      else
+        summary.stereo.without.push_back(view.name);
+    if (summary.stereo.photos < 2)
+      throw DataError(
+          fmt::format("{} has depth maps of {} of the scene's photos", r.from_depth.string(), summary.stereo.photos),
+          "maps are named after photos: PHOTO.jpg.geometric.bin");
+    return BuildDenseProxy(scene, InputFrom(scene, r.from_depth), r.dense, progress, summary);
+  }
+  StereoMaps maps(scene, r.dense.stereo, maps_folder, progress);
+  summary.stereo = maps.summary();
+  return BuildDenseProxy(scene, InputOf(maps), r.dense, progress, summary);
+}
+
+DenseRequest Seeded(DenseRequest request) {
+  request.dense.stereo.seed = static_cast<std::uint32_t>(request.seed);
+  return request;
+}
+
+}  // namespace
+
+Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given, ProgressSink& progress) {
+  const DenseRequest request = Seeded(given);
+  CheckDense(request);
+  const Scene opened = OpenForProxy(target.scene, progress);
+  std::map<std::string, std::string> options = OptionValues(request.dense);
+  options["leave_out"] = fmt::format("{}{}", request.leave_out, request.keep_choosing_fold ? " reported" : "");
+  options["from"] = request.from_depth.empty() ? "stereo" : "depth";
+  std::map<std::string, std::string> inputs{{"images", Fingerprint(opened.image_folder)},
+                                            {"masks", Fingerprint(opened.folder / "masks")}};
+  if (!request.from_depth.empty()) inputs["depth"] = Fingerprint(request.from_depth / "depth_maps");
+  std::optional<TemporaryFolder> elsewhere;
+  fs::path folder = opened.folder / "stereo";
+  if (!target.output.empty()) folder = elsewhere.emplace().path();
+  std::optional<DenseSummary> figures;
+  Made<DenseSummary> made{MakeProxy(target, "dense", std::move(options), std::move(inputs), progress,
+                                    [&](const Scene& scene) {
+                                      return MakeDense(PhotosFor(scene, request), request,
+                                                       folder / MapsFolderName(request), progress, figures.emplace());
+                                    }),
+                          figures};
+  if (target.output.empty()) KeepFigures(opened.folder, made);
+  return made;
+}
+
+DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& given, ProgressSink& progress) {
+  const DenseRequest request = Seeded(given);
+  const auto start = std::chrono::steady_clock::now();
+  CheckDense(request);
+  const Scene opened = OpenForProxy(target.scene, progress);
+  std::optional<FolderLock> lock;
+  std::optional<TemporaryFolder> elsewhere;
+  DepthsSummary summary;
+  fs::path planes = opened.folder / "stereo";
+  if (target.output.empty()) {
+    RequireKeepsProxies(opened);
+    lock.emplace(opened.folder);
+    summary.folder = planes;
+  } else {
+    RequireOurFolder(target.output, "fusion.cfg");
+    summary.folder = target.output;
+    planes = elsewhere.emplace().path();
+  }
+  const Scene scene = PhotosFor(opened, request);
+  StereoMaps maps(scene, request.dense.stereo, planes / MapsFolderName(request), progress);
+  summary.stereo = maps.summary();
+  Progress steps(progress, "writing depth maps", static_cast<long>(scene.views.size()));
+  std::vector<std::string> photos;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (const auto map = maps.Load(v)) {
+      WriteColmapDepth(summary.folder, scene.views[v].name, maps.CameraOf(v), *map,
+                       static_cast<float>(request.dense.fusion.max_cost));
+      photos.push_back(scene.views[v].name);
+    }
+    steps.Step();
+  }
+  WriteColmapLists(summary.folder, photos);
+  summary.seconds = SecondsSince(start);
+  return summary;
+}
+
+}  // namespace lumi

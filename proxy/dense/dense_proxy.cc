@@ -1,0 +1,48 @@
+#include "proxy/dense/dense_proxy.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+
+std::string Validate(const DenseOptions& o) {
+  if (o.fusion.agree < 1 || o.fusion.agree > 15) return "--agree must be 1 to 15";
+  if (!(o.merge_px > 0)) return "--merge-px must be above 0";
+  return Validate(o.stereo);
+}
+
+std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
+  std::map<std::string, std::string> values = OptionValues(o.stereo);
+  values["agree"] = std::to_string(o.fusion.agree);
+  values["merge_px"] = fmt::format("{}", o.merge_px);
+  return values;
+}
+
+Mesh BuildDenseProxy(const Scene& scene, const FusionInput& input, const DenseOptions& options, ProgressSink& progress,
+                     DenseSummary& summary) {
+  Stopwatch watch;
+  std::vector<ProxyPoint> points;
+  {
+    Progress steps(progress, "fusing depth maps", static_cast<long>(input.partners.size()));
+    points = FuseDepths(input, options.fusion, [&] { steps.Step(); });
+  }
+  summary.fused_points = points.size();
+  if (points.empty())
+    throw DataError("the photos' depth maps agree nowhere",
+                    "use lumi-proxy delaunay, or photographs that overlap more and show some texture");
+  DelaunayOptions mesh;
+  const std::vector<ProxyView> views = MakeProxyViews(scene);
+  // Sparse points reach where stereo finds nothing: walls without texture between two corners, what is far away.
+  summary.mesh.selection = SelectPoints(scene, views, mesh.points);
+  std::ranges::move(summary.mesh.selection.points, std::back_inserter(points));
+  points = MergePoints(points, options.merge_px);
+  summary.fusion_s = watch.Lap();
+  if (points.size() < 4) throw DataError("the photos' depth maps agree hardly anywhere", "use lumi-proxy delaunay");
+  return MeshThroughPoints(scene, views, std::move(points), mesh, progress, &summary.mesh);
+}
+
+}  // namespace lumi

@@ -1,0 +1,34 @@
+// A closed mesh through dense points: depth maps of all photos (stereo.h), fused where photos agree (fusion.h),
+// together with the sparse points, through the same graph cut as `delaunay`.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/dense/fusion.h"
+#include "proxy/dense/stereo.h"
+
+namespace lumi {
+
+struct DenseOptions {
+  StereoOptions stereo;
+  FusionOptions fusion;
+  double merge_px = 1.5;  // fused points nearer than so many pixels of the finest map become one, > 0
+};
+std::string Validate(const DenseOptions& options);
+std::map<std::string, std::string> OptionValues(const DenseOptions& options);
+
+struct DenseSummary {
+  StereoSummary stereo;
+  std::size_t fused_points = 0;
+  double fusion_s = 0;
+  DelaunaySummary mesh;
+};
+
+// `input` holds the maps; sparse points come from the scene. Throws DataError where photos agree on nothing.
+Mesh BuildDenseProxy(const Scene& scene, const FusionInput& input, const DenseOptions& options, ProgressSink& progress,
+                     DenseSummary& summary);
+
+}  // namespace lumi

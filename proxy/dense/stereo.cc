@@ -1,0 +1,206 @@
+#include "proxy/dense/stereo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+#include "proxy/dense/depth_start.h"
+#include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel_each.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace {
+
+// What a run's maps follow from, besides the photos' own bytes.
+constexpr int kMethodVersion = 1;
+
+}  // namespace
+
+std::string Validate(const StereoOptions& o) {
+  if (o.width < 64 || o.width > 8192) return "--width must be 64 to 8192";
+  if (o.views < 1 || o.views > static_cast<int>(kMostSources))
+    return fmt::format("--views must be 1 to {}", kMostSources);
+  if (o.iterations < 1 || o.iterations > 32) return "--iterations must be 1 to 32";
+  if (o.memory_mb < 64) return "--memory-mb must be at least 64";
+  return {};
+}
+
+std::map<std::string, std::string> OptionValues(const StereoOptions& o) {
+  return {{"width", std::to_string(o.width)},
+          {"views", std::to_string(o.views)},
+          {"iterations", std::to_string(o.iterations)},
+          {"seed", std::to_string(o.seed)},
+          {"method", std::to_string(kMethodVersion)}};
+}
+
+StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
+                       ProgressSink& progress, int last_round)
+    : scene_(scene), options_(options) {
+  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
+  const auto start = std::chrono::steady_clock::now();
+  PickPhotos();
+  store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options.memory_mb) << 20);
+  std::vector<std::string> names;
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    if (takes_part_[v]) names.push_back(scene.views[v].name);
+  store_->ForgetUnlessWhole(names, kRounds);
+
+  ReadPhotos(progress);
+  const int n = options.iterations;
+  const std::array<Round, kRounds> rounds = {
+      {{1, n, false}, {1, (n + 1) / 2, true}, {0, (n + 1) / 2, true}, {0, (n + 3) / 4, true}}};
+  long work = 0;
+  for (const Round& round : rounds)
+    for (std::size_t v = 0; v < scene.views.size(); ++v) work += WorkOf(v, round);
+  Progress steps(progress, "depth maps", work);
+  for (int r = 0; r < last_round; ++r) Match(rounds[static_cast<std::size_t>(r)], r, steps);
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    if (takes_part_[v]) summary_.pixels += pictures_[v].grey.data.size();
+  summary_.seconds = SecondsSince(start);
+}
+
+// Photos that have sources and points of their own, and for each the sources among them.
+void StereoMaps::PickPhotos() {
+  sources_ = PickSources(scene_, static_cast<std::size_t>(options_.views));
+  takes_part_.resize(scene_.views.size());
+  for (std::size_t v = 0; v < scene_.views.size(); ++v)
+    takes_part_[v] = !sources_[v].empty() && RangeOf(scene_, ViewId{static_cast<std::int32_t>(v)}).has_value();
+  // A photo that drops out may have been another's only source.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t v = 0; v < scene_.views.size(); ++v) {
+      std::erase_if(sources_[v],
+                    [&](const SourceView& s) { return !takes_part_[static_cast<std::size_t>(s.view.value)]; });
+      if (!takes_part_[v] || !sources_[v].empty()) continue;
+      takes_part_[v] = false;
+      changed = true;
+    }
+  }
+  for (std::size_t v = 0; v < scene_.views.size(); ++v) {
+    if (takes_part_[v])
+      ++summary_.photos;
+    else
+      summary_.without.push_back(scene_.views[v].name);
+  }
+}
+
+// All that the maps follow from: another scene or other options begin anew.
+std::string StereoMaps::Key() const {
+  std::string key;
+  for (const auto& [name, value] : OptionValues(options_)) key += name + " " + value + "\n";
+  key += "photos " + Fingerprint(scene_.image_folder) + "\nmasks " + Fingerprint(scene_.folder / "masks") + "\n";
+  for (const View& view : scene_.views) {
+    const Camera& camera = scene_.CameraOf(view);
+    const Rigid3& pose = view.cam_from_world;
+    key += fmt::format("{} {} {} {} {} {} {}\n", view.name, camera.FocalPx().x(), camera.FocalPx().y(),
+                       camera.PrincipalPointPx().x(), camera.PrincipalPointPx().y(),
+                       fmt::join(pose.rotation.coeffs().data(), pose.rotation.coeffs().data() + 4, " "),
+                       fmt::join(pose.translation.data(), pose.translation.data() + 3, " "));
+  }
+  return key + fmt::format("points {}\n", scene_.points.size());
+}
+
+// Thousand times the pixel updates of a photo in a round; a start is scored once.
+long StereoMaps::WorkOf(std::size_t view, const Round& round) const {
+  if (!takes_part_[view]) return 0;
+  const StereoCamera& camera = pictures_[view].camera;
+  const long pixels = static_cast<long>(camera.width) * camera.height >> (2 * round.halvings);
+  return 1 + pixels / 1000 * round.iterations;
+}
+
+void StereoMaps::ReadPhotos(ProgressSink& progress) {
+  pictures_.resize(scene_.views.size());
+  Progress steps(progress, "reading photos", static_cast<long>(summary_.photos));
+  ParallelEach(scene_.views.size(), 1, [&](std::size_t v) {
+    if (!takes_part_[v]) return;
+    const View& view = scene_.views[v];
+    const Image8 photo = ReadImage8(scene_.ImagePath(view), 3);
+    const Eigen::Vector2i size = StereoSize({photo.width, photo.height}, options_.width);
+    StereoPicture& picture = pictures_[v];
+    picture.camera = MakeStereoCamera(scene_, view, size.x(), size.y());
+    picture.grey = GreyOf(Resize(photo, size.x(), size.y()));
+    const std::filesystem::path mask = FindMask(scene_.folder / "masks", view.name);
+    if (!mask.empty()) {
+      const Image8 kept = Resize(ReadImage8(mask, 3), size.x(), size.y());
+      picture.ignored = Image8(size.x(), size.y(), 1);
+      for (std::size_t p = 0; p < picture.ignored.data.size(); ++p)
+        picture.ignored.data[p] = static_cast<std::uint8_t>(255 - kept.data[3 * p]);
+    }
+    steps.Step();
+  });
+}
+
+StereoPicture StereoMaps::PictureOf(std::size_t view, int halvings) const {
+  if (halvings == 0) return pictures_[view];
+  const StereoPicture& full = pictures_[view];
+  const int width = std::max(1, full.camera.width >> halvings), height = std::max(1, full.camera.height >> halvings);
+  StereoPicture half;
+  half.camera = Resized(full.camera, width, height);
+  half.grey = Resize(full.grey, width, height);
+  if (!full.ignored.empty()) half.ignored = Resize(full.ignored, width, height);
+  return half;
+}
+
+DepthMap StereoMaps::StartOf(std::size_t view, const StereoPicture& picture, int number) {
+  const ViewId id{static_cast<std::int32_t>(view)};
+  if (number == 0) return StartingPlanes(scene_, id, picture.camera, *RangeOf(scene_, id));
+  const DepthMap before = *store_->Load(scene_.views[view].name, number - 1);
+  if (before.width == picture.camera.width && before.height == picture.camera.height) return before;
+  return Resized(before, picture.camera.width, picture.camera.height);
+}
+
+void StereoMaps::Match(const Round& round, int number, Progress& progress) {
+  for (std::size_t v = 0; v < scene_.views.size(); ++v) {
+    if (!takes_part_[v]) continue;
+    const std::string& name = scene_.views[v].name;
+    if (store_->Done(name, number, kRounds)) {
+      ++summary_.reused;
+      progress.Step(WorkOf(v, round));
+      continue;
+    }
+    const StereoPicture reference = PictureOf(v, round.halvings);
+    std::vector<StereoPicture> pictures;
+    std::vector<std::shared_ptr<const DepthMap>> maps;
+    std::vector<MatchSource> sources;
+    pictures.reserve(sources_[v].size());
+    for (const SourceView& s : sources_[v]) {
+      const auto other = static_cast<std::size_t>(s.view.value);
+      pictures.push_back(PictureOf(other, round.halvings));
+      MatchSource source{&pictures.back(), nullptr};
+      if (round.geometric) {
+        maps.push_back(store_->Load(scene_.views[other].name, number - 1));
+        source.map = maps.back().get();
+      }
+      sources.push_back(source);
+    }
+    const DepthRange range = *RangeOf(scene_, ViewId{static_cast<std::int32_t>(v)});
+    PatchMatchOptions options;
+    options.iterations = round.iterations;
+    options.seed = options_.seed + 4096 * static_cast<std::uint32_t>(v) + 1024 * static_cast<std::uint32_t>(number);
+    options.nearest_w = range.nearest_w;
+    options.farthest_w = range.farthest_w;
+    // Later rounds start from what is nearly right.
+    options.perturbation /= static_cast<float>(1 << number);
+    DepthMap map = StartOf(v, reference, number);
+    MatchPatches(reference, sources, options, map);
+    store_->Store(name, number, std::move(map));
+    progress.Step(WorkOf(v, round));
+  }
+  // Nobody reads the round before the last any more.
+  if (number > 0)
+    for (std::size_t v = 0; v < scene_.views.size(); ++v)
+      if (takes_part_[v]) store_->Remove(scene_.views[v].name, number - 1);
+}
+
+std::shared_ptr<const DepthMap> StereoMaps::Load(std::size_t view) {
+  if (!takes_part_[view]) return nullptr;
+  return store_->Load(scene_.views[view].name, kRounds - 1);
+}
+
+}  // namespace lumi

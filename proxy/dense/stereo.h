@@ -1,0 +1,76 @@
+// Depth maps of all photos of a scene, by PatchMatch stereo in four rounds: at half the size photos alone, then with
+// the maps of their sources; at the full size from there, twice. A round reads the maps of the round before, so photos
+// may be done in any order and a run that was killed goes on with the photo it was at.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proxy/dense/depth_store.h"
+#include "proxy/dense/patch_match.h"
+#include "proxy/dense/source_views.h"
+#include "scene/model/scene.h"
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+struct StereoOptions {
+  int width = 640;     // of a map's longer side, pixels
+  int views = 6;       // photos that one is compared with, 1 .. 16
+  int iterations = 4;  // of the first round; the others follow from it
+  int memory_mb = 1024;
+  std::uint32_t seed = 0;
+};
+std::string Validate(const StereoOptions& options);
+std::map<std::string, std::string> OptionValues(const StereoOptions& options);
+
+struct StereoSummary {
+  std::size_t photos = 0;            // with a map
+  std::vector<std::string> without;  // photos that share no point with another, or see too few
+  std::size_t pixels = 0;            // of all maps
+  std::size_t reused = 0;            // maps of any round that an earlier run had finished
+  double seconds = 0;
+};
+
+// The maps of a scene's photos; views as in Scene::views.
+class StereoMaps {
+ public:
+  // Makes them, or takes what `folder` has of the same scene and options; the scene must outlive them. Throws as
+  // PickSources. `rounds`: the first so many only, for tests of what a kill leaves.
+  static constexpr int kRounds = 4;
+  StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
+             ProgressSink& progress, int rounds = kRounds);
+
+  const StereoSummary& summary() const { return summary_; }
+  const std::vector<std::vector<SourceView>>& sources() const { return sources_; }
+  // nullptr: it has none.
+  std::shared_ptr<const DepthMap> Load(std::size_t view);
+  const StereoCamera& CameraOf(std::size_t view) const { return pictures_[view].camera; }
+
+ private:
+  struct Round {
+    int halvings = 0, iterations = 0;
+    bool geometric = false;
+  };
+  void PickPhotos();
+  std::string Key() const;
+  void ReadPhotos(ProgressSink& progress);
+  void Match(const Round& round, int number, Progress& progress);
+  DepthMap StartOf(std::size_t view, const StereoPicture& picture, int number);
+  StereoPicture PictureOf(std::size_t view, int halvings) const;
+  long WorkOf(std::size_t view, const Round& round) const;
+
+  const Scene& scene_;
+  StereoOptions options_;
+  std::vector<std::vector<SourceView>> sources_;
+  std::vector<bool> takes_part_;
+  std::vector<StereoPicture> pictures_;
+  std::unique_ptr<DepthStore> store_;
+  StereoSummary summary_;
+};
+
+}  // namespace lumi
