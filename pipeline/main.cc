@@ -106,8 +106,10 @@ int main(int argc, char** argv) {
       .Required();
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
   app.Add("--proxy", options.proxy, "How the proxy is made")
-      .OneOf({"auto", "plane", "planes", "box", "delaunay", "moving", "hull"})
+      .OneOf({"auto", "plane", "planes", "box", "delaunay", "dense", "moving", "hull"})
       .Default();
+  app.Add("--proxy-minutes", options.proxy_minutes,
+          "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: as long as the cameras took");
   app.Add("--silhouette-rule", options.silhouette_rule,
           "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");

@@ -14,10 +14,11 @@ struct PipelineOptions {
   std::string board, square_mm;                    // passed on to lumi-calibrate as they are; empty: its defaults
   std::vector<std::string> reconstruct_arguments;  // passed on to lumi-reconstruct as they are
   bool periodic = false;  // a video of a scene that repeats itself: lumi-timeperiodic places it in space and time
-  std::filesystem::path fixed_video;  // of the same scene from a tripod, for the period; empty: the video itself
-  std::string period_frames;          // a period that is known; empty: found
-  bool rescale_cameras = false;       // a workspace's cameras are scaled to its photos instead of being refused
-  std::string proxy = "auto";         // lumi-proxy's kind: auto, plane, planes, box, delaunay, hull
+  std::filesystem::path fixed_video;    // of the same scene from a tripod, for the period; empty: the video itself
+  std::string period_frames;            // a period that is known; empty: found
+  bool rescale_cameras = false;         // a workspace's cameras are scaled to its photos instead of being refused
+  std::string proxy = "auto";           // lumi-proxy's kind: auto, plane, planes, box, delaunay, dense, moving, hull
+  std::optional<double> proxy_minutes;  // of auto's depth maps (proxy/commands.h)
   // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder
   // of photos) of the background. None: those that the scene has.
   std::string silhouette_rule;

@@ -266,6 +266,8 @@ class Run {
       arguments.emplace_back("--activate");
     else if (options_.holdout > 0)  // it chooses on photos that this N does not report on
       arguments.insert(arguments.end(), {"--holdout", std::to_string(options_.holdout)});
+    if (options_.proxy == "auto" && options_.proxy_minutes)
+      arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{}", *options_.proxy_minutes)});
     Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
@@ -393,6 +395,7 @@ std::string Validate(const PipelineOptions& options) {
   if (options.periodic && (!options.calibration.empty() || !options.reconstruct_arguments.empty()))
     return "--periodic finds the cameras through lumi-timeperiodic: options of lumi-reconstruct and --calibration do "
            "not go with it";
+  if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) return "--proxy-minutes is at least 0";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})

@@ -8,6 +8,8 @@
 #include "proxy/box/box_proxy.h"
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "proxy/dense/dense_proxy.h"
+#include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
@@ -31,6 +33,9 @@ struct Recipe {
   std::string name, kind;
   std::function<std::string(const Scene&)> unfit;
   std::function<ProxySummary(const ProxyTarget&, ProgressSink&)> run;
+  // What an evaluation's proxy is made of: the photos that are not left out, where those are all that it depends on.
+  bool knows_photos = false;
+  bool dense = false;  // takes minutes: made of all photos only once it is chosen
 };
 
 // Walls on at least three sides that hold half of the points, twice as long as wide, along which the cameras travel:
@@ -61,16 +66,28 @@ std::string UnfitForBox(const Scene& scene) {
   return {};
 }
 
-const std::vector<Recipe>& Recipes() {
+ProxySummary RunDenseAgreeing(const ProxyTarget& target, int agree, int width_px, ProgressSink& progress) {
+  DenseRequest request;
+  request.dense.fusion.agree = agree;
+  request.dense.stereo.width = width_px;
+  return RunDense(target, request, progress);
+}
+
+// dense_width_px: of the depth maps. A kind of proxy that is made of another one (a simplified hull) comes after it.
+std::vector<Recipe> Recipes(int dense_width_px) {
   const auto always = [](const Scene&) { return std::string(); };
-  // A kind of proxy that is made of another one (a simplified hull) comes after it.
-  static const std::vector<Recipe> recipes = {
-      {"plane", "plane", always, RunPlane},
-      {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }},
+  const auto dense = [dense_width_px](int agree) {
+    return [=](const ProxyTarget& t, ProgressSink& p) { return RunDenseAgreeing(t, agree, dense_width_px, p); };
+  };
+  return {
+      {"plane", "plane", always, RunPlane, true},
+      {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }, true},
       {"box", "box", UnfitForBox,
-       [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }},
+       [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }, true},
       {"mesh", "delaunay", always,
-       [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }},
+       [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }, true},
+      {"dense", "dense", always, dense(2), true, true},
+      {"dense-strict", "dense", always, dense(3), true, true},
       {"moving", "moving", UnfitForMoving, [](const ProxyTarget& t, ProgressSink& p) { return RunMoving(t, {}, p); }},
       {"hull", "hull",
        [](const Scene& scene) {
@@ -90,7 +107,37 @@ const std::vector<Recipe>& Recipes() {
          return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .silhouettes = {}}, t, p);
        }},
   };
-  return recipes;
+}
+
+const Recipe* Find(const std::vector<Recipe>& recipes, const std::string& name) {
+  const auto at = std::ranges::find(recipes, name, &Recipe::name);
+  return at == recipes.end() ? nullptr : &*at;
+}
+
+// Of what size depth maps can be made in the time there is, or why none are.
+struct DensePlan {
+  int width_px = 0;
+  std::string refused;
+};
+DensePlan PlanDense(const Scene& scene, const AutoOptions& options, bool twice) {
+  double minutes = options.proxy_minutes.value_or(0);
+  if (!options.proxy_minutes) {
+    const auto cameras = ReadProvenance(scene.folder, "reconstruct");
+    if (!cameras)
+      return {0, "it is not recorded how long the cameras took: --proxy-minutes says what depth maps may take"};
+    minutes = cameras->seconds / 60;
+  }
+  if (minutes == 0) return {0, "switched off by --proxy-minutes 0"};
+  double least = 0;
+  for (const int width : {640, 480, 320}) {
+    StereoOptions stereo;
+    stereo.width = width;
+    least =
+        (twice ? 2 : 1) * EstimateStereoSeconds(scene, stereo) + (twice ? 3 : 2) * EstimateMeshSeconds(scene, width);
+    if (least <= 60 * minutes) return {width, {}};
+  }
+  return {0, fmt::format("depth maps 320 pixels wide would take about {:.1f} minutes, --proxy-minutes allows {:.1f}",
+                         least / 60, minutes)};
 }
 
 // A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which
@@ -104,20 +151,48 @@ bool MadeBefore(const Scene& scene, const Recipe& recipe) {
          record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
 }
 
-ProxyCandidate Make(const Scene& scene, const std::string& name, ProgressSink& progress) {
+// NAME-without-N where it is there and differs from NAME in nothing but the photos that it knows; else empty.
+std::string EvaluatedBefore(const Scene& scene, const std::string& name, int without) {
+  const std::string evaluated = StoredName({scene.folder, name, {}, false, without});
+  const auto record = RecordOf(scene, name), other = RecordOf(scene, evaluated);
+  std::error_code error;
+  if (without == 0 || !record || !other || !fs::exists(ProxyPath(scene.folder, evaluated), error)) return {};
+  std::map<std::string, std::string> options = other->options;
+  options.erase("leave_out");
+  return options == record->options && other->inputs == record->inputs ? evaluated : std::string();
+}
+
+// Makes a candidate and what it is measured by. `without`: N of the photos that are left out, 0: there is only the
+// proxy of all photos.
+ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, const std::string& name, int without,
+                    const DensePlan& dense, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   ProxyCandidate c;
   c.name = name;
-  const auto recipe = std::find_if(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
+  const Recipe* recipe = Find(recipes, name);
   try {
-    if (recipe == Recipes().end() || MadeBefore(scene, *recipe)) {
+    if (!recipe || MadeBefore(scene, *recipe)) {
       const Mesh mesh = LoadProxy(scene, name);
       c.faces = mesh.faces.size();
       c.closed = IsClosed(mesh);
-    } else if (c.refused = recipe->unfit(scene); c.refused.empty()) {
-      const ProxySummary made = recipe->run({scene.folder, name, {}, false}, progress);
-      c.faces = made.faces;
-      c.closed = made.closed;
+      c.evaluated = EvaluatedBefore(scene, name, without);
+    } else if (c.refused = recipe->dense && dense.width_px == 0 ? dense.refused : recipe->unfit(scene);
+               c.refused.empty()) {
+      ProxyTarget target{scene.folder, name, {}, false};
+      if (!recipe->dense || without == 0) {
+        const ProxySummary made = recipe->run(target, progress);
+        c.faces = made.faces;
+        c.closed = made.closed;
+      }
+      if (recipe->knows_photos && without != 0) {
+        target.leave_out = without;
+        const ProxySummary made = recipe->run(target, progress);
+        c.evaluated = made.name;
+        if (recipe->dense) {
+          c.faces = made.faces;
+          c.closed = made.closed;
+        }
+      }
     }
     c.made = c.refused.empty();
   } catch (const Error& e) {
@@ -128,6 +203,22 @@ ProxyCandidate Make(const Scene& scene, const std::string& name, ProgressSink& p
   }
   c.build_s = SecondsSince(start);
   return c;
+}
+
+// The chosen one of all photos, where only the one that it was measured by is there; its faces are the row's then.
+void MakeForUse(const Scene& scene, const std::vector<Recipe>& recipes, ProxyCandidate& c, ProgressSink& progress) {
+  const Recipe* recipe = Find(recipes, c.name);
+  if (!recipe || !recipe->dense || c.evaluated.empty() || MadeBefore(scene, *recipe)) return;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const ProxySummary made = recipe->run({scene.folder, c.name, {}, false}, progress);
+    c.faces = made.faces;
+    c.closed = made.closed;
+  } catch (const Error& e) {
+    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage) throw;
+    c.refused = e.what();
+  }
+  c.build_s += SecondsSince(start);
 }
 
 // What lumi-render says of held-out photos.
@@ -144,14 +235,14 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
   const TemporaryFolder folder;
   HoldoutErrors errors;
   try {
-    errors =
-        RunSibling({"lumi-render",
-                    {scene.folder.string(), "-o", (folder.path() / "frames").string(), "--proxy", c.name, "--holdout",
-                     std::to_string(holdout), "--fold", "choose", "--width", std::to_string(options.choose_width_px)},
-                    {},
-                    {}},
-                   SilentProgress())
-            .summary.As<HoldoutErrors>();
+    errors = RunSibling({"lumi-render",
+                         {scene.folder.string(), "-o", (folder.path() / "frames").string(), "--proxy",
+                          c.evaluated.empty() ? c.name : c.evaluated, "--holdout", std::to_string(holdout), "--fold",
+                          "choose", "--width", std::to_string(options.choose_width_px)},
+                         {},
+                         {}},
+                        SilentProgress())
+                 .summary.As<HoldoutErrors>();
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
@@ -210,19 +301,35 @@ AutoSummary Chosen(AutoTable table, const AutoOptions& options) {
   return s;
 }
 
+// Chooses, and makes of all photos what was chosen; where that fails, the next best.
+AutoSummary Settle(const Scene& scene, AutoTable table, const AutoOptions& options, ProgressSink& progress) {
+  const std::vector<Recipe> recipes = Recipes(table.dense_width_px.value_or(0));
+  for (;;) {
+    if (std::ranges::none_of(table.candidates, [](const ProxyCandidate& c) { return c.refused.empty(); }))
+      throw DataError("no proxy can be made: " + table.candidates.front().refused,
+                      "reconstruct from more photos that overlap");
+    AutoSummary s = Chosen(table, options);
+    const auto chosen = std::ranges::find(table.candidates, s.name, &ProxyCandidate::name);
+    MakeForUse(scene, recipes, *chosen, progress);
+    if (chosen->refused.empty()) return Chosen(std::move(table), options);
+  }
+}
+
 std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) {
+  const std::vector<Recipe> recipes = Recipes(0);
   if (options.candidates.empty()) {
     std::vector<std::string> names;
-    for (const Recipe& r : Recipes()) names.push_back(r.name);
+    for (const Recipe& r : recipes)
+      if (!r.dense || options.proxy_minutes != 0.0) names.push_back(r.name);
     return names;
   }
   const std::vector<std::string> there = ListProxies(scene.folder);
   std::vector<std::string> names;
   for (const std::string& name : options.candidates) {
-    const bool known = std::any_of(Recipes().begin(), Recipes().end(), [&](const Recipe& r) { return r.name == name; });
+    const bool known = Find(recipes, name) != nullptr;
     if (!known && std::ranges::find(there, name) == there.end()) {
       std::string made;
-      for (const Recipe& r : Recipes()) made += (made.empty() ? "" : ", ") + r.name;
+      for (const Recipe& r : recipes) made += (made.empty() ? "" : ", ") + r.name;
       throw UsageError("\"" + name + "\" is no candidate", "one of " + made + ", or a proxy that the scene has");
     }
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
@@ -235,26 +342,28 @@ std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) 
 AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   if (options.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (options.choose_width_px < 16) throw UsageError("--choose-width must be at least 16");
+  if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) throw UsageError("--proxy-minutes must be at least 0");
   if (options.budget_ms && !(*options.budget_ms > 0)) throw UsageError("--budget-ms must be above 0");
   const auto start = std::chrono::steady_clock::now();
   Scene scene = OpenForProxy(options.scene, progress);
   RequireKeepsProxies(scene);
   const std::vector<std::string> names = Wanted(scene, options);
 
-  Provenance wanted = ProxyProvenance(scene, "auto", "auto",
-                                      {{"choose_width", std::to_string(options.choose_width_px)},
-                                       {"holdout", std::to_string(options.holdout)},
-                                       {"candidates", fmt::format("{}", fmt::join(names, ","))}});
+  Provenance wanted =
+      ProxyProvenance(scene, "auto", "auto",
+                      {{"choose_width", std::to_string(options.choose_width_px)},
+                       {"holdout", std::to_string(options.holdout)},
+                       {"proxy_minutes", options.proxy_minutes ? fmt::format("{}", *options.proxy_minutes) : "cameras"},
+                       {"candidates", fmt::format("{}", fmt::join(names, ","))}});
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
   wanted.inputs["silhouettes"] = Fingerprint(scene.folder / "silhouettes");
   if (IsUpToDate(scene.folder, wanted)) {
     // Measured already: a budget only chooses among what is there.
-    const FolderLock lock(scene.folder);
     const auto table = JsonKeys::Parse(ReadText(scene.folder / kSummaryFile));
     if (!table)
       throw InputError(scene.folder / kSummaryFile, "is no JSON object",
                        "remove it, and what was measured is measured again");
-    AutoSummary s = Chosen(table->As<AutoTable>(), options);
+    AutoSummary s = Settle(scene, table->As<AutoTable>(), options, progress);
     Activate(scene, s.name);
     s.table.reused = true;
     s.seconds = SecondsSince(start);
@@ -267,11 +376,17 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   // An odd multiple of N keeps clear of 0, N, 2N ..., which quality is reported on.
   for (const int n = holdout; views / holdout > kMostPhotos; holdout += 2 * n) {
   }
+  // What is compared must not know the photos that are left out, as long as that leaves enough of them.
+  const bool compared = views >= 3 && names.size() > 1;
+  const auto kept = std::ranges::count(ViewsWithoutFolds(scene, options.holdout, true), true);
+  const int without = compared && holdout != 2 && 2 * kept >= views ? options.holdout : 0;
+  const DensePlan dense = PlanDense(scene, options, without != 0);
+  const std::vector<Recipe> recipes = Recipes(dense.width_px);
   std::vector<ProxyCandidate> candidates;
   {
     Progress steps(progress, "making proxies", static_cast<long>(names.size()));
     for (const std::string& name : names) {
-      candidates.push_back(Make(scene, name, progress));
+      candidates.push_back(Make(scene, recipes, name, without, dense, progress));
       steps.Step();
     }
   }
@@ -291,22 +406,23 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
     }
   }
 
-  const FolderLock lock(scene.folder);
   AutoTable table{holdout,
                   options.choose_width_px,
                   "too few photos to leave one out",
                   fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout),
                   candidates,
-                  false};
-  WriteTextAtomically(scene.folder / kSummaryFile, JsonKeys(table).Text(2) + "\n");
-  AutoSummary s = Chosen(std::move(table), options);
+                  false,
+                  dense.width_px != 0 ? std::optional(dense.width_px) : std::nullopt};
+  AutoSummary s = Settle(scene, std::move(table), options, progress);
+  const FolderLock lock(scene.folder);
+  WriteTextAtomically(scene.folder / kSummaryFile, JsonKeys(s.table).Text(2) + "\n");
   // The first that was made has become the active one meanwhile.
   scene.active_proxy = OpenForProxy(options.scene, progress).active_proxy;
   Activate(scene, s.name);
   wanted.outputs[kSummaryFile] = Fingerprint(scene.folder / kSummaryFile);
-  for (const ProxyCandidate& c : candidates) {
-    if (!c.made) continue;
+  for (const ProxyCandidate& c : s.table.candidates) {
     const fs::path path = ProxyPath(scene.folder, c.name);
+    if (std::error_code error; !c.made || !fs::exists(path, error)) continue;
     wanted.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
   }
   wanted.seconds = SecondsSince(start);

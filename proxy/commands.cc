@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 
 #include "proxy/delaunay/delaunay_proxy.h"
 #include "proxy/hull/soundness.h"
+#include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/plane/plane_proxy.h"
 #include "proxy/proxy_store.h"
@@ -27,38 +29,56 @@ Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress) {
   return scene;
 }
 
+std::string StoredName(const ProxyTarget& target) {
+  if (target.leave_out == 0 || target.keep_choosing_fold) return target.name;
+  return fmt::format("{}-without-{}", target.name, target.leave_out);
+}
+
+// The scene as a proxy for an evaluation may know it.
+static Scene KnownTo(const ProxyTarget& target, Scene scene) {
+  if (target.leave_out == 0 && !target.keep_choosing_fold) return scene;
+  if (target.leave_out < 2) throw UsageError("--leave-out must be at least 2");
+  const std::vector<bool> keep = ViewsWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
+  if (std::ranges::count(keep, true) < 2)
+    throw DataError(fmt::format("--leave-out {} leaves fewer than two of {} photos", target.leave_out, keep.size()),
+                    "leave out fewer: a larger N");
+  return WithViews(scene, keep);
+}
+
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
                        std::map<std::string, std::string> inputs, ProgressSink& progress,
                        const std::function<Mesh(const Scene&)>& make) {
   const auto start = std::chrono::steady_clock::now();
   Scene scene = OpenForProxy(target.scene, progress);
   ProxySummary made;
-  made.name = target.name;
+  const std::string name = made.name = StoredName(target);
   made.kind = kind;
+  if (target.leave_out != 0)
+    options["leave_out"] = fmt::format("{}{}", target.leave_out, target.keep_choosing_fold ? " reported" : "");
   Mesh mesh;
   if (!target.output.empty()) {
     if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj"))
       throw UsageError("--output " + target.output.string() + " is no mesh file", "end it with .ply or .obj");
-    mesh = make(scene);
+    mesh = make(KnownTo(target, std::move(scene)));
     WriteMesh(target.output, mesh);
     made.file = target.output;
   } else {
     RequireKeepsProxies(scene);
-    RequireProxyName(target.name);
+    RequireProxyName(name);
     const FolderLock lock(scene.folder);
-    Provenance wanted = ProxyProvenance(scene, target.name, kind, std::move(options));
+    Provenance wanted = ProxyProvenance(scene, name, kind, std::move(options));
     wanted.inputs.merge(inputs);
-    RequireSameKind(scene, wanted, target.name);
-    made.file = ProxyPath(scene.folder, target.name);
+    RequireSameKind(scene, wanted, name);
+    made.file = ProxyPath(scene.folder, name);
     made.reused = IsUpToDate(scene.folder, wanted);
     if (made.reused) {
       mesh = ReadMesh(made.file);
     } else {
-      mesh = make(scene);
-      StoreProxy(scene, target.name, mesh, std::move(wanted), SecondsSince(start));
+      mesh = make(KnownTo(target, scene));
+      StoreProxy(scene, name, mesh, std::move(wanted), SecondsSince(start));
     }
-    if (target.activate || scene.active_proxy.empty()) Activate(scene, target.name);
-    made.active = scene.active_proxy == target.name;
+    if (target.activate || (scene.active_proxy.empty() && target.leave_out == 0)) Activate(scene, name);
+    made.active = scene.active_proxy == name;
   }
   made.faces = mesh.faces.size();
   made.vertices = mesh.vertices.size();

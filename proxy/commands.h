@@ -19,7 +19,13 @@ struct ProxyTarget {
   std::string name;              // of the proxy in the scene
   std::filesystem::path output;  // a mesh file instead of the scene's own folder; empty: the scene's
   bool activate = false;         // make it the scene's default also where there is one already
+  // N: for an evaluation by `lumi-render --holdout N`, made without the photos that it compares with and, unless
+  // keep_choosing_fold, those that anything is chosen on; kept as NAME-without-N and never active. 0: of all photos.
+  int leave_out = 0;
+  bool keep_choosing_fold = false;  // then under the name given
 };
+// The name that it is kept under.
+std::string StoredName(const ProxyTarget& target);
 
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress);
 
@@ -29,8 +35,6 @@ Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, Pr
 // A mesh through dense points: PatchMatch stereo between all photos, fused (docs/dense.md).
 struct DenseRequest {
   DenseOptions dense = {};
-  int leave_out = 0;  // N: made without the photos that `lumi-render --holdout N` compares with; 0: of all
-  bool keep_choosing_fold = false;   // then without photos 0, N, 2N ... alone
   std::filesystem::path from_depth;  // a folder with depth_maps/, made elsewhere; empty: our own stereo
   std::uint64_t seed = 0;
   bool depth_only = false;  // maps in COLMAP's layout, no mesh
@@ -143,6 +147,9 @@ struct AutoOptions {
   int choose_width_px = 480;        // of the pictures that are compared
   int holdout = 8;                  // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
   std::optional<double> budget_ms;  // a frame of that width: the best within it; none: the best
+  // For depth maps of all photos, once without those that it is chosen and reported on and once with all; their size
+  // follows from it. 0: none are made. Not given: as long as the cameras took, none where nobody recorded that.
+  std::optional<double> proxy_minutes;
   std::vector<std::string>
       candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
 };

@@ -13,6 +13,14 @@ void AddTarget(Options& command, ProxyTarget& target, bool named) {
   command.Flag("--activate", target.activate, "Make it the scene's active proxy even where there is one");
 }
 
+void AddLeaveOut(Options& command, ProxyTarget& target) {
+  command.Add("--leave-out", target.leave_out,
+              "For an evaluation by lumi-render --holdout N: made without its photos and those that anything is chosen "
+              "on, kept as NAME-without-N; N >= 2");
+  command.Flag("--keep-choosing-fold", target.keep_choosing_fold,
+               "With --leave-out: only photos 0, N, 2N ... are left out; kept under the name given");
+}
+
 void AddClean(Options& command, CleanOptions& clean) {
   command.Add("--close-px", clean.close_px, "Gaps about twice as wide are bridged, in pixels, 0..100").Default();
   command.Add("--grow-px", clean.grow_px, "Widened by so many pixels; negative: narrowed; -100..100").Default();
@@ -60,9 +68,13 @@ void AddAuto(Program& program, Requests& r) {
       .Default();
   automatic.Add("--budget-ms", r.choice.budget_ms,
                 "The best within so many milliseconds a frame of that width, > 0; default: the best");
+  automatic.Add("--proxy-minutes", r.choice.proxy_minutes,
+                "For depth maps of all photos, whose size follows from it, >= 0; 0: none; default: as long as the "
+                "cameras took");
   automatic
       .Add("--candidates", r.choice.candidates,
-           "Of plane, planes, box, mesh, moving, hull, hull-500 and the proxies that the scene has; default: all that "
+           "Of plane, planes, box, mesh, dense, dense-strict, moving, hull, hull-500 and the proxies that the scene "
+           "has; default: all that "
            "can be made")
       .Commas();
 }
@@ -72,11 +84,13 @@ void AddPointProxies(Program& program, Requests& r) {
   Options plane = program.Command("plane", "A plane that faces the views at the robust depth of the points",
                                   [&] { return RunPlane(r.plane_target, program.progress()); });
   AddTarget(plane, r.plane_target, false);
+  AddLeaveOut(plane, r.plane_target);
 
   Options delaunay =
       program.Command("delaunay", "A closed mesh through the points that agrees with what each camera saw",
                       [&] { return RunDelaunay(r.mesh_target, r.merge_px, program.progress()); });
   AddTarget(delaunay, r.mesh_target, true);
+  AddLeaveOut(delaunay, r.mesh_target);
   delaunay.Add("--merge-px", r.merge_px, "Points nearer than this in the finest view become one, in pixels, >= 0")
       .Default();
 
@@ -84,6 +98,7 @@ void AddPointProxies(Program& program, Requests& r) {
       program.Command("planes", "A few planes found in the points, cut where they meet, or planes and quads given",
                       [&] { return RunPlanes(r.planes_target, r.planes, program.progress()); });
   AddTarget(several, r.planes_target, true);
+  AddLeaveOut(several, r.planes_target);
   several.Add("--max-planes", r.planes.planes.max_planes, "How many at most, 1 to 100").Default();
   several
       .Add("--tolerance", r.planes.planes.tolerance,
@@ -112,6 +127,7 @@ void AddPointProxies(Program& program, Requests& r) {
   Options tube = program.Command("box", "A rectangular tube around the cameras' path and the points, as of a hallway",
                                  [&] { return RunBox(r.box_target, r.sides, program.progress()); });
   AddTarget(tube, r.box_target, true);
+  AddLeaveOut(tube, r.box_target);
   tube.Add("--sides", r.sides, "6: closed; 5: open behind the cameras; 4: open at both ends").Default();
 }
 
@@ -136,10 +152,7 @@ void AddDense(Program& program, Requests& r) {
   dense.Add("--memory-mb", d.dense.stereo.memory_mb, "Of depth maps kept in memory; the others wait on disk, >= 64")
       .Default();
   dense.Add("--seed", d.seed, "Of the planes that are tried").Default();
-  dense.Add("--leave-out", d.leave_out,
-            "For an evaluation by lumi-render --holdout N: made without its photos and those that anything is chosen "
-            "on, >= 2; default: of all");
-  dense.Flag("--keep-choosing-fold", d.keep_choosing_fold, "With --leave-out: only photos 0, N, 2N ... are left out");
+  AddLeaveOut(dense, r.dense_target);
   dense.Add("--from-depth", d.from_depth,
             "Folder with depth_maps/ as COLMAP writes them (DENSE/stereo), instead of our own");
   dense.Flag("--depth-only", d.depth_only,
@@ -154,6 +167,7 @@ void AddHulls(Program& program, Requests& r) {
         return RunHullTradeoff(r.hull_request, r.hull_target.scene, r.hull_target.output, program.progress());
       });
   AddTarget(hull, r.hull_target, true);
+  AddLeaveOut(hull, r.hull_target);
   hull.Add("--silhouettes", r.hull_request.silhouettes,
            "Folder of silhouettes, white = object; default: SCENE/silhouettes");
   hull.Add("--cell-px", r.hull_request.hull.cell_px,

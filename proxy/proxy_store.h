@@ -12,8 +12,8 @@
 
 namespace lumi {
 
-// Proxies are kept in the scene's own folder where it is one of this suite's. Other tools' workspaces are opened as they
-// are and never written to: throws UsageError, saying what to do instead.
+// Proxies are kept in the scene's own folder where it is one of this suite's. Other tools' workspaces are opened as
+// they are and never written to: throws UsageError, saying what to do instead.
 void RequireKeepsProxies(const Scene& scene);
 
 // Throws UsageError for a name that is no plain file name.

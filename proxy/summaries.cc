@@ -233,10 +233,12 @@ static void ListKeys(JsonKeys& j, ProxyCandidate& c) {
     c.coverage, "ms_per_frame", c.ms);
   j("faces", c.faces, "closed", c.closed).Say("seconds", c.build_s + c.measure_s);
   j("build_seconds", c.build_s, "measure_seconds", c.measure_s).IfAny("refused", c.refused);
+  j.IfAny("evaluated", c.evaluated);
 }
 void ListKeys(JsonKeys& j, AutoTable& t) {
   j("holdout", t.holdout, "choose_width_px", t.choose_width_px, "unmeasured", t.unmeasured, "fold", t.fold,
     "candidates", t.candidates, "reused", t.reused);
+  j.IfAny("dense_width_px", t.dense_width_px);
 }
 void ListKeys(JsonKeys& j, AutoSummary& s) {
   j("name", s.name, "faces", s.faces, "closed", s.closed, "seconds", s.seconds, "reason", s.reason)

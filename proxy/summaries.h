@@ -110,7 +110,8 @@ struct SilhouettesSummary {
 
 struct ProxyCandidate {
   std::string name;
-  std::string refused;  // why it cannot be made or measured here, or empty
+  std::string refused;    // why it cannot be made or measured here, or empty
+  std::string evaluated;  // the proxy that was measured in its place, made without the photos left out; empty: itself
   std::size_t faces = 0;
   bool closed = false;
   bool made = false;
@@ -124,6 +125,7 @@ struct AutoTable {
   std::string unmeasured, fold;  // why nothing may have been measured; the photos that were left out
   std::vector<ProxyCandidate> candidates;
   bool reused = false;
+  std::optional<int> dense_width_px;  // of depth maps, where they were made
 };
 struct AutoSummary {
   std::string name;  // of the active proxy

@@ -5,7 +5,6 @@
 
 #include "proxy/commands.h"
 #include "proxy/dense/depth_files.h"
-#include "proxy/dense/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/temporary_folder.h"
@@ -21,27 +20,16 @@ constexpr std::size_t kMostPartners = 10;
 
 void CheckDense(const DenseRequest& r) {
   if (const std::string wrong = Validate(r.dense); !wrong.empty()) throw UsageError(wrong);
-  if (r.leave_out != 0 && r.leave_out < 2) throw UsageError("--leave-out must be at least 2");
-  if (r.keep_choosing_fold && r.leave_out == 0) throw UsageError("--keep-choosing-fold goes with --leave-out");
   if (r.depth_only && !r.from_depth.empty()) throw UsageError("--depth-only and --from-depth exclude each other");
   std::error_code error;
   if (!r.from_depth.empty() && !fs::is_directory(r.from_depth / "depth_maps", error))
     throw InputError(r.from_depth, "has no folder depth_maps", "give the folder stereo of a dense workspace");
 }
 
-Scene PhotosFor(const Scene& scene, const DenseRequest& r) {
-  if (r.leave_out == 0) return scene;
-  const std::vector<bool> keep = ViewsWithoutFolds(scene, r.leave_out, !r.keep_choosing_fold);
-  if (std::ranges::count(keep, true) < 2)
-    throw DataError(fmt::format("--leave-out {} leaves fewer than two photos", r.leave_out),
-                    "leave out fewer: a larger N");
-  return WithViews(scene, keep);
-}
-
 // Where maps wait: in the scene, so that a run that was killed goes on; for another tool's scene in a folder that goes.
-std::string MapsFolderName(const DenseRequest& r) {
-  if (r.leave_out == 0) return "planes";
-  return fmt::format("planes-without-{}{}", r.leave_out, r.keep_choosing_fold ? "-reported" : "");
+std::string MapsFolderName(const ProxyTarget& target) {
+  if (target.leave_out == 0) return "planes";
+  return fmt::format("planes-without-{}{}", target.leave_out, target.keep_choosing_fold ? "-reported" : "");
 }
 
 std::vector<std::vector<std::int32_t>> Partners(const std::vector<std::vector<SourceView>>& sources) {
@@ -109,7 +97,6 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   CheckDense(request);
   const Scene opened = OpenForProxy(target.scene, progress);
   std::map<std::string, std::string> options = OptionValues(request.dense);
-  options["leave_out"] = fmt::format("{}{}", request.leave_out, request.keep_choosing_fold ? " reported" : "");
   options["from"] = request.from_depth.empty() ? "stereo" : "depth";
   std::map<std::string, std::string> inputs{{"images", Fingerprint(opened.image_folder)},
                                             {"masks", Fingerprint(opened.folder / "masks")}};
@@ -120,8 +107,8 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   std::optional<DenseSummary> figures;
   Made<DenseSummary> made{MakeProxy(target, "dense", std::move(options), std::move(inputs), progress,
                                     [&](const Scene& scene) {
-                                      return MakeDense(PhotosFor(scene, request), request,
-                                                       folder / MapsFolderName(request), progress, figures.emplace());
+                                      return MakeDense(scene, request, folder / MapsFolderName(target), progress,
+                                                       figures.emplace());
                                     }),
                           figures};
   if (target.output.empty()) KeepFigures(opened.folder, made);
@@ -132,6 +119,7 @@ DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& give
   const DenseRequest request = Seeded(given);
   const auto start = std::chrono::steady_clock::now();
   CheckDense(request);
+  if (target.leave_out != 0) throw UsageError("--depth-only and --leave-out exclude each other");
   const Scene opened = OpenForProxy(target.scene, progress);
   std::optional<FolderLock> lock;
   std::optional<TemporaryFolder> elsewhere;
@@ -146,8 +134,8 @@ DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& give
     summary.folder = target.output;
     planes = elsewhere.emplace().path();
   }
-  const Scene scene = PhotosFor(opened, request);
-  StereoMaps maps(scene, request.dense.stereo, planes / MapsFolderName(request), progress);
+  const Scene& scene = opened;
+  StereoMaps maps(scene, request.dense.stereo, planes / MapsFolderName(target), progress);
   summary.stereo = maps.summary();
   Progress steps(progress, "writing depth maps", static_cast<long>(scene.views.size()));
   std::vector<std::string> photos;

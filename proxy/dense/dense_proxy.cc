@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -20,6 +21,16 @@ std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
   values["agree"] = std::to_string(o.fusion.agree);
   values["merge_px"] = fmt::format("{}", o.merge_px);
   return values;
+}
+
+double EstimateMeshSeconds(const Scene& scene, int width) {
+  constexpr double kSecondsAPixel = 7e-6;  // of one core; about linear, from 0.3 to 7 million pixels
+  double pixels = 0;
+  for (const View& view : scene.views) {
+    const Eigen::Vector2i size = StereoSize(SizePx(scene, view), width);
+    pixels += static_cast<double>(size.x()) * size.y();
+  }
+  return kSecondsAPixel * pixels / ThreadCount();
 }
 
 Mesh BuildDenseProxy(const Scene& scene, const FusionInput& input, const DenseOptions& options, ProgressSink& progress,

@@ -27,6 +27,9 @@ struct DenseSummary {
   DelaunaySummary mesh;
 };
 
+// Wall-clock seconds of fusion and mesh for maps of this width, within a factor of two.
+double EstimateMeshSeconds(const Scene& scene, int width);
+
 // `input` holds the maps; sparse points come from the scene. Throws DataError where photos agree on nothing.
 Mesh BuildDenseProxy(const Scene& scene, const FusionInput& input, const DenseOptions& options, ProgressSink& progress,
                      DenseSummary& summary);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
 
 #include "proxy/dense/depth_start.h"
 #include "scene/files/image_io.h"
@@ -39,6 +40,55 @@ std::map<std::string, std::string> OptionValues(const StereoOptions& o) {
           {"method", std::to_string(kMethodVersion)}};
 }
 
+namespace {
+
+std::array<StereoRound, StereoMaps::kRounds> Rounds(int n) {
+  return {{{1, n, false}, {1, (n + 1) / 2, true}, {0, (n + 1) / 2, true}, {0, (n + 3) / 4, true}}};
+}
+
+// Seconds that one thread takes to score one pixel against one photo.
+double SecondsAScore() {
+  Image8 noise(256, 64, 1);
+  for (std::size_t p = 0; p < noise.data.size(); ++p) noise.data[p] = static_cast<std::uint8_t>(p * 2654435761U >> 20);
+  const QuadImage quads = PackQuads(noise);
+  PairGeometry pair;
+  pair.a[0] = pair.a[4] = pair.a[8] = 1;
+  PatchBatch patches;
+  PlaneBatch planes = {};
+  std::array<int, kLanes> x;
+  for (int l = 0; l < kLanes; ++l) x[static_cast<std::size_t>(l)] = 40 + 2 * l;
+  MakePatches(noise, x.data(), 30, patches);
+  std::array<float, kLanes> cost;
+  constexpr int kRuns = 400;
+  // The fastest of a few: others may be at work.
+  double least = std::numeric_limits<double>::infinity();
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int run = 0; run < kRuns; ++run) {
+      pair.a[2] = 0.01F * static_cast<float>(run);
+      ScorePatches(patches, quads, pair, planes, cost.data());
+    }
+    least = std::min(least, SecondsSince(start));
+  }
+  return least / (kRuns * kLanes);
+}
+
+}  // namespace
+
+double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {
+  constexpr double kTriesAnIteration = 14;  // nine planes that are there and five that are varied
+  constexpr double kBesidesScores = 1.6;    // neighbours, sources' weights, geometry: of the scores' time
+  double pixels = 0;
+  for (const View& view : scene.views) {
+    const Eigen::Vector2i size = StereoSize(SizePx(scene, view), options.width);
+    pixels += static_cast<double>(size.x()) * size.y();
+  }
+  double scores = 0;
+  for (const StereoRound& round : Rounds(options.iterations))
+    scores += (1 + kTriesAnIteration * round.iterations) / (1 << (2 * round.halvings));
+  return kBesidesScores * SecondsAScore() * scores * options.views * pixels / ThreadCount();
+}
+
 StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
                        ProgressSink& progress, int last_round)
     : scene_(scene), options_(options) {
@@ -52,11 +102,9 @@ StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const s
   store_->ForgetUnlessWhole(names, kRounds);
 
   ReadPhotos(progress);
-  const int n = options.iterations;
-  const std::array<Round, kRounds> rounds = {
-      {{1, n, false}, {1, (n + 1) / 2, true}, {0, (n + 1) / 2, true}, {0, (n + 3) / 4, true}}};
+  const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
   long work = 0;
-  for (const Round& round : rounds)
+  for (const StereoRound& round : rounds)
     for (std::size_t v = 0; v < scene.views.size(); ++v) work += WorkOf(v, round);
   Progress steps(progress, "depth maps", work);
   for (int r = 0; r < last_round; ++r) Match(rounds[static_cast<std::size_t>(r)], r, steps);
@@ -107,7 +155,7 @@ std::string StereoMaps::Key() const {
 }
 
 // Thousand times the pixel updates of a photo in a round; a start is scored once.
-long StereoMaps::WorkOf(std::size_t view, const Round& round) const {
+long StereoMaps::WorkOf(std::size_t view, const StereoRound& round) const {
   if (!takes_part_[view]) return 0;
   const StereoCamera& camera = pictures_[view].camera;
   const long pixels = static_cast<long>(camera.width) * camera.height >> (2 * round.halvings);
@@ -155,7 +203,7 @@ DepthMap StereoMaps::StartOf(std::size_t view, const StereoPicture& picture, int
   return Resized(before, picture.camera.width, picture.camera.height);
 }
 
-void StereoMaps::Match(const Round& round, int number, Progress& progress) {
+void StereoMaps::Match(const StereoRound& round, int number, Progress& progress) {
   for (std::size_t v = 0; v < scene_.views.size(); ++v) {
     if (!takes_part_[v]) continue;
     const std::string& name = scene_.views[v].name;

@@ -28,6 +28,11 @@ struct StereoOptions {
 std::string Validate(const StereoOptions& options);
 std::map<std::string, std::string> OptionValues(const StereoOptions& options);
 
+struct StereoRound {
+  int halvings = 0, iterations = 0;
+  bool geometric = false;  // the sources' maps of the round before count
+};
+
 struct StereoSummary {
   std::size_t photos = 0;            // with a map
   std::vector<std::string> without;  // photos that share no point with another, or see too few
@@ -35,6 +40,10 @@ struct StereoSummary {
   std::size_t reused = 0;            // maps of any round that an earlier run had finished
   double seconds = 0;
 };
+
+// Wall-clock seconds that StereoMaps will take on this machine with the threads there are: how long a score takes is
+// measured for some milliseconds, how many there are is known. Within a factor of two where nothing else runs.
+double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options);
 
 // The maps of a scene's photos; views as in Scene::views.
 class StereoMaps {
@@ -52,17 +61,13 @@ class StereoMaps {
   const StereoCamera& CameraOf(std::size_t view) const { return pictures_[view].camera; }
 
  private:
-  struct Round {
-    int halvings = 0, iterations = 0;
-    bool geometric = false;
-  };
   void PickPhotos();
   std::string Key() const;
   void ReadPhotos(ProgressSink& progress);
-  void Match(const Round& round, int number, Progress& progress);
+  void Match(const StereoRound& round, int number, Progress& progress);
   DepthMap StartOf(std::size_t view, const StereoPicture& picture, int number);
   StereoPicture PictureOf(std::size_t view, int halvings) const;
-  long WorkOf(std::size_t view, const Round& round) const;
+  long WorkOf(std::size_t view, const StereoRound& round) const;
 
   const Scene& scene_;
   StereoOptions options_;

@@ -73,7 +73,7 @@ double FactorizedVideo::focal_px_ = 0;
 TEST_F(FactorizedVideo, BecomesALumigraphThatCanBeLookedAt) {
   const std::vector<std::string> argv{"lumi-pipeline", Path("plaza.mp4"), "-o",    Path("scene"), "--backend",
                                       "factorization", "--focal-px",      Focal(), "--keyframes", "24",
-                                      "--no-video",    "--json"};
+                                      "--no-video",    "--proxy-minutes", "0",     "--json"};
   const ProgramResult run = RunProgram(argv);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json summary = json::parse(run.out);

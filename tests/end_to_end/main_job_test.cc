@@ -35,6 +35,7 @@ std::vector<std::string> Command(const fs::path& input, const fs::path& output,
   std::vector<std::string> argv{"lumi-pipeline", input.string()};
   if (!output.empty()) argv.insert(argv.end(), {"-o", output.string()});
   argv.insert(argv.end(), {"--holdout", std::to_string(holdout), "--width", "240", "--seconds", "1", "--json"});
+  argv.insert(argv.end(), {"--proxy-minutes", "0"});  // stereo has tests of its own
   argv.insert(argv.end(), more.begin(), more.end());
   return argv;
 }

@@ -144,7 +144,8 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   } catch (const UsageError& e) {
     EXPECT_THAT(e.hint(), HasSubstr("--output"));
   }
-  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .candidates = {}}, SilentProgress()),
+  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .proxy_minutes = {}, .candidates = {}},
+                       SilentProgress()),
                UsageError);
   const json made =
       AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
@@ -360,7 +361,7 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   const ProgramResult first = RunProgram(argv);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = json::parse(first.out);
-  ASSERT_EQ(chosen["candidates"].size(), 7u);
+  ASSERT_EQ(chosen["candidates"].size(), 9u);
   for (const char* name : {"plane", "planes", "mesh"})
     for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"})
       EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;

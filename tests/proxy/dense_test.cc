@@ -8,7 +8,7 @@
 #include "proxy/dense/depth_start.h"
 #include "proxy/dense/depth_store.h"
 #include "proxy/dense/fusion.h"
-#include "proxy/dense/leave_out.h"
+#include "proxy/leave_out.h"
 #include "proxy/dense/stereo.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"

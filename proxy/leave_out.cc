@@ -1,4 +1,4 @@
-#include "proxy/dense/leave_out.h"
+#include "proxy/leave_out.h"
 
 #include <utility>
 
