@@ -304,7 +304,8 @@ class Run {
       return;
     }
     holdout_folder_ = summary_.scene / "holdout";
-    StartRender("holdout", holdout_folder_, {"--holdout", std::to_string(options_.holdout)});
+    StartRender("holdout", holdout_folder_,
+                {"--holdout", options_.holdout_each ? "each" : std::to_string(options_.holdout)});
   }
 
   void MakeVideo() {
