@@ -230,7 +230,7 @@ if [ -z "$only_speed" ]; then
     printf '\n## Held out: dinosaur, by its proxies\n\n```\n'
     for proxy in hull hull-500 plane; do
       printf '%s\n' "$proxy"
-      "$bin/lumi-render" "$work/dinosaur" --proxy "$proxy" --holdout 8 2>/dev/null | grep '^mean'
+      "$bin/lumi-render" "$work/dinosaur" --proxy "$proxy" --holdout 8 2>/dev/null | grep -E '^(held-out photo|mean)'
     done
     printf '```\n'
   fi

@@ -1,5 +1,8 @@
+#include <charconv>
+
 #include "pipeline/pipeline.h"
 #include "pipeline/stabilize/stabilize_video.h"
+#include "scene/program/error.h"
 #include "scene/program/main_program.h"
 
 namespace lumi {
@@ -52,6 +55,14 @@ void AddCameras(Options& app, PipelineOptions& options) {
            "Scale given cameras to photos of another size instead of refusing");
   app.PassFlag("--all-frames", options.reconstruct_arguments,
                "A camera for every frame of a video (as lumi-reconstruct)");
+}
+
+void TakeHoldout(const std::string& text, PipelineOptions& options) {
+  options.holdout_each = text == "each";
+  if (options.holdout_each) return;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.holdout);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw UsageError("takes a whole number, or each; not " + text);
 }
 
 // A video without its shake: another way through the same programs, to a video instead of a scene.
@@ -118,8 +129,10 @@ int main(int argc, char** argv) {
   app.Add("--faces", options.faces,
           "Simplify the proxy to so many faces; a hull stays around its silhouettes. 0 = as it is")
       .Default();
-  app.Add("--holdout", options.holdout, "Every Nth photo is rendered from the others and compared; 0 = no evaluation")
-      .Default();
+  app.Call(
+         "--holdout", [&options](const std::string& text) { TakeHoldout(text, options); },
+         "Every Nth photo is rendered from the others and compared; each = every photo in turn; 0 = no evaluation")
+      .Default(std::to_string(options.holdout));
   app.Add("--render-backend", options.render_backend, "What renders").OneOf({"cpu", "gl"}).Default();
   app.Flag("--no-video{false}", options.video, "No fly-through");
   app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();

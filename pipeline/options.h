@@ -25,6 +25,7 @@ struct PipelineOptions {
   std::filesystem::path silhouettes, silhouette_background;
   int faces = 0;    // the proxy is simplified to so many; a hull by collapses that keep it a hull. 0: as it is
   int holdout = 8;  // every Nth photo is rendered from the others; 0: not evaluated, else >= 2
+  bool holdout_each = false;  // instead every photo in turn; `holdout` then says on which fold a proxy is chosen
   std::string render_backend = "cpu";  // cpu, gl
   bool video = true;                   // the fly-through
   int video_width_px = 960;

@@ -306,7 +306,8 @@ class Run {
       return;
     }
     holdout_folder_ = summary_.scene / "holdout";
-    StartRender("holdout", holdout_folder_, {"--holdout", std::to_string(options_.holdout)});
+    StartRender("holdout", holdout_folder_,
+                {"--holdout", options_.holdout_each ? "each" : std::to_string(options_.holdout)});
   }
 
   void MakeVideo() {
@@ -431,9 +432,15 @@ static std::string LineOf(const StageResult& stage) {
   constexpr const char* kIndent = "             ";
   if (stage.name == "holdout") {
     const auto s = stage.summary.As<sibling::HoldoutSummary>();
-    std::string text = fmt::format("{}PSNR {:.2f} dB (nearest photo {:.2f} dB), SSIM {:.3f}, coverage {:.1f} %\n",
-                                   kIndent, s.psnr_mean_db.value_or(0), s.nearest_photo_psnr_mean_db.value_or(0),
-                                   s.ssim_mean, 100 * s.coverage);
+    std::string text = fmt::format("{}PSNR {:.2f} dB, SSIM {:.3f}, coverage {:.1f} % (nearest photo {:.2f} dB", kIndent,
+                                   s.psnr_mean_db.value_or(0), s.ssim_mean, 100 * s.coverage,
+                                   s.nearest_photo_psnr_mean_db.value_or(0));
+    if (s.nearest_photo_coverage_mean) text += fmt::format(", coverage {:.1f} %", 100 * *s.nearest_photo_coverage_mean);
+    text += ")\n";
+    if (s.psnr_seen_mean_db)
+      text += fmt::format(
+          "{}over the {:.1f} % of the pixels that two other photos see {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
+          100 * s.seen.value_or(0), *s.psnr_seen_mean_db, s.nearest_photo_psnr_seen_mean_db.value_or(0));
     if (s.psnr_object_mean_db > 0)
       text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
                           s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);

@@ -97,20 +97,27 @@ inline void ListKeys(JsonKeys& j, MadeProxySummary& s) { j("name", s.name, "face
 struct HeldOutView {
   std::string name, file;
   double psnr_db = 0, ssim = 0, coverage = 0;
-  std::optional<double> nearest_photo_psnr_db;
+  std::optional<double> psnr_seen_db, seen;
+  std::optional<double> nearest_photo_psnr_db, nearest_photo_psnr_seen_db, nearest_photo_coverage;
 };
 inline void ListKeys(JsonKeys& j, HeldOutView& v) {
-  j("name", v.name, "file", v.file, "psnr_db", v.psnr_db, "ssim", v.ssim, "coverage", v.coverage,
-    "nearest_photo_psnr_db", v.nearest_photo_psnr_db);
+  j("name", v.name, "file", v.file, "psnr_db", v.psnr_db, "psnr_seen_db", v.psnr_seen_db, "seen", v.seen);
+  j("ssim", v.ssim, "coverage", v.coverage, "nearest_photo_psnr_db", v.nearest_photo_psnr_db);
+  j("nearest_photo_psnr_seen_db", v.nearest_photo_psnr_seen_db, "nearest_photo_coverage", v.nearest_photo_coverage);
 }
 struct HoldoutSummary {
-  std::optional<double> psnr_mean_db, nearest_photo_psnr_mean_db;
+  std::string proxy, proxy_evaluated;  // the latter: rendered over, and the same where none was made without the photos
+  std::optional<double> psnr_mean_db, psnr_seen_mean_db, seen;
+  std::optional<double> nearest_photo_psnr_mean_db, nearest_photo_psnr_seen_mean_db, nearest_photo_coverage_mean;
   double ssim_mean = 0, coverage = 0, psnr_object_mean_db = 0, nearest_photo_psnr_object_mean_db = 0;
   std::vector<HeldOutView> views;
 };
 inline void ListKeys(JsonKeys& j, HoldoutSummary& s) {
-  j("psnr_mean_db", s.psnr_mean_db, "nearest_photo_psnr_mean_db", s.nearest_photo_psnr_mean_db, "ssim_mean",
-    s.ssim_mean, "coverage", s.coverage);
+  j("proxy", s.proxy, "proxy_evaluated", s.proxy_evaluated);
+  j("psnr_mean_db", s.psnr_mean_db, "psnr_seen_mean_db", s.psnr_seen_mean_db, "seen", s.seen);
+  j("ssim_mean", s.ssim_mean, "coverage", s.coverage, "nearest_photo_psnr_mean_db", s.nearest_photo_psnr_mean_db);
+  j("nearest_photo_psnr_seen_mean_db", s.nearest_photo_psnr_seen_mean_db, "nearest_photo_coverage_mean",
+    s.nearest_photo_coverage_mean);
   j("psnr_object_mean_db", s.psnr_object_mean_db, "nearest_photo_psnr_object_mean_db",
     s.nearest_photo_psnr_object_mean_db, "views", s.views);
 }

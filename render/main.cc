@@ -74,10 +74,15 @@ void AddRendering(Options app, Line& line) {
           "cameras");
   app.Add("--view", o.view, "Render at this photo's own camera");
   app.Flag("--leave-out", o.leave_out, "With --view: without that photo");
-  app.Add("--holdout", o.holdout, "Render photos 0, N, 2N ... from the others and compare (N >= 2)");
-  app.Add("--fold", o.fold, "Photos that --holdout takes: report 0, N ..., choose N/2, N/2+N ...")
+  app.Call(
+      "--holdout", [&o](const std::string& text) { o.holdout = HoldoutFrom(text); },
+      "N >= 2: render photos 0, N, 2N ... from the others and compare; each: every photo in turn, from all others");
+  app.Add("--fold", o.fold, "Photos that --holdout N takes: report 0, N ..., choose N/2, N/2+N ...")
       .OneOf({"report", "choose"})
       .Default();
+  app.Add("--seen-proxy", o.seen_proxy,
+          "With --holdout: the proxy that says which pixels two photos see, so that proxies are compared over the same "
+          "ones; default: the one rendered over");
   // 0 stands for "not given" inside; nobody may give it.
   app.Add("--width", o.width_px, "Width in pixels; default: the photo's, or at most 1024 for a path")
       .Range(1, kMaxPictureSide);
@@ -193,11 +198,11 @@ int main(int argc, char** argv) {
     read();
     return RunMeasuring(line, program.progress());
   };
-  const Options tradeoff = program.Command(
-      "tradeoff",
-      "Accuracy against time: measures settings, recommends some for 8, 16, 33, 100 ms and no limit, keeps the front in "
-      "the scene",
-      measure);
+  const Options tradeoff = program.Command("tradeoff",
+                                           "Accuracy against time: measures settings, recommends some for 8, 16, 33, "
+                                           "100 ms and no limit, keeps the front in "
+                                           "the scene",
+                                           measure);
   AddMeasuring(tradeoff, line.measure);
   AddTradeoff(tradeoff, line);
   AddMeasuring(program.Command("properties", "A figure for each of the nine properties of Table 3.2",

@@ -79,28 +79,47 @@ std::string ContactSheetHtml(const std::vector<SheetThumbnails>& rows) {
   return html + "</div></div>\n";
 }
 
+// Figures as the table has them; what there is not stays empty.
+std::string Decibels(const std::optional<double>& db) { return db ? fmt::format("{:.2f}", *db) : std::string(); }
+std::string Percent(const std::optional<double>& share) {
+  return share ? fmt::format("{:.1f} %", 100 * *share) : std::string();
+}
+
 std::string HoldoutHtml(const HoldoutSummary& holdout) {
   if (holdout.views.empty()) return {};
   std::vector<std::vector<std::string>> rows;
   constexpr double kBarPxADecibel = 4;
-  const auto db = [](double value) { return fmt::format("{:.2f}", value); };
   for (const HeldOutView& v : holdout.views)
     rows.push_back(
         {EscapeHtml(v.name),
          fmt::format("<span class=\"bar\" style=\"width:{:.0f}px\"></span>", std::max(0.0, v.psnr_db) * kBarPxADecibel),
-         db(v.psnr_db), v.nearest_photo_psnr_db ? db(*v.nearest_photo_psnr_db) : "", fmt::format("{:.3f}", v.ssim),
-         fmt::format("{:.1f} %", 100 * v.coverage)});
-  rows.push_back({"mean", "", db(holdout.psnr_mean_db.value_or(0)), db(holdout.nearest_photo_psnr_mean_db.value_or(0)),
-                  fmt::format("{:.3f}", holdout.ssim_mean), fmt::format("{:.1f} %", 100 * holdout.coverage)});
-  return "<p class=\"soft\">Over all pixels at the photo's own size; a hole counts as black. The baseline is the "
-         "nearest photo alone, "
-         "reprojected through the same proxy.</p>\n" +
+         Decibels(v.psnr_db), Decibels(v.psnr_seen_db), Percent(v.seen), fmt::format("{:.3f}", v.ssim),
+         Percent(v.coverage), Decibels(v.nearest_photo_psnr_db), Decibels(v.nearest_photo_psnr_seen_db),
+         Percent(v.nearest_photo_coverage)});
+  rows.push_back({"mean", "", Decibels(holdout.psnr_mean_db.value_or(0)), Decibels(holdout.psnr_seen_mean_db),
+                  Percent(holdout.seen), fmt::format("{:.3f}", holdout.ssim_mean), Percent(holdout.coverage),
+                  Decibels(holdout.nearest_photo_psnr_mean_db), Decibels(holdout.nearest_photo_psnr_seen_mean_db),
+                  Percent(holdout.nearest_photo_coverage_mean)});
+  std::string proxy;
+  if (!holdout.proxy_evaluated.empty())
+    proxy = holdout.proxy_evaluated == holdout.proxy
+                ? " The proxy was made of all photos, the held-out ones among them."
+                : " The proxy was made without the held-out photos (" + EscapeHtml(holdout.proxy_evaluated) + ").";
+  return "<p class=\"soft\">PSNR over all pixels at the photo's own size, where a hole counts as black; then over the "
+         "pixels that at least two of the other photos see, and their share. SSIM is over all pixels. The baseline is "
+         "the nearest photo alone, reprojected through the same proxy: over all pixels, over the same seen ones, and "
+         "what it covers." +
+         proxy + "</p>\n" +
          HtmlTable({{"held-out photo"},
                     {""},
                     {"PSNR, dB", true},
-                    {"nearest photo, dB", true},
+                    {"over seen", true},
+                    {"seen", true},
                     {"SSIM", true},
-                    {"coverage", true}},
+                    {"coverage", true},
+                    {"nearest photo, dB", true},
+                    {"over seen", true},
+                    {"its coverage", true}},
                    rows, true);
 }
 
@@ -215,6 +234,9 @@ std::string CardsHtml(const ReportInput& input, const CamerasSummary& cameras, c
     const double psnr = *holdout.psnr_mean_db, nearest = holdout.nearest_photo_psnr_mean_db.value_or(psnr);
     cards += HtmlCard(fmt::format("{:.1f} dB", psnr), "PSNR of held-out photos",
                       fmt::format("{:+.1f} dB against the nearest photo", psnr - nearest));
+    if (holdout.psnr_seen_mean_db)
+      cards += HtmlCard(fmt::format("{:.1f} dB", *holdout.psnr_seen_mean_db), "PSNR over seen pixels",
+                        Percent(holdout.seen) + " of them: two other photos see them");
     cards += HtmlCard(fmt::format("{:.3f}", holdout.ssim_mean), "SSIM");
     cards += HtmlCard(fmt::format("{:.1f} %", 100 * holdout.coverage), "coverage");
   }

@@ -1,12 +1,77 @@
 // lumi-render --holdout: photos that are left out, rendered from the others.
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "render/commands/render_job.h"
+#include "render/holdout/evaluation_proxy.h"
+#include "render/holdout/seen_pixels.h"
+#include "scene/files/evaluation_proxy.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
 Fold FoldOf(const RenderOptions& o) { return o.fold == "choose" ? Fold::kChoose : Fold::kReport; }
 
+// The proxy that a photo of this run is rendered over.
+std::string ProxyOf(const RenderJob& job, ViewId photo) {
+  const std::string& name = job.lumigraph.proxy_name();
+  return job.lumigraph.one_mesh() ? ProxyFor(job.scene().folder, name, job.options.holdout, photo) : name;
+}
+
+// All of them in one name.
+std::string ProxyEvaluated(const RenderJob& job) {
+  const std::string first = ProxyOf(job, {0});
+  if (job.options.holdout != kHoldoutEach || first == job.lumigraph.proxy_name()) return first;
+  return fmt::format("{}-without-each-K-of-{}", job.lumigraph.proxy_name(), kProxiesForEach);
+}
+
+// For each photo the renderer over its proxy, and what says which of its pixels are seen; one of them at a time.
+class HeldOutRenderers {
+ public:
+  explicit HeldOutRenderers(RenderJob& job) : job_(job), proxy_(ProxyOf(job, {0})) {
+    const std::string& seen = job.options.seen_proxy;
+    if (seen.empty()) return;
+    if (!job.lumigraph.metric())
+      throw UsageError(
+          fmt::format("--seen-proxy names a mesh, which a {} scene does not have", Name(job.scene().frame)));
+    seen_.emplace(*WorldOf(job.scene(), LoadProxy(job.scene(), seen)));
+  }
+
+  HoldoutRenderer For(ViewId photo) {
+    const Lumigraph& lumigraph = job_.lumigraph;
+    if (std::string proxy = ProxyOf(job_, photo); proxy != proxy_) {
+      if (job_.options.seen_proxy.empty()) seen_.reset();
+      job_.renderer.reset();  // before the next one is made: either may be large
+      job_.lumigraph.StandIn(LoadProxy(job_.scene(), proxy));
+      job_.renderer = job_.NewRenderer();
+      proxy_ = std::move(proxy);
+    }
+    if (!seen_ && lumigraph.one_mesh()) seen_.emplace(*WorldOf(job_.scene(), lumigraph.mesh()));
+    return {job_.renderer.get(), [this](const RenderView& view, const std::vector<bool>& use) {
+              if (seen_) return seen_->Mask(view, use);
+              const PictureWorld own = job_.lumigraph.For(view);  // a proxy of the view's, which hides nothing
+              return SeenPixels(own).Mask(own.view, use);
+            }};
+  }
+
+ private:
+  RenderJob& job_;
+  std::string proxy_;  // that job_.renderer is over
+  std::optional<SeenPixels> seen_;
+};
+
 }  // namespace
+
+void TakeEvaluationProxy(RenderJob& job) {
+  const std::string proxy = ProxyOf(job, {0});
+  if (proxy == job.lumigraph.proxy_name()) return;
+  job.lumigraph.StandIn(LoadProxy(job.scene(), proxy));
+  job.sink.Message(fmt::format("held-out photos are rendered over {}, made without them, in place of {}",
+                               ProxyEvaluated(job), job.lumigraph.proxy_name()));
+}
 
 DesiredViews HeldOutWanted(const RenderJob& job) {
   return LeaveOut(job.scene(), job.options.holdout, FoldOf(job.options), job.options.width_px);
@@ -20,8 +85,11 @@ void RenderHeldOut(RenderJob& job) {
   h.settings = job.lumigraph.settings();
   h.own_times = job.lumigraph.own_times();
   h.folder = job.options.output;
+  HeldOutRenderers renderers(job);
   RenderSummary& s = job.summary;
-  s.holdout = {h.n, job.options.fold, EvaluateHoldout(job.scene(), *job.renderer, h, job.sink)};
+  s.holdout = {h.n, h.n == kHoldoutEach ? std::string() : job.options.fold, ProxyEvaluated(job), job.options.seen_proxy,
+               EvaluateHoldout(
+                   job.scene(), [&](ViewId photo) { return renderers.For(photo); }, h, job.sink)};
   const HoldoutSummary& errors = s.holdout->errors;
   s.frames = static_cast<long>(errors.views.size());
   s.ms_per_frame = errors.ms_per_frame;

@@ -19,6 +19,10 @@
 
 namespace lumi {
 
+std::unique_ptr<Renderer> RenderJob::NewRenderer() const {
+  return lumigraph.NewRenderer(options.backend == "gl" ? MakeGlRenderer : MakeCpuRenderer);
+}
+
 RenderRequest RenderJob::Request(const RenderView& view) const {
   RenderRequest request;
   request.view = view;
@@ -117,10 +121,11 @@ void Prepare(RenderJob& job) {
     throw UsageError(
         fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
   lumigraph.MakePictures(o.proxy, job.matrices.has_value());
+  if (o.holdout != 0) TakeEvaluationProxy(job);
   lumigraph.ReadPhotos(job.sink);
   job.wanted = WantedBy(job);
   lumigraph.ChooseMeasures(job.wanted.views, job.wanted.use);
-  job.renderer = lumigraph.NewRenderer(o.backend == "gl" ? MakeGlRenderer : MakeCpuRenderer);
+  job.renderer = job.NewRenderer();
   KeepBudget(job);
   if (o.show == "tessellation" && !HasSamples(lumigraph.settings()))
     job.sink.Message("the budget is kept without sparse samples: --show tessellation has none to show");

@@ -26,6 +26,8 @@ struct RenderJob {
   RenderSummary summary;
 
   const Scene& scene() const { return lumigraph.scene(); }
+  // Of the lumigraph as it is now, by the backend that is wanted.
+  std::unique_ptr<Renderer> NewRenderer() const;
   // A picture of this view, as the options want it.
   RenderRequest Request(const RenderView& view) const;
   // The renderer's picture, the proxy, or a measure. Counts samples.
@@ -45,6 +47,9 @@ void RenderPath(RenderJob& job);
 DesiredViews ViewWanted(const RenderJob& job);
 void RenderOneView(RenderJob& job);
 
+// Where the scene has a proxy for it that did not see the photos held out, the lumigraph is over that one afterwards,
+// and a message says so.
+void TakeEvaluationProxy(RenderJob& job);
 DesiredViews HeldOutWanted(const RenderJob& job);
 void RenderHeldOut(RenderJob& job);
 

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <charconv>
 #include <cmath>
 #include <string_view>
 
+#include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/program/error.h"
 
@@ -23,7 +25,8 @@ void RequireTogether(const RenderOptions& o) {
   if (o.backend == "gl" && (!o.budget_ms || o.decided.Has("grid"))) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
-  if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
+  if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout < 2)
+    throw UsageError("--holdout takes 2 or more, or each");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty()))
     throw UsageError("--path goes with neither --holdout nor --view");
@@ -46,6 +49,9 @@ void RequireNothingIgnored(const RenderOptions& o) {
   if (o.holdout != 0 && o.height_px > 0) throw UsageError("--holdout keeps the photos' aspect: --width, not --height");
   if (o.holdout != 0 && given("format")) throw UsageError("--holdout writes JPEG: --format does not go with it");
   if (o.holdout == 0 && given("fold")) throw UsageError("--fold goes with --holdout");
+  if (o.holdout == kHoldoutEach && given("fold"))
+    throw UsageError("--fold goes with --holdout N: each photo is left out in turn, and there are no folds");
+  if (o.holdout == 0 && !o.seen_proxy.empty()) throw UsageError("--seen-proxy goes with --holdout");
   if (o.video && !o.along_path()) throw UsageError("--video shows a path, not --view or --holdout");
   for (const char* name : {"seconds", "fps"})
     if (given(name) && (!o.path.empty() || !o.along_path()))
@@ -63,6 +69,15 @@ void RequireNothingIgnored(const RenderOptions& o) {
 }
 
 }  // namespace
+
+int HoldoutFrom(const std::string& text) {
+  if (text == "each") return kHoldoutEach;
+  int n = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
+  if (error != std::errc() || end != text.data() + text.size() || n < 2)
+    throw UsageError("takes a whole number N of 2 or more, or each; not " + text);
+  return n;
+}
 
 const std::vector<std::string>& ShowNames() {
   static const std::vector<std::string> names = [] {

@@ -16,10 +16,11 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   std::filesystem::path path;              // camera path JSON; empty: through the photos' own cameras
   std::string view;                        // this photo's own camera
   bool leave_out = false;                  // with `view`: the photo itself is not used
-  int holdout = 0;                         // N, 0: no
+  int holdout = 0;                         // N, kHoldoutEach, 0: no
   std::string fold = "report";             // report, choose
-  int width_px = 0, height_px = 0;         // 0: the photo's (view, holdout), or 1024 wide (path)
-  double seconds = 12;                     // of the path through the photos
+  std::string seen_proxy;           // with `holdout`: says which pixels count as seen; empty: the one rendered over
+  int width_px = 0, height_px = 0;  // 0: the photo's (view, holdout), or 1024 wide (path)
+  double seconds = 12;              // of the path through the photos
   double fps = 30;
   std::string backend = "cpu";      // cpu, gl
   std::string show = "color";       // one of ShowNames(); difference goes with `view`
@@ -31,6 +32,9 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   bool to_video() const { return output.extension() == ".mp4"; }
   bool along_path() const { return holdout == 0 && view.empty(); }
 };
+
+// --holdout's word: N >= 2, or each. Throws UsageError.
+int HoldoutFrom(const std::string& text);
 
 // color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.
 const std::vector<std::string>& ShowNames();

@@ -8,18 +8,27 @@
 namespace lumi {
 namespace {
 
-std::string DescribeHoldout(const HoldoutSummary& s) {
-  const auto line = [](const std::string& name, const HoldoutScore& own, const HoldoutScore& nearest) {
-    return fmt::format("{:<28} {:>9.2f} {:>7.4f} {:>8.1f}% {:>10.2f} dB\n", name, own.psnr_db, own.ssim,
-                       100 * own.coverage, nearest.psnr_db);
+// A row for people; what there is not stays empty.
+std::string HoldoutLine(const std::string& name, const HoldoutScore& own, const std::optional<double>& seen,
+                        const HoldoutScore& nearest) {
+  const auto db = [](const std::optional<double>& value) { return value ? fmt::format("{:.2f}", *value) : ""; };
+  const auto share = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.1f}%", 100 * *value) : "";
   };
-  std::string text = fmt::format("{:<28} {:>9} {:>7} {:>9} {:>13}\n", "held-out photo", "PSNR dB", "SSIM", "coverage",
-                                 "nearest photo");
-  for (const HoldoutView& v : s.views) text += line(v.name, v, v.nearest);
-  text += line("mean", s.mean, s.nearest_mean);
+  return fmt::format("{:<28} {:>9} {:>9} {:>7} {:>7.4f} {:>9} {:>13} {:>9} {:>9}\n", name, db(own.psnr_db),
+                     db(own.psnr_seen_db), share(seen), own.ssim, share(own.coverage), db(nearest.psnr_db) + " dB",
+                     db(nearest.psnr_seen_db), share(nearest.coverage));
+}
+
+std::string DescribeHoldout(const HoldoutSummary& s) {
+  std::string text =
+      fmt::format("{:<28} {:>9} {:>9} {:>7} {:>7} {:>9} {:>13} {:>9} {:>9}\n", "held-out photo", "PSNR dB", "over seen",
+                  "seen", "SSIM", "coverage", "nearest photo", "over seen", "coverage");
+  for (const HoldoutView& v : s.views) text += HoldoutLine(v.name, v, v.seen, v.nearest);
+  text += HoldoutLine("mean", s.mean, s.seen, s.nearest_mean);
   if (s.mean.psnr_object_db)
-    text += fmt::format("{:<28} {:>9.2f} {:>7} {:>9} {:>10.2f} dB\n", "mean over the object", *s.mean.psnr_object_db,
-                        "", "", s.nearest_mean.psnr_object_db.value_or(0));
+    text += fmt::format("{:<28} {:>9.2f} {:>9} {:>7} {:>7} {:>9} {:>10.2f} dB\n", "mean over the object",
+                        *s.mean.psnr_object_db, "", "", "", "", s.nearest_mean.psnr_object_db.value_or(0));
   return text;
 }
 
@@ -34,9 +43,11 @@ void ListKeys(JsonKeys& j, ViewFigures& v) {
 }
 
 void ListKeys(JsonKeys& j, HoldoutView& v) {
-  j("name", v.name, "psnr_db", v.psnr_db, "ssim", v.ssim, "coverage", v.coverage, "nearest_photo", v.nearest_name,
-    "nearest_photo_psnr_db", v.nearest.psnr_db, "nearest_photo_ssim", v.nearest.ssim, "nearest_photo_coverage",
-    v.nearest.coverage, "ms", v.ms);
+  j("name", v.name, "psnr_db", v.psnr_db).IfAny("psnr_seen_db", v.psnr_seen_db).IfAny("seen", v.seen);
+  j("ssim", v.ssim, "coverage", v.coverage, "nearest_photo", v.nearest_name, "nearest_photo_psnr_db",
+    v.nearest.psnr_db);
+  j.IfAny("nearest_photo_psnr_seen_db", v.nearest.psnr_seen_db);
+  j("nearest_photo_ssim", v.nearest.ssim, "nearest_photo_coverage", v.nearest.coverage, "ms", v.ms);
   j.Say("file", OutputName(v.name)).IfAny("psnr_object_db", v.psnr_object_db);
   j.IfAny("nearest_photo_psnr_object_db", v.nearest.psnr_object_db);
 }
@@ -60,9 +71,16 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   j.IfAny("views", s.views);
   if (s.holdout) {
     HoldoutSummary& e = s.holdout->errors;
-    j("holdout", s.holdout->n, "fold", s.holdout->fold, "psnr_mean_db", e.mean.psnr_db, "ssim_mean", e.mean.ssim,
-      "nearest_photo_psnr_mean_db", e.nearest_mean.psnr_db, "nearest_photo_ssim_mean", e.nearest_mean.ssim,
-      "nearest_photo_coverage_mean", e.nearest_mean.coverage, "views", e.views);
+    if (s.holdout->n == kHoldoutEach)
+      j.Say("holdout", "each");
+    else
+      j("holdout", s.holdout->n, "fold", s.holdout->fold);
+    j("proxy_evaluated", s.holdout->proxy_evaluated).IfAny("seen_proxy", s.holdout->seen_proxy);
+    j("psnr_mean_db", e.mean.psnr_db).IfAny("psnr_seen_mean_db", e.mean.psnr_seen_db).IfAny("seen", e.seen);
+    j("ssim_mean", e.mean.ssim, "nearest_photo_psnr_mean_db", e.nearest_mean.psnr_db);
+    j.IfAny("nearest_photo_psnr_seen_mean_db", e.nearest_mean.psnr_seen_db);
+    j("nearest_photo_ssim_mean", e.nearest_mean.ssim, "nearest_photo_coverage_mean", e.nearest_mean.coverage, "views",
+      e.views);
     j.IfAny("psnr_object_mean_db", e.mean.psnr_object_db);
     j.IfAny("nearest_photo_psnr_object_mean_db", e.nearest_mean.psnr_object_db);
   }

@@ -28,8 +28,10 @@ struct ViewFigures {
 };
 
 struct HoldoutFigures {
-  int n = 0;
-  std::string fold;
+  int n = 0;                    // or kHoldoutEach,
+  std::string fold;             // which has none
+  std::string proxy_evaluated;  // that the photos were rendered over: made without them where the scene has such a one
+  std::string seen_proxy;       // --seen-proxy; empty: the same
   HoldoutSummary errors;
 };
 

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "render/holdout/seen_pixels.h"
 #include "render/picture/convert.h"
 #include "render/picture/output_name.h"
 #include "render/radiance/measures/time.h"
 #include "render/time/clock.h"
 #include "render/world/vanishing_point.h"
+#include "scene/files/evaluation_proxy.h"
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/angle.h"
@@ -130,26 +132,46 @@ Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px)
   return mask;
 }
 
-HoldoutScore Score(const ImageF& image, const Image8& rendered, const Image8& photo, const Image8& object) {
+// The pixels that figures are taken over beside all of them; empty: such figures are not given.
+struct HoldoutMasks {
+  Image8 object, seen;
+};
+
+HoldoutScore Score(const ImageF& image, const Image8& rendered, const Image8& photo, const HoldoutMasks& masks) {
   const ImageDifference d = Compare(rendered, photo);
   HoldoutScore score{d.psnr_db, d.ssim, Coverage(image)};
-  if (!object.empty()) score.psnr_object_db = PsnrWithin(rendered, photo, object);
+  if (!masks.object.empty()) score.psnr_object_db = PsnrWithin(rendered, photo, masks.object);
+  if (!masks.seen.empty()) score.psnr_seen_db = PsnrWithin(rendered, photo, masks.seen);
   return score;
 }
+
+// Of those that there are.
+class MeanOfSome {
+ public:
+  void Add(const std::optional<double>& value) {
+    if (value) sum_ += *value, ++count_;
+  }
+  std::optional<double> Value() const { return count_ > 0 ? std::optional(sum_ / count_) : std::nullopt; }
+
+ private:
+  double sum_ = 0, count_ = 0;
+};
 
 template <typename ScoreOf>
 HoldoutScore Mean(const std::vector<HoldoutView>& views, const ScoreOf& score_of) {
   HoldoutScore mean;
-  double object_db = 0, of_object = 0;
+  MeanOfSome object, seen;
   for (const HoldoutView& v : views) {
     const HoldoutScore& score = score_of(v);
     const double n = static_cast<double>(views.size());
     mean.psnr_db += score.psnr_db / n;
     mean.ssim += score.ssim / n;
     mean.coverage += score.coverage / n;
-    if (score.psnr_object_db) object_db += *score.psnr_object_db, ++of_object;
+    object.Add(score.psnr_object_db);
+    seen.Add(score.psnr_seen_db);
   }
-  if (of_object > 0) mean.psnr_object_db = object_db / of_object;
+  mean.psnr_object_db = object.Value();
+  mean.psnr_seen_db = seen.Value();
   return mean;
 }
 
@@ -157,6 +179,7 @@ HoldoutScore Mean(const std::vector<HoldoutView>& views, const ScoreOf& score_of
 
 DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px) {
   DesiredViews wanted{{}, std::vector<bool>(scene.views.size(), true)};
+  if (n == kHoldoutEach) n = kProxiesForEach;
   for (const ViewId id : FoldViews(scene, n, fold)) {
     wanted.use[static_cast<std::size_t>(id.value)] = false;
     wanted.views.push_back(HeldOutView(scene, scene.views[static_cast<std::size_t>(id.value)], width_px));
@@ -181,53 +204,113 @@ std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold) {
   return use;
 }
 
-HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
-                               ProgressSink& sink) {
-  const std::vector<ViewId> held_out = FoldViews(scene, options.n, options.fold);
-  if (held_out.empty() || scene.views.size() < 2)
+namespace {
+
+// A photo that is held out, and those that it is rendered from.
+struct HeldOutPhoto {
+  ViewId id;
+  std::vector<bool> use;
+};
+
+std::vector<HeldOutPhoto> PhotosHeldOut(const Scene& scene, const HoldoutOptions& options) {
+  std::vector<HeldOutPhoto> photos;
+  const auto count = static_cast<std::int32_t>(scene.views.size());
+  if (options.n == kHoldoutEach) {
+    for (std::int32_t k = 0; count > 1 && k < kProxiesForEach; ++k)
+      for (std::int32_t i = k; i < count; i += kProxiesForEach) {
+        photos.push_back({{i}, std::vector<bool>(scene.views.size(), true)});
+        photos.back().use[static_cast<std::size_t>(i)] = false;
+      }
+  } else if (count > 1) {
+    const std::vector<ViewId> ids = FoldViews(scene, options.n, options.fold);
+    if (!ids.empty()) {
+      const std::vector<bool> use = PhotosWithout(scene, options.n, options.fold);
+      for (const ViewId id : ids) photos.push_back({id, use});
+    }
+  }
+  if (photos.empty())
     throw DataError("too few photos to hold any out: " + std::to_string(scene.views.size()),
                     "lower --holdout, or add photos");
-  const std::vector<bool> use = PhotosWithout(scene, options.n, options.fold);
+  return photos;
+}
 
-  HoldoutSummary summary;
-  Progress progress(sink, "rendering held-out photos", static_cast<long>(held_out.size()));
-  std::vector<double> times;
-  for (const ViewId id : held_out) {
-    const View& view = scene.views[static_cast<std::size_t>(id.value)];
+class HoldoutEvaluation {
+ public:
+  HoldoutEvaluation(const Scene& scene, const HoldoutOptions& options) : scene_(scene), options_(options) {}
+
+  void Add(const HeldOutPhoto& held_out, const HoldoutRenderer& with) {
+    const View& view = scene_.views[static_cast<std::size_t>(held_out.id.value)];
     RenderRequest request;
-    request.view = HeldOutView(scene, view, options.width_px);
+    request.view = HeldOutView(scene_, view, options_.width_px);
     const Image8 photo =
-        Resize(ReadImage8(scene.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
-    request.settings = options.own_times ? AtTimeOf(options.settings, request.view) : options.settings;
-    request.use = use;
+        Resize(ReadImage8(scene_.ImagePath(view), 3), request.view.size_px.x(), request.view.size_px.y());
+    request.settings = options_.own_times ? AtTimeOf(options_.settings, request.view) : options_.settings;
+    request.use = held_out.use;
     const Stopwatch watch;
-    const ImageF image = renderer.Render(request);
+    const ImageF image = with.renderer->Render(request);
     const double ms = 1000 * watch.Seconds();
-    const RenderStatistics statistics = renderer.Statistics();
-    summary.samples += statistics.samples;
-    summary.optimum += statistics.optimum;
-    const Image8 rendered = ToRgb8(image), object = ObjectMask(scene, view, request.view.size_px);
-    const ViewId nearest = NearestPhoto(scene, id, use, request.settings);
-    request.use.assign(scene.views.size(), false);
+    const RenderStatistics statistics = with.renderer->Statistics();
+    summary_.samples += statistics.samples;
+    summary_.optimum += statistics.optimum;
+    HoldoutMasks masks{ObjectMask(scene_, view, request.view.size_px), {}};
+    if (with.seen) masks.seen = with.seen(request.view, request.use);
+    const Image8 rendered = ToRgb8(image);
+    const ViewId nearest = NearestPhoto(scene_, held_out.id, held_out.use, request.settings);
+    request.use.assign(scene_.views.size(), false);
     request.use[static_cast<std::size_t>(nearest.value)] = true;
     request.settings.k = 1;
-    const ImageF baseline = renderer.Render(request);
-    summary.views.push_back({Score(image, rendered, photo, object), view.name,
-                             scene.views[static_cast<std::size_t>(nearest.value)].name,
-                             Score(baseline, ToRgb8(baseline), photo, object), ms});
-    times.push_back(ms);
+    const ImageF baseline = with.renderer->Render(request);
+    HoldoutView& v =
+        summary_.views.emplace_back(HoldoutView{Score(image, rendered, photo, masks), held_out.id, view.name,
+                                                scene_.views[static_cast<std::size_t>(nearest.value)].name,
+                                                Score(baseline, ToRgb8(baseline), photo, masks), std::nullopt, ms});
+    if (!masks.seen.empty()) v.seen = ShareOf(masks.seen);
 
-    if (!options.folder.empty()) {
-      const std::string stem = OutputName(view.name);
-      WriteImage(options.folder / (stem + "_render.jpg"), rendered);
-      WriteImage(options.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
+    if (options_.folder.empty()) return;
+    const std::string stem = OutputName(view.name);
+    WriteImage(options_.folder / (stem + "_render.jpg"), rendered);
+    WriteImage(options_.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
+  }
+
+  HoldoutSummary Summary() {
+    std::ranges::stable_sort(summary_.views, {}, &HoldoutView::photo);
+    summary_.mean = Mean(summary_.views, [](const HoldoutView& v) -> const HoldoutScore& { return v; });
+    summary_.nearest_mean = Mean(summary_.views, [](const HoldoutView& v) -> const HoldoutScore& { return v.nearest; });
+    MeanOfSome seen;
+    std::vector<double> times;
+    for (const HoldoutView& v : summary_.views) {
+      seen.Add(v.seen);
+      times.push_back(v.ms);
     }
+    summary_.seen = seen.Value();
+    summary_.ms_per_frame = Median(times);
+    return std::move(summary_);
+  }
+
+ private:
+  const Scene& scene_;
+  const HoldoutOptions& options_;
+  HoldoutSummary summary_;
+};
+
+}  // namespace
+
+HoldoutSummary EvaluateHoldout(const Scene& scene, const HoldoutRendererOf& renderer_of, const HoldoutOptions& options,
+                               ProgressSink& sink) {
+  const std::vector<HeldOutPhoto> photos = PhotosHeldOut(scene, options);
+  HoldoutEvaluation evaluation(scene, options);
+  Progress progress(sink, "rendering held-out photos", static_cast<long>(photos.size()));
+  for (const HeldOutPhoto& photo : photos) {
+    evaluation.Add(photo, renderer_of(photo.id));
     progress.Step();
   }
-  summary.mean = Mean(summary.views, [](const HoldoutView& v) -> const HoldoutScore& { return v; });
-  summary.nearest_mean = Mean(summary.views, [](const HoldoutView& v) -> const HoldoutScore& { return v.nearest; });
-  summary.ms_per_frame = Median(times);
-  return summary;
+  return evaluation.Summary();
+}
+
+HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
+                               ProgressSink& sink) {
+  return EvaluateHoldout(
+      scene, [&](ViewId) { return HoldoutRenderer{&renderer}; }, options, sink);
 }
 
 }  // namespace lumi

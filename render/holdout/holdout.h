@@ -1,9 +1,11 @@
-// How good the lumigraph is where it can be checked: photos 0, N, 2N ... rendered from the others and compared with
-// what was photographed, over all pixels, a hole counting as black; beside it the nearest photo alone, reprojected
-// through the same proxy.
+// How good the lumigraph is where it can be checked: photos 0, N, 2N ... (or each in turn) rendered from the others and
+// compared with what was photographed, over all pixels, a hole counting as black, and over the pixels that at least two
+// of the others see; beside it the nearest photo alone, reprojected through the same proxy. Renders are compared as
+// they come from the renderer, rounded to 8 bits: never what was written and read again.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,10 +15,13 @@
 
 namespace lumi {
 
+// In place of N: every photo is left out in turn and rendered from all the others.
+constexpr int kHoldoutEach = -1;
+
 struct HoldoutOptions {
-  int n = 8;  // every n-th photo is held out
-  Fold fold = Fold::kReport;
-  int width_px = 0;  // 0: the photo's own size
+  int n = 8;                  // every n-th photo is held out; or kHoldoutEach
+  Fold fold = Fold::kReport;  // of kHoldoutEach there is only one
+  int width_px = 0;           // 0: the photo's own size
   RadianceSettings settings;
   bool own_times = true;         // each view is rendered at its photo's time, where it has one; else at settings.time_s
   std::filesystem::path folder;  // renders and differences go here; empty: none are written
@@ -26,16 +31,21 @@ struct HoldoutScore {
   double psnr_db = 0, ssim = 0, coverage = 0;
   // Over the object's pixels, where the scene has the photo's silhouette: what lies around it no hull can show.
   std::optional<double> psnr_object_db = {};
+  // Over the pixels that at least two of the photos in use see; none where there is no such pixel, or nobody asked.
+  std::optional<double> psnr_seen_db = {};
 };
 
 struct HoldoutView : HoldoutScore {
+  ViewId photo;
   std::string name, nearest_name;
-  HoldoutScore nearest;  // of the nearest photo alone
-  double ms = 0;         // to render the view
+  HoldoutScore nearest;        // of the nearest photo alone, over the same pixels
+  std::optional<double> seen;  // share of the pixels that at least two of the photos in use see
+  double ms = 0;               // to render the view
 };
 
 struct HoldoutSummary {
-  HoldoutScore mean, nearest_mean;  // over the views; the object's over those that have it
+  HoldoutScore mean, nearest_mean;  // over the views; the object's and the seen pixels' over those that have them
+  std::optional<double> seen;       // mean
   double ms_per_frame = 0;          // median
   long samples = 0;       // rays at which weights were computed, and what the optimum says of them: sums over the
   OptimumCounts optimum;  // held-out views, without the baseline
@@ -57,13 +67,27 @@ struct DesiredViews {
   std::vector<RenderView> views;
   std::vector<bool> use;
 };
-// A fold's views at most this wide, from all other photos; from all where nothing is left.
+// A fold's views at most this wide, from all other photos; from all where nothing is left. Of kHoldoutEach those of
+// every fifth photo, from all that are not: a view among the photos that it is rendered from would show itself.
 DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px);
 // The photos that a fold is rendered from: none of its own; for the choosing fold nor any of the reporting one (what is
 // chosen must not have seen the photos that are reported on), unless that leaves less than half of all. Throws
 // DataError where nothing is left.
 std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold);
 
+// What a held-out photo is rendered with.
+struct HoldoutRenderer {
+  Renderer* renderer = nullptr;
+  // The pixels of a view that at least two of these photos see (SeenPixels::Mask); empty: no figures over them.
+  std::function<Image8(const RenderView& view, const std::vector<bool>& use)> seen = {};
+};
+// Photos may have renderers of their own: a proxy that was made without one photo has seen another. `renderer_of` is
+// asked once a photo, in order; of kHoldoutEach all photos that share a proxy (photo mod kProxiesForEach) come one
+// after another. What it returned before need not last. Throws DataError where too few photos are left.
+using HoldoutRendererOf = std::function<HoldoutRenderer(ViewId photo)>;
+HoldoutSummary EvaluateHoldout(const Scene& scene, const HoldoutRendererOf& renderer_of, const HoldoutOptions& options,
+                               ProgressSink& progress);
+// All with this one, without the figures over seen pixels.
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
                                ProgressSink& progress);
 

@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/effects/effects.h"
@@ -53,6 +54,9 @@ class Lumigraph {
   // projection matrices, or of a scene without a metric. Throws UsageError for options that do not go with the proxy,
   // InputError for a mesh that cannot be read, DataError (PerViewProxy).
   void MakePictures(const std::string& proxy, bool along_matrices);
+  // Of one_mesh(): this one in place of the proxy that MakePictures read, under that one's name, in what is made from
+  // now on: for an evaluation, one that was made without the photos it is judged by.
+  void StandIn(Mesh mesh) { mesh_ = std::move(mesh); }
   // The photos, where every picture may use them all, and what is read off them, unless the user decided that it does
   // not count.
   void ReadPhotos(ProgressSink& sink);

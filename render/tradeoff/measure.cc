@@ -30,12 +30,17 @@ TestView TestViewOf(const Scene& scene, ViewId id, int width_px) {
   return t;
 }
 
+int HoldoutWithPhotos(const Scene& scene, int n, Fold fold) {
+  while (n > 2 && FoldViews(scene, n, fold).empty()) --n;
+  return n;
+}
+
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px) {
   const std::size_t count = scene.views.size();
   if (count < 2)
     throw DataError("too few photos to hold any out: " + std::to_string(count), "add photos", scene.folder);
-  std::vector<ViewId> held = FoldViews(scene, n, fold);
-  while (held.empty() && n > 2) held = FoldViews(scene, --n, fold);
+  n = HoldoutWithPhotos(scene, n, fold);
+  const std::vector<ViewId> held = FoldViews(scene, n, fold);
   const std::vector<bool> use = PhotosWithout(scene, n, fold);
   std::vector<TestView> views;
   for (const ViewId id : Spread(held, most)) {

@@ -24,9 +24,12 @@ struct TestView {
 // A view's own photo and camera at `width_px` (0, or above the photo's: its own size). `use` is left empty.
 TestView TestViewOf(const Scene& scene, ViewId id, int width_px);
 
+// The largest n, at most this one and at least 2, whose fold holds a photo; 2 where none does.
+int HoldoutWithPhotos(const Scene& scene, int n, Fold fold);
+
 // At most `most` photos of a fold, evenly spread over it, at `width_px` (0, or above the photo's: its own size). None
 // of the fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N
-// is lowered until the fold holds a photo. Throws DataError where nothing is left to render from.
+// is lowered until the fold holds a photo (HoldoutWithPhotos). Throws DataError where nothing is left to render from.
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px);
 
 struct TimedFrame {

@@ -346,7 +346,7 @@ class Tradeoff {
     j.Say("scene", o_.scene.generic_string()).Say("backend", o_.backend).Say("device", device_).Say("width", width_);
     j.Say("height", views_.front().view.size_px.y());
     j.Say("reference_width", optimum_ || !o_.quick ? reference_width_ : 0).Say("holdout", o_.holdout);
-    j.Say("fold", "choose").Say("repeats", o_.repeats);
+    j.Say("fold", "choose").Say("repeats", o_.repeats).Say("proxy_evaluated", bench_.proxies_evaluated());
     if (!optimum_) j.Say("no_optimum", no_optimum_);
     j.Say("views", names(views_));
     j.Say("figure_view", o_.path.empty() ? std::nullopt : std::optional(o_.path.stem().string()));

@@ -1,7 +1,10 @@
 #include "render/tradeoff/workbench.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "render/holdout/evaluation_proxy.h"
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/atomic_file.h"
@@ -54,10 +57,26 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
     if (proxies_.empty()) proxies_ = {""};  // LoadProxy says what is missing
   }
   lumigraph_.MakePictures(proxies_.front(), false);
-  for (std::size_t i = 1; i < proxies_.size(); ++i) meshes_[proxies_[i]] = LoadProxy(scene(), proxies_[i]);
+  if (const std::string& name = lumigraph_.proxy_name(); lumigraph_.one_mesh())
+    if (const std::string evaluated = Evaluated(name, sink); evaluated != name)
+      lumigraph_.StandIn(LoadProxy(scene(), evaluated));
+  for (std::size_t i = 1; i < proxies_.size(); ++i)
+    meshes_[proxies_[i]] = LoadProxy(scene(), Evaluated(proxies_[i], sink));
   lumigraph_.ReadPhotos(sink);
   const DesiredViews desired = LeaveOut(scene(), o.holdout, Fold::kReport, Width());
   lumigraph_.ChooseMeasures(desired.views, desired.use);
+}
+
+std::string Workbench::Evaluated(const std::string& proxy, ProgressSink& sink) {
+  if (!o_.view.empty()) return proxy;
+  // The choosing fold is the one that may be empty; the reporting one's first photo is left out whatever N is.
+  const int n = HoldoutWithPhotos(scene(), o_.holdout, Fold::kChoose);
+  const std::string evaluated = ProxyFor(scene().folder, proxy, n, {0});
+  if (evaluated == proxy) return proxy;
+  evaluated_[proxy] = evaluated;
+  sink.Message(
+      fmt::format("held-out photos are rendered over {}, made without them, in place of {}", evaluated, proxy));
+  return evaluated;
 }
 
 const Mesh& Workbench::mesh(const std::string& proxy) const {

@@ -51,7 +51,10 @@ class Workbench {
   // As --settings takes them back.
   JsonKeys Keys(const RadianceSettings& settings) const { return KeysOf(settings, lumigraph_.own_times(), o_.backend); }
   const std::vector<std::string>& proxies() const { return proxies_; }
+  // Where the scene has a proxy that was made without the photos held out, that one, in its place.
   const Mesh& mesh(const std::string& proxy) const;
+  // Those in whose place others stand, by name, and which; of a photo that --view names none.
+  const std::map<std::string, std::string>& proxies_evaluated() const { return evaluated_; }
   // Made when first wanted. The CPU's is where references come from, whatever is measured.
   Renderer& Cpu(const std::string& proxy);
   Renderer& Measured(const std::string& proxy);
@@ -63,9 +66,13 @@ class Workbench {
   bool MayWriteScene() const;
 
  private:
+  // The name of the file that is rendered over.
+  std::string Evaluated(const std::string& proxy, ProgressSink& sink);
+
   const MeasureOptions& o_;
   Lumigraph lumigraph_;
   std::vector<std::string> proxies_;
+  std::map<std::string, std::string> evaluated_;
   std::map<std::string, Mesh> meshes_;  // but for the first
   std::map<std::string, std::unique_ptr<Renderer>> cpu_, gl_;
 };

@@ -10,6 +10,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
+#include "scene/files/evaluation_proxy.h"
 #include "scene/files/image_io.h"
 #include "scene/files/json_fields.h"
 #include "scene/files/mesh_io.h"
@@ -362,7 +363,8 @@ std::vector<std::string> ListProxies(const fs::path& scene_folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator it(scene_folder / "proxies", error), end; !error && it != end; it.increment(error))
-    if (it->path().extension() == ".ply" && !it->path().filename().string().starts_with('.'))
+    if (it->path().extension() == ".ply" && !it->path().filename().string().starts_with('.') &&
+        !IsForEvaluation(it->path().stem().string()))
       names.push_back(it->path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
@@ -371,7 +373,8 @@ std::vector<std::string> ListProxies(const fs::path& scene_folder) {
 Mesh LoadProxy(const Scene& scene, const std::string& name) {
   const std::string wanted = name.empty() ? scene.active_proxy : name;
   const std::vector<std::string> names = ListProxies(scene.folder);
-  if (std::find(names.begin(), names.end(), wanted) == names.end()) {
+  const bool for_evaluation = IsForEvaluation(wanted) && Exists(ProxyPath(scene.folder, wanted));
+  if (!for_evaluation && std::find(names.begin(), names.end(), wanted) == names.end()) {
     const std::string hint =
         names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
     if (wanted.empty()) throw UsageError(fmt::format("{} has no active proxy", scene.folder.string()), hint);

@@ -54,7 +54,7 @@ Scene UndistortPhotos(const Scene& scene, const std::filesystem::path& image_fol
 // has none.
 std::filesystem::path FindMask(const std::filesystem::path& folder, const std::string& photo);
 
-// Proxies: SCENE/proxies/NAME.ply.
+// Proxies: SCENE/proxies/NAME.ply. ListProxies leaves out those made for an evaluation (evaluation_proxy.h).
 std::filesystem::path ProxyPath(const std::filesystem::path& scene_folder, const std::string& name);
 std::vector<std::string> ListProxies(const std::filesystem::path& scene_folder);
 // By name, or the active one for an empty name. Throws UsageError naming those that exist.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -133,6 +134,13 @@ CaptureFigures MeasureCapture(const BenchCapture& capture, const fs::path& work,
       f.ssim = summary["ssim_mean"];
       f.coverage = summary["coverage"];
       f.nearest_psnr_db = summary["nearest_photo_psnr_mean_db"];
+      f.nearest_coverage = summary["nearest_photo_coverage_mean"];
+      const auto number = [&](const char* key) {
+        return summary.contains(key) ? std::optional(summary[key].get<double>()) : std::nullopt;
+      };
+      f.psnr_seen_db = number("psnr_seen_mean_db");
+      f.seen = number("seen");
+      f.nearest_psnr_seen_db = number("nearest_photo_psnr_seen_mean_db");
       f.ms_per_frame = summary["ms_per_frame"];
       f.proxy = summary["proxy"];
     }
@@ -151,15 +159,21 @@ CaptureFigures MeasureCapture(const BenchCapture& capture, const fs::path& work,
 std::string ToMarkdown(const std::vector<CaptureFigures>& figures) {
   std::string text = fmt::format(
       "Held out: photos 0, {0}, {1} ... rendered from the others; PSNR and SSIM over all pixels, a hole counts as "
-      "black.\n\n",
+      "black; PSNR also over the pixels that two of the others see.\n\n",
       kHoldout, 2 * kHoldout);
   text +=
-      "| capture | photos | reprojection px | proxy | PSNR dB | SSIM | coverage | nearest photo dB | margin dB | ms a "
-      "frame |\n|---|---|---|---|---|---|---|---|---|---|\n";
+      "| capture | photos | reprojection px | proxy | PSNR dB | over seen dB | seen | SSIM | coverage | nearest photo "
+      "dB "
+      "| over seen dB | its coverage | margin dB | ms a frame "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
-    text += fmt::format("| {} | {}/{} | {:.2f} | {} | {:.2f} | {:.3f} | {:.1f} % | {:.2f} | {:+.2f} | {:.0f} |\n",
-                        f.name, f.images_registered, f.images_total, f.reprojection_px, f.proxy, f.psnr_db, f.ssim,
-                        100 * f.coverage, f.nearest_psnr_db, f.psnr_db - f.nearest_psnr_db, f.ms_per_frame);
+    text += fmt::format(
+        "| {} | {}/{} | {:.2f} | {} | {:.2f} | {:.2f} | {:.1f} % | {:.3f} | {:.1f} % | {:.2f} | {:.2f} | {:.1f} % | "
+        "{:+.2f} | {:.0f} |\n",
+        f.name, f.images_registered, f.images_total, f.reprojection_px, f.proxy, f.psnr_db,
+        f.psnr_seen_db.value_or(std::nan("")), 100 * f.seen.value_or(0), f.ssim, 100 * f.coverage, f.nearest_psnr_db,
+        f.nearest_psnr_seen_db.value_or(std::nan("")), 100 * f.nearest_coverage, f.psnr_db - f.nearest_psnr_db,
+        f.ms_per_frame);
   text +=
       "\nPoses against the truth, after a similarity (centres in percent of the truth's extent).\n\n"
       "| capture | centres rms % | centres max % | rotations rms deg | rotations max deg |\n|---|---|---|---|---|\n";
@@ -200,6 +214,7 @@ std::string ToJson(const std::vector<CaptureFigures>& figures) {
               {"ssim_mean", f.ssim},
               {"coverage", f.coverage},
               {"nearest_photo_psnr_mean_db", f.nearest_psnr_db},
+              {"nearest_photo_coverage_mean", f.nearest_coverage},
               {"ms_per_frame", f.ms_per_frame},
               {"colmap_seconds", f.colmap_s},
               {"around_colmap_seconds", f.around_colmap_s},
@@ -209,6 +224,9 @@ std::string ToJson(const std::vector<CaptureFigures>& figures) {
     if (f.gl)
       c.update({{"own_camera_gl_mean_absolute", f.gl->mean_absolute},
                 {"own_camera_gl_worst_mean_absolute", f.gl->worst_mean_absolute}});
+    if (f.seen) c["seen"] = *f.seen;
+    if (f.psnr_seen_db) c["psnr_seen_mean_db"] = *f.psnr_seen_db;
+    if (f.nearest_psnr_seen_db) c["nearest_photo_psnr_seen_mean_db"] = *f.nearest_psnr_seen_db;
     if (f.cpu_gl_worst_psnr_db) c["cpu_gl_worst_psnr_db"] = *f.cpu_gl_worst_psnr_db;
     if (f.poses)
       c["poses"] = {{"centre_rms_percent", f.poses->centre_rms_percent},

@@ -23,7 +23,9 @@ struct CaptureFigures {
   int images_total = 0, images_registered = 0;
   double reprojection_px = 0;
   std::string proxy;
-  double psnr_db = 0, ssim = 0, coverage = 0, nearest_psnr_db = 0;  // held out, N = 8
+  // Held out, N = 8; over the pixels that two photos see where there are any.
+  double psnr_db = 0, ssim = 0, coverage = 0, nearest_psnr_db = 0, nearest_coverage = 0;
+  std::optional<double> psnr_seen_db, seen, nearest_psnr_seen_db;
   double ms_per_frame = 0;
   double colmap_s = 0, around_colmap_s = 0;
   std::optional<PoseErrors> poses;

@@ -107,6 +107,7 @@ TEST_F(BadInput, WrongOptionsAreRefusedBeforeAnythingIsDone) {
   WriteImage(photos() / "a.jpg", Discs(1));
   WriteImage(photos() / "b.jpg", Discs(2));
   ExpectRefusal(Run(photos(), 2, {"--holdout"}, {"--holdout", "1"}));
+  ExpectRefusal(Run(photos(), 2, {"--holdout"}, {"--holdout", "every"}));
   ExpectRefusal(Run(photos(), 2, {"--width"}, {"--width", "3"}));
   ExpectRefusal(Run(photos(), 2, {"--proxy"}, {"--proxy", "sphere"}));
   ExpectRefusal(Run(photos(), 2, {"--no-such-option"}, {"--no-such-option"}));

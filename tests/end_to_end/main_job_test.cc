@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -115,6 +116,8 @@ TEST_F(MainJob, FindsTheCamerasThatTookThePhotos) {
 TEST_F(MainJob, RendersHeldOutPhotosBetterThanTheNearestPhoto) {
   const json holdout = StageSummary(first_, "holdout");
   ASSERT_EQ(holdout["views"].size(), 3U);
+  EXPECT_GT(holdout["seen"].get<double>(), 0.7);
+  EXPECT_GT(holdout["psnr_seen_mean_db"].get<double>(), holdout["nearest_photo_psnr_seen_mean_db"].get<double>());
   EXPECT_GT(holdout["psnr_mean_db"].get<double>(), holdout["nearest_photo_psnr_mean_db"].get<double>());
   EXPECT_GT(holdout["psnr_mean_db"].get<double>(), 18);
   EXPECT_GT(holdout["coverage"].get<double>(), 0.9);
@@ -165,7 +168,15 @@ TEST_F(MainJob, AnotherOptionRedoesOnlyWhatDependsOnIt) {
   EXPECT_FALSE(plane.at("holdout"));
   EXPECT_EQ(OpenScene(ScenePath(), {}, SilentProgress()).active_proxy, "plane");
 
-  RunDone(FromPhotos(ScenePath()));  // as the other tests expect it
+  std::vector<std::string> each_photo = FromPhotos(ScenePath(), {"--no-video", "--proxy", "plane"});
+  *std::ranges::find(each_photo, "4") = "each";
+  const json each = RunDone(each_photo);
+  EXPECT_TRUE(Reused(each).at("proxy"));
+  EXPECT_EQ(StageSummary(each, "holdout")["views"].size(), static_cast<std::size_t>(kViews));
+
+  // As the other tests expect it: without the renders of photos that are not held out then.
+  fs::remove_all(ScenePath() / "holdout");
+  RunDone(FromPhotos(ScenePath()));
 }
 
 TEST_F(MainJob, ASceneIsGoneOnWithInPlace) {

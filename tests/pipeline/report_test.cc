@@ -83,6 +83,24 @@ TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
   EXPECT_THAT(html, HasSubstr("garden &amp; &lt;gate&gt;"));
 }
 
+TEST(Report, ShowsBothFiguresOfHeldOutPhotosAndWhatTheNearestPhotoCovers) {
+  Fixture f;
+  f.input.stages.pop_back();
+  f.input.stages.push_back(WorkedStage("holdout", 2.5, R"({
+      "proxy": "mesh", "proxy_evaluated": "mesh-without-8", "psnr_mean_db": 31.25, "psnr_seen_mean_db": 33.5,
+      "seen": 0.876, "ssim_mean": 0.91, "nearest_photo_psnr_mean_db": 24.5, "nearest_photo_psnr_seen_mean_db": 26.75,
+      "nearest_photo_coverage_mean": 0.812, "coverage": 0.987, "views": [
+      {"name": "photo10.png", "psnr_db": 30.5, "psnr_seen_db": 32.25, "seen": 0.871, "ssim": 0.9, "coverage": 0.98,
+       "nearest_photo_psnr_db": 24.0, "nearest_photo_psnr_seen_db": 26.5, "nearest_photo_coverage": 0.801,
+       "file": "photo10"},
+      {"name": "photo13.png", "psnr_db": 32.0, "seen": 0, "ssim": 0.92, "coverage": 0.99, "file": "photo13"}]})"));
+  const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
+  for (const char* part : {"33.5 dB", "PSNR over seen pixels", "33.50", "87.6 %", "26.75", "81.2 %", "32.25", "87.1 %",
+                           "26.50", "80.1 %", "0.0 %", "made without the held-out photos (mesh-without-8)"})
+    EXPECT_THAT(html, HasSubstr(part));
+  EXPECT_THAT(html, Not(HasSubstr("made of all photos")));
+}
+
 TEST(Report, ACalibrationIsShownWithItsSigmaAndLinked) {
   Fixture f;
   EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html), Not(HasSubstr("calibrated")));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "capture.h"
@@ -104,6 +105,45 @@ TEST(Holdout, TheObjectIsMeasuredApartWhereItHasASilhouette) {
   WriteImage(d.folder / "silhouettes" / (name + ".png"), mask);
   s = EvaluateHoldout(d.capture.scene, *renderer, {}, SilentProgress());
   EXPECT_GT(std::abs(*s.views[1].psnr_object_db - s.views[1].psnr_db), 1e-3) << "half the picture";
+}
+
+TEST(Holdout, SeenPixelsAreMeasuredApartForRenderAndBaseline) {
+  OnDisk d(17);
+  const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);
+  HoldoutOptions options;
+  const auto evaluate = [&](const std::function<Image8(const RenderView&, const std::vector<bool>&)>& seen) {
+    return EvaluateHoldout(
+        d.capture.scene,
+        [&](ViewId) {
+          return HoldoutRenderer{renderer.get(), seen};
+        },
+        options, SilentProgress());
+  };
+  const auto columns = [&](int first) {
+    return [&, first](const RenderView& view, const std::vector<bool>& use) {
+      EXPECT_EQ(std::ranges::count(use, false), 3) << "the photos that the render was made of";
+      Image8 mask(view.size_px.x(), view.size_px.y(), 1);
+      for (int y = 0; y < mask.height; ++y)
+        for (int x = first; x < mask.width; ++x) mask.At(x, y, 0) = 255;
+      return mask;
+    };
+  };
+  const HoldoutSummary all = evaluate(columns(0));
+  ASSERT_TRUE(all.mean.psnr_seen_db && all.seen);
+  EXPECT_EQ(*all.seen, 1);
+  for (const HoldoutView& v : all.views) {
+    EXPECT_NEAR(*v.psnr_seen_db, v.psnr_db, 1e-9) << "a mask of everything";
+    EXPECT_NEAR(*v.nearest.psnr_seen_db, v.nearest.psnr_db, 1e-9);
+  }
+  const HoldoutSummary half = evaluate(columns(32));
+  EXPECT_EQ(*half.seen, 0.5);
+  EXPECT_EQ(half.mean.psnr_db, all.mean.psnr_db);
+  EXPECT_EQ(half.mean.ssim, all.mean.ssim);
+  EXPECT_NE(*half.mean.psnr_seen_db, *all.mean.psnr_seen_db);
+  const HoldoutSummary none = evaluate(columns(64));
+  EXPECT_EQ(*none.seen, 0);
+  EXPECT_FALSE(none.mean.psnr_seen_db || none.views[0].psnr_seen_db || none.nearest_mean.psnr_seen_db);
+  EXPECT_FALSE(evaluate({}).seen) << "nobody asked";
 }
 
 TEST(Holdout, WhereTimeCountsTheNearestPhotoIsNearInTimeToo) {

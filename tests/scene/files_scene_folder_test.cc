@@ -5,6 +5,7 @@
 
 #include "files_test_util.h"
 #include "scene/files/colmap_model.h"
+#include "scene/files/evaluation_proxy.h"
 #include "scene/files/mesh_io.h"
 
 namespace lumi::test {
@@ -241,6 +242,18 @@ TEST(SceneFolder, TheFoxOpensFromItsTransforms) {
   EXPECT_GT(scene.up.z(), 0.7);
 }
 
+TEST(EvaluationProxy, IsKnownByItsName) {
+  for (const char* name :
+       {"mesh-without-8", "mesh-without-2", "a-without-3-without-12", "hull-500-without-each-4-of-5"})
+    EXPECT_TRUE(IsForEvaluation(name)) << name;
+  for (const char* name : {"mesh", "without-8", "-without-8", "mesh-without-", "mesh-without-1", "mesh-without-0",
+                           "mesh-without-08", "mesh-without-floor", "mesh-without-8b", "mesh-without-each-5-of-5",
+                           "mesh-without-each-1-of-4", "mesh-without-each", ""})
+    EXPECT_FALSE(IsForEvaluation(name)) << name;
+  EXPECT_EQ(ProxyWithout("mesh", 8), "mesh-without-8");
+  EXPECT_EQ(ProxyWithoutEach("mesh", 3), "mesh-without-each-3-of-5");
+}
+
 TEST(SceneFolder, ProxiesAreFoundByNameOrAreTheActiveOne) {
   const TempFolder folder;
   Scene scene = SmallScene(0);
@@ -255,6 +268,12 @@ TEST(SceneFolder, ProxiesAreFoundByNameOrAreTheActiveOne) {
   WriteMesh(ProxyPath(folder.path(), "auto"), two);
   EXPECT_EQ(ListProxies(folder.path()), (std::vector<std::string>{"auto", "plane"}));
   EXPECT_EQ(LoadProxy(scene, "auto").faces.size(), 2u);
+  // Those of an evaluation are nobody's choice, and can be looked at by name.
+  for (const char* name : {"plane-without-8", "auto-without-each-0-of-5"})
+    WriteMesh(ProxyPath(folder.path(), name), one);
+  EXPECT_EQ(ListProxies(folder.path()), (std::vector<std::string>{"auto", "plane"}));
+  EXPECT_EQ(LoadProxy(scene, "plane-without-8").faces.size(), 1u);
+  EXPECT_REFUSED(ExitCode::kUsage, "there are: auto, plane", LoadProxy(scene, "plane-without-4"));
   EXPECT_REFUSED(ExitCode::kUsage, "auto, plane", LoadProxy(scene, "hull"));
   EXPECT_REFUSED(ExitCode::kUsage, "no active proxy", LoadProxy(scene, ""));
   scene.active_proxy = "plane";

@@ -1,0 +1,24 @@
+#include "render/holdout/evaluation_proxy.h"
+
+#include "render/holdout/holdout.h"
+#include "scene/files/evaluation_proxy.h"
+#include "scene/files/scene_folder.h"
+
+namespace lumi {
+
+std::string ProxyFor(const std::filesystem::path& scene_folder, const std::string& name, int holdout, ViewId photo) {
+  const auto there = [&](const std::string& proxy) {
+    std::error_code error;
+    return std::filesystem::is_regular_file(ProxyPath(scene_folder, proxy), error);
+  };
+  if (holdout == kHoldoutEach) {
+    for (int k = 0; k < kProxiesForEach; ++k)
+      if (!there(ProxyWithoutEach(name, k))) return name;
+    return ProxyWithoutEach(name, photo.value % kProxiesForEach);
+  }
+  for (int m = holdout; m >= 2; --m)
+    if (holdout % m == 0 && there(ProxyWithout(name, m))) return ProxyWithout(name, m);
+  return name;
+}
+
+}  // namespace lumi
