@@ -13,6 +13,7 @@
 #include "proxy/plane/plane_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/evaluation_proxy.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/median.h"
@@ -31,7 +32,7 @@ Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress) {
 
 std::string StoredName(const ProxyTarget& target) {
   if (target.leave_out == 0 || target.keep_choosing_fold) return target.name;
-  return fmt::format("{}-without-{}", target.name, target.leave_out);
+  return ProxyWithout(target.name, target.leave_out);
 }
 
 // The scene as a proxy for an evaluation may know it.
@@ -64,7 +65,9 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
     made.file = target.output;
   } else {
     RequireKeepsProxies(scene);
-    RequireProxyName(name);
+    RequireProxyName(target.name);
+    if (IsForEvaluation(target.name))
+      throw UsageError("\"" + target.name + "\" is no name for a proxy", "--leave-out N makes NAME-without-N");
     const FolderLock lock(scene.folder);
     Provenance wanted = ProxyProvenance(scene, name, kind, std::move(options));
     wanted.inputs.merge(inputs);

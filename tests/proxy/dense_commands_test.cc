@@ -169,6 +169,7 @@ TEST_F(DenseProgram, SaysWhatIsWrong) {
   const ProgramResult absent = RunProgram(Dense({"--from-depth", (folder_ / "none").string()}));
   EXPECT_EQ(absent.exit_code, 3);
   EXPECT_THAT(absent.err, HasSubstr("depth_maps"));
+  EXPECT_EQ(RunProgram(Dense({"--name", "dense-without-4"})).exit_code, 2) << "an evaluation's";
   EXPECT_EQ(RunProgram(Dense({"--leave-out", "2"})).exit_code, 1) << "no photo is left";
   fs::remove(path_ / "images" / "photo13.png");
   const ProgramResult gone = RunProgram(Dense());
