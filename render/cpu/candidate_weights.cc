@@ -1,7 +1,9 @@
 #include "render/cpu/candidate_weights.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -165,6 +167,7 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   const float su = static_cast<float>(width) / c.width_px, sv = static_cast<float>(rule.map_height) / c.height_px;
   const float gamma = rule.gamma;
   const bool soft = rule.field_of_view;
+  const float least = soft ? 0.0F : 1.0F;
   // With field of view off a photo is asked at its border for points outside, and not for points behind it.
   const float* asked = soft ? f : depth;
   for (int i = 0; i < n; ++i) {
@@ -178,9 +181,12 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float bottom =
         (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
     const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
-    const float value = soft ? f[i] : 1.0F;
+    const float value = std::max(f[i], least);
     const float blocked = WithGate(h[i], value > 0 ? value : 1.0F, seen, gamma);
-    h[i] = (h[i] > 0) & (value > 0) & (asked[i] > 0) ? blocked : h[i];
+    // Chosen by bits: of a condition the compiler makes a branch around the division, and no lanes.
+    const std::int32_t counts = -static_cast<std::int32_t>((h[i] > 0) & (value > 0) & (asked[i] > 0));
+    h[i] = std::bit_cast<float>((std::bit_cast<std::int32_t>(blocked) & counts) |
+                                (std::bit_cast<std::int32_t>(h[i]) & ~counts));
   }
 }
 
