@@ -292,11 +292,28 @@ if [ -f "$work/desk-capture/truth/mesh.ply" ]; then
     table "A mesh at $scale times its size, aligned by ICP" "$bin/lumi-proxy" import "$work/desk-capture/truth/mesh.ply" "$work/desk-capture" --name by-icp --scale "$scale" --align icp
   done
 fi
+# The pipeline's fly-through beside a weight at every pixel: ms a frame, and dB between the frames before they are compressed.
+fly_through() {
+  local scene=$1 way json folder=$work/fly-through-${1##*/}
+  for way in pixel sparse; do
+    [ "$way" = pixel ] && options=() || options=(--fidelity-db 40)
+    rm -rf "$folder-$way"
+    json=$("$bin/lumi-render" "$scene" -o "$folder-$way" --width 960 --seconds 6 "${options[@]}" --json --quiet)
+    printf '%-7s %s ms a frame%s\n' "$way" "$(grep -o '"ms_per_frame": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$' | cut -c1-5)" \
+      "$(grep -o '"name": *"[a-z]* [0-9]*x[0-9]*, k [0-9]*"' <<<"$json" | head -n 1 | cut -d'"' -f4 | sed 's/^/  /')"
+  done
+  # Over black, as the video has them.
+  over_black='format=gbrap,premultiply=inplace=1,format=gbrp'
+  ffmpeg -nostdin -hide_banner -i "$folder-sparse/frames/frame_%06d.png" -i "$folder-pixel/frames/frame_%06d.png" \
+    -filter_complex "[0]$over_black[a];[1]$over_black[b];[a][b]psnr" -f null - 2>&1 | sed -n 's/.*average:\([^ ]*\) min:\([^ ]*\).*/PSNR between them \1 dB over all frames, \2 dB at the worst/p'
+  rm -rf "$folder-pixel" "$folder-sparse"
+}
 scenes=()
 for s in fountain desk; do [ ! -d "$work/$s/proxies" ] || scenes+=("$work/$s"); done
 table 'A proxy of each view: milliseconds beside CGAL and OpenCV' "$bin/view_triangulation_bench" --scene ${scenes[@]+"${scenes[@]}"}
 for s in ${scenes[@]+"${scenes[@]}"}; do
   table "What auto measures: ${s##*/}" "$bin/lumi-proxy" auto "$s"
+  table "The fly-through, 960 px wide: ${s##*/}" fly_through "$s"
   for proxy in mesh per-view; do table "Held out: ${s##*/}, $proxy, 640 px wide" "$bin/lumi-render" "$s" --proxy "$proxy" --holdout 8 --width 640; done
 done
 table 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane

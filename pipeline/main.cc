@@ -137,6 +137,11 @@ int main(int argc, char** argv) {
   app.Flag("--no-video{false}", options.video, "No fly-through");
   app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();
   app.Add("--seconds", options.video_seconds, "Length of the fly-through, seconds").Default();
+  app.Add("--fidelity-db", options.video_fidelity_db,
+          "How near the fly-through's frames, from sparse samples, are to a weight at every pixel (PSNR, as "
+          "lumi-render); "
+          "0 = a weight at every pixel")
+      .Default();
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 

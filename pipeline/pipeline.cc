@@ -230,10 +230,13 @@ class Run {
     WriteProvenance(summary_.scene, wanted);
   }
 
-  void StartRender(const std::string& name, const fs::path& output, std::vector<std::string> arguments) {
+  // read: parts of the scene that count beside those that every picture is made of.
+  void StartRender(const std::string& name, const fs::path& output, std::vector<std::string> arguments,
+                   std::vector<std::string> read = {}) {
     arguments.insert(arguments.end(), {"--backend", options_.render_backend});
     std::map<std::string, fs::path> inputs;
-    for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
+    read.insert(read.end(), {"lumigraph.json", "sparse", "images", "proxies"});
+    for (const std::string& part : read) inputs[part] = summary_.scene / part;
     StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()},
                   std::move(arguments));
   }
@@ -312,9 +315,12 @@ class Run {
 
   void MakeVideo() {
     summary_.video = summary_.scene / "fly-through.mp4";
-    StartRender(
-        "video", summary_.video,
-        {"--width", std::to_string(options_.video_width_px), "--seconds", fmt::format("{}", options_.video_seconds)});
+    std::vector<std::string> arguments{"--width", std::to_string(options_.video_width_px), "--seconds",
+                                       fmt::format("{}", options_.video_seconds)};
+    if (options_.video_fidelity_db > 0)
+      arguments.insert(arguments.end(), {"--fidelity-db", fmt::format("{}", options_.video_fidelity_db)});
+    // A front that was measured since chooses other samples.
+    StartRender("video", summary_.video, std::move(arguments), {"fronts"});
   }
 
   // Of the stages before the report.
@@ -384,6 +390,8 @@ std::string Validate(const PipelineOptions& options) {
   if (options.holdout != 0 && options.holdout < 2) return "--holdout is 0 (no evaluation) or at least 2";
   if (options.video_width_px < 16 || options.video_width_px > 16384) return "--width is 16 to 16384 pixels";
   if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
+  if (!(options.video_fidelity_db >= 0 && options.video_fidelity_db <= 99))
+    return "--fidelity-db is 0 (a weight at every pixel) to 99 dB";
   const bool boards = !options.calibration.empty() && !IsCameraFile(options.calibration);
   if (!boards && (!options.board.empty() || !options.square_mm.empty()))
     return "--board and --square-mm go with --calibration BOARDS";
@@ -456,6 +464,9 @@ static std::string LineOf(const StageResult& stage) {
     return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames,
                        s.period_sigma_frames, s.samples_per_window);
   }
+  if (stage.name == "video")
+    if (const std::string how = DescribeFrames(stage.summary.As<sibling::FramesSummary>()); !how.empty())
+      return kIndent + how + "\n";
   if (stage.name == "simplify")
     return fmt::format("{}{} faces\n", kIndent, stage.summary.As<sibling::MadeProxySummary>().faces.value_or(0));
   if (stage.name == "reconstruct") {

@@ -123,12 +123,21 @@ inline void ListKeys(JsonKeys& j, HoldoutSummary& s) {
 }
 
 // lumi-render along a path.
+struct FaithfulSettings {
+  std::string name, why;
+  std::optional<double> db;  // from a weight at every pixel; no value: that is what was taken
+  double ms = 0, pixel_ms = 0;
+};
+inline void ListKeys(JsonKeys& j, FaithfulSettings& f) {
+  j("name", f.name, "why", f.why, "db", f.db, "ms", f.ms, "pixel_ms", f.pixel_ms);
+}
 struct FramesSummary {
   int frames_reused = 0;
   double ms_per_frame = std::numeric_limits<double>::quiet_NaN();
+  std::optional<FaithfulSettings> fidelity;
 };
 inline void ListKeys(JsonKeys& j, FramesSummary& s) {
-  j("frames_reused", s.frames_reused, "ms_per_frame", s.ms_per_frame);
+  j("frames_reused", s.frames_reused, "ms_per_frame", s.ms_per_frame).IfAny("fidelity", s.fidelity);
 }
 
 // lumi-stabilize.

@@ -131,6 +131,8 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
       {"dilation_px", h.dilation_px ? fmt::format("{}", *h.dilation_px) : "auto"},
       {"keep_all_views", h.keep_all_views ? "yes" : "no"},
       {"max_mended", fmt::format("{}", h.max_mended)},
+      {"max_left_out", fmt::format("{}", h.max_left_out)},
+      {"prefer", h.prefer == HullPreference::kTight ? "tight" : "cover"},
       {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
   std::optional<HullFigures> figures;
   Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,

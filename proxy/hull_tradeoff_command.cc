@@ -48,7 +48,8 @@ std::vector<Plot> PanelsOf(const TradeoffTable& table) {
                        {"views", "fewer views", "#1f6feb"},
                        {"silhouettes", "smaller silhouettes", "#b45309", Marker::kSquare},
                        {"several", "fewer and smaller", "#9333ea"},
-                       {"cell", "wider cells", "#15803d", Marker::kSquare}},
+                       {"cell", "wider cells", "#15803d", Marker::kSquare},
+                       {"prefer", "the other preference", "#be123c", Marker::kDiamond}},
                       "line",
                       "",
                       table.Front("seconds", "iou_median")};

@@ -182,6 +182,22 @@ void AddHulls(Program& program, Requests& r) {
   hull.Add("--max-mended", r.hull_request.hull.max_mended,
            "Share of a silhouette that may be added where it alone lacks what others show, 0..1; 0: mend none")
       .Default();
+  hull.Call(
+          "--prefer",
+          [&r](const std::string& text) {
+            r.hull_request.hull.prefer = text == "tight" ? HullPreference::kTight : HullPreference::kCover;
+          },
+          "Where silhouettes disagree a little: cover them all, or be tight, their plain intersection where outlines "
+          "and "
+          "silhouettes have most in common")
+      .OneOf({"cover", "tight"})
+      .Default("cover");
+  hull.Add("--max-left-out", r.hull_request.hull.max_left_out,
+           "Share of the views, 0..1: where more disagree, the silhouettes are refused")
+      .Default();
+  hull.Add("--max-minutes", r.hull_request.hull.max_minutes,
+           "Give up after so many minutes, asked between the steps; 0 = never")
+      .Default();
   hull.Flag("--tradeoff", r.hull_tradeoff,
             "Views, silhouette size and cells against tightness and seconds, instead of a proxy: table, and hull.json, "
             ".csv, .svg in SCENE/tradeoff or the folder --output");

@@ -140,6 +140,9 @@ void ListKeys(JsonKeys& j, HullSteps& s) {
 void ListKeys(JsonKeys& j, HullFigures& s) {
   HullSummary& h = s.hull;
   ListKeys(j, h.fit);
+  std::string prefer = h.tight ? "tight" : "cover";
+  j("prefer", prefer, "coarse_hulls", h.coarse_hulls, "fine_hulls", h.fine_hulls);
+  if (j.reading()) h.tight = prefer == "tight";
   j("dilation_px", h.dilation_px, "cell_px", h.cell_px, "cell", h.cell, "volume", h.volume, "bounded", h.bounded,
     "sound", s.sound, "soundness", s.soundness);
   j("parts", s.parts, "views_used", s.views_used, "views_left_out", h.left_out, "views_mended", h.mended);
@@ -154,6 +157,10 @@ std::string Details(const HullFigures& s) {
       "intersection over union {:.4f} median, {:.4f} least",
       s.soundness, h.volume, h.bounded ? "" : ", cut off: the views leave it open to a side", s.views_used,
       100 * h.fit.coverage_min, h.fit.deepest_uncovered_px, h.dilation_px, h.fit.iou_median, h.fit.iou_min);
+  if (!h.tight && (h.dilation_px > kLeastDilation || !h.mended.empty()))
+    out +=
+        "\nthe silhouettes disagree a little, and all are covered: --prefer tight has more in common with them (IoU), "
+        "and --tradeoff both beside each other";
   double most = 0;
   for (const auto& m : h.mended) most = std::max(most, m.share);
   if (!h.mended.empty())

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -268,9 +269,12 @@ std::string BackendsHtml(const CamerasSummary& cameras) {
 std::string NextHtml(const ReportInput& input, const CamerasSummary& cameras) {
   const std::string scene = input.scene_folder.string();
   std::string html = "<p>Walk through it:</p><pre>lumi-view " + EscapeHtml(scene) + "</pre>\n";
-  if (!input.video.empty())
-    html += "<p>A fly-through is in <a href=\"" + EscapeHtml(input.video.filename().string()) + "\">" +
-            EscapeHtml(input.video.filename().string()) + "</a>.</p>\n";
+  if (!input.video.empty()) {
+    const std::string file = EscapeHtml(input.video.filename().string()),
+                      how = EscapeHtml(DescribeFrames(SummaryOf<FramesSummary>(input, "video")));
+    html += "<p>A fly-through is in <a href=\"" + file + "\">" + file + "</a>" + (how.empty() ? "" : ": " + how) +
+            ".</p>\n";
+  }
   html += "<p>See which photo is used where, or render a path of your own:</p><pre>lumi-render " + EscapeHtml(scene) +
           " -o false-color.mp4 --show false-color\nlumi-render " + EscapeHtml(scene) +
           " -o frames --path PATH.json</pre>\n";
@@ -289,6 +293,15 @@ struct ReportedStage {
 void ListKeys(JsonKeys& j, ReportedStage& s) { j("name", s.name, "seconds", s.seconds, "summary", s.summary); }
 
 }  // namespace
+
+std::string DescribeFrames(const FramesSummary& s) {
+  if (!std::isfinite(s.ms_per_frame)) return {};
+  if (!s.fidelity) return fmt::format("a weight at every pixel, {:.1f} ms a frame", s.ms_per_frame);
+  const FaithfulSettings& f = *s.fidelity;
+  if (!f.db) return fmt::format("a weight at every pixel, {:.1f} ms a frame: {}", s.ms_per_frame, f.why);
+  return fmt::format("{}, {:.1f} ms a frame (a weight at every pixel: {:.1f} ms, {:.1f} dB from it)", f.name,
+                     s.ms_per_frame, f.pixel_ms, *f.db);
+}
 
 ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   OpenOptions open;

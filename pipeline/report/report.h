@@ -3,9 +3,11 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "pipeline/sibling_stage.h"
+#include "pipeline/sibling_summaries.h"
 
 namespace lumi {
 
@@ -21,6 +23,9 @@ struct ReportInput {
 struct ReportFiles {
   std::filesystem::path html, json, contact_sheet;  // contact sheet: empty where no picture could be shown
 };
+
+// How a fly-through's frames were made and what one took, in a line; empty where nothing is known.
+std::string DescribeFrames(const sibling::FramesSummary& frames);
 
 // Throws MachineError where the files cannot be written.
 ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress);

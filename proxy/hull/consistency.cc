@@ -61,6 +61,7 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
   std::iota(agreement.used.begin(), agreement.used.end(), std::size_t{0});
   RayResults results = NoResults(rays);
   for (;;) {
+    options.go_on();
     // What is covered stays covered without the views left out since.
     FollowAll(rays, cones, agreement.used, options.max_dilation_px, progress, results);
 
@@ -80,7 +81,7 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
           blame[static_cast<std::size_t>(k)] += share / static_cast<double>(r.blockers.size());
       }
     }
-    if (blame.empty() || agreement.used.size() <= 2) return agreement;
+    if (blame.empty() || agreement.used.size() <= 2 || agreement.used.size() < options.fewest_used) return agreement;
     double most = 0;
     for (const auto& [v, b] : blame) most = std::max(most, b);
     // Together with the worst those that are as bad, a twentieth of the views at most: each round asks every ray again.

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "proxy/hull/agreement_ray.h"
@@ -16,9 +17,11 @@
 namespace lumi {
 
 struct AgreementOptions {
-  double max_dilation_px = 2;         // silhouettes that need more do not agree
-  double max_uncovered = 0.005;       // of a silhouette's pixels
-  double max_uncovered_depth_px = 2;  // from the silhouette's border; infinite: only the share counts
+  double max_dilation_px = 2;           // silhouettes that need more do not agree
+  double max_uncovered = 0.005;         // of a silhouette's pixels
+  double max_uncovered_depth_px = 2;    // from the silhouette's border; infinite: only the share counts
+  std::size_t fewest_used = 2;          // fewer than these are no answer: the search for them ends there
+  std::function<void()> go_on = [] {};  // asked between rounds; throws where there is no time left
 };
 
 struct Disagreement {
@@ -33,7 +36,8 @@ struct Agreement {
   double uncovered = 0;                // share of the used silhouette that agrees least: small unless only two are left
 };
 
-// rays: of each view through its silhouette. At least two views are used, even where those do not agree.
+// rays: of each view through its silhouette. At least two views are used, even where those do not agree; the search
+// ends with fewer than options.fewest_used.
 Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, const std::vector<SilhouetteCone>& cones,
                         const AgreementOptions& options, ProgressSink& progress);
 

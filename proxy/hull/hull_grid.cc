@@ -53,11 +53,14 @@ std::optional<Box> BoundHull(const std::vector<const SilhouetteCone*>& cones, co
 }
 
 std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid,
-                                             double dilation_px, std::size_t most) {
+                                             double dilation_px, std::size_t most, double* too_many) {
   const int side = std::max({grid.cells[0], grid.cells[1], grid.cells[2]});
   int level = 0;
   while ((1 << level) < side) ++level;
   const auto dilation = static_cast<float>(dilation_px);
+  const auto say_too_many = [&](double cubes) {
+    if (too_many != nullptr) *too_many = std::max(1.0, cubes / static_cast<double>(most));
+  };
   struct Node {
     std::array<int, 3> at;  // least corner, in cubes of the grid
     std::uint32_t parent;   // whose cones it has to ask
@@ -98,8 +101,9 @@ std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteC
         result.cubes.push_back(nodes[n].at);
         result.cones.push_back(std::move(open[n]));
       }
-      if (result.cubes.size() > most) return std::nullopt;
-      return result;
+      if (result.cubes.size() <= most) return result;
+      say_too_many(static_cast<double>(result.cubes.size()));
+      return std::nullopt;
     }
     std::vector<Node> next;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -115,7 +119,11 @@ std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteC
     nodes = std::move(next);
     asked = std::move(open);
     if (nodes.empty()) return SurfaceCubes{};
-    if (nodes.size() > 4 * most) return std::nullopt;
+    // The level below has not been asked yet: about half of a cube's eight parts are at the surface.
+    if (nodes.size() > 4 * most) {
+      say_too_many(0.5 * static_cast<double>(nodes.size()) * std::pow(4.0, level - 1));
+      return std::nullopt;
+    }
   }
 }
 

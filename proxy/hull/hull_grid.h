@@ -24,8 +24,8 @@ struct SurfaceCubes {
   std::vector<std::array<int, 3>> cubes;
   std::vector<std::vector<std::uint16_t>> cones;
 };
-// nullopt beyond `most` cubes.
+// nullopt beyond `most` cubes; *too_many then has about how many times as many there are, above 1.
 std::optional<SurfaceCubes> FindSurfaceCubes(const std::vector<const SilhouetteCone*>& cones, const GridFrame& grid,
-                                             double dilation_px, std::size_t most);
+                                             double dilation_px, std::size_t most, double* too_many = nullptr);
 
 }  // namespace lumi

@@ -34,6 +34,8 @@ std::vector<HullTradeoffRow> SettingsFor(std::size_t views, const HullOptions& o
   for (const int wider : {2, 4})
     rows.push_back({fmt::format("all {} views, cell {:g} px", views, wider * options.cell_px), "cell", views, 1,
                     wider * options.cell_px});
+  const bool tight = options.prefer == HullPreference::kTight;
+  rows.push_back({tight ? "covering all silhouettes" : "tight", "prefer", views, 1, options.cell_px});
   return rows;
 }
 
@@ -85,6 +87,8 @@ std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteVie
     const bool first = &row == &rows.front();
     HullOptions o = options;
     o.cell_px = row.cell_px;
+    if (row.line == "prefer")
+      o.prefer = options.prefer == HullPreference::kTight ? HullPreference::kCover : HullPreference::kTight;
     if (o.dilation_px) *o.dilation_px /= row.reduction;
     o.max_dilation_px = std::max(0.5, o.max_dilation_px / row.reduction);
     std::vector<SilhouetteView> offered;

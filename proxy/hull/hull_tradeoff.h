@@ -14,7 +14,7 @@ namespace lumi {
 
 struct HullTradeoffRow {
   std::string name = {};    // "8 views, silhouettes 1/2"; the hull as given: "as given"
-  std::string line = {};    // what was turned: "views", "silhouettes", "cell", "several"; "" as given
+  std::string line = {};    // what was turned: "views", "silhouettes", "cell", "several", "prefer"; "" as given
   std::size_t views = 0;    // offered
   int reduction = 1;        // of the silhouettes' width and height
   double cell_px = 0;       // of the reduced silhouettes
@@ -35,8 +35,8 @@ std::vector<std::size_t> SpreadDirections(const std::vector<SilhouetteView>& vie
 SilhouetteView Reduced(const SilhouetteView& view, int reduction);
 
 // 4, 8, 16 ... and all views, each with silhouettes of whole, half and quarter size; all views with cells 2 and 4 times
-// as wide. The hull as given is the first row. Throws as BuildVisualHull does for that one; later ones that fail are
-// rows that say why.
+// as wide; and the other preference (tight where the options ask to cover). The hull as given is the first row. Throws
+// as BuildVisualHull does for that one; later ones that fail are rows that say why.
 std::vector<HullTradeoffRow> MeasureHullTradeoff(const std::vector<SilhouetteView>& views, const HullOptions& options,
                                                  ProgressSink& progress,
                                                  const std::optional<Eigen::Vector3d>& near = {});

@@ -266,7 +266,12 @@ bool SettleConflicts(const std::vector<std::vector<UncoveredPixel>>& uncovered, 
   Settling settling(options, carving);
   settling.Collect(uncovered, rays);
   Progress steps(progress, "mending silhouettes", 0);
-  for (std::size_t n = 0; n < 20 * carving.views.size() && settling.Step(); ++n) steps.Step();
+  const AgreementOptions& agree = options.agreement;
+  for (std::size_t n = 0; n < 20 * carving.views.size() && carving.agreement.used.size() >= agree.fewest_used; ++n) {
+    agree.go_on();
+    if (!settling.Step()) break;
+    steps.Step();
+  }
   return settling.changed();
 }
 

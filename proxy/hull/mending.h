@@ -42,8 +42,8 @@ struct Carving {
 
 // Looks at the pixels that a hull of the used views leaves uncovered (uncovered[n] of agreement.used[n]), mends
 // silhouettes (the cones of those are made again) and leaves views out of the agreement, until no pixel that the
-// options do not spare disagrees by more than options.agreement.max_dilation_px or nothing can be done. True: something
-// was changed.
+// options do not spare disagrees by more than options.agreement.max_dilation_px, nothing can be done, or fewer than
+// options.agreement.fewest_used are left. True: something was changed.
 bool SettleConflicts(const std::vector<std::vector<UncoveredPixel>>& uncovered, const RayCaster& rays,
                      const MendOptions& options, Carving& carving, ProgressSink& progress);
 

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -25,7 +27,6 @@ namespace lumi {
 namespace {
 
 constexpr double kStartHalf = 2.5;  // half of the box that hulls are looked for in, in distances of the farthest camera
-constexpr double kLeastDilation = 0.5;      // pixels: what a silhouette of whole pixels does not know of its border
 constexpr double kDilationStep = 0.25;      // pixels, where a measured hull falls short
 constexpr double kContourReserve = 1;       // pixels of dilation beyond the largest allowed, for what the grid takes
 constexpr double kMostUncovered = 0.5;      // of a silhouette, by all others: of another object
@@ -34,8 +35,13 @@ constexpr double kSettlingCellPx = 4;       // of the hulls that show where silh
 constexpr int kMostSettlings = 8;
 constexpr double kSpeck = 1e-3;  // of the largest part's volume
 constexpr int kMostHalvings = 3;
+constexpr double kLeastCoarser = 1.1, kMostCoarser = 2;  // steps of a grid that has too many cubes
 constexpr int kMostRepeats = 16;
 constexpr std::size_t kMostViews = 65535;
+constexpr std::size_t kMostNamed = 5;  // views, in a refusal
+constexpr const char* kWhatToTry =
+    "look at those masks; lumi-proxy silhouettes makes others (--rule, --background, --box, --masks ...), and "
+    "--silhouettes names their folder";
 
 Eigen::Vector2d CentroidOf(const Image8& mask) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -141,8 +147,10 @@ struct Contoured {
   bool bounded = true;
 };
 
+// go_on: asked between grids.
 std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& cones, const Box& start,
-                                     double dilation_px, const HullOptions& options) {
+                                     double dilation_px, const HullOptions& options,
+                                     const std::function<void()>& go_on) {
   const auto box = BoundHull(cones, start, dilation_px, 0);
   if (!box) return std::nullopt;
   Contoured result;
@@ -177,9 +185,11 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
     grid.origin = box->low - Eigen::Vector3d::Constant(2 * cell);
     for (int a = 0; a < 3; ++a)
       grid.cells[static_cast<std::size_t>(a)] = static_cast<int>(std::ceil(extent[a] / cell)) + 4;
-    surface = FindSurfaceCubes(cones, grid, dilation_px, options.max_cubes);
+    go_on();
+    double too_many = 1;
+    surface = FindSurfaceCubes(cones, grid, dilation_px, options.max_cubes, &too_many);
     if (!surface) {
-      cell *= 1.26;
+      cell *= std::clamp(std::sqrt(too_many), kLeastCoarser, kMostCoarser);
       continue;
     }
     if (surface->cubes.empty()) return std::nullopt;
@@ -213,19 +223,23 @@ bool IsCovered(const SilhouetteFit& fit, const HullOptions& options) {
 class HullMaker {
  public:
   HullMaker(const HullOptions& options, ProgressSink& progress) : options_(options), progress_(progress) {
-    agree_.max_dilation_px = options.dilation_px.value_or(options.max_dilation_px);
+    // A tight hull asks which views are off altogether, whatever its own dilation.
+    agree_.max_dilation_px = tight() ? options.max_dilation_px : options.dilation_px.value_or(options.max_dilation_px);
     agree_.max_uncovered = 1 - options.min_coverage;
     agree_.max_uncovered_depth_px = options.max_uncovered_depth_px;
-    settled_ = !judges() || !(options.max_mended > 0);
+    agree_.go_on = [this] { RequireTime(); };
+    settled_ = !judges() || tight() || !(options.max_mended > 0);
   }
 
   Mesh Make(const std::vector<SilhouetteView>& views, const std::optional<Eigen::Vector3d>& near) {
     const auto start = std::chrono::steady_clock::now();
+    s.tight = tight();
     TakeUsable(views, near);
     if (judges()) Judge();
     s.agreement_s = SecondsSince(start);
     if (!needed_.enough) SettleOnce();
-    Mesh mesh = ContourUntilCovered();
+    if (tight() && !options_.dilation_px) FindTightDilation();
+    Mesh mesh = tight() ? ContourOnce() : ContourUntilCovered();
     TellViews();
     DropSpecks(mesh);
     s.dilation_px = dilation_;
@@ -238,7 +252,8 @@ class HullMaker {
   HullSummary s;
 
  private:
-  bool judges() const { return !(options_.keep_all_views && options_.dilation_px); }
+  bool tight() const { return options_.prefer == HullPreference::kTight; }
+  bool judges() const { return !(options_.keep_all_views && (options_.dilation_px || tight())); }
   std::vector<std::size_t>& used() { return carving_.agreement.used; }
 
   // Those that say something, and where the object is.
@@ -266,6 +281,66 @@ class HullMaker {
     carving_.mends.resize(n);
     used().resize(n);
     std::iota(used().begin(), used().end(), std::size_t{0});
+    if (!options_.keep_all_views)
+      agree_.fewest_used = std::max<std::size_t>(
+          2, static_cast<std::size_t>(std::ceil((1 - options_.max_left_out) * static_cast<double>(n) - 1e-9)));
+  }
+
+  // Of a share of silhouettes' pixels, the three worst: "view7 (12.5 %), ...".
+  std::string Worst(std::vector<std::pair<double, std::size_t>> shares) const {
+    std::ranges::stable_sort(shares, std::greater<>(), [](const auto& s) { return s.first; });
+    shares.resize(std::min(shares.size(), kMostNamed));
+    std::string text;
+    for (const auto& [share, view] : shares)
+      text += fmt::format("{}{} ({:.1f} %)", text.empty() ? "" : ", ", carving_.views[view].name, 100 * share);
+    return text;
+  }
+
+  // What to look at: what views take from others and show alone, of those left out, else what the last hull leaves
+  // uncovered.
+  std::string WorstViews() const {
+    std::vector<std::pair<double, std::size_t>> shares;
+    for (const Disagreement& d : carving_.agreement.left_out)
+      shares.emplace_back(std::max(d.blame, d.uncovered), d.view);
+    for (const auto& [view, uncovered] : uncovered_)
+      if (std::ranges::none_of(shares, [&](const auto& s) { return s.second == view; }))
+        shares.emplace_back(uncovered, view);
+    return shares.empty() ? "none was compared yet" : Worst(std::move(shares));
+  }
+
+  void RequireMostAgree() const {
+    const std::size_t n = carving_.views.size(), left = carving_.agreement.used.size();
+    if (options_.keep_all_views || left >= agree_.fewest_used) return;
+    throw DataError(
+        fmt::format(
+            "the silhouettes disagree in most views: {} of {} would have to be left out; most: {} of a silhouette",
+            n - left, n, WorstViews()),
+        fmt::format("{}; --max-left-out 1 takes the hull of those that agree, however few", kWhatToTry));
+  }
+
+  void RequireTime() const {
+    if (!(options_.max_minutes > 0) || clock_.Seconds() <= 60 * options_.max_minutes) return;
+    throw DataError(
+        fmt::format("no hull of these {} silhouettes within {:g} minutes ({} coarse and {} fine ones were "
+                    "built); they disagree most in {} of a silhouette",
+                    carving_.views.size(), options_.max_minutes, s.coarse_hulls, s.fine_hulls, WorstViews()),
+        fmt::format("{}; a coarser --cell-px, --prefer tight or more --max-minutes", kWhatToTry));
+  }
+
+  std::optional<Contoured> Hull(double dilation_px, const HullOptions& options, int& count) {
+    RequireTime();
+    auto hull = ContourHull(Active(), start_, dilation_px, options, agree_.go_on);
+    ++count;
+    return hull;
+  }
+  HullOptions Coarse() const {
+    HullOptions coarse = options_;
+    coarse.cell_px = std::max(options_.cell_px, kSettlingCellPx);
+    return coarse;
+  }
+  void Remember(const std::vector<SilhouetteFit>& fits) {
+    uncovered_.clear();
+    for (std::size_t n = 0; n < fits.size(); ++n) uncovered_.emplace_back(used()[n], 1 - fits[n].coverage);
   }
 
   // Who agrees with whom, and at what dilation.
@@ -279,7 +354,7 @@ class HullMaker {
     ParallelEach(cones.size(), 1, [&](std::size_t v) { rays_[v] = caster_->Sample(v, count); });
     // What is off altogether goes first; what a silhouette lacks in places is mended afterwards.
     AgreementOptions rough = agree_;
-    if (options_.max_mended > 0) {
+    if (tight() || options_.max_mended > 0) {
       rough.max_uncovered = std::max(agree_.max_uncovered, kRoughlyUncovered);
       rough.max_uncovered_depth_px = std::numeric_limits<double>::infinity();
     }
@@ -287,10 +362,12 @@ class HullMaker {
     if (carving_.agreement.uncovered > kMostUncovered)
       throw DataError("the silhouettes agree nowhere: no two of them can be of one object",
                       "check the cameras and that masks and photos belong together");
+    RequireMostAgree();
     if (options_.keep_all_views) {
       used() = all;
       carving_.agreement.left_out.clear();
     }
+    if (tight()) return;
     needed_ = FindDilation(rays_, cones, used(), agree_, progress_);
   }
 
@@ -302,19 +379,56 @@ class HullMaker {
     mend.agreement = agree_;
     mend.max_mended = options_.max_mended;
     mend.leave_out = !options_.keep_all_views;
-    HullOptions coarse = options_;
-    coarse.cell_px = std::max(options_.cell_px, kSettlingCellPx);
     for (int round = 0; round < kMostSettlings; ++round) {
-      const auto contoured = ContourHull(Active(), start_, agree_.max_dilation_px, coarse);
+      const auto contoured = Hull(agree_.max_dilation_px, Coarse(), s.coarse_hulls);
       if (!contoured) break;
       std::vector<std::vector<UncoveredPixel>> uncovered;
-      MeasureSilhouettes(InWorld(contoured->mesh), Shown(), &uncovered);
+      Remember(MeasureSilhouettes(InWorld(contoured->mesh), Shown(), &uncovered));
       if (!SettleConflicts(uncovered, *caster_, mend, carving_, progress_)) break;
+      RequireMostAgree();
       s.settlings = round + 1;
     }
     needed_ = FindDilation(rays_, carving_.cones, used(), agree_, progress_);
     s.mend_s += SecondsSince(from);
     return true;
+  }
+
+  // The one of the largest IoU, to an eighth of the largest that is allowed: halfway points around the best so far.
+  void FindTightDilation() {
+    constexpr int kSteps = 8;
+    std::map<int, double> iou;  // by the dilation in eighths
+    const auto try_at = [&](int step) {
+      if (step < 0 || step > kSteps || iou.contains(step)) return;
+      const auto contoured = Hull(agree_.max_dilation_px * step / kSteps, Coarse(), s.coarse_hulls);
+      if (!contoured) return;
+      const std::vector<SilhouetteFit> fits = MeasureSilhouettes(InWorld(contoured->mesh), Shown());
+      Remember(fits);
+      iou[step] = Summarize(fits).iou_median;
+    };
+    int best = 0;
+    for (const int step : {0, kSteps / 2, kSteps}) try_at(step);
+    for (int half = kSteps / 4; half > 0; half /= 2) {
+      best = Best(iou);
+      try_at(best - half);
+      try_at(best + half);
+    }
+    best = Best(iou);
+    dilation_ = agree_.max_dilation_px * best / kSteps;
+  }
+  // Of equal ones the least dilation.
+  static int Best(const std::map<int, double>& iou) {
+    const auto best = std::ranges::max_element(iou, {}, [](const auto& p) { return p.second; });
+    return best == iou.end() ? 0 : best->first;
+  }
+
+  // The hull at the dilation that was found or given, whatever it covers.
+  Mesh ContourOnce() {
+    if (options_.dilation_px) dilation_ = *options_.dilation_px;
+    Stopwatch watch;
+    const auto contoured = Hull(dilation_, options_, s.fine_hulls);
+    s.contour_s += watch.Lap();
+    if (!contoured) throw EmptyHull();
+    return Measured(*contoured);
   }
 
   double FirstDilation() const { return options_.dilation_px.value_or(std::max(kLeastDilation, needed_.px)); }
@@ -325,24 +439,16 @@ class HullMaker {
     Progress steps(progress_, "visual hull", 0);
     for (int repeat = 0;; ++repeat) {
       Stopwatch watch;
-      const auto contoured = ContourHull(Active(), start_, dilation_, options_);
+      const auto contoured = Hull(dilation_, options_, s.fine_hulls);
       s.contour_s += watch.Lap();
       const double reserve =
           options_.dilation_px ? 0 : std::max(options_.max_dilation_px, kLeastDilation) + kContourReserve - dilation_;
       if (!contoured) {
-        if (reserve < kDilationStep || repeat >= kMostRepeats)
-          throw DataError("the silhouettes agree nowhere: their hull is empty",
-                          "check the cameras and that masks and photos belong together");
+        if (reserve < kDilationStep || repeat >= kMostRepeats) throw EmptyHull();
         dilation_ += kDilationStep;
         continue;
       }
-      Mesh mesh = InWorld(contoured->mesh);
-      s.cell = contoured->cell * carving_.unit;
-      s.cell_px = contoured->cell_px;
-      s.bounded = contoured->bounded;
-      watch.Lap();
-      s.fits = MeasureSilhouettes(mesh, Shown());
-      s.measure_s += watch.Lap();
+      Mesh mesh = Measured(*contoured);
       steps.Step();
       const std::optional<std::size_t> worst = WorstCovered();
       if (!worst || repeat >= kMostRepeats) return mesh;
@@ -357,10 +463,28 @@ class HullMaker {
                  "the others' hull covers {:.2f} % of its silhouette, and misses a pixel {:.1f} px from its border",
                  100 * s.fits[*worst].coverage, s.fits[*worst].deepest_uncovered_px)});
         used().erase(used().begin() + static_cast<std::ptrdiff_t>(*worst));
+        RequireMostAgree();
       } else {
         return mesh;
       }
     }
+  }
+
+  Mesh Measured(const Contoured& contoured) {
+    Mesh mesh = InWorld(contoured.mesh);
+    s.cell = contoured.cell * carving_.unit;
+    s.cell_px = contoured.cell_px;
+    s.bounded = contoured.bounded;
+    Stopwatch watch;
+    s.fits = MeasureSilhouettes(mesh, Shown());
+    Remember(s.fits);
+    s.measure_s += watch.Lap();
+    return mesh;
+  }
+
+  static DataError EmptyHull() {
+    return DataError("the silhouettes agree nowhere: their hull is empty",
+                     "check the cameras and that masks and photos belong together");
   }
 
   // Of the used views, by position; none: each is covered.
@@ -423,6 +547,8 @@ class HullMaker {
   NeededDilation needed_;
   bool settled_ = false;
   double dilation_ = 0;
+  std::vector<std::pair<std::size_t, double>> uncovered_;  // of the last hull: views, shares of their silhouettes
+  const Stopwatch clock_;
 };
 
 }  // namespace
@@ -433,6 +559,8 @@ std::string Validate(const HullOptions& o) {
     return "the dilation must be between 0 and 40 pixels";
   if (!(o.max_dilation_px >= 0) || !(o.max_dilation_px <= 40))
     return "the largest dilation must be between 0 and 40 pixels";
+  if (!(o.max_left_out >= 0) || !(o.max_left_out <= 1)) return "the share of views left out must be between 0 and 1";
+  if (!(o.max_minutes >= 0)) return "the minutes after which a hull is given up must be 0 (never) or more";
   if (!(o.max_mended >= 0) || !(o.max_mended <= 1)) return "what may be mended of a silhouette must be between 0 and 1";
   if (!(o.min_cells >= 4) || !(o.min_cells <= 1e4)) return "the least number of cells must be between 4 and 10000";
   return {};
@@ -442,9 +570,17 @@ Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions
                      HullSummary* summary, const std::optional<Eigen::Vector3d>& near) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   HullMaker maker(options, progress);
-  Mesh mesh = maker.Make(views, near);
-  if (summary != nullptr) *summary = std::move(maker.s);
-  return mesh;
+  const auto tell = [&] {
+    if (summary != nullptr) *summary = std::move(maker.s);
+  };
+  try {
+    Mesh mesh = maker.Make(views, near);
+    tell();
+    return mesh;
+  } catch (const DataError&) {
+    tell();
+    throw;
+  }
 }
 
 }  // namespace lumi

@@ -19,11 +19,23 @@
 
 namespace lumi {
 
+constexpr double kLeastDilation = 0.5;  // pixels: what a silhouette of whole pixels does not know of its border
+
+// What a hull is to be where silhouettes disagree a little. Covering: each is dilated, mended and in the end left out,
+// until the hull's outline covers every silhouette used. Tight: their plain intersection, none mended, at the dilation
+// (a few are tried on a coarse grid) at which outlines and silhouettes have most in common (IoU, the median view's).
+enum class HullPreference { kCover, kTight };
+
 struct HullOptions {
+  HullPreference prefer = HullPreference::kCover;
   double cell_px = 2;                 // edge of the grid's cubes in pixels of the view that sees the object finest, > 0
-  std::optional<double> dilation_px;  // of every silhouette, >= 0; none: the least at which the silhouettes agree
+  std::optional<double> dilation_px;  // of every silhouette, >= 0; none: the least at which the silhouettes agree, or
+                                      // (tight) the one of the largest IoU
   double max_dilation_px = 2;         // beyond, silhouettes do not agree and views are left out
   bool keep_all_views = false;        // leave none out
+  // Of the views: where more would have to be left out the silhouettes are refused, before any fine hull is built.
+  double max_left_out = 0.5;
+  double max_minutes = 5;  // then given up, asked between steps; 0: never. Decides whether there is a hull, not which
   double max_mended =
       0.05;  // of a silhouette's pixels that may be added where it alone, or nearly, carves what others show; 0: none
   double min_coverage = 0.995;  // of each silhouette that is used
@@ -46,7 +58,9 @@ struct HullSummary {
     double share;  // of its silhouette's pixels, added
   };
   std::vector<MendedView> mended;
-  int settlings = 0;  // coarse hulls that were made to find out
+  bool tight = false;                    // HullPreference::kTight
+  int settlings = 0;                     // rounds of mending
+  int coarse_hulls = 0, fine_hulls = 0;  // that were built to find this one
   double dilation_px = 0;
   double cell_px = 0, cell = 0;     // in pixels of the view that sees the object finest; in world units
   bool bounded = true;              // false: the views leave the object open to some side, where it was cut off
@@ -58,7 +72,8 @@ struct HullSummary {
 
 // Closed, 2-manifold, no degenerate face, front faces outwards. near: a point in the object, for views that do not say
 // where it is (all from one place); may be none. Throws DataError: fewer than two silhouettes that say something, views
-// that do not say where the object is, silhouettes that agree nowhere.
+// that do not say where the object is, silhouettes that agree nowhere or not in most views, no end within
+// options.max_minutes; `summary` then has the hulls that were built.
 Mesh BuildVisualHull(const std::vector<SilhouetteView>& views, const HullOptions& options, ProgressSink& progress,
                      HullSummary* summary = nullptr, const std::optional<Eigen::Vector3d>& near = {});
 

@@ -85,6 +85,17 @@ DesiredViews WantedBy(const RenderJob& job) {
   return job.options.view.empty() ? FramesWanted(job) : ViewWanted(job);
 }
 
+// Settings that were measured; an effect that they switch says so.
+void Take(Lumigraph& lumigraph, const RadianceSettings& settings, const char* chosen_with) {
+  lumigraph.SetSettings(settings);
+  for (Effect& e : lumigraph.effects())
+    if (const bool on = lumigraph.settings().resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
+      e.on = on;
+      e.decided_by.clear();
+      e.evidence = chosen_with;
+    }
+}
+
 // --budget-ms: the settings for frames like the first one. What the user decided stays.
 void KeepBudget(RenderJob& job) {
   if (!job.options.budget_ms) return;
@@ -96,13 +107,22 @@ void KeepBudget(RenderJob& job) {
   job.summary.budget =
       ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
                       Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
-  lumigraph.SetSettings(job.summary.budget->settings);
-  for (Effect& e : lumigraph.effects())
-    if (const bool on = lumigraph.settings().resolution != Resolution::kOff; e.name == "resolution" && e.on != on) {
-      e.on = on;
-      e.decided_by.clear();
-      e.evidence = "chosen with the budget";
-    }
+  Take(lumigraph, job.summary.budget->settings, "chosen with the budget");
+}
+
+// --fidelity-db: sparse samples that a few frames of the path show to be near enough to a weight at every pixel.
+void KeepFidelity(RenderJob& job) {
+  if (!job.options.fidelity_db) return;
+  Lumigraph& lumigraph = job.lumigraph;
+  std::vector<RenderRequest> requests;
+  for (const std::size_t i : FidelityFrames(job.wanted.views.size())) {
+    requests.push_back(job.Request(job.wanted.views[i]));
+    requests.back().use = lumigraph.InWindow(requests.back().view, {});
+  }
+  job.summary.fidelity =
+      ChooseFaithful(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, requests,
+                     lumigraph.settings(), Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.fidelity_db);
+  Take(lumigraph, job.summary.fidelity->settings, "chosen with the sparse samples");
 }
 
 void MeasureCosts(RenderJob& job) {
@@ -127,6 +147,7 @@ void Prepare(RenderJob& job) {
   lumigraph.ChooseMeasures(job.wanted.views, job.wanted.use);
   job.renderer = job.NewRenderer();
   KeepBudget(job);
+  KeepFidelity(job);
   if (o.show == "tessellation" && !HasSamples(lumigraph.settings()))
     job.sink.Message("the budget is kept without sparse samples: --show tessellation has none to show");
   MeasureCosts(job);

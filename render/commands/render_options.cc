@@ -20,13 +20,31 @@ std::vector<std::string_view> HeatMapNames() {
   return names;
 }
 
+void RequireFidelityAlone(const RenderOptions& o) {
+  if (!o.fidelity_db) return;
+  if (!(*o.fidelity_db > 0 && std::isfinite(*o.fidelity_db))) throw UsageError("--fidelity-db must be above 0");
+  if (!o.along_path()) throw UsageError("--fidelity-db is of a path's frames, not of --view or --holdout");
+  if (o.budget_ms) throw UsageError("--fidelity-db and --budget-ms do not go together: both choose the settings");
+  if (o.show != "color") throw UsageError("--fidelity-db compares colours: --show does not go with it");
+  for (const char* name : {"grid", "sampling"})
+    if (o.decided.Has(name)) throw UsageError(std::string("--fidelity-db chooses --") + name + ": give one of them");
+  if (o.settings.similarity == Similarity::kFull)
+    throw UsageError(
+        "--fidelity-db is held against the identity at every pixel: --similarity full does not go with it");
+}
+
 void RequireTogether(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.backend == "gl" && (!o.budget_ms || o.decided.Has("grid"))) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
+<<<<<<< HEAD
   if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout < 2)
     throw UsageError("--holdout takes 2 or more, or each");
+=======
+  RequireFidelityAlone(o);
+  if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
+>>>>>>> fly17
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty()))
     throw UsageError("--path goes with neither --holdout nor --view");

@@ -28,6 +28,8 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   std::string format = "png";       // png, jpg, exr
   bool video = false;               // a path's frames also as OUT/path.mp4
   std::optional<double> budget_ms;  // a frame; settings that nobody decided then follow the scene's front or a probe
+  // Of a path: sparse samples whose frames are so near to a weight at every pixel.
+  std::optional<double> fidelity_db;
 
   bool to_video() const { return output.extension() == ".mp4"; }
   bool along_path() const { return holdout == 0 && view.empty(); }

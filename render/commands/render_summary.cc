@@ -87,7 +87,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   j("proxy", s.proxy).IfAny("frame", s.frame);
   if (s.window_frames >= 0) j("window_frames", s.window_frames);
   j("device", s.device).Say("settings", KeysOf(s.settings, s.own_times, s.backend));
-  j.IfAny("budget", s.budget).IfAny("scale", s.scale)("effects", s.effects);
+  j.IfAny("budget", s.budget).IfAny("fidelity", s.fidelity).IfAny("scale", s.scale)("effects", s.effects);
   if (s.samples > 0) j("samples", s.samples);
   if (s.optimum.samples > 0) j("optimum", s.optimum);
 }
@@ -103,6 +103,7 @@ std::string Describe(const RenderSummary& s) {
   if (s.budget)
     text += fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", s.budget->budget_ms, s.budget->name,
                         s.budget->ms, s.budget->fits ? "" : " (the fastest there is)", s.budget->why);
+  if (s.fidelity) text += Describe(*s.fidelity) + "\n";
   for (const Effect& e : s.effects)
     text += fmt::format("{:<11} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),
                         e.on ? fmt::format(" ({:.1f} ms)", e.cost_ms.value_or(0)) : "");

@@ -8,6 +8,7 @@
 #include "render/effects/effects.h"
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/budget.h"
+#include "render/tradeoff/fidelity.h"
 
 namespace lumi {
 
@@ -56,6 +57,7 @@ struct RenderSummary {
   bool own_times = true;  // each frame of its own moment: time-s would stop them all
   std::string backend;
   std::optional<BudgetChoice> budget;
+  std::optional<FidelityChoice> fidelity;
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
   long samples = 0;       // of all frames rendered: rays at which weights were computed ...

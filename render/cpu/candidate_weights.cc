@@ -1,9 +1,12 @@
 #include "render/cpu/candidate_weights.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "render/radiance/dissimilarity.h"
 #include "render/radiance/kernel.h"
@@ -164,6 +167,7 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   const float su = static_cast<float>(width) / c.width_px, sv = static_cast<float>(rule.map_height) / c.height_px;
   const float gamma = rule.gamma;
   const bool soft = rule.field_of_view;
+  const float least = soft ? 0.0F : 1.0F;
   // With field of view off a photo is asked at its border for points outside, and not for points behind it.
   const float* asked = soft ? f : depth;
   for (int i = 0; i < n; ++i) {
@@ -177,9 +181,12 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float bottom =
         (1 - ax) * SeenPast(depth[i], map[y1 * width + x0]) + ax * SeenPast(depth[i], map[y1 * width + x1]);
     const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
-    const float value = soft ? f[i] : 1.0F;
+    const float value = std::max(f[i], least);
     const float blocked = WithGate(h[i], value > 0 ? value : 1.0F, seen, gamma);
-    h[i] = (h[i] > 0) & (value > 0) & (asked[i] > 0) ? blocked : h[i];
+    // Chosen by bits: of a condition the compiler makes a branch around the division, and no lanes.
+    const std::int32_t counts = -static_cast<std::int32_t>((h[i] > 0) & (value > 0) & (asked[i] > 0));
+    h[i] = std::bit_cast<float>((std::bit_cast<std::int32_t>(blocked) & counts) |
+                                (std::bit_cast<std::int32_t>(h[i]) & ~counts));
   }
 }
 
@@ -200,6 +207,56 @@ inline void Order(Lanes& a, Lanes& b) {
     if (b.v[i] < a.v[i]) std::swap(a.v[i], b.v[i]);
 }
 #endif
+
+// Puts h among the `rows` smallest so far of each pixel (rows of kBatch, the smallest first).
+LUMI_KERNEL void Insert(int n, int rows, const float* __restrict h, float* __restrict smallest) {
+  for (int base = 0; base < n; base += kLanes) {
+    Lanes v, least;
+    std::memcpy(&v, h + base, sizeof(Lanes));
+    for (int s = 0; s < rows; ++s) {
+      std::memcpy(&least, smallest + s * kBatch + base, sizeof(Lanes));
+      Order(least, v);
+      std::memcpy(smallest + s * kBatch + base, &least, sizeof(Lanes));
+    }
+  }
+}
+
+// Whether of kLanes pixels any has a finite h that is at most `last`.
+LUMI_INLINE bool Counts(const float* __restrict h, const float* __restrict last) {
+  int counts = 0;
+  for (int i = 0; i < kLanes; ++i) counts += (h[i] <= last[i]) & (h[i] < kInfinity);
+  return counts > 0;
+}
+
+// Visibility of all photos into their h, where it can matter. The gate only raises h: a photo that is not among the k +
+// 1 smallest of those asked so far without it is not among them with it, and its depth map need not be read. The photos
+// that are likely to count come first, by the batch's middle. What is not asked weighs nothing either way.
+struct SightRows {
+  float *f, *u, *v, *w;  // rows of kBatch, as h
+};
+void AddVisibility(int n, const std::vector<CandidateRay>& candidates, const CandidateRule& rule, const SightRows& at,
+                   float* h) {
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const float* middle = h + n / 2;
+  std::ranges::stable_sort(order, {}, [&](std::size_t c) { return middle[c * kBatch]; });
+  alignas(64) float smallest[(kMaxBlend + 1) * kBatch];
+  std::fill_n(smallest, (rule.k + 1) * kBatch, kInfinity);
+  const float* last = smallest + rule.k * kBatch;
+  for (const std::size_t c : order) {
+    const std::size_t row = c * kBatch;
+    // Runs of pixels that count.
+    for (int from = 0; candidates[c].depth_map && from < n; from += kLanes) {
+      int to = from;
+      while (to < n && Counts(h + row + to, last + to)) to += kLanes;
+      if (to == from) continue;
+      const std::size_t first = row + static_cast<std::size_t>(from);
+      Visibility(to - from, candidates[c], rule, at.f + first, at.u + first, at.v + first, at.w + first, h + first);
+      from = to;
+    }
+    Insert(n, rule.k + 1, h + row, smallest);
+  }
+}
 
 // The smallest and the (k+1)st of each pixel; a k known to the compiler keeps them in registers.
 template <int kFixed>
@@ -260,13 +317,14 @@ LUMI_KERNEL void Scale(int n, const float* __restrict by, float* __restrict w) {
 void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule,
                      std::vector<float>& weights) {
   const int n = b.padded(), count = static_cast<int>(candidates.size());
-  // One row more each for what a photo contains, where field of view is off; for visibility's arguments, and for terms.
+  // Rows for what photos contain, and for visibility's arguments; one for terms.
   const std::size_t rows = candidates.size();
-  weights.resize(std::max(weights.size(), (2 * rows + 4) * kBatch));
+  weights.resize(std::max(weights.size(), (5 * rows + 1) * kBatch));
   float* contained = weights.data() + rows * kBatch;
-  float *u = contained + rows * kBatch, *v = u + kBatch, *w = v + kBatch, *terms = w + kBatch;
+  float *u = contained + rows * kBatch, *v = u + rows * kBatch, *w = v + rows * kBatch, *terms = w + rows * kBatch;
   RayBatch rays;
   Rays(b, rule, rays);
+  bool maps = false;
   for (std::size_t c = 0; c < rows; ++c) {
     const CandidateRay& ray = candidates[c];
     float *h = weights.data() + c * kBatch, *f = contained + c * kBatch;
@@ -275,9 +333,10 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
     const auto measure = inner                ? (any ? Measure<Field::kInner, true> : Measure<Field::kInner, false>)
                          : rule.field_of_view ? (any ? Measure<Field::kSoft, true> : Measure<Field::kSoft, false>)
                                               : (any ? Measure<Field::kHard, true> : Measure<Field::kHard, false>);
-    measure(b, ray, rule, rays, terms, h, f, u, v, w);
-    if (ray.depth_map && rule.gamma > 0) Visibility(n, ray, rule, f, u, v, w, h);
+    measure(b, ray, rule, rays, terms, h, f, u + c * kBatch, v + c * kBatch, w + c * kBatch);
+    maps = maps || ray.depth_map;
   }
+  if (maps && rule.gamma > 0) AddVisibility(n, candidates, rule, {contained, u, v, w}, weights.data());
   (rule.k == 3   ? Window3
    : rule.k == 4 ? Window4
    : rule.k == 5 ? Window5

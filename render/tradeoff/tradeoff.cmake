@@ -3,6 +3,7 @@ lumi_library(lumi_render_tradeoff COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/ablation.cc
     ${CMAKE_CURRENT_LIST_DIR}/budget.cc
+    ${CMAKE_CURRENT_LIST_DIR}/fidelity.cc
     ${CMAKE_CURRENT_LIST_DIR}/frame_error.cc
     ${CMAKE_CURRENT_LIST_DIR}/front.cc
     ${CMAKE_CURRENT_LIST_DIR}/measure.cc

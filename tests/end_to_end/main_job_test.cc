@@ -136,6 +136,11 @@ TEST_F(MainJob, LeavesAReportAVideoAndAContactSheet) {
   while (video.Skip()) ++frames;
   EXPECT_EQ(frames, 30);
   EXPECT_EQ(video.width(), 240);
+  // From sparse samples, as near to a weight at every pixel as is asked.
+  const json fidelity = StageSummary(first_, "video")["fidelity"];
+  EXPECT_EQ(fidelity["wanted_db"], 40);
+  EXPECT_GE(fidelity["db"].get<double>(), 40);
+  EXPECT_THAT(html, HasSubstr("ms a frame (a weight at every pixel: "));
 }
 
 TEST_F(MainJob, SaysWhatTookHowLong) {

@@ -73,6 +73,25 @@ TEST(Report, IsOnePageThatNeedsNothingElse) {
   EXPECT_EQ(Count(html, "src=\"data:image/jpeg;base64,/9j/"), 6U);
 }
 
+TEST(Report, SaysHowTheFlyThroughWasRenderedAndWhatAFrameTook) {
+  Fixture f;
+  f.input.video = f.scene / "fly-through.mp4";
+  f.input.stages.push_back(WorkedStage(
+      "video", 12,
+      R"({"frames":180,"ms_per_frame":58.25,"fidelity":{"wanted_db":40,"name":"candidates 25x25, k 4","why":"",
+                                          "db":61.75,"ms":60,"pixel_ms":350.5}})"));
+  EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html),
+              HasSubstr("</a>: candidates 25x25, k 4, 58.2 ms a frame (a weight at every pixel: 350.5 ms, 61.8 dB from "
+                        "it).</p>"));
+  sibling::FramesSummary pixel;
+  EXPECT_EQ(DescribeFrames(pixel), "") << "all frames were there";
+  pixel.ms_per_frame = 350;
+  EXPECT_EQ(DescribeFrames(pixel), "a weight at every pixel, 350.0 ms a frame");
+  pixel.fidelity = {"identity, k 4", "no sparse samples come within 40 dB of it", {}, 350, 350};
+  EXPECT_EQ(DescribeFrames(pixel),
+            "a weight at every pixel, 350.0 ms a frame: no sparse samples come within 40 dB of it");
+}
+
 TEST(Report, HoldsFiguresMissingPhotosAndNextSteps) {
   const Fixture f;
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);

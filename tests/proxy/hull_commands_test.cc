@@ -79,6 +79,14 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["iou_median"], hull["iou_median"]);
   EXPECT_THAT(Describe(reused), testing::HasSubstr("after a dilation of"));
+  EXPECT_EQ(hull["prefer"], "cover");
+  EXPECT_EQ(hull["coarse_hulls"], 0);
+  HullRequest tight;
+  tight.hull.prefer = HullPreference::kTight;
+  const json other = AsJson(RunHull(tight, {folder / "scene", "tight", {}, false}, SilentProgress()));
+  EXPECT_EQ(other["reused"], false) << "another hull";
+  EXPECT_EQ(other["prefer"], "tight");
+  for (const char* figure : {"coverage_min", "iou_min", "iou_median"}) EXPECT_GT(other[figure].get<double>(), 0.9);
   // One silhouette less: another hull.
   fs::remove(FindMask(folder / "scene" / "silhouettes", found["silhouettes"][2]["name"]));
   const json less = AsJson(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
@@ -100,16 +108,19 @@ TEST(HullCommands, TheTradeoffIsATableAndAPlotAndNoProxy) {
   EXPECT_FALSE(fs::exists(ProxyPath(folder / "scene", "hull")));
   const json t = AsJson(tradeoff)["hull_tradeoff"];
   ASSERT_EQ(t["points"].size(),
-            8u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells
+            9u);  // as given; 4 views and all 8 at whole, half and quarter size, less the first again; two cells; tight
   EXPECT_EQ(t["points"][0]["name"], "as given");
   bool front = false;
   for (const json& p : t["points"]) {
     EXPECT_FALSE(p.contains("failed")) << p;
+    front = front || p["front"].get<bool>();
+    if (p["line"] == "prefer") continue;
     EXPECT_LE(p["iou_median"].get<double>(), t["points"][0]["iou_median"].get<double>() + 0.01) << p;
     EXPECT_GE(p["coverage_min"].get<double>(), 0.995) << p;
-    front = front || p["front"].get<bool>();
   }
   EXPECT_TRUE(front);
+  EXPECT_EQ(t["points"][8]["name"], "tight");
+  EXPECT_GE(t["points"][8]["iou_median"].get<double>(), t["points"][0]["iou_median"].get<double>());
   // Four views leave more than eight.
   EXPECT_EQ(t["points"][1]["name"], "4 views");
   EXPECT_GT(t["points"][1]["volume_ratio"].get<double>(), 1);

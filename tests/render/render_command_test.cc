@@ -110,6 +110,38 @@ TEST_F(RenderCommand, APhotosOwnViewIsOfItsOwnMoment) {
   EXPECT_LT(Run(other)["views"][0]["psnr_db"], 30.0) << "the user's word is kept";
 }
 
+TEST_F(RenderCommand, APathFromSparseSamplesSaysHowNearItIsToAWeightAtEveryPixel) {
+  WriteCapture(9);
+  RenderOptions o = StandingStill("sparse");
+  o.fidelity_db = 40;
+  const Json sparse = Run(o);
+  EXPECT_EQ(sparse["fidelity"]["wanted_db"], 40);
+  EXPECT_GE(sparse["fidelity"]["db"].get<double>(), 40);
+  EXPECT_GT(sparse["fidelity"]["pixel_ms"].get<double>(), 0);
+  EXPECT_NE(sparse["settings"]["grid"], "pixel");
+  EXPECT_THAT(Describe(RunRender(o, SilentProgress())), testing::HasSubstr("candidates 25x25, k 4"));
+  RenderOptions pixel = o;
+  pixel.output = folder_ / "pixel";
+  pixel.fidelity_db.reset();
+  Run(pixel);
+  EXPECT_GE(Psnr(o.output / "frames" / "frame_000000.png", pixel.output / "frames" / "frame_000000.png"), 40);
+  // What chooses too, and what is no path.
+  RenderOptions wrong = o;
+  wrong.budget_ms = 20;
+  EXPECT_THROW(Run(wrong), UsageError);
+  wrong = o;
+  wrong.settings.grid_columns = wrong.settings.grid_rows = 8;
+  wrong.decided.Add("grid");
+  EXPECT_THROW(Run(wrong), UsageError);
+  wrong = o;
+  wrong.path.clear();
+  wrong.view = capture_.scene.views[0].name;
+  EXPECT_THROW(Run(wrong), UsageError);
+  wrong = o;
+  wrong.fidelity_db = 0;
+  EXPECT_THROW(Run(wrong), UsageError);
+}
+
 TEST_F(RenderCommand, HeldOutPhotosAreOfTheirOwnMoments) {
   WriteMovingCapture(13);
   RenderOptions o = Options("own");
