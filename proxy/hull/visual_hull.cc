@@ -288,7 +288,7 @@ class HullMaker {
 
   // Of a share of silhouettes' pixels, the three worst: "view7 (12.5 %), ...".
   std::string Worst(std::vector<std::pair<double, std::size_t>> shares) const {
-    std::ranges::stable_sort(shares, std::greater<>(), [](const auto& s) { return s.first; });
+    std::ranges::stable_sort(shares, std::greater<>(), [](const auto& of_view) { return of_view.first; });
     shares.resize(std::min(shares.size(), kMostNamed));
     std::string text;
     for (const auto& [share, view] : shares)
@@ -303,7 +303,7 @@ class HullMaker {
     for (const Disagreement& d : carving_.agreement.left_out)
       shares.emplace_back(std::max(d.blame, d.uncovered), d.view);
     for (const auto& [view, uncovered] : uncovered_)
-      if (std::ranges::none_of(shares, [&](const auto& s) { return s.second == view; }))
+      if (std::ranges::none_of(shares, [&](const auto& known) { return known.second == view; }))
         shares.emplace_back(uncovered, view);
     return shares.empty() ? "none was compared yet" : Worst(std::move(shares));
   }

@@ -38,13 +38,9 @@ void RequireTogether(const RenderOptions& o) {
   if (o.backend == "gl" && (!o.budget_ms || o.decided.Has("grid"))) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
-<<<<<<< HEAD
+  RequireFidelityAlone(o);
   if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout < 2)
     throw UsageError("--holdout takes 2 or more, or each");
-=======
-  RequireFidelityAlone(o);
-  if (o.holdout != 0 && o.holdout < 2) throw UsageError("--holdout takes 2 or more");
->>>>>>> fly17
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty()))
     throw UsageError("--path goes with neither --holdout nor --view");
