@@ -5,6 +5,7 @@
 #   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo, boards-wide, shaky-sideways and shaky-rotation below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --only stabilize   only stabilisation: simulated walks, and below DIR the shaky videos, beside vid.stab's results
+#   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -14,10 +15,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -26,6 +27,7 @@ while [ $# -gt 0 ]; do
     --speed) only_speed=1; shift ;;
     --only)
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
+      if [ "${2:-}" = dense ]; then only_dense=1; shift 2; continue; fi
       only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
   esac
@@ -33,13 +35,53 @@ done
 
 install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
-if [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy bench_figures calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+if [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
+elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
+  build release "${stabilisation[@]}" lumi-proxy bench_figures depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 printf 'Built with %s; %s; %s cores.\n\n' "$(cat build/release/versions.txt)" "$(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1)" "$(nproc)"
-[ -n "$only_speed$only_stabilize" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -n "$only_speed$only_stabilize$only_dense" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+# Dense proxies beside the sparse mesh: held-out photos, none of which the proxies know; pixels that two photos see over
+# the dense one. Then depth against the truth.
+dense_figure() { grep -o "\"$2\": *[0-9.]*" <<<"$1" | head -n 1 | grep -o '[0-9.]*$' | cut -c1-"${3:-6}"; }
+dense_rows() {
+  local scene=$1 width=$2 name=${1##*/} made json proxy
+  [ -f "$scene/lumigraph.json" ] || return 0
+  "$bin/lumi-proxy" delaunay "$scene" --leave-out 8 --quiet >/dev/null
+  for proxy in dense dense-strict mesh; do
+    case $proxy in
+      dense) made=$("$bin/lumi-proxy" dense "$scene" --width "$width" --leave-out 8 --json --quiet) ;;
+      dense-strict) made=$("$bin/lumi-proxy" dense "$scene" --name dense-strict --agree 3 --width "$width" --leave-out 8 --json --quiet) ;;
+      *) made='' ;;
+    esac
+    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "$proxy-without-8" --seen-proxy dense-without-8 --holdout 8 --width "$width" --json --quiet)
+    printf '| %s | %s | %s | %s | %s | %s | %s | %s |\n' "$name" "$proxy" "$(dense_figure "$json" psnr_mean_db 5)" "$(dense_figure "$json" psnr_seen_mean_db 5)" \
+      "$(dense_figure "$json" seen 5)" "$(dense_figure "$json" ssim_mean 5)" "$(dense_figure "$made" photos)" "$(dense_figure "$made" seconds)"
+    rm -rf "$work/dense-frames"
+  done
+}
+dense() {
+  local example
+  printf '\n## Dense proxies\n\n| capture | proxy | all pixels dB | seen dB | seen | SSIM | photos | seconds |\n|---|---|---|---|---|---|---|---|\n'
+  for example in desk plaza hallway; do
+    [ -f "$work/dense-$example/lumigraph.json" ] || "$bin/lumi-simulate" --example "$example" --views 24 --width 640 -o "$work/dense-$example" --quiet
+    dense_rows "$work/dense-$example" 640
+  done
+  for example in fox fountain sceaux; do dense_rows "$work/$example" 800; done
+  printf '\n| capture | depth of | complete %% | within 1 %% | within 0.2 %% | of all within 1 %% |\n|---|---|---|---|---|---|\n'
+  for example in desk plaza hallway; do
+    "$bin/lumi-proxy" dense "$work/dense-$example" --depth-only --quiet >/dev/null
+    "$bin/lumi-proxy" dense "$work/dense-$example" --quiet >/dev/null
+    "$bin/lumi-proxy" delaunay "$work/dense-$example" --quiet >/dev/null
+    "$bin/depth_bench" "$work/dense-$example" mesh dense
+  done
+}
+if [ -n "$only_dense" ]; then
+  dense
+  exit 0
+fi
 # What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
 effects_row() {
   printf '| %s | %s |' "${1##*/}" "$2"
@@ -138,6 +180,7 @@ if [ -z "$only_speed" ]; then
     for width in 160 320 640; do effects_row "$work/$scene" "$width"; done
   done
 fi
+[ -n "$only_speed" ] || dense
 # Photos that are left out are sharp; off last, as its cost is measured beside.
 sharpness() {
   local blurred=$work/plaza-blurred delta

@@ -43,6 +43,22 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& reque
 // SCENE/stereo/depth_maps and normal_maps of all photos, or the same in `target.output`.
 DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& request, ProgressSink& progress);
 
+// Width, views, iterations, agreement and merging, one at a time from what is given, against the error of left-out
+// photos and seconds: `output`/dense.json, .csv and .svg, SCENE/tradeoff where it is empty.
+struct DenseTradeoffRequest {
+  DenseRequest dense;
+  int holdout = 8;            // every N-th photo is left out, measured on N/2, N/2 + N ...
+  int choose_width_px = 480;  // of the pictures that are compared
+};
+struct DenseTradeoff {
+  TradeoffTable table;
+  TradeoffFiles files;
+  double seconds = 0;
+};
+DenseTradeoff RunDenseTradeoff(const ProxyTarget& target, const DenseTradeoffRequest& request, ProgressSink& progress);
+void ListKeys(JsonKeys& j, DenseTradeoff& tradeoff);
+std::string Describe(const DenseTradeoff& tradeoff);
+
 // A rectangular tube around the cameras' path, of 4 to 6 sides (docs/proxy.md).
 Made<BoxSummary> RunBox(const ProxyTarget& target, int sides, ProgressSink& progress);
 

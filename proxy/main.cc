@@ -40,7 +40,8 @@ struct Requests {
               hull_target = Named("hull"), simplify_target, import_target = Named("imported");
   double merge_px = DelaunayOptions().merge_px;
   PlanesRequest planes;
-  DenseRequest dense;
+  DenseTradeoffRequest dense;
+  bool dense_tradeoff = false;
   MovingRequest moving;
   int sides = 6;
   HullRequest hull_request;
@@ -133,9 +134,10 @@ void AddPointProxies(Program& program, Requests& r) {
 
 // From the photos' pixels, cameras and points.
 void AddDense(Program& program, Requests& r) {
-  DenseRequest& d = r.dense;
+  DenseRequest& d = r.dense.dense;
   Options dense =
       program.Command("dense", "A closed mesh through depth maps of all photos (PatchMatch stereo)", [&]() -> Answer {
+        if (r.dense_tradeoff) return RunDenseTradeoff(r.dense_target, r.dense, program.progress());
         if (d.depth_only) return RunDenseDepths(r.dense_target, d, program.progress());
         return RunDense(r.dense_target, d, program.progress());
       });
@@ -157,6 +159,17 @@ void AddDense(Program& program, Requests& r) {
             "Folder with depth_maps/ as COLMAP writes them (DENSE/stereo), instead of our own");
   dense.Flag("--depth-only", d.depth_only,
              "Only the maps, as COLMAP has them, in SCENE/stereo or the folder --output: no mesh");
+  dense.Flag("--tradeoff", r.dense_tradeoff,
+             "Width, views, iterations, agreement and merging against held-out error and seconds, instead of a proxy: "
+             "table, and dense.json, .csv, .svg in SCENE/tradeoff or the folder --output");
+  dense
+      .Add("--holdout", r.dense.holdout,
+           "With --tradeoff: every N-th photo is left out, N >= 2; measured on N/2, N/2+N ...")
+      .Default();
+  dense
+      .Add("--choose-width", r.dense.choose_width_px,
+           "With --tradeoff: width of the pictures compared, in pixels, >= 16")
+      .Default();
 }
 
 // From silhouettes.
