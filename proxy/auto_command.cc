@@ -378,7 +378,7 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   }
   // What is compared must not know the photos that are left out, as long as that leaves enough of them.
   const bool compared = views >= 3 && names.size() > 1;
-  const auto kept = std::ranges::count(ViewsWithoutFolds(scene, options.holdout, true), true);
+  const auto kept = std::ranges::count(PhotosWithoutFolds(scene, options.holdout, true), true);
   const int without = compared && holdout != 2 && 2 * kept >= views ? options.holdout : 0;
   const DensePlan dense = PlanDense(scene, options, without != 0);
   const std::vector<Recipe> recipes = Recipes(dense.width_px);

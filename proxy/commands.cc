@@ -39,11 +39,11 @@ std::string StoredName(const ProxyTarget& target) {
 static Scene KnownTo(const ProxyTarget& target, Scene scene) {
   if (target.leave_out == 0 && !target.keep_choosing_fold) return scene;
   if (target.leave_out < 2) throw UsageError("--leave-out must be at least 2");
-  const std::vector<bool> keep = ViewsWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
+  const std::vector<bool> keep = PhotosWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
   if (std::ranges::count(keep, true) < 2)
     throw DataError(fmt::format("--leave-out {} leaves fewer than two of {} photos", target.leave_out, keep.size()),
                     "leave out fewer: a larger N");
-  return WithViews(scene, keep);
+  return WithPhotos(scene, keep);
 }
 
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,

@@ -1,4 +1,4 @@
-// A scene without some of its photos: what a proxy for an evaluation is made of.
+// A scene as a proxy for an evaluation may know it: without what some of its photos saw.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,11 @@
 
 namespace lumi {
 
-// The views with `keep` and the points that at least two of them see; cameras are as they were.
-Scene WithViews(const Scene& scene, const std::vector<bool>& keep);
+// Points have lost the observations of the others, and those that fewer than two photos see are gone. Cameras stay:
+// they come from all photos, and where one stood there is nothing.
+Scene WithPhotos(const Scene& scene, const std::vector<bool>& keep);
 
 // Photos that remain when those of `--holdout n` are left out, and with `choosing` those that anything is chosen on.
-std::vector<bool> ViewsWithoutFolds(const Scene& scene, int n, bool choosing);
+std::vector<bool> PhotosWithoutFolds(const Scene& scene, int n, bool choosing);
 
 }  // namespace lumi

@@ -180,7 +180,6 @@ void AddHulls(Program& program, Requests& r) {
         return RunHullTradeoff(r.hull_request, r.hull_target.scene, r.hull_target.output, program.progress());
       });
   AddTarget(hull, r.hull_target, true);
-  AddLeaveOut(hull, r.hull_target);
   hull.Add("--silhouettes", r.hull_request.silhouettes,
            "Folder of silhouettes, white = object; default: SCENE/silhouettes");
   hull.Add("--cell-px", r.hull_request.hull.cell_px,

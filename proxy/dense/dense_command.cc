@@ -5,6 +5,7 @@
 
 #include "proxy/commands.h"
 #include "proxy/dense/depth_files.h"
+#include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/temporary_folder.h"
@@ -111,6 +112,12 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
                                                        figures.emplace());
                                     }),
                           figures};
+  if (made.figures && target.leave_out != 0) {
+    // Those were left out by the user's word.
+    const std::vector<bool> keep = PhotosWithoutFolds(opened, target.leave_out, !target.keep_choosing_fold);
+    for (std::size_t v = 0; v < keep.size(); ++v)
+      if (!keep[v]) std::erase(made.figures->stereo.without, opened.views[v].name);
+  }
   if (target.output.empty()) KeepFigures(opened.folder, made);
   return made;
 }

@@ -16,7 +16,7 @@
 namespace lumi {
 namespace {
 
-struct Row {
+struct DenseRow {
   std::string name, line;
   DenseOptions options;
   std::string failed;
@@ -26,12 +26,16 @@ struct Row {
 };
 
 // One setting at a time from those given. What changes fusion and mesh alone comes first: the depth maps stay.
-std::vector<Row> Variants(const DenseOptions& given) {
-  std::vector<Row> rows{{"as given", "", given}};
+std::vector<DenseRow> Variants(const DenseOptions& given) {
+  std::vector<DenseRow> rows(1);
+  rows[0].name = "as given";
+  rows[0].options = given;
   const auto add = [&](const std::string& line, const auto& set, const auto& values, const auto& own) {
     for (const auto value : values) {
       if (value == own) continue;
-      Row row{fmt::format("{} {}", line, value), line, given};
+      DenseRow row = rows[0];
+      row.name = fmt::format("{} {}", line, value);
+      row.line = line;
       set(row.options, value);
       rows.push_back(row);
     }
@@ -51,7 +55,7 @@ std::vector<Row> Variants(const DenseOptions& given) {
   return rows;
 }
 
-void MeasureRow(const HeldOutBench& bench, int holdout, Row& row, ProgressSink& progress) {
+void MeasureRow(const HeldOutBench& bench, int holdout, DenseRow& row, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   std::string proxy = row.line.empty() ? "given" : row.name;
   std::ranges::replace(proxy, ' ', '-');
@@ -73,22 +77,23 @@ void MeasureRow(const HeldOutBench& bench, int holdout, Row& row, ProgressSink& 
   }
 }
 
-TradeoffTable TableOf(const std::vector<Row>& rows) {
+TradeoffTable TableOf(const std::vector<DenseRow>& rows) {
   using enum TradeoffRole;
-  return TradeoffTableOf<Row>({{{"name", kSetting, "setting", -16, "{}", "setting"}, &Row::name},
-                               {{"line", kSetting}, &Row::line},
-                               {{"width", kSetting}, [](const Row& r) { return r.options.stereo.width; }},
-                               {{"views", kSetting}, [](const Row& r) { return r.options.stereo.views; }},
-                               {{"iterations", kSetting}, [](const Row& r) { return r.options.stereo.iterations; }},
-                               {{"agree", kSetting}, [](const Row& r) { return r.options.fusion.agree; }},
-                               {{"merge_px", kSetting}, [](const Row& r) { return r.options.merge_px; }},
-                               {{"seconds", kCost, "seconds", 9, "{:.1f}"}, &Row::seconds},
-                               {{"depth_seconds", kFigure, "of depth", 9, "{:.1f}"}, &Row::depth_s},
-                               {{"faces", kFigure, "faces", 9}, &Row::faces},
-                               {{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 12, "{:.2f}"}, &Row::psnr_db},
-                               {{"ms_per_frame", kFigure, "ms/frame", 9, "{:.1f}"}, &Row::ms_per_frame},
-                               {{"failed", kFailed}, &Row::failed}},
-                              rows);
+  return TradeoffTableOf<DenseRow>(
+      {{{"name", kSetting, "setting", -16, "{}", "setting"}, &DenseRow::name},
+       {{"line", kSetting}, &DenseRow::line},
+       {{"width", kSetting}, [](const DenseRow& r) { return r.options.stereo.width; }},
+       {{"views", kSetting}, [](const DenseRow& r) { return r.options.stereo.views; }},
+       {{"iterations", kSetting}, [](const DenseRow& r) { return r.options.stereo.iterations; }},
+       {{"agree", kSetting}, [](const DenseRow& r) { return r.options.fusion.agree; }},
+       {{"merge_px", kSetting}, [](const DenseRow& r) { return r.options.merge_px; }},
+       {{"seconds", kCost, "seconds", 9, "{:.1f}"}, &DenseRow::seconds},
+       {{"depth_seconds", kFigure, "of depth", 9, "{:.1f}"}, &DenseRow::depth_s},
+       {{"faces", kFigure, "faces", 9}, &DenseRow::faces},
+       {{"psnr_holdout_db", kMoreIsBetter, "held-out dB", 12, "{:.2f}"}, &DenseRow::psnr_db},
+       {{"ms_per_frame", kFigure, "ms/frame", 9, "{:.1f}"}, &DenseRow::ms_per_frame},
+       {{"failed", kFailed}, &DenseRow::failed}},
+      rows);
 }
 
 Plot PlotOfRows(const TradeoffTable& table) {
@@ -125,10 +130,10 @@ DenseTradeoff RunDenseTradeoff(const ProxyTarget& target, const DenseTradeoffReq
   }
   DenseOptions given = request.dense.dense;
   given.stereo.seed = static_cast<std::uint32_t>(request.dense.seed);
-  std::vector<Row> rows = Variants(given);
+  std::vector<DenseRow> rows = Variants(given);
   const HeldOutBench bench(scene.folder, request.holdout, request.choose_width_px);
   Progress steps(progress, "settings", static_cast<long>(rows.size()));
-  for (Row& row : rows) {
+  for (DenseRow& row : rows) {
     MeasureRow(bench, request.holdout, row, progress);
     steps.Step();
   }

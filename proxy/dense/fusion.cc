@@ -28,8 +28,10 @@ struct Agreed {
   double depth = 0;  // there
 };
 
-// The partner's pixel that shows what pixel (x, y) of the reference does, if both maps agree that it does.
-std::optional<Agreed> Agreement(const DepthMap& map, int x, int y, const Partner& partner, const FusionOptions& o) {
+// The partner's pixel that shows what pixel (x, y) of the reference does, if both maps agree that it does. `could`
+// counts partners in whose picture the point lies at all.
+std::optional<Agreed> Agreement(const DepthMap& map, int x, int y, const Partner& partner, const FusionOptions& o,
+                                std::size_t& could) {
   const DepthMap& other = *partner.fusion.map;
   const float w = map.w[map.At(x, y)];
   const float cx = static_cast<float>(x) + 0.5F, cy = static_cast<float>(y) + 0.5F;
@@ -40,6 +42,7 @@ std::optional<Agreed> Agreement(const DepthMap& map, int x, int y, const Partner
   const float u = q[0] / q[2], v = q[1] / q[2];
   if (!(u >= 0 && v >= 0 && u < static_cast<float>(other.width) && v < static_cast<float>(other.height)))
     return std::nullopt;
+  ++could;
   const int i = static_cast<int>(u), j = static_cast<int>(v);
   const std::size_t m = other.At(i, j);
   if (!(other.w[m] > 0) || !(other.cost[m] <= o.max_cost)) return std::nullopt;
@@ -75,8 +78,9 @@ std::optional<ProxyPoint> PointAt(const FusionMap& reference, std::int32_t view,
   point.footprint = depth / camera.FocalPx();
   point.views.push_back(view);
   seen.clear();
+  std::size_t could = 0;
   for (std::size_t k = 0; k < partners.size(); ++k) {
-    const auto agreed = Agreement(map, x, y, partners[k], options);
+    const auto agreed = Agreement(map, x, y, partners[k], options, could);
     if (!agreed) continue;
     const StereoCamera& there = partners[k].fusion.camera;
     const int width = partners[k].fusion.map->width;
@@ -89,7 +93,9 @@ std::optional<ProxyPoint> PointAt(const FusionMap& reference, std::int32_t view,
     seen.emplace_back(k, agreed->pixel);
   }
   const auto agreeing = static_cast<double>(seen.size());
-  if (seen.size() < static_cast<std::size_t>(options.agree) || !(angle_rad > 0)) return std::nullopt;
+  // At the end of a row fewer photos see a place than must agree elsewhere: there all of them must.
+  const std::size_t needed = std::min(static_cast<std::size_t>(options.agree), std::max<std::size_t>(1, could));
+  if (seen.size() < needed || !(angle_rad > 0)) return std::nullopt;
   point.x_in_world = sum / (1 + agreeing);
   std::ranges::sort(point.views);
   point.sigma =

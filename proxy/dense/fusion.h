@@ -13,7 +13,8 @@
 namespace lumi {
 
 struct FusionOptions {
-  int agree = 2;                   // other photos whose maps must agree, >= 1
+  // Other photos whose maps must agree, >= 1; where fewer look there, all of those.
+  int agree = 2;
   double max_error_px = 1;         // there and back again
   double max_depth_error = 0.005;  // share of the depth
   double max_cost = 0.4;           // 1 - correlation

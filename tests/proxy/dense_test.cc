@@ -8,8 +8,8 @@
 #include "proxy/dense/depth_start.h"
 #include "proxy/dense/depth_store.h"
 #include "proxy/dense/fusion.h"
-#include "proxy/leave_out.h"
 #include "proxy/dense/stereo.h"
+#include "proxy/leave_out.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/temporary_folder.h"
@@ -268,7 +268,15 @@ TEST(Fusion, MakesEachSurfaceOnceWhereMapsAgree) {
   std::size_t pixels = 0;
   for (const ProxyPoint& p : points) {
     EXPECT_NEAR(p.x_in_world.z(), 4, 4e-3);
-    EXPECT_GE(p.views.size(), 3u);
+    if (p.views.size() < 3) {
+      const auto looks = std::ranges::count_if(photos, [&](const Photographed& photo) {
+        const StereoCamera& c = photo.picture.camera;
+        const Eigen::Vector3d x = c.cam_from_world * p.x_in_world;
+        const Eigen::Vector2d px = x.head<2>().cwiseProduct(c.focal_px) / x.z() + c.centre_px;
+        return px.x() > 1 && px.y() > 1 && px.x() < c.width - 1 && px.y() < c.height - 1;
+      });
+      EXPECT_LE(looks, 2) << "at the row's ends, where all who look there agree";
+    }
     EXPECT_TRUE(std::ranges::is_sorted(p.views));
     EXPECT_GT(p.sigma, 0.3 * p.footprint);
     EXPECT_NEAR(p.footprint, 4 / 192.0, 0.4 / 192);
@@ -422,25 +430,20 @@ TEST(Stereo, PhotosThatShareNothingHaveNoMap) {
   EXPECT_EQ(maps.Load(3), nullptr);
 }
 
-TEST(LeaveOut, DropsPhotosAndPointsThatNeedThem) {
+TEST(LeaveOut, DropsWhatPhotosSawAndPointsThatNeedThem) {
   const TemporaryFolder folder;
   const Scene scene = SceneOf({Wall()}, RowOfCameras(9), folder / "images");
-  const std::vector<bool> keep = ViewsWithoutFolds(scene, 4, true);
+  const std::vector<bool> keep = PhotosWithoutFolds(scene, 4, true);
   EXPECT_EQ(keep, (std::vector<bool>{false, true, false, true, false, true, false, true, false}));
-  EXPECT_EQ(ViewsWithoutFolds(scene, 4, false),
+  EXPECT_EQ(PhotosWithoutFolds(scene, 4, false),
             (std::vector<bool>{false, true, true, true, false, true, true, true, false}));
-  const Scene less = WithViews(scene, keep);
-  ASSERT_EQ(less.views.size(), 4u);
-  EXPECT_EQ(less.views[1].name, scene.views[3].name);
+  const Scene less = WithPhotos(scene, keep);
+  ASSERT_EQ(less.views.size(), 9u) << "cameras come from all photos";
   EXPECT_LE(less.points.size(), scene.points.size());
+  EXPECT_GT(less.points.size(), scene.points.size() / 2);
   for (const Point& p : less.points) {
     EXPECT_GE(p.track.size(), 2u);
-    for (const Observation& o : p.track) {
-      const auto px = less.CameraOf(less.views[static_cast<std::size_t>(o.view.value)])
-                          .Project(less.views[static_cast<std::size_t>(o.view.value)].cam_from_world * p.x_in_world);
-      ASSERT_TRUE(px);
-      EXPECT_LT((*px - o.x_px).norm(), 1e-6);
-    }
+    for (const Observation& o : p.track) EXPECT_TRUE(keep[static_cast<std::size_t>(o.view.value)]);
   }
 }
 
