@@ -119,7 +119,8 @@ struct DensePlan {
   int width_px = 0;
   std::string refused;
 };
-DensePlan PlanDense(const Scene& scene, const AutoOptions& options, bool twice) {
+// evaluated: share of the photos that the proxies know which are measured; 0: none are made beside those for use.
+DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evaluated) {
   double minutes = options.proxy_minutes.value_or(0);
   if (!options.proxy_minutes) {
     const auto cameras = ReadProvenance(scene.folder, "reconstruct");
@@ -132,8 +133,9 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, bool twice) 
   for (const int width : {640, 480, 320}) {
     StereoOptions stereo;
     stereo.width = width;
-    least =
-        (twice ? 2 : 1) * EstimateStereoSeconds(scene, stereo) + (twice ? 3 : 2) * EstimateMeshSeconds(scene, width);
+    // Depth maps once for all that is measured and once for use; two meshes that are measured and one for use.
+    least = (1 + evaluated) * EstimateStereoSeconds(scene, stereo) +
+            (evaluated > 0 ? 1 + 2 * evaluated : 2) * EstimateMeshSeconds(scene, width);
     if (least <= 60 * minutes) return {width, {}};
   }
   return {0, fmt::format("depth maps 320 pixels wide would take about {:.1f} minutes, --proxy-minutes allows {:.1f}",
@@ -380,7 +382,8 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   const bool compared = views >= 3 && names.size() > 1;
   const auto kept = std::ranges::count(PhotosWithoutFolds(scene, options.holdout, true), true);
   const int without = compared && holdout != 2 && 2 * kept >= views ? options.holdout : 0;
-  const DensePlan dense = PlanDense(scene, options, without != 0);
+  const DensePlan dense =
+      PlanDense(scene, options, without != 0 ? static_cast<double>(kept) / static_cast<double>(views) : 0);
   const std::vector<Recipe> recipes = Recipes(dense.width_px);
   std::vector<ProxyCandidate> candidates;
   {

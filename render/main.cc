@@ -95,9 +95,10 @@ void AddRendering(Options app, Line& line) {
   app.Add("--budget-ms", o.budget_ms,
           "Choose settings for this time a frame, > 0: from the scene's measured front, else by a probe; options given "
           "stay");
-  app.Add("--fidelity-db", o.fidelity_db,
-          "Along a path: sparse samples, of the scene's measured front or candidates, whose frames are at least so near "
-          "to a weight at every pixel (PSNR, tried on 3 frames); else a weight at every pixel");
+  app.Add(
+      "--fidelity-db", o.fidelity_db,
+      "Along a path: sparse samples, of the scene's measured front or candidates, whose frames are at least so near "
+      "to a weight at every pixel (PSNR, tried on 3 frames); else a weight at every pixel");
   app.Add("--show", o.show, "What is shown").OneOf(ShowNames()).Default();
   app.Add("--of", o.of, "With --show weights, angle ...: of this photo; default: of the one that weighs most");
   app.Add("--effects", o.effects, EffectsHelp()).Default();

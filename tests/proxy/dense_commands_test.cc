@@ -140,15 +140,15 @@ TEST_F(DenseProgram, AutoComparesItWithinItsMinutes) {
   const json chosen = choose("20");
   for (const char* name : {"plane", "mesh", "dense", "dense-strict"}) {
     EXPECT_TRUE(row(chosen, name)["psnr_mean_db"].is_number()) << chosen.dump(1);
-    EXPECT_EQ(row(chosen, name)["evaluated"], std::string(name) + "-without-4");
+    EXPECT_EQ(row(chosen, name)["evaluated"].get<std::string>(), std::string(name) + "-without-4");
     EXPECT_LE(row(chosen, name)["psnr_mean_db"].get<double>(),
-              row(chosen, chosen["name"])["psnr_mean_db"].get<double>());
+              row(chosen, chosen["name"].get<std::string>())["psnr_mean_db"].get<double>());
   }
   EXPECT_THAT(chosen["name"].get<std::string>(), testing::StartsWith("dense")) << "a plate with sharp edges";
-  EXPECT_TRUE(fs::exists(ProxyPath(path_, chosen["name"])));
+  EXPECT_TRUE(fs::exists(ProxyPath(path_, chosen["name"].get<std::string>())));
   EXPECT_NE(fs::exists(ProxyPath(path_, "dense")), fs::exists(ProxyPath(path_, "dense-strict")))
       << "only the chosen one";
-  EXPECT_EQ(OpenScene(path_, {}, SilentProgress()).active_proxy, chosen["name"]);
+  EXPECT_EQ(OpenScene(path_, {}, SilentProgress()).active_proxy, chosen["name"].get<std::string>());
   EXPECT_EQ(choose("20")["reused"], true);
 }
 
