@@ -6,17 +6,10 @@
 #include <cmath>
 #include <cstdint>
 
+#include "scene/program/hash_bits.h"
+
 namespace lumi {
 
-// Mixes 32 bits so that neighbouring inputs share nothing.
-inline std::uint32_t HashBits(std::uint32_t x) {
-  x ^= x >> 16;
-  x *= 0x7feb352dU;
-  x ^= x >> 15;
-  x *= 0x846ca68bU;
-  x ^= x >> 16;
-  return x;
-}
 inline std::uint32_t HashBits(std::uint32_t a, std::uint32_t b) { return HashBits(a ^ (HashBits(b) + 0x9e3779b9U)); }
 inline std::uint32_t HashBits(std::uint32_t a, std::uint32_t b, std::uint32_t c) { return HashBits(a, HashBits(b, c)); }
 inline std::uint32_t HashBits(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "scene/program/hash_bits.h"
 #include "scene/program/kernel.h"
 #include "scene/program/parallel_each.h"
 
@@ -20,15 +21,6 @@ constexpr float kSteepest = 3.7F;                               // a plane's slo
 
 using Lanes = std::array<float, kLanes>;
 
-// Bits that look random, of a place and a purpose (Wellons' "lowbias32" mix).
-LUMI_INLINE std::uint32_t Mixed(std::uint32_t x) {
-  x ^= x >> 16;
-  x *= 0x7feb352dU;
-  x ^= x >> 15;
-  x *= 0x846ca68bU;
-  x ^= x >> 16;
-  return x;
-}
 // In [-1, 1).
 LUMI_INLINE float Signed(std::uint32_t bits) {
   return static_cast<float>(static_cast<std::int32_t>(bits)) / 2147483648.0F;
@@ -310,8 +302,8 @@ class Matcher {
       for (std::size_t l = 0; l < kLanes; ++l) {
         const auto place = static_cast<std::uint32_t>(map_.At(batch.x[l], batch.y));
         const std::uint32_t bits =
-            Mixed(place ^ Mixed(options_.seed + 64 * static_cast<std::uint32_t>(iteration) + trial));
-        const float r0 = Signed(bits), r1 = Signed(Mixed(bits + 1)), r2 = Signed(Mixed(bits + 2));
+            HashBits(place ^ HashBits(options_.seed + 64 * static_cast<std::uint32_t>(iteration) + trial));
+        const float r0 = Signed(bits), r1 = Signed(HashBits(bits + 1)), r2 = Signed(HashBits(bits + 2));
         float w = batch.best.w[l];
         // Slopes, as of a surface: a plane's gradient over its inverse depth, a focal length wide.
         float a = batch.best.gx[l] * focal_px_ / w, b = batch.best.gy[l] * focal_px_ / w;
