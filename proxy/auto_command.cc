@@ -104,7 +104,8 @@ std::vector<Recipe> Recipes(int dense_width_px) {
                                                                    : std::string("there is no hull to simplify");
        },
        [](const ProxyTarget& t, ProgressSink& p) {
-         return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .silhouettes = {}}, t, p);
+         return RunSimplify({.faces = 500, .from = "hull", .keep_hull = true, .in_pixels = false, .silhouettes = {}}, t,
+                            p);
        }},
   };
 }

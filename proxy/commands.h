@@ -115,6 +115,7 @@ struct SimplifyRequest {
   int faces = 500;
   std::string from;                   // a proxy of the scene; empty: the active one, or what that was simplified from
   bool keep_hull = false;             // enclose the former, where else quadrics decide
+  bool in_pixels = false;             // distances count as the photos show them, else as they are in the world
   std::filesystem::path silhouettes;  // to be measured against; empty: the scene's own, where it has some
 };
 // target.name empty: FROM-FACES, with -kept where the hull is kept.

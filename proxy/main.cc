@@ -151,6 +151,10 @@ void AddDense(Program& program, Requests& r) {
       .Default();
   dense.Add("--merge-px", d.dense.merge_px, "Points nearer than this in the finest map become one, in pixels, > 0")
       .Default();
+  dense
+      .Add("--faces", d.dense.faces,
+           "Of the mesh, >= 1000: those go that the photos show least of; 0: all are kept, three a point or so")
+      .Default();
   dense.Add("--memory-mb", d.dense.stereo.memory_mb, "Of depth maps kept in memory; the others wait on disk, >= 64")
       .Default();
   dense.Add("--seed", d.seed, "Of the planes that are tried").Default();
@@ -231,6 +235,8 @@ void AddHulls(Program& program, Requests& r) {
                "Name of the new proxy; default: FROM-FACES, or FROM-FACES-kept with --keep-hull");
   simplify.Flag("--keep-hull", r.simplify_request.keep_hull,
                 "Every silhouette of it covers that of the former, which must be closed");
+  simplify.Flag("--in-pixels", r.simplify_request.in_pixels,
+                "Distances and areas count as the photos show them: more faces for what is near, few for the backdrop");
   simplify.Add("--silhouettes", r.simplify_request.silhouettes,
                "Folder of silhouettes to measure it against; default: SCENE/silhouettes");
   simplify.Flag("--tradeoff", r.simplify_table,

@@ -161,6 +161,7 @@ std::vector<Plot> PanelsOf(const TradeoffTable& table, const std::string& from) 
                                y,
                                y_axis,
                                {{"quadric", "quadric", "#1f6feb", Marker::kCircle, line},
+                                {"in-pixels", "in-pixels", "#15803d", Marker::kCircle, line},
                                 {"keep-hull", "keep-hull", "#be123c", Marker::kCircle, line},
                                 {"all", "all", "#444444"}},
                                "method",
@@ -189,7 +190,10 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   const Scene opened = OpenForProxy(target.scene, progress);
   const std::string from = SourceOf(opened, request.from);
   const Mesh before = LoadProxy(opened, from);
-  const SimplifyMethod method = request.keep_hull ? SimplifyMethod::kKeepHull : SimplifyMethod::kQuadric;
+  if (request.keep_hull && request.in_pixels) throw UsageError("--keep-hull and --in-pixels exclude each other");
+  const SimplifyMethod method = request.keep_hull   ? SimplifyMethod::kKeepHull
+                                : request.in_pixels ? SimplifyMethod::kInPixels
+                                                    : SimplifyMethod::kQuadric;
   ProxyTarget named = target;
   if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
   if (named.name == from && named.output.empty())
@@ -201,8 +205,9 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
           named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
           {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
           [&](const Scene& scene) {
-            SimplifiedMesh simple =
-                std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress).front());
+            SimplifiedMesh simple = std::move(
+                Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress, MakeProxyViews(scene))
+                    .front());
             const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
             figures = SimplifyFigures{from,           Name(method),
                                       request.faces,  before.faces.size(),
@@ -240,7 +245,8 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
   std::vector<std::size_t> counts;
   for (const int n : request.faces)
     if (n > 0 && static_cast<std::size_t>(n) < before.faces.size()) counts.push_back(static_cast<std::size_t>(n));
-  std::vector<SimplifyMethod> methods = {SimplifyMethod::kQuadric};
+  std::vector<SimplifyMethod> methods = {SimplifyMethod::kQuadric, SimplifyMethod::kInPixels};
+  const std::vector<ProxyView> cameras = MakeProxyViews(scene);
   if (IsClosed(before)) methods.push_back(SimplifyMethod::kKeepHull);
   SimplifyTradeoff t{from, before.faces.size(), IsClosed(before), 0, {}, {}};
   Progress steps(progress, "measuring simplified proxies", static_cast<long>(counts.size() * methods.size()) + 1);
@@ -271,7 +277,7 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
     // One run for all where it can be had: each number of faces is passed on the way to the fewest.
     std::vector<SimplifiedMesh> together;
     try {
-      together = Simplify(before, counts, method, progress);
+      together = Simplify(before, counts, method, progress, cameras);
     } catch (const DataError&) {
     } catch (const UsageError&) {
     }
@@ -279,7 +285,7 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
       CheckInterrupted();
       try {
         measure(Name(method), counts[i],
-                together.empty() ? Simplify(before, {counts[i]}, method, progress).front() : together[i]);
+                together.empty() ? Simplify(before, {counts[i]}, method, progress, cameras).front() : together[i]);
       } catch (const DataError& e) {
         fail(method, counts[i], e.what());
       } catch (const UsageError& e) {

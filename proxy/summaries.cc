@@ -46,6 +46,7 @@ static void ListKeys(JsonKeys& j, StereoSummary& s) {
 void ListKeys(JsonKeys& j, DenseSummary& s) {
   j("depth", s.stereo, "fused_points", s.fused_points, "fusion_seconds", s.fusion_s);
   ListKeys(j, s.mesh);
+  j("faces_before", s.faces_before, "simplify_seconds", s.simplify_s);
 }
 std::string Details(const DenseSummary& s) {
   std::string out = fmt::format(
@@ -53,6 +54,7 @@ std::string Details(const DenseSummary& s) {
       "blocked",
       s.stereo.photos, s.stereo.seconds, s.stereo.reused ? fmt::format(" ({} maps were there)", s.stereo.reused) : "",
       s.fused_points, s.fusion_s, s.mesh.vertices_used, 100 * s.mesh.blocked_ray_fraction, s.mesh.rays);
+  if (s.faces_before != 0) out += fmt::format("\nsimplified from {} faces, {:.1f} s", s.faces_before, s.simplify_s);
   for (const std::string& name : s.stereo.without)
     out += "\nwithout depth: " + name + " shares too few points with other photos";
   return out;

@@ -8,6 +8,7 @@
 #include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
+#include "proxy/simplify/simplify.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
@@ -66,7 +67,7 @@ FusionInput InputFrom(const Scene& scene, const fs::path& folder) {
           }};
 }
 
-Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_folder, ProgressSink& progress,
+Mesh BuildFull(const Scene& scene, const DenseRequest& r, const fs::path& maps_folder, ProgressSink& progress,
                DenseSummary& summary) {
   if (!r.from_depth.empty()) {
     for (const View& view : scene.views)
@@ -84,6 +85,18 @@ Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
   StereoMaps maps(scene, r.dense.stereo, maps_folder, progress);
   summary.stereo = maps.summary();
   return BuildDenseProxy(scene, InputOf(maps), r.dense, progress, summary);
+}
+
+Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_folder, ProgressSink& progress,
+               DenseSummary& summary) {
+  Mesh mesh = BuildFull(scene, r, maps_folder, progress, summary);
+  const auto wanted = static_cast<std::size_t>(r.dense.faces);
+  if (wanted == 0 || mesh.faces.size() <= wanted) return mesh;
+  summary.faces_before = mesh.faces.size();
+  SimplifiedMesh simple =
+      std::move(Simplify(mesh, {wanted}, SimplifyMethod::kInPixels, progress, MakeProxyViews(scene)).front());
+  summary.simplify_s = simple.seconds;
+  return std::move(simple.mesh);
 }
 
 DenseRequest Seeded(DenseRequest request) {

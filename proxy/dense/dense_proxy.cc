@@ -10,15 +10,20 @@
 
 namespace lumi {
 
+// A closed surface around a scene with everything in it: fewer are a caricature.
+constexpr int kFewestFaces = 1000;
+
 std::string Validate(const DenseOptions& o) {
   if (o.fusion.agree < 1 || o.fusion.agree > 15) return "--agree must be 1 to 15";
   if (!(o.merge_px > 0)) return "--merge-px must be above 0";
+  if (o.faces != 0 && o.faces < kFewestFaces) return fmt::format("--faces must be 0 or at least {}", kFewestFaces);
   return Validate(o.stereo);
 }
 
 std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
   std::map<std::string, std::string> values = OptionValues(o.stereo);
   values["agree"] = std::to_string(o.fusion.agree);
+  values["faces"] = std::to_string(o.faces);
   values["merge_px"] = fmt::format("{}", o.merge_px);
   return values;
 }

@@ -16,6 +16,7 @@ struct DenseOptions {
   StereoOptions stereo;
   FusionOptions fusion;
   double merge_px = 1.5;  // fused points nearer than so many pixels of the finest map become one, > 0
+  int faces = 60000;      // the mesh is simplified to so many (simplify.h, kInPixels), >= 1000; 0: left as it is
 };
 std::string Validate(const DenseOptions& options);
 std::map<std::string, std::string> OptionValues(const DenseOptions& options);
@@ -25,6 +26,8 @@ struct DenseSummary {
   std::size_t fused_points = 0;
   double fusion_s = 0;
   DelaunaySummary mesh;
+  std::size_t faces_before = 0;  // it was simplified
+  double simplify_s = 0;
 };
 
 // Wall-clock seconds of fusion and mesh for maps of this width, within a factor of two.

@@ -11,6 +11,7 @@
 
 #include "proxy/simplify/collapse_rules.h"
 #include "proxy/simplify/mesh_topology.h"
+#include "scene/geometry/median.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -70,19 +71,34 @@ class QuadricModule : public OpenMesh::Decimater::ModBaseT<DecimationMesh> {
     return own;
   }
 
-  explicit QuadricModule(DecimationMesh& mesh) : Base(mesh, false) { mesh.add_property(quadrics_); }
-  ~QuadricModule() override { mesh().remove_property(quadrics_); }
+  explicit QuadricModule(DecimationMesh& mesh) : Base(mesh, false) {
+    mesh.add_property(quadrics_);
+    mesh.add_property(length_weights_);
+  }
+  ~QuadricModule() override {
+    mesh().remove_property(quadrics_);
+    mesh().remove_property(length_weights_);
+  }
+  // Of each face, before initialize(): squared distances times areas grow with its fourth power.
+  void SetScale(std::vector<double> scale) { scale_ = std::move(scale); }
   const Quadric& Of(DecimationMesh::VertexHandle v) { return mesh().property(quadrics_, v); }
 
   void initialize() override {
+    for (const auto v : mesh().vertices()) mesh().property(length_weights_, v) = 0;
     for (const auto f : mesh().faces()) {
+      const double s = scale_.empty() ? 1 : scale_[static_cast<std::size_t>(f.idx())];
+      const double scale4 = s * s * s * s;
       auto fv = mesh().cfv_iter(f);
       const auto a = *fv++, b = *fv++, c = *fv;
+      for (const auto v : {a, b, c}) {
+        double& largest = mesh().property(length_weights_, v);
+        largest = std::max(largest, kLengthWeight * scale4);
+      }
       const TriangleShape shape = ShapeOf(ToEigen(mesh().point(a)), ToEigen(mesh().point(b)), ToEigen(mesh().point(c)));
       if (shape.quality < kDegenerateQuality) continue;
       const Vector3d normal = shape.area_vector / shape.area2;
       for (const auto v : {a, b, c})
-        mesh().property(quadrics_, v).AddPlane(normal, ToEigen(mesh().point(a)), shape.area2 / 6);
+        mesh().property(quadrics_, v).AddPlane(normal, ToEigen(mesh().point(a)), scale4 * shape.area2 / 6);
       for (const auto h : mesh().fh_range(f)) {
         if (!mesh().is_boundary(mesh().opposite_halfedge_handle(h))) continue;
         const auto from = mesh().from_vertex_handle(h), to = mesh().to_vertex_handle(h);
@@ -92,7 +108,8 @@ class QuadricModule : public OpenMesh::Decimater::ModBaseT<DecimationMesh> {
         for (const auto v : {from, to})
           mesh()
               .property(quadrics_, v)
-              .AddPlane(along.cross(normal) / length, ToEigen(mesh().point(from)), kBorderWeight * length * length);
+              .AddPlane(along.cross(normal) / length, ToEigen(mesh().point(from)),
+                        scale4 * kBorderWeight * length * length);
       }
     }
   }
@@ -124,13 +141,21 @@ class QuadricModule : public OpenMesh::Decimater::ModBaseT<DecimationMesh> {
     q.Add(Of(c.v1));
     const double length2 = (c.p1 - c.p0).sqrnorm();
     // Times a power of two: of a mesh about 1 across the errors of small faces would be lost below float's range.
-    return static_cast<float>((std::max(0.0, q.At(ToEigen(c.p1))) + kLengthWeight * length2 * length2) * 0x1p60);
+    const double length_weight = std::max(LengthWeight(c.v0), LengthWeight(c.v1));
+    return static_cast<float>((std::max(0.0, q.At(ToEigen(c.p1))) + length_weight * length2 * length2) * 0x1p60);
   }
 
-  void postprocess_collapse(const CollapseInfo& c) override { mesh().property(quadrics_, c.v1).Add(Of(c.v0)); }
+  void postprocess_collapse(const CollapseInfo& c) override {
+    mesh().property(quadrics_, c.v1).Add(Of(c.v0));
+    mesh().property(length_weights_, c.v1) = std::max(LengthWeight(c.v0), LengthWeight(c.v1));
+  }
 
  private:
+  double LengthWeight(DecimationMesh::VertexHandle v) { return mesh().property(length_weights_, v); }
+
+  std::vector<double> scale_;
   OpenMesh::VPropHandleT<Quadric> quadrics_;
+  OpenMesh::VPropHandleT<double> length_weights_;
 };
 
 class StepObserver : public OpenMesh::Decimater::Observer {
@@ -214,7 +239,16 @@ void RemoveDegenerateFaces(DecimationMesh& mesh, SoundDecimater& decimater, Quad
 
 }  // namespace
 
-std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::size_t>& faces, ProgressSink& progress) {
+// About 1, so that errors stay where floats have digits.
+static std::vector<double> Normalised(std::vector<double> scale) {
+  if (scale.empty()) return scale;
+  const double median = Median(scale);
+  for (double& s : scale) s /= median;
+  return scale;
+}
+
+std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::size_t>& faces, ProgressSink& progress,
+                                    const std::vector<double>& scale) {
   const Stopwatch watch;
   const NormalisedFrame frame(input);
   DecimationMesh mesh;
@@ -232,6 +266,7 @@ std::vector<DecimatedMesh> Decimate(const Mesh& input, const std::vector<std::si
   QuadricModule::Handle handle;
   decimater.add(handle);
   QuadricModule& module = decimater.module(handle);
+  module.SetScale(Normalised(scale));
   if (!decimater.initialize()) throw std::logic_error("Decimate: no priority module");
   RemoveDegenerateFaces(mesh, decimater, module);
 

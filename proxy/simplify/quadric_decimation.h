@@ -2,7 +2,7 @@
 // using quadric error metrics, SIGGRAPH 1997) with OpenMesh. Whole vertices go, each onto the neighbour that costs
 // least; at the end each vertex that is left moves to where its quadric, the sum of all planes that it stands for, is
 // least, which takes back most of what choosing among old vertices costs. Borders count as planes that stand upright on
-// their faces. Parts and their genus stay as they are.
+// their faces. Parts and their genus stay as they are. Distances and areas are the world's, or pixels of the photos.
 //
 // Nothing is kept on one side: silhouettes shrink here and grow there. progressive_hull.h is the way that covers them.
 #pragma once
@@ -22,7 +22,9 @@ struct DecimatedMesh {
 };
 
 // One mesh for each of `faces`, in the same order, all from one run. mesh: 2-manifold, oriented (MakeManifold sees to
-// it), open or closed. Faces without area go first and even where there is nothing else to do. Throws Interrupted.
-std::vector<DecimatedMesh> Decimate(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress);
+// it), open or closed. Faces without area go first and even where there is nothing else to do. `scale`: what a world
+// unit at each face counts (PixelScale), > 0; empty: 1 everywhere. Throws Interrupted.
+std::vector<DecimatedMesh> Decimate(const Mesh& mesh, const std::vector<std::size_t>& faces, ProgressSink& progress,
+                                    const std::vector<double>& scale = {});
 
 }  // namespace lumi

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "proxy/simplify/mesh_topology.h"
+#include "proxy/simplify/pixel_scale.h"
 #include "proxy/simplify/progressive_hull.h"
 #include "proxy/simplify/quadric_decimation.h"
 #include "proxy/simplify/tight_wrap.h"
@@ -42,10 +43,17 @@ double WrapFor(const MeshParts& parts, std::size_t input_faces, std::size_t want
 
 }  // namespace
 
-std::string Name(SimplifyMethod method) { return method == SimplifyMethod::kQuadric ? "quadric" : "keep-hull"; }
+std::string Name(SimplifyMethod method) {
+  switch (method) {
+    case SimplifyMethod::kQuadric: return "quadric";
+    case SimplifyMethod::kInPixels: return "in-pixels";
+    case SimplifyMethod::kKeepHull: return "keep-hull";
+  }
+  return "";
+}
 
 std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::size_t>& faces, SimplifyMethod method,
-                                     ProgressSink& progress) {
+                                     ProgressSink& progress, const std::vector<ProxyView>& views) {
   for (const std::size_t n : faces)
     if (n < 1) throw UsageError("--faces must be at least 1");
   const auto start = std::chrono::steady_clock::now();
@@ -68,7 +76,7 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
   const double size = box.sizes().maxCoeff();
   std::vector<SimplifiedMesh> results(faces.size());
   const double checked = SecondsSince(start);
-  if (method == SimplifyMethod::kQuadric) {
+  if (method != SimplifyMethod::kKeepHull) {
     // Handles that would take most of the faces are closed by a wrap here too.
     std::array<std::vector<std::size_t>, 2> groups;
     for (std::size_t i = 0; i < faces.size(); ++i)
@@ -87,7 +95,10 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
       for (const std::size_t i : members) wanted.push_back(faces[i]);
       for (const std::size_t n : wanted) require(wrapped ? CountParts(wrap) : parts, n);
       const double before = SecondsSince(run_start);
-      std::vector<DecimatedMesh> made = Decimate(wrapped ? wrap : mesh, wanted, progress);
+      const Mesh& from = wrapped ? wrap : mesh;
+      std::vector<double> scale;
+      if (method == SimplifyMethod::kInPixels) scale = PixelScale(from, views);
+      std::vector<DecimatedMesh> made = Decimate(from, wanted, progress, scale);
       for (std::size_t k = 0; k < members.size(); ++k)
         results[members[k]] = {std::move(made[k].mesh), checked + before + made[k].seconds, made[k].reached, wrapped};
     }

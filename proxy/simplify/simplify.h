@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "proxy/points.h"
 #include "scene/geometry/mesh.h"
 #include "scene/program/progress.h"
 
@@ -14,6 +15,7 @@ namespace lumi {
 
 enum class SimplifyMethod {
   kQuadric,   // nearest to the surface (quadric_decimation.h)
+  kInPixels,  // the same, distances and areas as the photos show them (pixel_scale.h)
   kKeepHull,  // encloses the former (progressive_hull.h)
 };
 std::string Name(SimplifyMethod method);
@@ -28,9 +30,9 @@ struct SimplifiedMesh {
 
 // One for each of `faces`, in the same order, from runs that they share: `seconds` are from the start of a run.
 // Vertices at one place are merged where that closes gaps. Throws UsageError for fewer faces than 1, and than 4 of a
-// closed mesh; DataError where the mesh is no surface, where its parts and their holes need more faces than wanted
-// (naming how many), and for kKeepHull where it is open or inside out; Interrupted.
+// closed mesh; `views`: for kInPixels. DataError where the mesh is no surface, where its parts and their holes need
+// more faces than wanted (naming how many), and for kKeepHull where it is open or inside out; Interrupted.
 std::vector<SimplifiedMesh> Simplify(const Mesh& mesh, const std::vector<std::size_t>& faces, SimplifyMethod method,
-                                     ProgressSink& progress);
+                                     ProgressSink& progress, const std::vector<ProxyView>& views = {});
 
 }  // namespace lumi

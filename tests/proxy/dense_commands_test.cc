@@ -71,6 +71,17 @@ TEST_F(DenseProgram, MakesAClosedMeshOnTheSurfacesAndOneForAnEvaluation) {
   EXPECT_GT(made["fused_points"].get<int>(), 5000);
   EXPECT_GT(ShareOnSurfaces("dense"), 0.9);
   EXPECT_EQ(OpenScene(path_, {}, SilentProgress()).active_proxy, "dense");
+  // Fewer faces on request, on the same surfaces.
+  ASSERT_GT(made["faces"].get<int>(), 4000);
+  EXPECT_EQ(made["faces_before"], 0);
+  const json few = Done(Dense({"--faces", "2000", "--name", "few"}));
+  EXPECT_EQ(few["faces"], 2000);
+  EXPECT_EQ(few["faces_before"], made["faces"]);
+  EXPECT_EQ(few["closed"], true);
+  EXPECT_GT(ShareOnSurfaces("few"), 0.9);
+  const ProgramResult too_few = RunProgram(Dense({"--faces", "10"}));
+  EXPECT_EQ(too_few.exit_code, 2);
+  EXPECT_THAT(too_few.err, HasSubstr("--faces must be 0 or at least 1000"));
   const json again = Done(Dense());
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["fused_points"], made["fused_points"]);

@@ -9,6 +9,7 @@
 #include "proxy/hull/soundness.h"
 #include "proxy/simplify/halfspace_program.h"
 #include "proxy/simplify/mesh_topology.h"
+#include "proxy/simplify/pixel_scale.h"
 #include "proxy/simplify/self_intersection.h"
 #include "proxy/simplify/simplify.h"
 #include "proxy/simplify/tight_wrap.h"
@@ -170,6 +171,85 @@ TEST(Quadric, FollowsTheSurfaceAndKeepsItsBorders) {
     area += z / 2;
   }
   EXPECT_NEAR(area, 1, 0.01);
+}
+
+// A camera at the origin that looks along z: 200 px wide, its focal length 100 px.
+ProxyView CameraAtOrigin(double shift_x = 0) {
+  Camera camera;
+  camera.width_px = camera.height_px = 200;
+  camera.params = {100, 100, 100, 100};
+  Rigid3 pose;
+  pose.translation = {-shift_x, 0, 0};
+  ProxyView view;
+  view.render = MakeRenderView(camera, pose);
+  view.focal_px = 100;
+  return view;
+}
+
+// A wavy sheet, as large in a picture wherever it stands.
+Mesh SheetAtDepth(int n, double depth, double x) {
+  return MappedVertices(WavySheet(n), [=](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(depth * (x + 0.6 * (p.x() - 0.5)), depth * (0.5 - p.y()), depth * (1 - 0.4 * p.z()));
+  });
+}
+
+TEST(PixelScale, IsTheFocalLengthOverTheDepthInThePhotoThatShowsItLargest) {
+  Mesh mesh;
+  const auto face = [&](const Eigen::Vector3d& at) {
+    const auto v = static_cast<std::int32_t>(mesh.vertices.size());
+    for (const Eigen::Vector3d& d :
+         {Eigen::Vector3d(0.1, 0, 0), Eigen::Vector3d(-0.1, 0.1, 0), Eigen::Vector3d(0, -0.1, 0)})
+      mesh.vertices.push_back(at + d);
+    mesh.faces.push_back({v, v + 1, v + 2});
+  };
+  face({0, 0, 2});
+  face({0, 0, 5});
+  face({0, 0, -3});    // behind
+  face({9, 0, 2});     // beside
+  face({0, 0, 1e-9});  // as good as in the camera: counts as at a fiftieth of the median depth
+  const std::vector<double> one = PixelScale(mesh, {CameraAtOrigin()});
+  EXPECT_NEAR(one[0], 50, 1e-9);
+  EXPECT_NEAR(one[1], 20, 1e-9);
+  EXPECT_NEAR(one[2], 20, 1e-9);
+  EXPECT_NEAR(one[3], 20, 1e-9);
+  EXPECT_NEAR(one[4], 100 / (0.02 * 2), 1e-6);
+  ProxyView nearer = CameraAtOrigin();
+  nearer.focal_px = 300;
+  EXPECT_NEAR(PixelScale(mesh, {CameraAtOrigin(), nearer})[1], 60, 1e-9);
+  EXPECT_EQ(PixelScale(mesh, {}), std::vector<double>(5, 1.0));
+}
+
+TEST(InPixels, KeepsWhatIsNearAsWellAsWhatIsFar) {
+  // Two sheets as large in the picture, one ten times as far away: to the picture they are the same.
+  const int n = 40;
+  Mesh both = SheetAtDepth(n, 1, -0.4);
+  const std::size_t near_faces = both.faces.size();
+  const Mesh far = SheetAtDepth(n, 10, 0.4);
+  const auto first = static_cast<std::int32_t>(both.vertices.size());
+  both.vertices.insert(both.vertices.end(), far.vertices.begin(), far.vertices.end());
+  for (const auto& f : far.faces) both.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+  const std::vector<ProxyView> views = {CameraAtOrigin()};
+  const auto share_near = [&](SimplifyMethod method) {
+    const Mesh simple = Simplify(both, {400}, method, SilentProgress(), views).front().mesh;
+    std::size_t near = 0;
+    for (const auto& f : simple.faces) near += simple.vertices[static_cast<std::size_t>(f[0])].z() < 3;
+    return static_cast<double>(near) / static_cast<double>(simple.faces.size());
+  };
+  EXPECT_EQ(near_faces * 2, both.faces.size());
+  EXPECT_NEAR(share_near(SimplifyMethod::kInPixels), 0.5, 0.05);
+  EXPECT_LT(share_near(SimplifyMethod::kQuadric), 0.2);  // distances ten times as large count a hundred times
+}
+
+TEST(InPixels, IsTheSameAtAnyUnitOfLengthAndAnywhere) {
+  const Mesh sheet = SheetAtDepth(30, 1, 0);
+  const Mesh simple =
+      Simplify(sheet, {300}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front().mesh;
+  for (const double unit : {0x1p-40, 0x1p-10, 0x1p30}) {
+    const Mesh scaled = MappedVertices(sheet, [=](const Eigen::Vector3d& x) { return Eigen::Vector3d(unit * x); });
+    const Mesh again =
+        Simplify(scaled, {300}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front().mesh;
+    EXPECT_EQ(again.faces, simple.faces) << unit;
+  }
 }
 
 TEST(TightWrap, EnclosesAndClosesTunnelsThatAreNarrow) {
