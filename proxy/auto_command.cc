@@ -66,18 +66,21 @@ std::string UnfitForBox(const Scene& scene) {
   return {};
 }
 
-ProxySummary RunDenseAgreeing(const ProxyTarget& target, int agree, int width_px, ProgressSink& progress) {
+// `without`: as in AutoTable::evaluated_without; the mesh for use goes on from the depth maps of the one measured.
+ProxySummary RunDenseAgreeing(const ProxyTarget& target, int agree, int width_px, int without, ProgressSink& progress) {
   DenseRequest request;
+  if (target.leave_out == 0) request.maps_without = without;
   request.dense.fusion.agree = agree;
   request.dense.stereo.width = width_px;
   return RunDense(target, request, progress);
 }
 
 // dense_width_px: of the depth maps. A kind of proxy that is made of another one (a simplified hull) comes after it.
-std::vector<Recipe> Recipes(int dense_width_px) {
+std::vector<Recipe> Recipes(int dense_width_px, int without) {
   const auto always = [](const Scene&) { return std::string(); };
-  const auto dense = [dense_width_px](int agree) {
-    return [=](const ProxyTarget& t, ProgressSink& p) { return RunDenseAgreeing(t, agree, dense_width_px, p); };
+  const auto dense = [=](int agree) {
+    return
+        [=](const ProxyTarget& t, ProgressSink& p) { return RunDenseAgreeing(t, agree, dense_width_px, without, p); };
   };
   return {
       {"plane", "plane", always, RunPlane, true},
@@ -134,8 +137,8 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
   for (const int width : {640, 480, 320}) {
     StereoOptions stereo;
     stereo.width = width;
-    // Depth maps once for all that is measured and once for use; two meshes that are measured and one for use.
-    least = (1 + evaluated) * EstimateStereoSeconds(scene, stereo) +
+    // Depth maps once: those of photos that are left out are added for use. Two meshes that are measured, one for use.
+    least = EstimateStereoSeconds(scene, stereo) +
             (evaluated > 0 ? 1 + 2 * evaluated : 2) * EstimateMeshSeconds(scene, width);
     if (least <= 60 * minutes) return {width, {}};
   }
@@ -162,7 +165,9 @@ std::string EvaluatedBefore(const Scene& scene, const std::string& name, int wit
   if (without == 0 || !record || !other || !fs::exists(ProxyPath(scene.folder, evaluated), error)) return {};
   std::map<std::string, std::string> options = other->options;
   options.erase("leave_out");
-  return options == record->options && other->inputs == record->inputs ? evaluated : std::string();
+  std::map<std::string, std::string> for_use = record->options;
+  for_use.erase("maps_without");
+  return options == for_use && other->inputs == record->inputs ? evaluated : std::string();
 }
 
 // Makes a candidate and what it is measured by. `without`: N of the photos that are left out, 0: there is only the
@@ -306,7 +311,7 @@ AutoSummary Chosen(AutoTable table, const AutoOptions& options) {
 
 // Chooses, and makes of all photos what was chosen; where that fails, the next best.
 AutoSummary Settle(const Scene& scene, AutoTable table, const AutoOptions& options, ProgressSink& progress) {
-  const std::vector<Recipe> recipes = Recipes(table.dense_width_px.value_or(0));
+  const std::vector<Recipe> recipes = Recipes(table.dense_width_px.value_or(0), table.evaluated_without.value_or(0));
   for (;;) {
     if (std::ranges::none_of(table.candidates, [](const ProxyCandidate& c) { return c.refused.empty(); }))
       throw DataError("no proxy can be made: " + table.candidates.front().refused,
@@ -319,7 +324,7 @@ AutoSummary Settle(const Scene& scene, AutoTable table, const AutoOptions& optio
 }
 
 std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) {
-  const std::vector<Recipe> recipes = Recipes(0);
+  const std::vector<Recipe> recipes = Recipes(0, 0);
   if (options.candidates.empty()) {
     std::vector<std::string> names;
     for (const Recipe& r : recipes)
@@ -385,7 +390,7 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   const int without = compared && holdout != 2 && 2 * kept >= views ? options.holdout : 0;
   const DensePlan dense =
       PlanDense(scene, options, without != 0 ? static_cast<double>(kept) / static_cast<double>(views) : 0);
-  const std::vector<Recipe> recipes = Recipes(dense.width_px);
+  const std::vector<Recipe> recipes = Recipes(dense.width_px, without);
   std::vector<ProxyCandidate> candidates;
   {
     Progress steps(progress, "making proxies", static_cast<long>(names.size()));
@@ -416,7 +421,8 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
                   fmt::format("photos {}, {} ... left out", holdout / 2, holdout / 2 + holdout),
                   candidates,
                   false,
-                  dense.width_px != 0 ? std::optional(dense.width_px) : std::nullopt};
+                  dense.width_px != 0 ? std::optional(dense.width_px) : std::nullopt,
+                  without != 0 ? std::optional(without) : std::nullopt};
   AutoSummary s = Settle(scene, std::move(table), options, progress);
   const FolderLock lock(scene.folder);
   WriteTextAtomically(scene.folder / kSummaryFile, JsonKeys(s.table).Text(2) + "\n");

@@ -37,6 +37,7 @@ struct DenseRequest {
   DenseOptions dense = {};
   std::filesystem::path from_depth;  // a folder with depth_maps/, made elsewhere; empty: our own stereo
   std::uint64_t seed = 0;
+  int maps_without = 0;     // N: maps made for an evaluation with every N-th photo left out are taken, others added
   bool depth_only = false;  // maps in COLMAP's layout, no mesh
 };
 Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& request, ProgressSink& progress);

@@ -41,7 +41,8 @@ std::string Details(const DelaunaySummary& s) {
 }
 
 static void ListKeys(JsonKeys& j, StereoSummary& s) {
-  j("photos", s.photos, "without", s.without, "pixels", s.pixels, "reused", s.reused, "seconds", s.seconds);
+  j("photos", s.photos, "without", s.without, "pixels", s.pixels, "reused", s.reused, "given", s.given, "seconds",
+    s.seconds);
 }
 void ListKeys(JsonKeys& j, DenseSummary& s) {
   j("depth", s.stereo, "fused_points", s.fused_points, "fusion_seconds", s.fusion_s);
@@ -52,7 +53,10 @@ std::string Details(const DenseSummary& s) {
   std::string out = fmt::format(
       "\n{} photos with depth, {:.1f} s{}; {} points fused, {:.1f} s; {} in the mesh, {:.2f} % of {} lines of sight "
       "blocked",
-      s.stereo.photos, s.stereo.seconds, s.stereo.reused ? fmt::format(" ({} maps were there)", s.stereo.reused) : "",
+      s.stereo.photos, s.stereo.seconds,
+      s.stereo.given    ? fmt::format(" (maps of {} photos from those made to measure it)", s.stereo.given)
+      : s.stereo.reused ? fmt::format(" ({} maps were there)", s.stereo.reused)
+                        : "",
       s.fused_points, s.fusion_s, s.mesh.vertices_used, 100 * s.mesh.blocked_ray_fraction, s.mesh.rays);
   if (s.faces_before != 0) out += fmt::format("\nsimplified from {} faces, {:.1f} s", s.faces_before, s.simplify_s);
   for (const std::string& name : s.stereo.without)
@@ -247,7 +251,7 @@ static void ListKeys(JsonKeys& j, ProxyCandidate& c) {
 void ListKeys(JsonKeys& j, AutoTable& t) {
   j("holdout", t.holdout, "choose_width_px", t.choose_width_px, "unmeasured", t.unmeasured, "fold", t.fold,
     "candidates", t.candidates, "reused", t.reused);
-  j.IfAny("dense_width_px", t.dense_width_px);
+  j.IfAny("dense_width_px", t.dense_width_px).IfAny("evaluated_without", t.evaluated_without);
 }
 void ListKeys(JsonKeys& j, AutoSummary& s) {
   j("name", s.name, "faces", s.faces, "closed", s.closed, "seconds", s.seconds, "reason", s.reason)

@@ -125,7 +125,8 @@ struct AutoTable {
   std::string unmeasured, fold;  // why nothing may have been measured; the photos that were left out
   std::vector<ProxyCandidate> candidates;
   bool reused = false;
-  std::optional<int> dense_width_px;  // of depth maps, where they were made
+  std::optional<int> dense_width_px;     // of depth maps, where they were made
+  std::optional<int> evaluated_without;  // N: what was measured was made without photos 0, N ... and N/2, N/2 + N ...
 };
 struct AutoSummary {
   std::string name;  // of the active proxy

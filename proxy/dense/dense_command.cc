@@ -29,9 +29,12 @@ void CheckDense(const DenseRequest& r) {
 }
 
 // Where maps wait: in the scene, so that a run that was killed goes on; for another tool's scene in a folder that goes.
+std::string MapsFolderName(int leave_out, bool keep_choosing_fold = false) {
+  if (leave_out == 0) return "planes";
+  return fmt::format("planes-without-{}{}", leave_out, keep_choosing_fold ? "-reported" : "");
+}
 std::string MapsFolderName(const ProxyTarget& target) {
-  if (target.leave_out == 0) return "planes";
-  return fmt::format("planes-without-{}{}", target.leave_out, target.keep_choosing_fold ? "-reported" : "");
+  return MapsFolderName(target.leave_out, target.keep_choosing_fold);
 }
 
 std::vector<std::vector<std::int32_t>> Partners(const std::vector<std::vector<SourceView>>& sources) {
@@ -82,7 +85,9 @@ Mesh BuildFull(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
           "maps are named after photos: PHOTO.jpg.geometric.bin");
     return BuildDenseProxy(scene, InputFrom(scene, r.from_depth), r.dense, progress, summary);
   }
-  StereoMaps maps(scene, r.dense.stereo, maps_folder, progress);
+  fs::path given;
+  if (r.maps_without != 0) given = maps_folder.parent_path() / MapsFolderName(r.maps_without);
+  StereoMaps maps(scene, r.dense.stereo, maps_folder, progress, given);
   summary.stereo = maps.summary();
   return BuildDenseProxy(scene, InputOf(maps), r.dense, progress, summary);
 }
@@ -114,6 +119,7 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   options["from"] = request.from_depth.empty() ? "stereo" : "depth";
   std::map<std::string, std::string> inputs{{"images", Fingerprint(opened.image_folder)},
                                             {"masks", Fingerprint(opened.folder / "masks")}};
+  if (request.maps_without != 0) options["maps_without"] = std::to_string(request.maps_without);
   if (!request.from_depth.empty()) inputs["depth"] = Fingerprint(request.from_depth / "depth_maps");
   std::optional<TemporaryFolder> elsewhere;
   fs::path folder = opened.folder / "stereo";

@@ -13,15 +13,15 @@ namespace fs = std::filesystem;
 
 DepthStore::DepthStore(fs::path folder, const std::string& key, std::size_t bytes)
     : folder_(std::move(folder)), bytes_(bytes) {
-  const fs::path made_from = folder_ / "made-from.txt";
+  const fs::path made_from = folder_ / kMadeFrom;
   std::error_code error;
   if (fs::exists(made_from, error) && ReadText(made_from) == key) return;
   fs::remove_all(folder_, error);
   WriteTextAtomically(made_from, key);
 }
 
-fs::path DepthStore::FileOf(const std::string& photo, int round) const {
-  return folder_ / fmt::format("{}.{}.planes", photo, round);
+std::string DepthStore::FileName(const std::string& photo, int round) {
+  return fmt::format("{}.{}.planes", photo, round);
 }
 
 bool DepthStore::Done(const std::string& photo, int round, int rounds) const {

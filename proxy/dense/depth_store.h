@@ -16,6 +16,10 @@ namespace lumi {
 
 class DepthStore {
  public:
+  // What is in a store's folder: the key, and maps.
+  static constexpr const char* kMadeFrom = "made-from.txt";
+  static std::string FileName(const std::string& photo, int round);
+
   // `folder` belongs to the store. Maps that an earlier run left there are taken where it was made from the same `key`,
   // else they are removed. `bytes`: of maps in memory; two are kept in any case.
   DepthStore(std::filesystem::path folder, const std::string& key, std::size_t bytes);
@@ -35,7 +39,7 @@ class DepthStore {
     Key key;
     std::shared_ptr<const DepthMap> map;
   };
-  std::filesystem::path FileOf(const std::string& photo, int round) const;
+  std::filesystem::path FileOf(const std::string& photo, int round) const { return folder_ / FileName(photo, round); }
   void Hold(const Key& key, std::shared_ptr<const DepthMap> map);
 
   std::filesystem::path folder_;

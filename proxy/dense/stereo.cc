@@ -7,7 +7,9 @@
 #include <chrono>
 #include <limits>
 
+#include "proxy/dense/depth_files.h"
 #include "proxy/dense/depth_start.h"
+#include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
@@ -20,6 +22,7 @@ namespace {
 
 // What a run's maps follow from, besides the photos' own bytes.
 constexpr int kMethodVersion = 1;
+constexpr const char* kPointsLine = "points ";  // the key's last line
 
 }  // namespace
 
@@ -90,16 +93,18 @@ double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {
 }
 
 StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
-                       ProgressSink& progress, int last_round)
+                       ProgressSink& progress, const std::filesystem::path& given, int last_round)
     : scene_(scene), options_(options) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   const auto start = std::chrono::steady_clock::now();
   PickPhotos();
+  FindGiven(given);
   store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options.memory_mb) << 20);
   std::vector<std::string> names;
   for (std::size_t v = 0; v < scene.views.size(); ++v)
-    if (takes_part_[v]) names.push_back(scene.views[v].name);
+    if (takes_part_[v] && !given_[v]) names.push_back(scene.views[v].name);
   store_->ForgetUnlessWhole(names, kRounds);
+  TakeGiven(given);
 
   ReadPhotos(progress);
   const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
@@ -151,12 +156,34 @@ std::string StereoMaps::Key() const {
                        fmt::join(pose.rotation.coeffs().data(), pose.rotation.coeffs().data() + 4, " "),
                        fmt::join(pose.translation.data(), pose.translation.data() + 3, " "));
   }
-  return key + fmt::format("points {}\n", scene_.points.size());
+  for (std::size_t v = 0; v < given_.size(); ++v)
+    if (given_[v]) key += "given " + scene_.views[v].name + "\n";
+  return key + fmt::format("{}{}\n", kPointsLine, scene_.points.size());
+}
+
+// Which maps another run has finished from the same photos, cameras and options. Only its points may be others.
+void StereoMaps::FindGiven(const std::filesystem::path& folder) {
+  given_.assign(scene_.views.size(), false);
+  std::error_code error;
+  if (folder.empty() || !std::filesystem::exists(folder / DepthStore::kMadeFrom, error)) return;
+  const auto but_points = [](const std::string& key) { return key.substr(0, key.rfind(kPointsLine)); };
+  if (but_points(ReadText(folder / DepthStore::kMadeFrom)) != but_points(Key())) return;
+  for (std::size_t v = 0; v < scene_.views.size(); ++v) {
+    given_[v] = takes_part_[v] &&
+                std::filesystem::exists(folder / DepthStore::FileName(scene_.views[v].name, kRounds - 1), error);
+    summary_.given += given_[v];
+  }
+}
+
+void StereoMaps::TakeGiven(const std::filesystem::path& folder) {
+  for (std::size_t v = 0; v < scene_.views.size(); ++v)
+    if (const std::string& name = scene_.views[v].name; given_[v] && !store_->Done(name, kRounds - 1, kRounds))
+      store_->Store(name, kRounds - 1, ReadPlanes(folder / DepthStore::FileName(name, kRounds - 1)));
 }
 
 // Thousand times the pixel updates of a photo in a round; a start is scored once.
 long StereoMaps::WorkOf(std::size_t view, const StereoRound& round) const {
-  if (!takes_part_[view]) return 0;
+  if (!takes_part_[view] || given_[view]) return 0;
   const StereoCamera& camera = pictures_[view].camera;
   const long pixels = static_cast<long>(camera.width) * camera.height >> (2 * round.halvings);
   return 1 + pixels / 1000 * round.iterations;
@@ -195,17 +222,23 @@ StereoPicture StereoMaps::PictureOf(std::size_t view, int halvings) const {
   return half;
 }
 
+// A photo's map after the round before `round`, or the given one, at this size.
+std::shared_ptr<const DepthMap> StereoMaps::MapBefore(std::size_t view, int round, int width, int height) {
+  const std::string& name = scene_.views[view].name;
+  auto map = store_->Load(name, given_[view] ? kRounds - 1 : round - 1);
+  if (map->width == width && map->height == height) return map;
+  return std::make_shared<const DepthMap>(Resized(*map, width, height));
+}
+
 DepthMap StereoMaps::StartOf(std::size_t view, const StereoPicture& picture, int number) {
   const ViewId id{static_cast<std::int32_t>(view)};
   if (number == 0) return StartingPlanes(scene_, id, picture.camera, *RangeOf(scene_, id));
-  const DepthMap before = *store_->Load(scene_.views[view].name, number - 1);
-  if (before.width == picture.camera.width && before.height == picture.camera.height) return before;
-  return Resized(before, picture.camera.width, picture.camera.height);
+  return *MapBefore(view, number, picture.camera.width, picture.camera.height);
 }
 
 void StereoMaps::Match(const StereoRound& round, int number, Progress& progress) {
   for (std::size_t v = 0; v < scene_.views.size(); ++v) {
-    if (!takes_part_[v]) continue;
+    if (!takes_part_[v] || given_[v]) continue;
     const std::string& name = scene_.views[v].name;
     if (store_->Done(name, number, kRounds)) {
       ++summary_.reused;
@@ -222,7 +255,7 @@ void StereoMaps::Match(const StereoRound& round, int number, Progress& progress)
       pictures.push_back(PictureOf(other, round.halvings));
       MatchSource source{&pictures.back(), nullptr};
       if (round.geometric) {
-        maps.push_back(store_->Load(scene_.views[other].name, number - 1));
+        maps.push_back(MapBefore(other, number, pictures.back().grey.width, pictures.back().grey.height));
         source.map = maps.back().get();
       }
       sources.push_back(source);

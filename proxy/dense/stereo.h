@@ -38,6 +38,7 @@ struct StereoSummary {
   std::vector<std::string> without;  // photos that share no point with another, or see too few
   std::size_t pixels = 0;            // of all maps
   std::size_t reused = 0;            // maps of any round that an earlier run had finished
+  std::size_t given = 0;             // photos whose maps are another run's
   double seconds = 0;
 };
 
@@ -49,10 +50,12 @@ double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options);
 class StereoMaps {
  public:
   // Makes them, or takes what `folder` has of the same scene and options; the scene must outlive them. Throws as
-  // PickSources. `rounds`: the first so many only, for tests of what a kill leaves.
+  // PickSources. `given`: another run's folder, of the same cameras and options with observations of fewer photos; its
+  // finished maps are taken as they are (they were compared with those photos only), and the others go on from them.
+  // `rounds`: the first so many only, for tests of what a kill leaves.
   static constexpr int kRounds = 4;
   StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
-             ProgressSink& progress, int rounds = kRounds);
+             ProgressSink& progress, const std::filesystem::path& given = {}, int rounds = kRounds);
 
   const StereoSummary& summary() const { return summary_; }
   const std::vector<std::vector<SourceView>>& sources() const { return sources_; }
@@ -62,7 +65,10 @@ class StereoMaps {
 
  private:
   void PickPhotos();
+  void FindGiven(const std::filesystem::path& folder);
+  void TakeGiven(const std::filesystem::path& folder);
   std::string Key() const;
+  std::shared_ptr<const DepthMap> MapBefore(std::size_t view, int round, int width, int height);
   void ReadPhotos(ProgressSink& progress);
   void Match(const StereoRound& round, int number, Progress& progress);
   DepthMap StartOf(std::size_t view, const StereoPicture& picture, int number);
@@ -73,6 +79,7 @@ class StereoMaps {
   StereoOptions options_;
   std::vector<std::vector<SourceView>> sources_;
   std::vector<bool> takes_part_;
+  std::vector<bool> given_;  // its map is there from the beginning
   std::vector<StereoPicture> pictures_;
   std::unique_ptr<DepthStore> store_;
   StereoSummary summary_;

@@ -412,12 +412,38 @@ TEST(Stereo, GoesOnWhereARunWasKilled) {
   StereoMaps whole(scene, SmallStereo(), maps, SilentProgress());
   // As a kill in the last round leaves it: the round before is there of all photos, the last one of two.
   const std::filesystem::path killed = folder / "killed";
-  StereoMaps(scene, SmallStereo(), killed, SilentProgress(), 3);
+  StereoMaps(scene, SmallStereo(), killed, SilentProgress(), {}, 3);
   for (const char* done : {"photo10.png.3.planes", "photo11.png.3.planes"})
     std::filesystem::copy_file(maps / done, killed / done);
   StereoMaps resumed(scene, SmallStereo(), killed, SilentProgress());
   EXPECT_EQ(resumed.summary().reused, 14u);
   for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(resumed.Load(v)->w, whole.Load(v)->w);
+}
+
+TEST(Stereo, TakesGivenMapsAndAddsTheOthers) {
+  const TemporaryFolder folder;
+  const Scene scene = SceneOf({Wall()}, RowOfCameras(6), folder / "images");
+  const Scene less = WithPhotos(scene, {true, true, false, true, true, true});
+  const std::filesystem::path few = folder / "few", all = folder / "all";
+  StereoMaps evaluated(less, SmallStereo(), few, SilentProgress());
+  EXPECT_THAT(evaluated.summary().without, testing::ElementsAre("photo12.png"));
+  StereoMaps whole(scene, SmallStereo(), all, SilentProgress(), few);
+  EXPECT_EQ(whole.summary().given, 5u);
+  EXPECT_EQ(whole.summary().photos, 6u);
+  EXPECT_EQ(whole.summary().reused, 0u);
+  for (const std::size_t v : {0, 1, 3, 4, 5}) EXPECT_EQ(whole.Load(v)->w, evaluated.Load(v)->w);
+  const Photographed photo = Photograph({Wall()}, whole.CameraOf(2));
+  EXPECT_GT(ShareWithin(*whole.Load(2), photo, 0.01), 0.9);
+
+  // A second run has nothing to do. One without what was given, or with other options, begins anew.
+  StereoMaps again(scene, SmallStereo(), all, SilentProgress(), few);
+  EXPECT_EQ(again.summary().reused, 4u) << "four rounds of one photo";
+  EXPECT_EQ(again.Load(2)->w, whole.Load(2)->w);
+  StereoOptions other = SmallStereo();
+  other.seed = 7;
+  StereoMaps anew(scene, other, all, SilentProgress(), few);
+  EXPECT_EQ(anew.summary().given, 0u);
+  EXPECT_EQ(anew.summary().reused, 0u);
 }
 
 TEST(Stereo, PhotosThatShareNothingHaveNoMap) {
