@@ -77,6 +77,60 @@ dense() {
     "$bin/lumi-proxy" delaunay "$work/dense-$example" --quiet >/dev/null
     "$bin/depth_bench" "$work/dense-$example" mesh dense
   done
+  printf '\n| capture | depth maps px | seconds a photo | peak MB | points | mesh s | fewer faces s |\n|---|---|---|---|---|---|---|\n'
+  dense_cost "$work/dense-desk" 640 1.5
+  dense_cost "$work/fountain" 1000 1
+  printf '\n| capture | drawn | sparse mesh ms | dense mesh ms | ratio | all of its faces ms |\n|---|---|---|---|---|---|\n'
+  dense_frames "$work/dense-desk"
+}
+# What depth and meshing take: SCENE WIDTH MERGE_PX, everything anew.
+dense_cost() {
+  local made folder
+  [ -f "$1/lumigraph.json" ] || return 0
+  folder=$(mktemp -d)
+  made=$(peak_mb "$folder/mb" "$bin/lumi-proxy" dense "$1" --width "$2" --merge-px "$3" -o "$folder/dense.ply" --json --quiet)
+  awk -v name="${1##*/}" -v width="$2" -v mb="$(cat "$folder/mb")" '
+    /"(photos|points_used|tetrahedra|lines_of_sight|cut|surface|simplify_seconds)":/ { gsub(/[",]/, ""); sub(":", ""); value[$1] = $2 }
+    /"seconds":/ && !depth { gsub(/,/, ""); depth = $2 }
+    END {
+      printf "| %s | %d | %.1f | %s | %d | %.1f | %.1f |\n", name, width, depth / value["photos"], mb, value["points_used"],
+        value["tetrahedra"] + value["lines_of_sight"] + value["cut"] + value["surface"], value["simplify_seconds"]
+    }' <<<"$(sed -n '/"depth"/,$p' <<<"$made")"
+  rm -rf "$folder"
+}
+# peak_mb FILE COMMAND...: runs it, and leaves its largest resident size in FILE, in megabytes; "-" without Debian's package `time`.
+peak_mb() {
+  local file=$1
+  shift
+  if [ ! -x /usr/bin/time ]; then
+    echo - >"$file"
+    "$@"
+  else
+    /usr/bin/time -f %M -o "$file.kb" "$@"
+    awk '{ printf "%d", $1 / 1024 }' "$file.kb" >"$file"
+  fi
+}
+# Milliseconds a frame over the sparse mesh, over the dense one as it is left and over all of its faces: the least of three runs, in turns.
+dense_frames() {
+  local scene=$1 backend grid proxy round ms json
+  local -A least
+  "$bin/lumi-proxy" dense "$scene" --faces 0 --name dense-all --quiet >/dev/null
+  for backend in cpu gl; do
+    for grid in pixel 25x25; do
+      least=()
+      for round in 1 2 3; do
+        for proxy in mesh dense dense-all; do
+          json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "$proxy" --backend "$backend" --grid "$grid" --holdout 8 --width 640 --json --quiet)
+          rm -rf "$work/dense-frames"
+          for ms in $(grep -o '"ms": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$'); do
+            least[$proxy]=$(awk -v a="${least[$proxy]:-1e9}" -v b="$ms" 'BEGIN { print a < b ? a : b }')
+          done
+        done
+      done
+      awk -v name="${scene##*/}" -v how="$backend, $grid" -v m="${least[mesh]}" -v d="${least[dense]}" -v a="${least[dense-all]}" \
+        'BEGIN { printf "| %s | %s | %.1f | %.1f | %.2f | %.1f |\n", name, how, m, d, d / m, a }'
+    done
+  done
 }
 if [ -n "$only_dense" ]; then
   dense
