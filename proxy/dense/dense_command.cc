@@ -118,7 +118,8 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   std::map<std::string, std::string> options = OptionValues(request.dense);
   options["from"] = request.from_depth.empty() ? "stereo" : "depth";
   std::map<std::string, std::string> inputs{{"images", Fingerprint(opened.image_folder)},
-                                            {"masks", Fingerprint(opened.folder / "masks")}};
+                                            {"masks", Fingerprint(opened.folder / "masks")},
+                                            {"silhouettes", Fingerprint(opened.folder / "silhouettes")}};
   if (request.maps_without != 0) options["maps_without"] = std::to_string(request.maps_without);
   if (!request.from_depth.empty()) inputs["depth"] = Fingerprint(request.from_depth / "depth_maps");
   std::optional<TemporaryFolder> elsewhere;

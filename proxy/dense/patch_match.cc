@@ -134,7 +134,7 @@ class Matcher {
       Batch batch;
       for (int x = (y + colour) & 1; x < map_.width; x += 2 * kLanes) {
         Fill(x, y, batch);
-        MakePatches(reference_.grey, batch.x.data(), y, batch.patches);
+        MakePatches(reference_.grey, batch.x.data(), y, batch.patches, reference_.object);
         if (iteration < 0) {
           ScoreStart(batch);
         } else {

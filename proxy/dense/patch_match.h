@@ -22,6 +22,7 @@ struct StereoPicture {
   StereoCamera camera;
   Image8 grey;     // of the camera's size
   Image8 ignored;  // the same size, above 127 where a mask says so; empty: nowhere
+  Image8 object;   // the same size, above 127 within the silhouette: no patch crosses its outline; empty: there is none
 };
 
 struct MatchSource {

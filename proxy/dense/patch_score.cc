@@ -11,6 +11,8 @@ namespace {
 
 // A sample counts 1/sqrt(e) where it differs by so many code values, or lies so many pixels off.
 constexpr float kColourSigma = 14.0F, kSpaceSigmaPx = 5.0F;
+// And so much less on the other side of a silhouette's outline.
+constexpr float kBeyondOutline = 1e-3F;
 
 struct SampleOffsets {
   std::array<float, kPatchSamples> dx, dy;
@@ -71,10 +73,11 @@ Image8 GreyOf(const Image8& rgb) {
   return grey;
 }
 
-void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out) {
+void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out, const Image8& object) {
   const std::array<float, 256>& colour = ColourWeights();
   for (int l = 0; l < kLanes; ++l) {
     const int middle = grey.Row(y)[x[l]];
+    const bool of_object = !object.empty() && object.Row(y)[x[l]] > 127;
     float sum = 0, mean = 0, square = 0;
     std::array<float, kPatchSamples> value, weight;
     for (std::size_t s = 0; s < kPatchSamples; ++s) {
@@ -85,6 +88,7 @@ void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out
       // A Gaussian of the distance: 1 / (1 + x)^2 is as good here and needs no exponential.
       const float fall = 1 + off / (4 * kSpaceSigmaPx * kSpaceSigmaPx);
       weight[s] = colour[static_cast<std::size_t>(std::abs(v - middle))] / (fall * fall);
+      if (!object.empty() && (object.Row(j)[i] > 127) != of_object) weight[s] *= kBeyondOutline;
       value[s] = static_cast<float>(v - middle);
       sum += weight[s];
       mean += weight[s] * value[s];

@@ -33,8 +33,9 @@ struct alignas(64) PatchBatch {
   float deviation[kLanes];              // weighted standard deviation, code values
   float x[kLanes], y[kLanes];           // pixel centres
 };
-// Around the pixels x[l], y of a grey photo; samples beyond its border repeat the border.
-void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out);
+// Around the pixels x[l], y of a grey photo; samples beyond its border repeat the border. `object`: of the same size,
+// above 127 within a silhouette, samples beyond whose outline hardly count; or empty.
+void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out, const Image8& object = {});
 
 // A plane for each of the sixteen pixels.
 struct alignas(64) PlaneBatch {

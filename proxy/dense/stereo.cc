@@ -148,6 +148,9 @@ std::string StereoMaps::Key() const {
   std::string key;
   for (const auto& [name, value] : OptionValues(options_)) key += name + " " + value + "\n";
   key += "photos " + Fingerprint(scene_.image_folder) + "\nmasks " + Fingerprint(scene_.folder / "masks") + "\n";
+  std::error_code error;
+  if (const auto silhouettes = scene_.folder / "silhouettes"; std::filesystem::exists(silhouettes, error))
+    key += "silhouettes " + Fingerprint(silhouettes) + "\n";
   for (const View& view : scene_.views) {
     const Camera& camera = scene_.CameraOf(view);
     const Rigid3& pose = view.cam_from_world;
@@ -207,6 +210,8 @@ void StereoMaps::ReadPhotos(ProgressSink& progress) {
       for (std::size_t p = 0; p < picture.ignored.data.size(); ++p)
         picture.ignored.data[p] = static_cast<std::uint8_t>(255 - kept.data[3 * p]);
     }
+    const std::filesystem::path silhouette = FindMask(scene_.folder / "silhouettes", view.name);
+    if (!silhouette.empty()) picture.object = GreyOf(Resize(ReadImage8(silhouette, 3), size.x(), size.y()));
     steps.Step();
   });
 }
@@ -219,6 +224,7 @@ StereoPicture StereoMaps::PictureOf(std::size_t view, int halvings) const {
   half.camera = Resized(full.camera, width, height);
   half.grey = Resize(full.grey, width, height);
   if (!full.ignored.empty()) half.ignored = Resize(full.ignored, width, height);
+  if (!full.object.empty()) half.object = Resize(full.object, width, height);
   return half;
 }
 

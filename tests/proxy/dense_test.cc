@@ -190,6 +190,37 @@ TEST(PatchMatch, WhatAMaskIgnoresHasNoDepth) {
     for (int x = 0; x < 160; ++x) EXPECT_EQ(map.w[map.At(x, y)] == 0, x < 40);
 }
 
+TEST(PatchMatch, KeepsToItsSideOfASilhouette) {
+  // A plate before a wall with the same texture on both: no colour tells where one ends.
+  const std::vector<TexturedPlane> world = {Wall(), {{0, 0, 2.5}, {0.35, 0, 0}, {0, 0.3, 0}, NoiseTexture(0.04, 5)}};
+  std::vector<Photographed> photos = PhotographAll(world, RowOfCameras(3, 0.12));
+  // Right depths within eight pixels of the outline, on either side.
+  const auto share = [&] {
+    const DepthMap map = MatchAll(photos, 3, 1, 20)[1];
+    const std::vector<double>& truth = photos[1].depth;
+    long near = 0, good = 0;
+    for (int y = 8; y < 112; ++y)
+      for (int x = 8; x < 152; ++x) {
+        bool at_outline = false;
+        for (int d = -8; d <= 8; d += 4)
+          at_outline = at_outline || std::abs(truth[map.At(x + d, y)] - truth[map.At(x, y)]) > 0.5;
+        if (!at_outline) continue;
+        ++near;
+        good += std::abs(1 / map.w[map.At(x, y)] - truth[map.At(x, y)]) < 0.02 * truth[map.At(x, y)];
+      }
+    return static_cast<double>(good) / static_cast<double>(near);
+  };
+  const double without = share();
+  for (Photographed& photo : photos) {
+    photo.picture.object = Image8(160, 120, 1);
+    for (std::size_t p = 0; p < photo.depth.size(); ++p)
+      photo.picture.object.data[p] = photo.depth[p] > 0 && photo.depth[p] < 2.8 ? 255 : 0;
+  }
+  const double with = share();
+  EXPECT_GT(with, 0.85);
+  EXPECT_GT(with, without + 0.05);
+}
+
 TEST(PatchMatch, IsTheSameForAnyNumberOfThreads) {
   const std::vector<Photographed> photos = PhotographAll({Wall()}, RowOfCameras(3));
   std::vector<std::vector<DepthMap>> maps;
