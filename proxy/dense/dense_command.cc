@@ -5,7 +5,6 @@
 
 #include "proxy/commands.h"
 #include "proxy/dense/depth_files.h"
-#include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/temporary_folder.h"
@@ -30,6 +29,7 @@ void CheckDense(const DenseRequest& r) {
 // Where maps wait: in the scene, so that a run that was killed goes on; for another tool's scene in a folder that goes.
 std::string MapsFolderName(const ProxyTarget& target) {
   if (target.leave_out == 0) return "planes";
+  if (target.leave_out == kLeaveOutEach) return fmt::format("planes-without-each-{}", target.fold);
   return fmt::format("planes-without-{}{}", target.leave_out, target.keep_choosing_fold ? "-reported" : "");
 }
 
@@ -114,7 +114,7 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
                           figures};
   if (made.figures && target.leave_out != 0) {
     // Those were left out by the user's word.
-    const std::vector<bool> keep = PhotosWithoutFolds(opened, target.leave_out, !target.keep_choosing_fold);
+    const std::vector<bool> keep = KnownPhotos(target, opened);
     for (std::size_t v = 0; v < keep.size(); ++v)
       if (!keep[v]) std::erase(made.figures->stereo.without, opened.views[v].name);
   }
