@@ -28,6 +28,7 @@ struct PipelineOptions {
   bool holdout_each = false;  // instead every photo in turn; `holdout` then says on which fold a proxy is chosen
   std::string render_backend = "cpu";  // cpu, gl
   bool video = true;                   // the fly-through
+  bool video_fill = true;              // its holes get smooth colours from around them
   int video_width_px = 960;
   double video_seconds = 6;
   // The fly-through's frames may be so far from a weight at every pixel (PSNR), which buys their speed. 0: not at all.

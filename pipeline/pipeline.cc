@@ -319,6 +319,7 @@ class Run {
                                        fmt::format("{}", options_.video_seconds)};
     if (options_.video_fidelity_db > 0)
       arguments.insert(arguments.end(), {"--fidelity-db", fmt::format("{}", options_.video_fidelity_db)});
+    if (options_.video_fill) arguments.insert(arguments.end(), {"--border", "fill"});
     // A front that was measured since chooses other samples.
     StartRender("video", summary_.video, std::move(arguments), {"fronts"});
   }

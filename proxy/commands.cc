@@ -31,19 +31,33 @@ Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress) {
 }
 
 std::string StoredName(const ProxyTarget& target) {
+  if (target.leave_out == kLeaveOutEach) return ProxyWithoutEach(target.name, target.fold);
   if (target.leave_out == 0 || target.keep_choosing_fold) return target.name;
   return ProxyWithout(target.name, target.leave_out);
+}
+
+std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene) {
+  if (target.leave_out == kLeaveOutEach) return PhotosWithoutEach(scene, target.fold);
+  if (target.leave_out < 2) throw UsageError("--leave-out must be at least 2");
+  return PhotosWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
 }
 
 // The scene as a proxy for an evaluation may know it.
 static Scene KnownTo(const ProxyTarget& target, Scene scene) {
   if (target.leave_out == 0 && !target.keep_choosing_fold) return scene;
-  if (target.leave_out < 2) throw UsageError("--leave-out must be at least 2");
-  const std::vector<bool> keep = PhotosWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
+  const std::vector<bool> keep = KnownPhotos(target, scene);
   if (std::ranges::count(keep, true) < 2)
-    throw DataError(fmt::format("--leave-out {} leaves fewer than two of {} photos", target.leave_out, keep.size()),
-                    "leave out fewer: a larger N");
+    throw DataError(
+        target.leave_out == kLeaveOutEach
+            ? fmt::format("--leave-out each leaves fewer than two of {} photos", keep.size())
+            : fmt::format("--leave-out {} leaves fewer than two of {} photos", target.leave_out, keep.size()),
+        target.leave_out == kLeaveOutEach ? "three photos are the least" : "leave out fewer: a larger N");
   return WithPhotos(scene, keep);
+}
+
+static std::string LeftOut(const ProxyTarget& target) {
+  if (target.leave_out == kLeaveOutEach) return fmt::format("each {} of {}", target.fold, kProxiesForEach);
+  return fmt::format("{}{}", target.leave_out, target.keep_choosing_fold ? " reported" : "");
 }
 
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
@@ -54,8 +68,7 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   ProxySummary made;
   const std::string name = made.name = StoredName(target);
   made.kind = kind;
-  if (target.leave_out != 0)
-    options["leave_out"] = fmt::format("{}{}", target.leave_out, target.keep_choosing_fold ? " reported" : "");
+  if (target.leave_out != 0) options["leave_out"] = LeftOut(target);
   Mesh mesh;
   if (!target.output.empty()) {
     if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj"))

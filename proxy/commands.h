@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,9 @@
 
 namespace lumi {
 
+// --leave-out each: as many proxies as scene/files/evaluation_proxy.h names, one at a time (`fold`).
+constexpr int kLeaveOutEach = -1;
+
 struct ProxyTarget {
   std::filesystem::path scene;   // scene folder, COLMAP workspace or transforms.json
   std::string name;              // of the proxy in the scene
@@ -23,9 +27,23 @@ struct ProxyTarget {
   // keep_choosing_fold, those that anything is chosen on; kept as NAME-without-N and never active. 0: of all photos.
   int leave_out = 0;
   bool keep_choosing_fold = false;  // then under the name given
+  int fold = 0;                     // of kLeaveOutEach: made without photos fold, fold + 5 ...
 };
 // The name that it is kept under.
 std::string StoredName(const ProxyTarget& target);
+// --leave-out's word: N, or each. Throws UsageError.
+int LeaveOutFrom(const std::string& text);
+
+// The proxies that `lumi-render --holdout each` renders over: `make` makes the one of each fold that has photos.
+struct EachSummary {
+  std::string name;  // that they stand for
+  std::vector<ProxySummary> proxies;
+  double seconds = 0;
+};
+EachSummary RunForEach(const ProxyTarget& target, ProgressSink& progress,
+                       const std::function<ProxySummary(const ProxyTarget&)>& make);
+void ListKeys(JsonKeys& j, EachSummary& summary);
+std::string Describe(const EachSummary& summary);
 
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress);
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "scene/files/evaluation_proxy.h"
+
 namespace lumi {
 
 Scene WithPhotos(const Scene& scene, const std::vector<bool>& keep) {
@@ -20,6 +22,12 @@ std::vector<bool> PhotosWithoutFolds(const Scene& scene, int n, bool choosing) {
   for (const ViewId v : FoldViews(scene, n, Fold::kReport)) keep[static_cast<std::size_t>(v.value)] = false;
   if (choosing)
     for (const ViewId v : FoldViews(scene, n, Fold::kChoose)) keep[static_cast<std::size_t>(v.value)] = false;
+  return keep;
+}
+
+std::vector<bool> PhotosWithoutEach(const Scene& scene, int k) {
+  std::vector<bool> keep(scene.views.size(), true);
+  for (auto v = static_cast<std::size_t>(k); v < keep.size(); v += kProxiesForEach) keep[v] = false;
   return keep;
 }
 

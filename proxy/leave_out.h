@@ -11,6 +11,9 @@ namespace lumi {
 // they come from all photos, and where one stood there is nothing.
 Scene WithPhotos(const Scene& scene, const std::vector<bool>& keep);
 
+// Photos that remain when k, k + 5, k + 10 ... are left out (kProxiesForEach).
+std::vector<bool> PhotosWithoutEach(const Scene& scene, int k);
+
 // Photos that remain when those of `--holdout n` are left out, and with `choosing` those that anything is chosen on.
 std::vector<bool> PhotosWithoutFolds(const Scene& scene, int n, bool choosing);
 

@@ -14,11 +14,21 @@ void AddTarget(Options& command, ProxyTarget& target, bool named) {
 }
 
 void AddLeaveOut(Options& command, ProxyTarget& target) {
-  command.Add("--leave-out", target.leave_out,
-              "For an evaluation by lumi-render --holdout N: made without its photos and those that anything is chosen "
-              "on, kept as NAME-without-N; N >= 2");
+  command.Call(
+      "--leave-out", [&target](const std::string& text) { target.leave_out = LeaveOutFrom(text); },
+      "For an evaluation by lumi-render --holdout N: made without its photos and those that anything is chosen on, "
+      "kept "
+      "as NAME-without-N; N >= 2. each, for --holdout each: five, each without every fifth photo, kept as "
+      "NAME-without-each-K-of-5");
   command.Flag("--keep-choosing-fold", target.keep_choosing_fold,
                "With --leave-out: only photos 0, N, 2N ... are left out; kept under the name given");
+}
+
+// What `make` makes of the target, or of each fold of its photos.
+template <typename Make>
+Answer MadeFor(const ProxyTarget& target, ProgressSink& progress, const Make& make) {
+  if (target.leave_out != kLeaveOutEach) return make(target);
+  return RunForEach(target, progress, [&](const ProxyTarget& fold) -> ProxySummary { return make(fold); });
 }
 
 void AddClean(Options& command, CleanOptions& clean) {
@@ -82,22 +92,28 @@ void AddAuto(Program& program, Requests& r) {
 
 // From cameras and points.
 void AddPointProxies(Program& program, Requests& r) {
-  Options plane = program.Command("plane", "A plane that faces the views at the robust depth of the points",
-                                  [&] { return RunPlane(r.plane_target, program.progress()); });
+  Options plane = program.Command("plane", "A plane that faces the views at the robust depth of the points", [&] {
+    return MadeFor(r.plane_target, program.progress(),
+                   [&](const ProxyTarget& t) { return RunPlane(t, program.progress()); });
+  });
   AddTarget(plane, r.plane_target, false);
   AddLeaveOut(plane, r.plane_target);
 
   Options delaunay =
-      program.Command("delaunay", "A closed mesh through the points that agrees with what each camera saw",
-                      [&] { return RunDelaunay(r.mesh_target, r.merge_px, program.progress()); });
+      program.Command("delaunay", "A closed mesh through the points that agrees with what each camera saw", [&] {
+        return MadeFor(r.mesh_target, program.progress(),
+                       [&](const ProxyTarget& t) { return RunDelaunay(t, r.merge_px, program.progress()); });
+      });
   AddTarget(delaunay, r.mesh_target, true);
   AddLeaveOut(delaunay, r.mesh_target);
   delaunay.Add("--merge-px", r.merge_px, "Points nearer than this in the finest view become one, in pixels, >= 0")
       .Default();
 
-  Options several =
-      program.Command("planes", "A few planes found in the points, cut where they meet, or planes and quads given",
-                      [&] { return RunPlanes(r.planes_target, r.planes, program.progress()); });
+  Options several = program.Command(
+      "planes", "A few planes found in the points, cut where they meet, or planes and quads given", [&] {
+        return MadeFor(r.planes_target, program.progress(),
+                       [&](const ProxyTarget& t) { return RunPlanes(t, r.planes, program.progress()); });
+      });
   AddTarget(several, r.planes_target, true);
   AddLeaveOut(several, r.planes_target);
   several.Add("--max-planes", r.planes.planes.max_planes, "How many at most, 1 to 100").Default();
@@ -125,8 +141,11 @@ void AddPointProxies(Program& program, Requests& r) {
            "Between neighbouring depths, in squared code values a plane, >= 0")
       .Default();
 
-  Options tube = program.Command("box", "A rectangular tube around the cameras' path and the points, as of a hallway",
-                                 [&] { return RunBox(r.box_target, r.sides, program.progress()); });
+  Options tube =
+      program.Command("box", "A rectangular tube around the cameras' path and the points, as of a hallway", [&] {
+        return MadeFor(r.box_target, program.progress(),
+                       [&](const ProxyTarget& t) { return RunBox(t, r.sides, program.progress()); });
+      });
   AddTarget(tube, r.box_target, true);
   AddLeaveOut(tube, r.box_target);
   tube.Add("--sides", r.sides, "6: closed; 5: open behind the cameras; 4: open at both ends").Default();
@@ -139,7 +158,8 @@ void AddDense(Program& program, Requests& r) {
       program.Command("dense", "A closed mesh through depth maps of all photos (PatchMatch stereo)", [&]() -> Answer {
         if (r.dense_tradeoff) return RunDenseTradeoff(r.dense_target, r.dense, program.progress());
         if (d.depth_only) return RunDenseDepths(r.dense_target, d, program.progress());
-        return RunDense(r.dense_target, d, program.progress());
+        return MadeFor(r.dense_target, program.progress(),
+                       [&](const ProxyTarget& t) { return RunDense(t, d, program.progress()); });
       });
   AddTarget(dense, r.dense_target, true);
   dense.Add("--width", d.dense.stereo.width, "Longer side of the depth maps in pixels, 64..8192: detail against time")

@@ -20,6 +20,9 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
                        std::map<std::string, std::string> inputs, ProgressSink& progress,
                        const std::function<Mesh(const Scene&)>& make);
 
+// Of a target that leaves photos out: those that stay.
+std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene);
+
 // A scene to make a proxy of: its cameras and points.
 Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress);
 

@@ -76,7 +76,9 @@ void AddRendering(Options app, Line& line) {
   app.Flag("--leave-out", o.leave_out, "With --view: without that photo");
   app.Call(
       "--holdout", [&o](const std::string& text) { o.holdout = HoldoutFrom(text); },
-      "N >= 2: render photos 0, N, 2N ... from the others and compare; each: every photo in turn, from all others");
+      "N >= 2: render photos 0, N, 2N ... from the others and compare; each: every photo in turn, from all others; "
+      "auto: "
+      "each of fewer than 24 photos, else 8");
   app.Add("--fold", o.fold, "Photos that --holdout N takes: report 0, N ..., choose N/2, N/2+N ...")
       .OneOf({"report", "choose"})
       .Default();
@@ -111,8 +113,9 @@ void AddRendering(Options app, Line& line) {
       "and in videos without a metric, else all");
   app.Call(
          "--border", [&o](const std::string& text) { o.border.fill = text == "fill"; },
-         "Pixels that no photo of the window sees: black (a hole), or fill: from photos farther away in time, the "
-         "rest smoothly")
+         "Pixels that no photo sees: black (a hole), or fill: along a path of matrices from photos farther away in "
+         "time, "
+         "the rest smoothly from around them; alpha still says what photos saw")
       .OneOf({"black", "fill"})
       .Default("black");
   app.Add("--fill-frames", o.border.reach, "With --border fill: photos to either side that are asked")

@@ -5,7 +5,6 @@
 
 #include "proxy/commands.h"
 #include "proxy/dense/depth_files.h"
-#include "proxy/leave_out.h"
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "proxy/simplify/simplify.h"
@@ -34,6 +33,7 @@ std::string MapsFolderName(int leave_out, bool keep_choosing_fold = false) {
   return fmt::format("planes-without-{}{}", leave_out, keep_choosing_fold ? "-reported" : "");
 }
 std::string MapsFolderName(const ProxyTarget& target) {
+  if (target.leave_out == kLeaveOutEach) return fmt::format("planes-without-each-{}", target.fold);
   return MapsFolderName(target.leave_out, target.keep_choosing_fold);
 }
 
@@ -134,7 +134,7 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
                           figures};
   if (made.figures && target.leave_out != 0) {
     // Those were left out by the user's word.
-    const std::vector<bool> keep = PhotosWithoutFolds(opened, target.leave_out, !target.keep_choosing_fold);
+    const std::vector<bool> keep = KnownPhotos(target, opened);
     for (std::size_t v = 0; v < keep.size(); ++v)
       if (!keep[v]) std::erase(made.figures->stereo.without, opened.views[v].name);
   }

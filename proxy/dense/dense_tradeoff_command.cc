@@ -25,8 +25,9 @@ struct DenseRow {
   std::optional<double> psnr_db, ms_per_frame;
 };
 
-// One setting at a time from those given. What changes fusion and mesh alone comes first: the depth maps stay.
-std::vector<DenseRow> Variants(const DenseOptions& given) {
+// One setting at a time from those given. What changes fusion and mesh alone comes first: the depth maps stay. A map is
+// never larger than its photo, so that widths beyond the largest photo's, `most_px`, would repeat a row.
+std::vector<DenseRow> Variants(const DenseOptions& given, int most_px) {
   std::vector<DenseRow> rows(1);
   rows[0].name = "as given";
   rows[0].options = given;
@@ -44,15 +45,22 @@ std::vector<DenseRow> Variants(const DenseOptions& given) {
       "agree", [](DenseOptions& o, int v) { o.fusion.agree = v; }, std::array{1, 2, 3, 4}, given.fusion.agree);
   add(
       "merge-px", [](DenseOptions& o, double v) { o.merge_px = v; }, std::array{1.0, 1.5, 2.0, 4.0}, given.merge_px);
+  std::vector<int> widths{240, 320, 480, 640, 960};
+  std::erase_if(widths, [&](int width) { return width > most_px; });
   add(
-      "width", [](DenseOptions& o, int v) { o.stereo.width = v; }, std::array{240, 320, 480, 640, 960},
-      given.stereo.width);
+      "width", [](DenseOptions& o, int v) { o.stereo.width = v; }, widths, given.stereo.width);
   add(
       "views", [](DenseOptions& o, int v) { o.stereo.views = v; }, std::array{3, 4, 6, 10}, given.stereo.views);
   add(
       "iterations", [](DenseOptions& o, int v) { o.stereo.iterations = v; }, std::array{2, 3, 4, 8},
       given.stereo.iterations);
   return rows;
+}
+
+int LongestSide(const Scene& scene) {
+  int side = 1;
+  for (const View& v : scene.views) side = std::max({side, scene.CameraOf(v).width_px, scene.CameraOf(v).height_px});
+  return side;
 }
 
 void MeasureRow(const HeldOutBench& bench, int holdout, DenseRow& row, ProgressSink& progress) {
@@ -130,7 +138,7 @@ DenseTradeoff RunDenseTradeoff(const ProxyTarget& target, const DenseTradeoffReq
   }
   DenseOptions given = request.dense.dense;
   given.stereo.seed = static_cast<std::uint32_t>(request.dense.seed);
-  std::vector<DenseRow> rows = Variants(given);
+  std::vector<DenseRow> rows = Variants(given, LongestSide(scene));
   const HeldOutBench bench(scene.folder, request.holdout, request.choose_width_px);
   Progress steps(progress, "settings", static_cast<long>(rows.size()));
   for (DenseRow& row : rows) {

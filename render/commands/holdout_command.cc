@@ -18,7 +18,9 @@ Fold FoldOf(const RenderOptions& o) { return o.fold == "choose" ? Fold::kChoose 
 // The proxy that a photo of this run is rendered over.
 std::string ProxyOf(const RenderJob& job, ViewId photo) {
   const std::string& name = job.lumigraph.proxy_name();
-  return job.lumigraph.one_mesh() ? ProxyFor(job.scene().folder, name, job.options.holdout, photo) : name;
+  return job.lumigraph.one_mesh() ? ProxyFor(job.scene().folder, name, job.options.holdout, photo,
+                                             static_cast<int>(job.scene().views.size()))
+                                  : name;
 }
 
 // All of them in one name.

@@ -8,6 +8,7 @@
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
+#include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "render/time/clock.h"
@@ -62,9 +63,10 @@ ImageF Opaque(const Image8& rgb) {
 }
 
 // Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied
-// by alpha.
-Image8 FrameOnDisk(const std::filesystem::path& file) {
+// by alpha; where holes were filled, colours are those that are shown.
+Image8 FrameOnDisk(const std::filesystem::path& file, bool filled) {
   if (file.extension() == ".exr") return ToRgb8(ReadImageF(file));
+  if (filled) return ReadImage8(file);
   const Image8 rgba = ReadImage8(file, 4);
   Image8 rgb(rgba.width, rgba.height, 3);
   for (int y = 0; y < rgb.height; ++y)
@@ -128,28 +130,29 @@ void RenderPath(RenderJob& job) {
 
   PathFigures& figures = job.summary.path.emplace();
   figures.size_px = views.front().size_px;
-  figures.filled = o.border.fill && !job.lumigraph.one_mesh();
+  figures.widened = o.border.fill && !job.lumigraph.one_mesh();
   Progress progress(job.sink, "rendering frames", static_cast<long>(views.size()));
   std::vector<double> times;
-  double filled = 0, window = 0, wider = 0;
+  double seen = 0, window = 0, wider = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
-      if (video) video->Add(FrameOnDisk(file));
+      if (video) video->Add(FrameOnDisk(file, job.Fills()));
       progress.Step();
       continue;
     }
     RenderRequest request = job.Request(views[i]);
     request.use = job.lumigraph.InWindow(request.view, {});
     const auto start = std::chrono::steady_clock::now();
-    const ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
+    ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
+    seen += Coverage(image);
+    if (job.Fills()) FillAndMark(image);
     times.push_back(1000 * SecondsSince(start));
-    filled += Coverage(image);
-    const RenderStatistics seen = job.renderer->Statistics();
-    window += seen.window_coverage;
-    wider += seen.wider_coverage;
+    const RenderStatistics statistics = job.renderer->Statistics();
+    window += statistics.window_coverage;
+    wider += statistics.wider_coverage;
     if (!o.to_video()) job.Write(stem, image);
     if (video) video->Add(ToRgb8(image));
     progress.Step();
@@ -161,7 +164,7 @@ void RenderPath(RenderJob& job) {
   job.summary.frames = static_cast<long>(views.size());
   if (times.empty()) return;
   const auto n = static_cast<double>(times.size());
-  job.summary.coverage = filled / n;
+  job.summary.coverage = seen / n;
   figures.coverage_window = window / n;
   figures.coverage_wider = wider / n;
   job.summary.ms_per_frame = Median(times);

@@ -59,7 +59,7 @@ void RenderJob::Write(const std::filesystem::path& stem, const ImageF& image) co
   if (options.format == "exr")
     WriteImage(file, image);
   else
-    WriteImage(file, options.format == "jpg" ? ToRgb8(image) : ToRgba8(image));
+    WriteImage(file, options.format == "jpg" ? ToRgb8(image) : Fills() ? ShownToRgba8(image) : ToRgba8(image));
 }
 
 Eigen::Vector2i SizeAskedFor(const RenderOptions& o, const Eigen::Vector2i& own) {
@@ -141,6 +141,10 @@ void Prepare(RenderJob& job) {
     throw UsageError(
         fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
   lumigraph.MakePictures(o.proxy, job.matrices.has_value());
+  // With a proxy of its own a picture's holes are also seen by photos farther away in time, whatever is shown.
+  if (o.border.fill && lumigraph.one_mesh() && !job.Fills())
+    throw UsageError(
+        fmt::format("--border fill gives the holes of a picture colours: --show {} does not go with it", o.show));
   if (o.holdout != 0) TakeEvaluationProxy(job);
   lumigraph.ReadPhotos(job.sink);
   job.wanted = WantedBy(job);
@@ -174,11 +178,13 @@ void Summarise(RenderJob& job) {
 
 }  // namespace
 
-RenderSummary RunRender(const RenderOptions& o, ProgressSink& sink) {
-  RequireConsistent(o);
+RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
+  RequireConsistent(given);
+  RenderOptions o = given;
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) RequireOurFolder(o.output, kRenderMarker);
   RenderJob job{o, sink, Lumigraph(o, sink), {}, {}, {}, {}};
+  o.holdout = HoldoutFor(o.holdout, job.scene().views.size());
   Prepare(job);
   if (o.holdout != 0)
     RenderHeldOut(job);

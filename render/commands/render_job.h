@@ -32,7 +32,8 @@ struct RenderJob {
   RenderRequest Request(const RenderView& view) const;
   // The renderer's picture, the proxy, or a measure. Counts samples.
   ImageF Picture(const RenderRequest& request);
-  Image8 CamerasAround(const RenderView& view) const;  // --show cameras
+  bool Fills() const { return options.border.fill && options.show == "color"; }  // FillAndMark before Write
+  Image8 CamerasAround(const RenderView& view) const;                            // --show cameras
   void Write(const std::filesystem::path& stem, const ImageF& image) const;
 };
 

@@ -39,8 +39,8 @@ void RequireTogether(const RenderOptions& o) {
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
   RequireFidelityAlone(o);
-  if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout < 2)
-    throw UsageError("--holdout takes 2 or more, or each");
+  if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout != kHoldoutAuto && o.holdout < 2)
+    throw UsageError("--holdout takes 2 or more, each, or auto");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
   if (!o.path.empty() && (o.holdout != 0 || !o.view.empty()))
     throw UsageError("--path goes with neither --holdout nor --view");
@@ -49,6 +49,8 @@ void RequireTogether(const RenderOptions& o) {
   if (!o.of.empty() && !MeasureFromName(o.show))
     throw UsageError(fmt::format("--of goes with --show {}", fmt::join(HeatMapNames(), ", ")));
   if (o.holdout != 0 && o.show != "color") throw UsageError("--holdout compares colours: --show does not go with it");
+  if (o.holdout != 0 && o.border.fill)
+    throw UsageError("--holdout never judges filled holes: --border fill does not go with it");
   if (o.show == "difference" && o.view.empty())
     throw UsageError("--show difference needs --view: the photo to compare with");
 }
@@ -63,6 +65,8 @@ void RequireNothingIgnored(const RenderOptions& o) {
   if (o.holdout != 0 && o.height_px > 0) throw UsageError("--holdout keeps the photos' aspect: --width, not --height");
   if (o.holdout != 0 && given("format")) throw UsageError("--holdout writes JPEG: --format does not go with it");
   if (o.holdout == 0 && given("fold")) throw UsageError("--fold goes with --holdout");
+  if (o.holdout == kHoldoutAuto && given("fold"))
+    throw UsageError("--fold goes with --holdout N: auto may leave out each photo in turn, which has no folds");
   if (o.holdout == kHoldoutEach && given("fold"))
     throw UsageError("--fold goes with --holdout N: each photo is left out in turn, and there are no folds");
   if (o.holdout == 0 && !o.seen_proxy.empty()) throw UsageError("--seen-proxy goes with --holdout");
@@ -86,11 +90,17 @@ void RequireNothingIgnored(const RenderOptions& o) {
 
 int HoldoutFrom(const std::string& text) {
   if (text == "each") return kHoldoutEach;
+  if (text == "auto") return kHoldoutAuto;
   int n = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
   if (error != std::errc() || end != text.data() + text.size() || n < 2)
-    throw UsageError("takes a whole number N of 2 or more, or each; not " + text);
+    throw UsageError("takes a whole number N of 2 or more, each, or auto; not " + text);
   return n;
+}
+
+int HoldoutFor(int holdout, std::size_t photos) {
+  if (holdout != kHoldoutAuto) return holdout;
+  return photos < static_cast<std::size_t>(kFewestForFolds) ? kHoldoutEach : kUsualHoldout;
 }
 
 const std::vector<std::string>& ShowNames() {

@@ -16,7 +16,7 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   std::filesystem::path path;              // camera path JSON; empty: through the photos' own cameras
   std::string view;                        // this photo's own camera
   bool leave_out = false;                  // with `view`: the photo itself is not used
-  int holdout = 0;                         // N, kHoldoutEach, 0: no
+  int holdout = 0;                         // N, kHoldoutEach, kHoldoutAuto, 0: no
   std::string fold = "report";             // report, choose
   std::string seen_proxy;           // with `holdout`: says which pixels count as seen; empty: the one rendered over
   int width_px = 0, height_px = 0;  // 0: the photo's (view, holdout), or 1024 wide (path)
@@ -35,8 +35,12 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   bool along_path() const { return holdout == 0 && view.empty(); }
 };
 
-// --holdout's word: N >= 2, or each. Throws UsageError.
+// --holdout auto: each where the scene has fewer photos than a fold can judge by, else every eighth.
+constexpr int kHoldoutAuto = -2, kFewestForFolds = 24, kUsualHoldout = 8;
+// --holdout's word: N >= 2, each, or auto. Throws UsageError.
 int HoldoutFrom(const std::string& text);
+// What auto is for so many photos; others as they are.
+int HoldoutFor(int holdout, std::size_t photos);
 
 // color, false-color, tessellation, difference, cameras, and the measures of show/measure_map.h.
 const std::vector<std::string>& ShowNames();

@@ -65,7 +65,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.path) {
     PathFigures& p = *s.path;
     j("frames_reused", p.reused, "width", p.size_px.x(), "height", p.size_px.y());
-    if (p.filled) j("coverage_window", p.coverage_window, "coverage_wider", p.coverage_wider);
+    if (p.widened) j("coverage_window", p.coverage_window, "coverage_wider", p.coverage_wider);
     j.IfAny("video", p.video);
   }
   j.IfAny("views", s.views);

@@ -15,7 +15,7 @@ namespace lumi {
 struct PathFigures {
   long reused = 0;  // frames that were there already
   Eigen::Vector2i size_px = {0, 0};
-  bool filled = false;  // --border fill: what was seen, shares of the pixels
+  bool widened = false;  // --border fill, proxies of each view's own: what photos saw, shares of the pixels
   std::optional<double> coverage_window, coverage_wider;
   std::string video;  // empty: none
 };

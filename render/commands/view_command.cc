@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/commands/render_job.h"
+#include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/picture/output_name.h"
 #include "scene/files/image_io.h"
@@ -45,7 +46,7 @@ void RenderOneView(RenderJob& job) {
   RenderRequest request = job.Request(job.wanted.views.front());
   request.use = job.wanted.use;
   const auto start = std::chrono::steady_clock::now();
-  const ImageF image = job.Picture(request);
+  ImageF image = job.Picture(request);
   job.summary.ms_per_frame = 1000 * SecondsSince(start);
   job.summary.frames = 1;
   job.summary.coverage = Coverage(image);
@@ -68,8 +69,11 @@ void RenderOneView(RenderJob& job) {
   if (o.show == "cameras" || o.show == "difference")
     WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
                o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
-  else
+  else {
+    // Only what is kept: the figures above are of what photos saw.
+    if (job.Fills()) FillAndMark(image);
     job.Write(stem, image);
+  }
 }
 
 }  // namespace lumi

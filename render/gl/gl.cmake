@@ -11,6 +11,7 @@ lumi_library(lumi_render_gl
     ${CMAKE_CURRENT_LIST_DIR}/gl_renderer.cc
     ${CMAKE_CURRENT_LIST_DIR}/gl_target.cc
     ${CMAKE_CURRENT_LIST_DIR}/gl_uploads.cc
+    ${CMAKE_CURRENT_LIST_DIR}/hole_fill.cc
     ${CMAKE_CURRENT_LIST_DIR}/measures_shader.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_shader.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_textures.cc

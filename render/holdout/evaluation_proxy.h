@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "scene/files/evaluation_proxy.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
@@ -12,7 +13,9 @@ namespace lumi {
 // The name of the proxy over which `photo` is rendered in an evaluation of `name`; `name` itself where no other stands
 // in.
 // holdout N: NAME-without-N; else NAME-without-M of the largest M that divides N, whose photos are more and hold all of
-// N's (of either fold). kHoldoutEach: NAME-without-each-K-of-5, K = photo mod 5, where all five are there.
-std::string ProxyFor(const std::filesystem::path& scene_folder, const std::string& name, int holdout, ViewId photo);
+// N's (of either fold). kHoldoutEach: NAME-without-each-K-of-5, K = photo mod 5, where all five are there (of fewer
+// `photos` than that, as many).
+std::string ProxyFor(const std::filesystem::path& scene_folder, const std::string& name, int holdout, ViewId photo,
+                     int photos = kProxiesForEach);
 
 }  // namespace lumi

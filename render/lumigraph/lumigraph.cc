@@ -54,8 +54,8 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     decided_.Add("visibility");
     decide("so for a proxy of each view");
   } else {
-    if (options_.border.fill || options_.nominal_focal_px > 0)
-      throw UsageError("--border fill and --nominal-focal-px are of pictures that have a proxy of their own",
+    if (decided_.Has("fill-frames") || options_.nominal_focal_px > 0)
+      throw UsageError("--fill-frames and --nominal-focal-px are of pictures that have a proxy of their own",
                        "add --proxy per-view");
     mesh_ = LoadProxy(scene_, proxy);
     proxy_name_ = proxy.empty() ? scene_.active_proxy : proxy;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
@@ -85,7 +84,6 @@ class PerViewRenderer final : public Renderer {
       Widen(request, reach, image);
       statistics_.wider_coverage = Coverage(image);
     }
-    if (request.show == Show::kColor) FillSmoothly(image);
     return image;
   }
 

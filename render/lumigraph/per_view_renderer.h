@@ -8,10 +8,10 @@
 
 namespace lumi {
 
-// Pixels that no photo of the window sees.
+// Pixels that no photo of the picture's window in time sees.
 struct BorderOptions {
-  bool fill = false;  // from photos farther away in time, as far as
-  int reach = 30;     // so many to either side; what none of them sees is filled smoothly from around it
+  bool fill = false;  // where pictures have a proxy of their own: from photos farther away in time, as far as
+  int reach = 30;     // so many to either side. What is a hole then, whoever shows the picture fills (border_fill.h)
 };
 
 // Renders each picture in its own world from its own proxy, request.view and request.use being the scene's; nothing

@@ -77,4 +77,11 @@ void FillSmoothly(ImageF& image) {
   Push(levels.front(), image);
 }
 
+void FillAndMark(ImageF& image) {
+  std::vector<float> seen(image.data.size() / 4);
+  for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = image.data[4 * i + 3];
+  FillSmoothly(image);
+  for (std::size_t i = 0; i < seen.size(); ++i) image.data[4 * i + 3] = seen[i];
+}
+
 }  // namespace lumi

@@ -11,4 +11,8 @@ namespace lumi {
 // picture without any colour.
 void FillSmoothly(ImageF& image);
 
+// The same for a picture that is kept: its colours are what is shown, opaque, and its alpha stays as it was. So alpha
+// still says how much of a pixel the photos saw, and what was filled can be told from what was seen.
+void FillAndMark(ImageF& image);
+
 }  // namespace lumi

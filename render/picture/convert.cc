@@ -39,6 +39,12 @@ Image8 ToRgba8(const ImageF& image) {
   });
 }
 
+Image8 ShownToRgba8(const ImageF& image) {
+  return Converted<4>(image, [](const float* in, std::uint8_t* o) {
+    for (int c = 0; c < 4; ++c) o[c] = Code(in[c]);
+  });
+}
+
 double Coverage(const ImageF& image) {
   double sum = 0;
   for (int y = 0; y < image.height; ++y) {

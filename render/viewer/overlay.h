@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/gl/gl_lumigraph.h"
+#include "render/gl/hole_fill.h"
 #include "render/radiance/sources.h"
 #include "render/viewer/flat_surface.h"
 #include "render/viewer/picture_texture.h"
@@ -25,6 +26,10 @@ class Overlay {
   template <typename Picture>  // PictureTexture, FlatSurface
   void Present(const Picture& picture, const Eigen::Vector2i& window_px) {
     Present(picture.texture(), picture.size_px(), picture.size_px(), window_px);
+  }
+
+  void Present(const GlHoleFill& filled, const Eigen::Vector2i& window_px) {
+    Present(filled.texture(), filled.capacity_px(), filled.size_px(), window_px);
   }
 
   struct Eye {

@@ -37,6 +37,7 @@ void Help() {
                                               {"Home", "back to the start"},
                                               {"[ ]", "fewer, more photos a pixel"},
                                               {"F", "false colours"},
+                                              {"B", "fill what no photo sees"},
                                               {"C", "photos' cameras"},
                                               {"K", "key of the camera path"},
                                               {"Space", "play, stop the path"},
@@ -123,6 +124,11 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
   Tooltip("The proxy's edges");
   ImGui::SameLine();
   ImGui::Checkbox("path", &settings.path);
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!(settings.seen == Seen{}) || settings.difference);
+  ImGui::Checkbox("fill", &settings.fill);
+  ImGui::EndDisabled();
+  Tooltip("What no photo sees gets smooth colours from around it; not in heat maps, and not while an error is shown");
   ImGui::SameLine();
   ImGui::Checkbox("help", &settings.help);
   wishes.home = ImGui::Button("home");

@@ -25,6 +25,8 @@ struct ViewerSettings {
   bool frusta = false;
   bool mesh = false;
   bool path = true;  // the camera path in the picture
+  bool fill = true;  // what no photo sees, smoothly from around it; pictures of colours alone
+  bool Fills() const { return fill && seen == Seen{} && !difference; }  // an error is shown beside what was judged
   bool panel = true;
   bool help = false;
   bool difference = false;  // of the error measured last, in a window of its own

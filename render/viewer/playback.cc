@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/picture/border_fill.h"
 #include "render/settings_json.h"
 #include "render/show/proxy_picture.h"
 #include "render/viewer/panel.h"
@@ -66,6 +67,7 @@ void Playback::Key(int key) {
     case GLFW_KEY_RIGHT: return Go(frame_ + 1);
     case GLFW_KEY_HOME: return Go(0);
     case GLFW_KEY_END: return Go(last());
+    case GLFW_KEY_B: fill_ = !fill_; return;
     case GLFW_KEY_TAB: panel_ = !panel_; return;
     default: return;
   }
@@ -91,7 +93,11 @@ Eigen::Vector2i Playback::PictureSize() const {
 ImageF Playback::Picture(const RenderRequest& request) {
   if (const std::string problem = Validate(settings_); !problem.empty()) throw UsageError(problem);
   if (seen_.measure) return opened_.lumigraph.MapOf(request, *seen_.measure, -1).image;
-  if (!seen_.flat) return renderer_->Render(request);
+  if (!seen_.flat) {
+    ImageF picture = renderer_->Render(request);
+    if (fill_ && seen_ == Seen{}) FillSmoothly(picture);
+    return picture;
+  }
   const PictureWorld world = opened_.lumigraph.For(request.view);
   return DrawProxy(world.sources, world.proxy, world.view);
 }
@@ -174,6 +180,8 @@ void Playback::DrawPanel() {
   ImGui::Checkbox("time", &settings_.time);
   ImGui::SameLine();
   ImGui::Checkbox("exposure", &settings_.exposure);
+  ImGui::SameLine();
+  ImGui::Checkbox("fill", &fill_);
   ImGui::PopItemWidth();
   if (!problem_.empty()) ImGui::TextWrapped("%s", problem_.c_str());
   ImGui::End();
@@ -193,6 +201,7 @@ bool Playback::RunStatement(const ScriptStep& s) {
       SetOption(settings_, s.word, s.value);
       Reconcile(settings_, s.word);
       return true;
+    case ScriptVerb::kFill: fill_ = s.word == "on"; return true;
     case ScriptVerb::kPanel: panel_ = s.word == "on"; return true;
     default:
       throw UsageError(fmt::format("'{}': a path of matrices is played, stepped through (key-jump, jump) and shown in "

@@ -44,6 +44,7 @@ class Playback final : public ViewSession {
   PictureTexture picture_;
   RadianceSettings settings_;
   Seen seen_;
+  bool fill_ = true;  // what no photo sees, smoothly from around it; pictures of colours alone
   bool panel_ = true;
   int frame_ = 0;
   std::optional<Clock::time_point> playing_since_;
@@ -54,9 +55,10 @@ class Playback final : public ViewSession {
     Eigen::Vector2i shown_px = Eigen::Vector2i::Zero();  // smaller than the window while the path plays
     Seen seen;
     RadianceSettings settings;
+    bool fill = false;
     friend bool operator==(const Drawn&, const Drawn&) = default;
   } drawn_;
-  Drawn Wanted() const { return {frame_, size_px_, seen_, settings_}; }
+  Drawn Wanted() const { return {frame_, size_px_, seen_, settings_, fill_}; }
   double picture_ms_ = 0, playing_scale_ = 0.5;
   std::string problem_;  // why the settings are not what is shown
 };

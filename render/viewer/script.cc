@@ -46,6 +46,7 @@ constexpr std::array kGrammar{
             "show color|false-color|tessellation|proxy|MAP (weights, angle ...: as --show names heat maps)"},
     Grammar{"frusta", ScriptVerb::kFrusta, Takes::kOnOff, 0, "frusta on|off"},
     Grammar{"mesh", ScriptVerb::kMesh, Takes::kOnOff, 0, "mesh on|off"},
+    Grammar{"fill", ScriptVerb::kFill, Takes::kOnOff, 0, "fill on|off (what no photo sees, from around it)"},
     Grammar{"path", ScriptVerb::kPath, Takes::kOnOff, 0, "path on|off"},
     Grammar{"panel", ScriptVerb::kPanel, Takes::kOnOff, 0, "panel on|off"},
     Grammar{"open", ScriptVerb::kOpen, Takes::kText, 0, "open GROUP (of the panel)"},

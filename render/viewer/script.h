@@ -22,6 +22,7 @@ enum class ScriptVerb {
   kShow,
   kFrusta,
   kMesh,
+  kFill,
   kPath,
   kPanel,
   kOpen,

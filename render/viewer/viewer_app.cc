@@ -162,6 +162,8 @@ void Viewer::Compose() {
     overlay_.Present(flat_, size_px_);
   } else if (settings_.seen.measure && !heat_.picture.empty()) {
     overlay_.Present(heat_.picture, size_px_);
+  } else if (filled_.shown) {
+    overlay_.Present(filled_.picture, size_px_);
   } else if (rest_.picture.empty()) {
     overlay_.Present(painter_.shown(), painter_.shown_size_px(), size_px_);
   } else {
@@ -209,6 +211,7 @@ void Viewer::Paint() {
   StepJobs();
   StepRefinement(drawn_.changed, steering_.moving || steering_.navigator.flying() || window_.Dragging());
   StepHeatMap();
+  FillHoles();
   KeepFacts();
 }
 

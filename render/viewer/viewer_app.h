@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "render/gl/gl_lumigraph.h"
+#include "render/gl/hole_fill.h"
 #include "render/viewer/error_probe.h"
 #include "render/viewer/flat_surface.h"
 #include "render/viewer/frame_painter.h"
@@ -53,7 +54,8 @@ class Viewer final : public ViewSession {
     CameraPath path;
     RenderRequest request;  // but for the camera
     Eigen::Vector2i size_px = {0, 0};
-    int next = 0;  // frame to draw
+    int next = 0;       // frame to draw
+    bool fill = false;  // holes, as in the window when it was begun
   };
   // A video of what is seen.
   struct LiveRecording {
@@ -128,7 +130,7 @@ class Viewer final : public ViewSession {
   void StopRefining();
   JsonKeys RefinementSummary() const;
 
-  // viewer_show.cc: heat maps, and the difference to a photo.
+  // viewer_show.cc: heat maps, holes that are filled, and the difference to a photo.
   struct HeatRequest {
     RenderRequest request;
     Measure measure;
@@ -136,6 +138,7 @@ class Viewer final : public ViewSession {
   void StepHeatMap();
   bool HeatIsShown(const HeatRequest& wanted) const;
   bool HeatOpen() const;
+  void FillHoles();
   void ShowDifference(const Image8& difference);
 
   // viewer_path.cc: the camera path, and time.
@@ -219,6 +222,14 @@ class Viewer final : public ViewSession {
     long wanted_generation = -1, drawn_generation = -1;
     Clock::time_point begun = Clock::now();
   };
+  // The picture that is shown, its holes filled.
+  struct Filled {
+    GlHoleFill picture;
+    bool shown = false;
+    unsigned of_texture = 0;  // that it was made of, ...
+    long of_refined = 0;      // ... and which of the refined pictures that was
+    Eigen::Vector2i of_size_px = {0, 0};
+  };
   // Recording and measuring.
   struct Jobs {
     ErrorProbe probe;
@@ -251,6 +262,7 @@ class Viewer final : public ViewSession {
   Moving moving_;
   Rest rest_;
   HeatMaps heat_;
+  Filled filled_;
   Jobs jobs_;
 };
 

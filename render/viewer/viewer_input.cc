@@ -58,6 +58,7 @@ void Viewer::Key(int key) {
                                                    : NearestView(scene_, steering_.navigator.state().cam_from_world);
   switch (key) {
     case GLFW_KEY_ESCAPE: return window_.Close();
+    case GLFW_KEY_B: settings_.fill = !settings_.fill; return;
     case GLFW_KEY_C: settings_.frusta = !settings_.frusta; return;
     case GLFW_KEY_P: settings_.mesh = !settings_.mesh; return;
     case GLFW_KEY_N:

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/viewer/canvas.h"
 #include "render/viewer/viewer_app.h"
@@ -31,7 +32,7 @@ void Viewer::StartRecording(const std::filesystem::path& wanted) {
   if (jobs_.path_recording || jobs_.live_recording) throw UsageError("a recording is going on");
   if (path_.keys.size() < 2) throw UsageError("a path to record has two keys or more");
   auto r = std::make_unique<PathRecording>(
-      PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, drawn_.settings), {}, 0});
+      PathRecording{nullptr, StripPainter(gl_), path_, Request({1, 1}, drawn_.settings), {}, 0, settings_.Fills()});
   r->size_px = {path_.width_px > 0 ? path_.width_px : size_px_.x(),
                 path_.height_px > 0 ? path_.height_px : size_px_.y()};
   r->recorder = std::make_unique<Recorder>(wanted, path_.fps);
@@ -107,7 +108,8 @@ void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
     }
     if (r.painter.busy()) {
       painter_.Disturbed();
-      if (const auto picture = r.painter.Step(step_ms, undisturbed)) {
+      if (auto picture = r.painter.Step(step_ms, undisturbed)) {
+        if (r.fill) FillSmoothly(*picture);
         r.recorder->Add(ToRgb8(*picture));
         if (r.next == count) r.recorder->Finish();
       }

@@ -82,6 +82,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kShow: settings_.seen = *SeenFromName(s.word); break;
     case ScriptVerb::kFrusta: settings_.frusta = s.word == "on"; break;
     case ScriptVerb::kMesh: settings_.mesh = s.word == "on"; break;
+    case ScriptVerb::kFill: settings_.fill = s.word == "on"; break;
     case ScriptVerb::kPath: settings_.path = s.word == "on"; break;
     case ScriptVerb::kPanel: settings_.panel = s.word == "on"; break;
     case ScriptVerb::kOpen:

@@ -1,4 +1,5 @@
-// What the viewer shows beside the lumigraph's picture: heat maps of the measures, and the difference to a photo.
+// What the viewer shows beside the lumigraph's picture, or in place of it: heat maps of the measures, the picture with
+// its holes filled, and the difference to a photo.
 #include "render/viewer/viewer_app.h"
 
 namespace lumi {
@@ -58,6 +59,24 @@ bool Viewer::HeatOpen() const {
   if (!settings_.seen.measure) return false;
   const Eigen::Vector2i size_px = (kHeatScale * size_px_.cast<double>()).cast<int>().cwiseMax(1);
   return heat_.drawing.valid() || !HeatIsShown({Request(size_px, settings_.radiance), *settings_.seen.measure});
+}
+
+// Of the picture that Compose shows, once for each: at rest nothing is filled again.
+void Viewer::FillHoles() {
+  const bool shown = settings_.Fills() && !painter_.empty();
+  const bool again = !filled_.shown || painter_.painted();
+  filled_.shown = shown;
+  if (!shown) return;
+  const bool refined = !rest_.picture.empty();
+  const unsigned texture = refined ? rest_.picture.texture() : painter_.shown().color_texture();
+  const Eigen::Vector2i size_px = refined ? rest_.picture.size_px() : painter_.shown_size_px();
+  const long refinement = refined ? rest_.pictures : 0;
+  if (!again && texture == filled_.of_texture && refinement == filled_.of_refined && size_px == filled_.of_size_px)
+    return;
+  filled_.picture.Fill(texture, size_px);
+  filled_.of_texture = texture;
+  filled_.of_refined = refinement;
+  filled_.of_size_px = size_px;
 }
 
 void Viewer::ShowDifference(const Image8& difference) {

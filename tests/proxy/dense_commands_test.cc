@@ -25,17 +25,18 @@ constexpr double kWallDepth = 5, kPlateDepth = 3;
 // A wall and a plate before it, in ten photos of 128 x 96.
 class DenseProgram : public testing::Test {
  protected:
-  DenseProgram() {
+  DenseProgram() { WritePhotographed(path_, 10, 128); }
+  static void WritePhotographed(const fs::path& folder, int photos, int width_px) {
     const std::vector<TexturedPlane> world = {{{0, 0, kWallDepth}, {6, 0, 0}, {0, 4.5, 0}, NoiseTexture(0.08, 1)},
                                               {{0.1, 0, kPlateDepth}, {0.5, 0, 0}, {0, 0.4, 0}, NoiseTexture(0.05, 2)}};
     std::vector<StereoCamera> cameras;
-    for (int i = 0; i < 10; ++i) {
-      const double x = 0.2 * (i - 4.5);
-      cameras.push_back(CameraAt({x, 0.15 * (i % 3 - 1), 0}, {0.4 * x, 0, 4}, 128, 96));
+    for (int i = 0; i < photos; ++i) {
+      const double x = 0.2 * (i - 0.5 * (photos - 1));
+      cameras.push_back(CameraAt({x, 0.15 * (i % 3 - 1), 0}, {0.4 * x, 0, 4}, width_px, width_px * 3 / 4));
     }
-    Scene scene = SceneOf(world, cameras, path_ / "images");
-    scene.folder = path_;
-    WriteScene(scene, path_);
+    Scene scene = SceneOf(world, cameras, folder / "images");
+    scene.folder = folder;
+    WriteScene(scene, folder);
   }
   static json Done(const std::vector<std::string>& argv) {
     const ProgramResult run = RunProgram(argv);
@@ -93,6 +94,63 @@ TEST_F(DenseProgram, MakesAClosedMeshOnTheSurfacesAndOneForAnEvaluation) {
   EXPECT_EQ(evaluation["active"], false);
   EXPECT_TRUE(fs::exists(ProxyPath(path_, "dense-without-4")));
   EXPECT_EQ(Done({"lumi-proxy", "delaunay", path_.string(), "--leave-out", "4", "--json"})["name"], "mesh-without-4");
+}
+
+TEST_F(DenseProgram, MakesAProxyForEachFoldOfPhotosThatIsLeftOut) {
+  const ProgramResult run =
+      RunProgram({"lumi-proxy", "dense", path_.string(), "--width", "64", "--leave-out", "each", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("about 5 times as long"));
+  EXPECT_THAT(run.err, HasSubstr("dense-without-each-3-of-5 (4 of 5)"));
+  const json made = json::parse(run.out);
+  ASSERT_EQ(made["proxies"].size(), 5u);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const std::string name = "dense-without-each-" + std::to_string(k) + "-of-5";
+    EXPECT_EQ(made["proxies"][k]["name"], name);
+    EXPECT_EQ(made["proxies"][k]["active"], false);
+    EXPECT_TRUE(fs::exists(ProxyPath(path_, name)));
+    // Two of ten photos have no depth map there.
+    EXPECT_EQ(json::parse(ReadText(ProxyPath(path_, name).replace_extension(".json")))["depth"]["photos"], 8) << name;
+  }
+  EXPECT_TRUE(ListProxies(path_).empty()) << "they are for an evaluation";
+  // What reads them: every photo is rendered over a mesh that did not know it.
+  Done({"lumi-proxy", "plane", path_.string(), "--json"});
+  Done({"lumi-proxy", "plane", path_.string(), "--leave-out", "each", "--json"});
+  const json errors = Done({"lumi-render", path_.string(), "--proxy", "plane", "--holdout", "each", "--json"});
+  EXPECT_EQ(errors["proxy_evaluated"], "plane-without-each-K-of-5");
+  EXPECT_EQ(errors["views"].size(), 10u);
+  const json again = Done({"lumi-proxy", "plane", path_.string(), "--leave-out", "each", "--json"});
+  for (const json& proxy : again["proxies"]) EXPECT_EQ(proxy["reused"], true);
+}
+
+TEST_F(DenseProgram, OfFewPhotosEachHasAProxyOfItsOwn) {
+  const std::string few = (folder_ / "few").string();
+  WritePhotographed(few, 4, 96);
+  EXPECT_EQ(Done({"lumi-proxy", "plane", few, "--leave-out", "each", "--json"})["proxies"].size(), 4u);
+  Done({"lumi-proxy", "plane", few, "--json"});
+  EXPECT_EQ(Done({"lumi-render", few, "--holdout", "each", "--json"})["proxy_evaluated"], "plane-without-each-K-of-5");
+}
+
+TEST_F(DenseProgram, MeasuresWhatItsSettingsCostAndNoWidthTwice) {
+  const fs::path scene = folder_ / "measured";
+  WritePhotographed(scene, 10, 256);
+  const ProgramResult run = RunProgram(
+      {"lumi-proxy", "dense", scene.string(), "--width", "64", "--tradeoff", "--holdout", "5", "--choose-width", "64"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const char* text : {"held-out dB", "as given", "agree 4", "merge-px 4", "views 10", "iterations 8"})
+    EXPECT_THAT(run.out, HasSubstr(text));
+  const json table = json::parse(ReadText(scene / "tradeoff" / "dense.json"));
+  std::vector<int> widths;
+  for (const json& row : table["points"]) {
+    EXPECT_TRUE(row["psnr_holdout_db"].is_number()) << row.dump();
+    EXPECT_GT(row["seconds"].get<double>(), 0) << row.dump();
+    if (row["line"] == "width") widths.push_back(row["width"]);
+  }
+  EXPECT_THAT(widths, testing::ElementsAre(240)) << "maps of 320 pixels and more are no larger than the photos";
+  EXPECT_EQ(table["points"].size(), 14u);
+  EXPECT_THAT(ReadText(scene / "tradeoff" / "dense.csv"), HasSubstr("width 240"));
+  EXPECT_THAT(ReadText(scene / "tradeoff" / "dense.svg"), HasSubstr("</svg>"));
+  EXPECT_FALSE(fs::exists(scene / "proxies")) << "nothing is left but the table";
 }
 
 TEST_F(DenseProgram, ItsDepthMapsAreColmapsAndCanBeReadBack) {
@@ -173,6 +231,11 @@ TEST_F(DenseProgram, SaysWhatIsWrong) {
                                              {"--merge-px", "0"},
                                              {"--memory-mb", "1"},
                                              {"--leave-out", "1"},
+                                             {"--leave-out", "all"},
+                                             {"--leave-out", "each", "--keep-choosing-fold"},
+                                             {"--leave-out", "each", "--output", (folder_ / "x.ply").string()},
+                                             {"--leave-out", "each", "--activate"},
+                                             {"--leave-out", "each", "--depth-only"},
                                              {"--keep-choosing-fold"},
                                              {"--depth-only", "--from-depth", path_.string()}})
     EXPECT_NE(RunProgram(Dense(options)).exit_code, 0) << options.front();

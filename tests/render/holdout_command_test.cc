@@ -76,8 +76,8 @@ class HoldoutCommand : public testing::Test {
 
 TEST_F(HoldoutCommand, EachPhotoIsRenderedFromAllTheOthers) {
   WriteCapture(7);
-  const HoldoutJson j = Run(HeldOut(kHoldoutEach));
-  EXPECT_EQ(j["holdout"], "each");
+  const HoldoutJson j = Run(HeldOut(kHoldoutAuto));
+  EXPECT_EQ(j["holdout"], "each") << "of so few photos";
   EXPECT_FALSE(j.contains("fold"));
   EXPECT_EQ(j["frames"], 7);
   ASSERT_EQ(j["views"].size(), 7U);
@@ -227,6 +227,10 @@ TEST(HoldoutFrom, TakesANumberOfTwoOrMoreOrEach) {
   EXPECT_EQ(HoldoutFrom("2"), 2);
   EXPECT_EQ(HoldoutFrom("24"), 24);
   EXPECT_EQ(HoldoutFrom("each"), kHoldoutEach);
+  EXPECT_EQ(HoldoutFrom("auto"), kHoldoutAuto);
+  EXPECT_EQ(HoldoutFor(kHoldoutAuto, 23), kHoldoutEach) << "the mean of two photos is no figure";
+  EXPECT_EQ(HoldoutFor(kHoldoutAuto, 24), 8);
+  EXPECT_EQ(HoldoutFor(5, 23), 5);
   for (const char* bad : {"1", "0", "-1", "", "every", "8.5", "8x", " 8", "99999999999"})
     EXPECT_THROW(HoldoutFrom(bad), UsageError) << bad;
 }

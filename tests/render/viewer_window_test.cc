@@ -6,6 +6,7 @@
 
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
+#include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/show/measure_map.h"
 #include "scene/files/video.h"
@@ -39,6 +40,34 @@ TEST_F(ViewerWindow, ShowsThePictureThatTheCpuRenders) {
       ReadImage8(shot), CpuPicture(StateOfView(world_.scene, {3}), 320, 240, SettingsOf(r.json["settings"])));
   EXPECT_GE(psnr, kAgreementDb);
   std::printf("  %.1f dB, %s\n", psnr, r.json["device"].get<std::string>().c_str());
+}
+
+TEST_F(ViewerWindow, FillsWhatNoPhotoSeesUnlessSomethingElseIsShown) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  // Far more than the photos see.
+  const std::string script = "jump 3; zoom 2.2; wait; screenshot " + file("filled.png") +
+                             "; fill off; wait; screenshot " + file("holes.png") +
+                             "; show false-color; wait; screenshot " + file("false.png") +
+                             "; fill on; wait; screenshot " + file("false-on.png");
+  const Result r = RunViewer({"--no-ui", "--effects", "fov", "--width", "320", "--height", "240", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  ViewState state = StateOfView(world_.scene, {3});
+  Navigator navigator(state, world_.scene.up, 1);
+  navigator.Zoom(2.2);
+  const ImageF picture = CpuPicture(navigator.state(), 320, 240, SettingsOf(r.json["settings"]));
+  ImageF wanted = picture;
+  FillSmoothly(wanted);
+  for (std::size_t i = 3; i < wanted.data.size(); i += 4) wanted.data[i] = 1;  // but for rounding it is
+  EXPECT_LT(Coverage(picture), 0.9);
+  const Image8 filled = ReadImage8(file("filled.png")), holes = ReadImage8(file("holes.png"));
+  EXPECT_GE(CoveredPsnrDb(filled, wanted), kAgreementDb);
+  EXPECT_LT(CoveredPsnrDb(holes, wanted), kAgreementDb) << "the backdrop";
+  for (int y = 0; y < filled.height; ++y)
+    for (int x = 0; x < filled.width; ++x)
+      if (picture.At(x, y, 3) == 1)
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(filled.At(x, y, c), holes.At(x, y, c), 1) << x << ' ' << y;
+  EXPECT_EQ(ReadImage8(file("false.png")).data, ReadImage8(file("false-on.png")).data);
 }
 
 TEST_F(ViewerWindow, PlaysAPathOfMatricesAndStaysOnIt) {
