@@ -86,6 +86,9 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   if (options.steady) wanted.options["steady"] = "true";
   if (options.blur_s) wanted.options["blur_s"] = fmt::format("{}", *options.blur_s);
   if (options.blur_every != 0) wanted.options["blur_every"] = std::to_string(options.blur_every);
+  if (options.vignetting) wanted.options["vignetting"] = fmt::format("{}", *options.vignetting);
+  if (options.white_balance_stops)
+    wanted.options["white_balance_stops"] = fmt::format("{}", *options.white_balance_stops);
   if (scene.fixed_video || !scene.videos.empty()) wanted.options["fixed_frames"] = std::to_string(options.fixed_frames);
   if (!options.at_file.empty()) wanted.inputs[options.at_file.string()] = Fingerprint(options.at_file);
   wanted.inputs[source.name.string()] = TextFingerprint(source.text);
@@ -102,6 +105,7 @@ Json NumbersOf(const auto& values) {
 std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRenderer& renderer) {
   Json json;
   json["convention"] = "x_in_cam = R x_in_world + t; x right, y down, z forward; pixel centres at (i + 0.5, j + 0.5)";
+  if (renderer.effects().vignetting) json["vignetting"] = *renderer.effects().vignetting;
   for (const PlannedView& view : views) {
     const TrueCamera truth = renderer.CameraOf(view);
     const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = truth.cam_from_world.Matrix();
@@ -114,6 +118,7 @@ std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRen
                              {"params", NumbersOf(truth.camera.params)},
                              {"skew_px", truth.skew_px},
                              {"cam_from_world", NumbersOf(pose.reshaped<Eigen::RowMajor>())}});
+    if (renderer.effects().white_balance_stops) json["views"].back()["white_balance"] = NumbersOf(truth.white_balance);
   }
   return json.dump(1) + "\n";
 }
@@ -294,6 +299,7 @@ SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   scene.paths = {path};
   scene.effects.noise_sigma.reset();
   scene.effects.exposure_stops.reset();
+  scene.effects.white_balance_stops.reset();
   scene.effects.skew_px.reset();
   scene.jpeg = false;
   scene.fixed_video.reset();
@@ -352,6 +358,10 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   if (!options.at_file.empty() && (options.shake || options.steady || options.video))
     return "--at does not go with --shake, --steady and --video: it names its views";
   if (options.blur_s && !(*options.blur_s >= 0)) return "--blur-s must be >= 0";
+  if (options.vignetting && !(*options.vignetting >= 0 && *options.vignetting <= 1))
+    return "--vignetting must lie in [0, 1]";
+  if (options.white_balance_stops && !(*options.white_balance_stops >= 0 && *options.white_balance_stops <= 4))
+    return "--white-balance-stops must lie in [0, 4]";
   if (options.blur_every < 0) return "--blur-every must be >= 1";
   return std::nullopt;
 }
@@ -372,6 +382,11 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   if (options.blur_every != 0) scene.effects.motion_blur_every = options.blur_every;
   if (options.blur_every != 0 && !scene.effects.motion_blur_s)
     throw UsageError("--blur-every: this scene has no motion blur", "give it an exposure time: --blur-s 0.08");
+  const auto replace = [](const std::optional<double>& given, std::optional<double>& effect) {
+    if (given) effect = *given > 0 ? given : std::nullopt;
+  };
+  replace(options.vignetting, scene.effects.vignetting);
+  replace(options.white_balance_stops, scene.effects.white_balance_stops);
   const SceneDescription steady = Steady(scene);
   const bool shaken = std::ranges::any_of(scene.paths, IsShaken) && !options.steady;
   if (options.steady) scene = steady;

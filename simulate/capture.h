@@ -37,7 +37,9 @@ struct SimulateOptions {
       shake;            // so many times the shake that the scene describes; a walk or drive without any gets a walk's
   bool steady = false;  // the ideal path: without shake, rolling shutter and noise
   std::optional<double> blur_s;  // exposure time, in place of the scene's; 0: no motion blur
-  int blur_every = 0;            // one photo in so many is blurred, the others are sharp; 0: as described
+  // In place of the scene's; 0: none.
+  std::optional<double> vignetting, white_balance_stops;
+  int blur_every = 0;  // one photo in so many is blurred, the others are sharp; 0: as described
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

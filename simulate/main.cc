@@ -38,6 +38,10 @@ int main(int argc, char** argv) {
   app.Flag("--steady", options.steady,
            "The ideal path, truth for a stabilised video: without shake, rolling shutter and noise");
   app.Add("--blur-s", options.blur_s, "Motion blur: exposure time in seconds, 0: none [default: as described]");
+  app.Add("--vignetting", options.vignetting,
+          "Share of the light that the lens loses in the corners, 0 to 1 [default: as described]");
+  app.Add("--white-balance-stops", options.white_balance_stops,
+          "Drift of the white balance: amplitude, red up and blue down; 0: none [default: as described]");
   app.Add("--blur-every", options.blur_every,
           "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
       .Positive();

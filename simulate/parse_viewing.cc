@@ -245,6 +245,8 @@ EffectsDescription ParseEffects(const nlohmann::json& node, const ParseContext& 
   read("rolling_shutter_s", effects.rolling_shutter_s, Range::kNotNegative);
   read("exposure_stops", effects.exposure_stops, Range::kNotNegative);
   effects.exposure_period_s = reader.Number("exposure_period_s", 10, Range::kPositive);
+  read("white_balance_stops", effects.white_balance_stops, Range::kNotNegative);
+  effects.white_balance_period_s = reader.Number("white_balance_period_s", 10, Range::kPositive);
   read("vignetting", effects.vignetting, Range::kNotNegative);
   if (effects.vignetting && *effects.vignetting > 1) reader.Fail("vignetting", "must be <= 1");
   reader.Done();

@@ -95,6 +95,7 @@ std::vector<std::string> EffectsOn(const SceneDescription& scene) {
   if (effects.motion_blur_s) names.push_back("motion_blur");
   if (effects.rolling_shutter_s) names.push_back("rolling_shutter");
   if (effects.exposure_stops) names.push_back("exposure_drift");
+  if (effects.white_balance_stops) names.push_back("white_balance_drift");
   if (effects.vignetting) names.push_back("vignetting");
   if (moving) names.push_back("moving_parts");
   return names;

@@ -149,6 +149,8 @@ struct EffectsDescription {
   std::optional<double> rolling_shutter_s;  // from the first row to the last
   std::optional<double> exposure_stops;     // drift: amplitude
   double exposure_period_s = 10;
+  std::optional<double> white_balance_stops;  // drift: amplitude, of red up and of blue down
+  double white_balance_period_s = 10;
   std::optional<double> vignetting;  // share of the light lost in the corners
 };
 

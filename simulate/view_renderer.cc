@@ -71,6 +71,12 @@ TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
   if (scene_.effects.exposure_stops)
     camera.gain = CodeGainFromStops(*scene_.effects.exposure_stops *
                                     std::sin(2 * std::numbers::pi * view.time_s / scene_.effects.exposure_period_s));
+  if (scene_.effects.white_balance_stops) {
+    const double red =
+        CodeGainFromStops(*scene_.effects.white_balance_stops *
+                          std::sin(2 * std::numbers::pi * view.time_s / scene_.effects.white_balance_period_s));
+    camera.white_balance = {red, 1, 1 / red};
+  }
   return camera;
 }
 
@@ -172,7 +178,8 @@ RenderedView ViewRenderer::Render(const PlannedView& view, TraceCounters& counte
       lens = 1 - *effects.vignetting * r2;
     }
     for (int c = 0; c < 3; ++c) {
-      double value = 255 * truth.gain * static_cast<double>(CodeFromLight(static_cast<float>(lens) * light[c]));
+      double value = 255 * truth.gain * truth.white_balance[static_cast<std::size_t>(c)] *
+                     static_cast<double>(CodeFromLight(static_cast<float>(lens) * light[c]));
       if (effects.noise_sigma) {
         ++count.noise_draws;
         HashStream random(seed_, static_cast<std::uint32_t>(view.frame_index),

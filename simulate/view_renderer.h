@@ -35,7 +35,8 @@ struct TrueCamera {
   Camera camera;
   double skew_px = 0;
   Rigid3 cam_from_world;
-  double gain = 1;  // on code values
+  double gain = 1;                                  // on code values
+  std::array<double, 3> white_balance = {1, 1, 1};  // RGB, on code values, beside the gain
 };
 
 class ViewRenderer {
@@ -46,6 +47,7 @@ class ViewRenderer {
                std::uint64_t seed, int sweep = 0);
 
   TrueCamera CameraOf(const PlannedView& view) const;
+  const EffectsDescription& effects() const { return scene_.effects; }
   // Tiles in parallel. The same on any number of threads.
   RenderedView Render(const PlannedView& view, TraceCounters& counters) const;
   // How far the image of what stands still moves during the exposure, in pixels: the 10th, 50th and 90th percentile

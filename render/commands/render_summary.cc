@@ -105,7 +105,7 @@ std::string Describe(const RenderSummary& s) {
                         s.budget->ms, s.budget->fits ? "" : " (the fastest there is)", s.budget->why);
   if (s.fidelity) text += Describe(*s.fidelity) + "\n";
   for (const Effect& e : s.effects)
-    text += fmt::format("{:<11} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),
+    text += fmt::format("{:<13} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),
                         e.on ? fmt::format(" ({:.1f} ms)", e.cost_ms.value_or(0)) : "");
   const std::string each = s.ms_per_frame ? fmt::format("{:.1f} ms each", *s.ms_per_frame) : "all there already";
   return text + fmt::format("{} frames, {}, proxy {}, {}", s.frames, each, s.proxy, s.device);

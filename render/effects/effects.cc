@@ -186,14 +186,13 @@ void ApplyEffectList(const std::string& effects, RadianceSettings& settings, Dec
 }
 
 static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const RadianceSettings& settings,
-                           const Decided& decided, double gain_spread) {
+                           const Decided& decided, const PhotoFacts& photos) {
   EffectChoice choice;
   choice.settings = settings;
-  ViewFacts facts;
+  ViewFacts facts{photos};
   facts.metric = scene.frame == Frame::kMetric;
   facts.timed = std::any_of(scene.views.begin(), scene.views.end(), [](const View& v) { return v.time_s.has_value(); });
   facts.several_at_once = facts.timed && ClockOf(scene).several_at_once;
-  facts.gain_spread = gain_spread;
   const std::shared_ptr<const PhotoFields> fields = MakeSources(scene).fields;
   ForEachEffect([&]<typename M> {
     Effect effect;
@@ -218,22 +217,22 @@ static EffectChoice Choose(const Scene& scene, const Evidence& evidence, const R
 
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
                            const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
-                           double gain_spread) {
+                           const PhotoFacts& photos) {
   Evidence e(settings);
   const TracedProxy traced(scene, proxy);
   ForSomeViews(desired, [&](const RenderView& view) { LookAtView(traced, view, use, settings, e); });
-  return Choose(scene, e, settings, decided, gain_spread);
+  return Choose(scene, e, settings, decided, photos);
 }
 
 EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
                            const std::function<PictureWorld(const RenderView&)>& world,
-                           const RadianceSettings& settings, const Decided& decided, double gain_spread) {
+                           const RadianceSettings& settings, const Decided& decided, const PhotoFacts& photos) {
   Evidence e(settings);
   ForSomeViews(desired, [&](const RenderView& view) {
     const PictureWorld w = world(view);
     LookAtView(TracedProxy(w), w.view, w.use, settings, e);
   });
-  return Choose(scene, e, settings, decided, gain_spread);
+  return Choose(scene, e, settings, decided, photos);
 }
 
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice) {

@@ -45,16 +45,15 @@ void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 void ApplyEffectList(const std::string& list, RadianceSettings& settings, Decided& decided);
 
 // `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the
-// user spoke about; `settings` holds their word and it is kept. `gain_spread`: largest over smallest gain of the
-// photos' exposures (exposure.h), 1 where they agree.
+// user spoke about; `settings` holds their word and it is kept. `photos`: what their colours say (exposure.h).
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
                            const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
-                           double gain_spread);
+                           const PhotoFacts& photos);
 // The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from
 // a photo.
 EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
                            const std::function<PictureWorld(const RenderView&)>& world,
-                           const RadianceSettings& settings, const Decided& decided, double gain_spread);
+                           const RadianceSettings& settings, const Decided& decided, const PhotoFacts& photos);
 
 // Fills cost_ms: renders `desired` small, with and without each effect that is on.
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice);

@@ -18,10 +18,20 @@ PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* 
   return out;
 }
 
-void Apply(const PhotoEstimates& estimates, Scene& scene) {
+PhotoFacts PhotoEstimates::Facts() const {
+  PhotoFacts facts;
+  facts.compared = exposures.has_value();
+  if (!exposures) return facts;
+  if (exposures->Differ()) facts.gain_spread = exposures->spread;
+  if (exposures->white_balances.Differ()) facts.color_spread = exposures->white_balances.spread;
+  if (exposures->vignetting.Seen()) facts.corner = exposures->vignetting.corner;
+  return facts;
+}
+
+void Apply(const PhotoEstimates& estimates, const Corrections& corrections, Scene& scene) {
+  if (estimates.exposures) Apply(*estimates.exposures, corrections, scene);
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
-    if (estimates.exposures) view.gain = estimates.exposures->gain[i];
     if (estimates.grids.empty()) continue;
     PhotoGrids grids = view.grids ? *view.grids : PhotoGrids();
     for (const auto& [name, of_views] : estimates.grids) grids[name] = of_views[i];

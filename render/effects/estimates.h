@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/effects/exposure.h"
+#include "render/radiance/measures/record.h"
 #include "scene/model/photo_grid.h"
 
 namespace lumi {
@@ -19,14 +20,14 @@ struct PhotoEstimates {
   std::map<std::string, std::vector<PhotoGrid>>
       grids;  // by the measure's name, one a view; none where photos do not differ
 
-  double GainSpread() const { return exposures && exposures->Differ() ? exposures->spread : 1; }
+  PhotoFacts Facts() const;
 };
 
 // Of the effects that are `wanted`, by name. `photos`: as ReadPhotos has them; nullptr: each is read here, once for
 // each effect.
 PhotoEstimates EstimateFromPhotos(const Scene& scene, const std::vector<Photo>* photos,
                                   const std::function<bool(std::string_view)>& wanted, ProgressSink& sink);
-// To the scene's views.
-void Apply(const PhotoEstimates& estimates, Scene& scene);
+// To the scene's views. `corrections`: of the photos that will be read.
+void Apply(const PhotoEstimates& estimates, const Corrections& corrections, Scene& scene);
 
 }  // namespace lumi

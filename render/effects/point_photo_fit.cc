@@ -7,7 +7,6 @@ namespace lumi {
 
 PointPhotoFit FitPointsAndPhotos(const std::vector<PhotoSample>& samples, std::size_t points, std::size_t photos,
                                  const PointPhotoFitOptions& options) {
-  constexpr int kRounds = 12;
   const auto huber = [&](double residual) {
     return std::abs(residual) <= options.huber ? 1.0 : options.huber / std::abs(residual);
   };
@@ -15,7 +14,7 @@ PointPhotoFit FitPointsAndPhotos(const std::vector<PhotoSample>& samples, std::s
   fit.log_photo.assign(photos, 0.0);
   std::vector<double> level(points, 0.0);
   // Points given photos, photos given points.
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < options.rounds; ++round) {
     std::vector<double> sum(points, 0.0), count(points, 0.0);
     for (const PhotoSample& s : samples) {
       const double w = round == 0 ? 1 : huber(s.log_value - level[s.point] - fit.log_photo[s.photo]);

@@ -22,6 +22,7 @@ struct PointPhotoFit {
 struct PointPhotoFitOptions {
   double huber = 0.1;  // log units: residuals beyond count as outliers
   double prior = 0;    // samples' worth of belief that b is 0
+  int rounds = 12;     // of points given photos, photos given points
 };
 
 PointPhotoFit FitPointsAndPhotos(const std::vector<PhotoSample>& samples, std::size_t points, std::size_t photos,

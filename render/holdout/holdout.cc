@@ -108,7 +108,9 @@ RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2
     v.size_px = size_px;
   }
   v.time_s = view.time_s;
-  v.gain = view.gain;  // the exposure is part of what is known of the photo, as its pose is
+  // How its camera showed colours is part of what is known of the photo, as its pose is.
+  v.gain = view.gain;
+  v.correction = view.correction;
   return v;
 }
 

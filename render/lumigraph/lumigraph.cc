@@ -4,22 +4,39 @@
 
 #include <utility>
 
+#include "render/lumigraph/own_colors_renderer.h"
+#include "render/photos/photo_correction.h"
 #include "render/picture/output_name.h"
 #include "render/radiance/setting_options.h"
 #include "render/time/clock.h"
 #include "render/time/photo_window.h"
+#include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 
 namespace lumi {
 
 Lumigraph::Lumigraph(const LumigraphOptions& options, ProgressSink& sink)
     : options_(options), settings_(options.settings), decided_(options.decided) {
   ApplyEffectList(options_.effects, settings_, decided_);
+  RequireExposure();
   OpenOptions open;
   open.rescale_cameras = options_.rescale_cameras;
   scene_ = OpenScene(options_.scene, open, sink);
   if (scene_.views.empty()) throw DataError("the scene has no photos with cameras", "", options_.scene);
+}
+
+// White balance and vignetting are parts of exposure, whose gain gives back the brightness that their corrections take:
+// where it is off, so are they.
+void Lumigraph::RequireExposure() {
+  if (!decided_.Has("exposure") || settings_.exposure) return;
+  for (const char* name : {"white-balance", "vignetting"}) {
+    if (decided_.Has(name) && IsOn(settings_, name))
+      throw UsageError(fmt::format("{} is a part of exposure, which is off", name), "switch exposure on, too");
+    decided_.Add(name);
+    why_[name] = "exposure is off";
+  }
 }
 
 // What needs distances, or angles that are true.
@@ -73,11 +90,38 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
   const auto wanted = [&](std::string_view effect) { return !decided_.Has(effect) || IsOn(settings_, effect); };
   SetEstimates(EstimateFromPhotos(scene_, one_mesh() ? &photos_ : nullptr, wanted, sink));
+  // As LoadPhoto would give them now.
+  if (corrections_.Any())
+    ParallelFor(photos_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        Image8 pixels = std::move(photos_[i].levels.front());
+        lumi::Correct(*scene_.views[i].correction, pixels);
+        photos_[i].levels = BuildPyramid(pixels);
+      }
+    });
 }
 
 void Lumigraph::SetEstimates(const PhotoEstimates& estimates) {
-  gain_spread_ = estimates.GainSpread();
-  Apply(estimates, scene_);
+  photo_facts_ = estimates.Facts();
+  const auto wanted = [&](std::string_view effect, bool seen) {
+    return decided_.Has(effect) ? IsOn(settings_, effect) : seen;
+  };
+  Correct(estimates, {estimates.exposures && wanted("white-balance", photo_facts_.color_spread > 1),
+                      estimates.exposures && wanted("vignetting", photo_facts_.corner < 1)});
+}
+
+void Lumigraph::Correct(const PhotoEstimates& estimates, const Corrections& corrections) {
+  corrections_ = corrections;
+  photo_facts_.corrected = corrections.Any();
+  Apply(estimates, corrections, scene_);
+}
+
+void Lumigraph::SetSettings(const RadianceSettings& settings) {
+  settings_ = settings;
+  // The photos are read already.
+  settings_.white_balance = corrections_.white_balance;
+  settings_.vignetting = corrections_.vignetting;
+  if (corrections_.Any()) settings_.exposure = true;
 }
 
 void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
@@ -87,8 +131,8 @@ void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std
       w.use[i] = w.use[i] && (use.empty() || use[static_cast<std::size_t>(w.photos[i])]);
     return w;
   };
-  EffectChoice choice = one_mesh() ? ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, gain_spread_)
-                                   : ChooseEffects(scene_, desired, world, settings_, decided_, gain_spread_);
+  EffectChoice choice = one_mesh() ? ChooseEffects(scene_, mesh_, desired, use, settings_, decided_, photo_facts_)
+                                   : ChooseEffects(scene_, desired, world, settings_, decided_, photo_facts_);
   settings_ = choice.settings;
   if (!metric() && settings_.resolution == Resolution::kDistance) settings_.resolution = Resolution::kJacobian;
   effects_ = std::move(choice.effects);
@@ -97,15 +141,17 @@ void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std
 }
 
 EffectChoice Lumigraph::MeasuresCalledFor(const std::vector<RenderView>& desired) const {
-  return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, gain_spread_);
+  return ChooseEffects(scene_, mesh_, desired, {}, settings_, {}, photo_facts_);
 }
 
 EffectChoice Lumigraph::MeasuresCalledForByPhotos() const {
-  return ChooseEffects(scene_, {}, {}, settings_, {}, gain_spread_);
+  return ChooseEffects(scene_, {}, {}, settings_, {}, photo_facts_);
 }
 
 RadianceSettings Lumigraph::At(const RenderView& view, const RadianceSettings& settings) const {
-  return own_times_ ? AtTimeOf(settings, view) : settings;
+  RadianceSettings s = own_times_ ? AtTimeOf(settings, view) : settings;
+  s.exposure |= corrections_.Any();  // it gives back the brightness that they take
+  return s;
 }
 
 PictureWorld Lumigraph::For(const RenderView& view) const {
@@ -128,8 +174,16 @@ std::vector<bool> Lumigraph::InWindow(const RenderView& view, const std::vector<
 }
 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const {
-  if (per_view_) return MakePerViewRenderer(scene_, *per_view_, make, reach_, options_.border);
-  return NewRenderer(make, mesh_);
+  if (!per_view_) return NewRenderer(make, mesh_);
+  return WithOwnColors(MakePerViewRenderer(scene_, *per_view_, make, reach_, options_.border));
+}
+
+std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
+  return WithOwnColors(make(WorldOf(scene_, mesh), photos_));
+}
+
+std::unique_ptr<Renderer> Lumigraph::WithOwnColors(std::unique_ptr<Renderer> renderer) const {
+  return corrections_.Any() ? MakeOwnColorsRenderer(std::move(renderer)) : std::move(renderer);
 }
 
 MeasureMap Lumigraph::MapOf(const RenderRequest& request, Measure measure, int photo) const {

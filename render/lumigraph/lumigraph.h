@@ -61,6 +61,9 @@ class Lumigraph {
   // not count.
   void ReadPhotos(ProgressSink& sink);
   void SetEstimates(const PhotoEstimates& estimates);
+  // What photos are corrected for from now on, as LoadPhoto reads them; by these estimates, which are the last ones
+  // set.
+  void Correct(const PhotoEstimates& estimates, const Corrections& corrections);
   // The measures that these views, of these photos (empty: all), call for, where nobody decided otherwise; settings()
   // has them then.
   void ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use);
@@ -74,11 +77,12 @@ class Lumigraph {
   bool one_mesh() const { return !per_view_; }
   const Mesh& mesh() const { return mesh_; }  // of one_mesh()
   const std::string& proxy_name() const { return proxy_name_; }
-  const std::vector<Photo>& photos() const { return photos_; }  // of one_mesh(); else pictures read their own
+  const Corrections& corrections() const { return corrections_; }  // that the photos were read with
+  const std::vector<Photo>& photos() const { return photos_; }     // of one_mesh(); else pictures read their own
   int reach() const { return reach_; }  // photos to either side in time that a picture may use; -1: all
 
   const RadianceSettings& settings() const { return settings_; }
-  void SetSettings(const RadianceSettings& settings) { settings_ = settings; }
+  void SetSettings(const RadianceSettings& settings);
   const Decided& decided() const { return decided_; }
   const std::vector<Effect>& effects() const { return effects_; }
   std::vector<Effect>& effects() { return effects_; }
@@ -93,13 +97,13 @@ class Lumigraph {
   std::vector<bool> InWindow(const RenderView& view, const std::vector<bool>& use) const;
   // Of its photos, over its proxy or (mesh) over another one. The lumigraph must outlive the renderer.
   std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make) const;
-  std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
-    return make(WorldOf(scene_, mesh), photos_);
-  }
+  std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make, const Mesh& mesh) const;
   MeasureMap MapOf(const RenderRequest& request, Measure measure, int photo) const;
 
  private:
   void RequireNothingMetric(const std::string& proxy) const;
+  void RequireExposure();
+  std::unique_ptr<Renderer> WithOwnColors(std::unique_ptr<Renderer> renderer) const;
 
   const LumigraphOptions options_;
   RadianceSettings settings_;
@@ -112,7 +116,8 @@ class Lumigraph {
   int reach_ = -1;
   bool own_times_ = true;
   std::vector<Photo> photos_;
-  double gain_spread_ = 1;  // of the photos' exposures; 1 where they agree
+  PhotoFacts photo_facts_;   // what the photos' colours say
+  Corrections corrections_;  // that the photos were read with
   std::vector<Effect> effects_;
 };
 

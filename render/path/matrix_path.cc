@@ -59,7 +59,7 @@ std::vector<RenderView> MatrixViews(const Scene& scene, const MatrixPath& path, 
         throw DataError(fmt::format("key {} of the path is of the photo {}, which the scene has not", i, key.view),
                         "take the scene that the path was made for", scene.folder);
       v.time_s = found->second->time_s;
-      v.gain = found->second->gain;
+      v.gain = found->second->gain / (found->second->correction ? found->second->correction->scale : 1);
     }
     if (scene.frame == Frame::kMetric) {
       const Eigen::Vector4d c = CentreOfProjection(v.P);

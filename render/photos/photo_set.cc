@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "render/photos/photo_correction.h"
 #include "scene/files/image_io.h"
 #include "scene/program/parallel.h"
 
@@ -9,9 +10,10 @@ namespace lumi {
 
 Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   Photo photo;
-  std::vector<Image8> levels =
-      BuildPyramid(ReadImage8(scene.ImagePath(scene.views[static_cast<std::size_t>(view.value)]), 3),
-                   options.pyramids || options.max_side_px > 0 ? 0 : 1);
+  const View& of = scene.views[static_cast<std::size_t>(view.value)];
+  Image8 pixels = ReadImage8(scene.ImagePath(of), 3);
+  if (of.correction) Correct(*of.correction, pixels);
+  std::vector<Image8> levels = BuildPyramid(pixels, options.pyramids || options.max_side_px > 0 ? 0 : 1);
   std::size_t first = 0;
   while (options.max_side_px > 0 && first + 1 < levels.size() &&
          std::max(levels[first].width, levels[first].height) > options.max_side_px)

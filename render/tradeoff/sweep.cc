@@ -114,14 +114,15 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
   // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and
-  // what it is worth here.
+  // what it is worth here. What is taken out of photos as they are read costs no frame anything.
   for (const SettingOption& o : SettingOptions())
     for (const std::string& choice : o.is_switch ? o.choices : std::vector<std::string>())
       for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid})
         with(m, grid, [&](RadianceSettings& s) { o.set(s, choice); });
   if (size == SweepSize::kQuick) return table;
   for (const SettingOption& o : SettingOptions())
-    if (o.is_switch) with(Method::kCandidates, grid, [&](RadianceSettings& s) { o.set(s, std::string("off")); });
+    if (o.is_switch && o.measure != measure::WhiteBalance::kName && o.measure != measure::Vignetting::kName)
+      with(Method::kCandidates, grid, [&](RadianceSettings& s) { o.set(s, std::string("off")); });
 
   // The optimum's own dials.
   for (const double deg : {10.0, 14.0, 24.0}) {

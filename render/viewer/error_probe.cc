@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "render/holdout/holdout.h"
+#include "render/photos/photo_correction.h"
 #include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "scene/files/image_io.h"
@@ -51,6 +52,7 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     RenderRequest request;
     request.view = PhotosView(scene_, v, result_.size_px);
     request.settings = result_.settings;
+    correction_ = request.view.correction;
     request.use.assign(scene_.views.size(), true);
     request.use[static_cast<std::size_t>(view_.value)] = false;
     painter_.Start(request);
@@ -60,16 +62,17 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     std::optional<ImageF> picture = painter_.Step(step_ms, undisturbed);
     if (!picture) return std::nullopt;
     result_.ms = painter_.picture_ms();
-    comparing_ = std::async(std::launch::async,
-                            [result = result_, picture = std::move(*picture), photo = std::move(photo_)]() mutable {
-                              const Image8 rgb = ToRgb8(picture);
-                              const ImageDifference d = Compare(rgb, photo);
-                              result.difference = DifferenceImage(rgb, photo);
-                              result.psnr_db = d.psnr_db;
-                              result.ssim = d.ssim;
-                              result.coverage = Coverage(picture);
-                              return result;
-                            });
+    comparing_ = std::async(std::launch::async, [result = result_, picture = std::move(*picture),
+                                                 photo = std::move(photo_), correction = correction_]() mutable {
+      if (correction) GiveBack(*correction, picture);
+      const Image8 rgb = ToRgb8(picture);
+      const ImageDifference d = Compare(rgb, photo);
+      result.difference = DifferenceImage(rgb, photo);
+      result.psnr_db = d.psnr_db;
+      result.ssim = d.ssim;
+      result.coverage = Coverage(picture);
+      return result;
+    });
     return std::nullopt;
   }
   if (comparing_.valid() && Ready(comparing_)) return comparing_.get();

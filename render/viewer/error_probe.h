@@ -3,6 +3,7 @@
 #pragma once
 
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -47,6 +48,7 @@ class ErrorProbe {
   ViewId view_;
   MeasuredError result_;
   Image8 photo_;
+  std::shared_ptr<const PhotoCorrection> correction_;  // of that photo
   std::future<Image8> reading_;
   std::future<MeasuredError> comparing_;
 };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <thread>
 
+#include "render/radiance/setting_options.h"
 #include "render/settings_json.h"
 #include "scene/program/error.h"
 
@@ -33,8 +34,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       gl_(MakeSources(scene_), budget_.sizes_px),
       painter_(gl_, PainterOptions{}),
       path_(opened.path),
-      arriving_{PhotoLoader(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6)),
-                std::vector<Photo>(scene_.views.size())},
+      arriving_{NewLoader(), std::vector<Photo>(scene_.views.size())},
       steering_{StateOfView(scene_, StartView()),
                 Navigator(StateOfView(scene_, StartView()), scene_.up, 1.0 / scene_.normalized_from_world.scale)},
       moving_{{}, StripPainter(gl_)},
@@ -54,7 +54,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
   settings_.refine = options.refine;
-  arriving_.loader.SetFocus(steering_.home.cam_from_world);
+  arriving_.loader->SetFocus(steering_.home.cam_from_world);
   SetProxy(std::move(opened.proxy));
   for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
   facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
@@ -72,6 +72,8 @@ RenderRequest Viewer::Request(const Eigen::Vector2i& size_px, const RadianceSett
   RenderRequest r;
   r.view = MakeWindowView(steering_.navigator.state(), size_px.x(), size_px.y());
   r.settings = settings;
+  // Photos that are corrected have lost brightness, which exposure gives back.
+  r.settings.exposure |= lumigraph_.corrections().Any() || !arriving_.gains.empty();
   r.show = settings_.seen.show == Show::kTessellation && !settings.Sparse() ? Show::kColor : settings_.seen.show;
   return r;
 }
@@ -199,13 +201,14 @@ void Viewer::Steer(const WindowInput& input, double dt_s) {
   TakePhotos();
   TakeProxy();
   TakeEstimates();
+  ReadCorrected();
   steering_.moving = Move(input, dt_s);
   steering_.moving |= steering_.navigator.Tick(dt_s);
   steering_.moving |= Play(dt_s);
 }
 
 void Viewer::Paint() {
-  arriving_.loader.SetFocus(steering_.navigator.state().cam_from_world);
+  arriving_.loader->SetFocus(steering_.navigator.state().cam_from_world);
   KeepBudget();
   drawn_.changed = PaintPicture();
   StepJobs();
@@ -233,9 +236,11 @@ void Viewer::KeepFacts() {
 void Viewer::DrawPanels() {
   if (!options_.show_ui) return;
   facts_.message = message();
-  const bool exposure = settings_.radiance.exposure;
+  const RadianceSettings before = settings_.radiance;
   const PanelWishes wishes = DrawPanel(facts_, settings_);
-  if (settings_.radiance.exposure != exposure) decided_.Add("exposure");  // before the photos' own word came
+  // Before the photos' own word came.
+  for (const char* name : {"exposure", "white-balance", "vignetting"})
+    if (IsOn(settings_.radiance, name) != IsOn(before, name)) decided_.Add(name);
   Grant(wishes);
   if (window_.Dragging() && steering_.drag_pivot)
     if (const auto x =

@@ -85,6 +85,11 @@ class Viewer final : public ViewSession {
   void WishProxy(const std::string& name);
   void KeepForExposure(ViewId view, const Photo& photo);
   void TakeEstimates();
+  void ReadCorrected();
+  Sources SourcesAsDrawn() const;
+  std::unique_ptr<PhotoLoader> NewLoader() const {
+    return std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
+  }
   bool Move(const WindowInput& input, double dt_s);
   void Key(int key);
   void Jump(int view, bool at_once);
@@ -115,7 +120,7 @@ class Viewer final : public ViewSession {
   void KeepFacts();
   void DrawPath(const Overlay::Eye& eye);
   std::filesystem::path FreeScreenshotName() const;
-  bool Loading() const { return arriving_.loader.outstanding() > 0 || arriving_.new_photos; }
+  bool Loading() const { return arriving_.loader->outstanding() > 0 || arriving_.new_photos; }
   bool Settled() const {
     return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted;
   }  // nothing changes by itself
@@ -169,9 +174,12 @@ class Viewer final : public ViewSession {
 
   // What comes from other threads.
   struct Arrivals {
-    PhotoLoader loader;
+    std::unique_ptr<PhotoLoader> loader;
     std::vector<Photo> small_photos = {};  // until exposures are known
     std::future<PhotoEstimates> estimates = {};
+    std::optional<PhotoEstimates> estimated = {};  // what these came to
+    // Of each photo as it is drawn with, while all are read again with other corrections; else empty.
+    std::vector<double> gains = {};
     bool estimates_wanted = true;
     std::future<PreparedProxy> proxy = {};
     bool new_photos = false;

@@ -39,7 +39,7 @@ void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
 // When all photos are there, they are compared: on another thread, then drawn with. Exposures are seen in small copies;
 // what else is read off the photos wants them as they are, and reads them again.
 void Viewer::TakeEstimates() {
-  if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader.outstanding() == 0) {
+  if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader->outstanding() == 0) {
     arriving_.estimates_wanted = false;
     const auto wanted = [decided = decided_](std::string_view effect) { return !decided.Has(effect); };
     arriving_.estimates = std::async(std::launch::async, [this, wanted, photos = std::move(arriving_.small_photos)] {
@@ -54,10 +54,12 @@ void Viewer::TakeEstimates() {
   if (!arriving_.estimates.valid() ||
       arriving_.estimates.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
     return;
-  lumigraph_.SetEstimates(arriving_.estimates.get());
+  arriving_.estimated = arriving_.estimates.get();
+  lumigraph_.SetEstimates(*arriving_.estimated);
   facts_.effects_open = false;
-  gl_.SetCameras(MakeSources(scene_));
   const EffectChoice seen = lumigraph_.MeasuresCalledForByPhotos();
+  lumigraph_.Correct(*arriving_.estimated, {});  // as the photos were read
+  gl_.SetCameras(MakeSources(scene_));
   for (std::size_t i = 0; i < effects_.effects.size(); ++i) {
     if (!seen.effects[i].from_photos) continue;
     effects_.effects[i] = seen.effects[i];
@@ -70,10 +72,38 @@ void Viewer::TakeEstimates() {
   if (settings_.radiance.exposure) ++generation_;
 }
 
+// White balance and vignetting are taken out of photos as they are read: where what is wanted of it has changed, all
+// are read again, in the background. Until a photo is there its former pixels are drawn with their former gain.
+void Viewer::ReadCorrected() {
+  if (!arriving_.gains.empty() && arriving_.loader->outstanding() == 0 && !arriving_.new_photos) {
+    arriving_.gains.clear();
+    ++generation_;
+  }
+  if (!arriving_.estimated || !arriving_.estimated->exposures || Loading() || !arriving_.gains.empty()) return;
+  const RadianceSettings& s = settings_.radiance;
+  const Corrections wanted{s.exposure && s.white_balance, s.exposure && s.vignetting};
+  // Nobody else looks at the scene's views meanwhile.
+  if (wanted == lumigraph_.corrections() || Working() || arriving_.proxy.valid() || heat_.drawing.valid()) return;
+  StopRefining();
+  rest_.photos_reader.reset();
+  rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
+  rest_.photos_missing = false;
+  for (const View& v : scene_.views) arriving_.gains.push_back(v.gain);
+  lumigraph_.Correct(*arriving_.estimated, wanted);
+  arriving_.loader = NewLoader();
+}
+
+// The cameras, each with the gain of the pixels that it is drawn with.
+Sources Viewer::SourcesAsDrawn() const {
+  Sources sources = MakeSources(scene_);
+  for (std::size_t i = 0; i < arriving_.gains.size(); ++i) sources.views[i].gain = arriving_.gains[i];
+  return sources;
+}
+
 void Viewer::TakePhotos() {
   const auto start = Clock::now();
   while (SecondsSince(start) < kUploadTime_s) {
-    std::optional<PhotoLoader::Loaded> loaded = arriving_.loader.Take();
+    std::optional<PhotoLoader::Loaded> loaded = arriving_.loader->Take();
     if (!loaded) break;
     const Image8* first = loaded->photo.levels.empty() ? nullptr : &loaded->photo.levels.front();
     const Eigen::Vector2i planned = budget_.sizes_px[static_cast<std::size_t>(loaded->view.value)];
@@ -86,6 +116,11 @@ void Viewer::TakePhotos() {
       continue;
     }
     gl_.Upload(loaded->view, loaded->photo);
+    if (!arriving_.gains.empty()) {
+      const auto v = static_cast<std::size_t>(loaded->view.value);
+      arriving_.gains[v] = scene_.views[v].gain;
+      gl_.SetCameras(SourcesAsDrawn());
+    }
     KeepForExposure(loaded->view, loaded->photo);
     if (settings_.Refines())
       (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
@@ -98,7 +133,7 @@ void Viewer::TakePhotos() {
   facts_.photos_loaded = gl_.photo_count();
   facts_.photo_mb = static_cast<double>(gl_.photo_bytes()) / kMb;
   if (arriving_.new_photos &&
-      (arriving_.loader.outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
+      (arriving_.loader->outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
     ++generation_;
     arriving_.new_photos = false;
     arriving_.last_refresh = Clock::now();

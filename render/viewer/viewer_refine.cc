@@ -85,8 +85,7 @@ bool Viewer::KeepPhotos() {
   if (!rest_.photos_missing) return true;
   if (!rest_.photos_reader) {
     rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
-    rest_.photos_reader =
-        std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
+    rest_.photos_reader = NewLoader();
   }
   while (auto loaded = rest_.photos_reader->Take())
     if (gl_.Has(loaded->view)) (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);

@@ -16,6 +16,7 @@
 #include "scene/geometry/rigid3.h"
 #include "scene/geometry/similarity3.h"
 #include "scene/model/camera.h"
+#include "scene/model/photo_correction.h"
 #include "scene/model/photo_grid.h"
 
 namespace lumi {
@@ -47,9 +48,10 @@ struct View {
   Eigen::Vector2i size_px =
       Eigen::Vector2i::Zero();  // other frames: the photo's (metric ones: the camera's, see SizePx)
   std::optional<double> time_s;
-  std::optional<int> frame_index;           // in the video it came from
-  double gain = 1.0;                        // this photo's exposure relative to the scene's
-  std::shared_ptr<const PhotoGrids> grids;  // what was read off its pixels; nullptr: nothing
+  std::optional<int> frame_index;                     // in the video it came from
+  double gain = 1.0;                                  // this photo's exposure relative to the scene's
+  std::shared_ptr<const PhotoGrids> grids;            // what was read off its pixels; nullptr: nothing
+  std::shared_ptr<const PhotoCorrection> correction;  // of its pixels where they are read; nullptr: none
 
   Eigen::Vector3d CentreInWorld() const { return cam_from_world.OriginInSource(); }
 };
@@ -94,6 +96,7 @@ struct RenderView {
   std::optional<double> time_s;
   double gain = 1.0;
   std::shared_ptr<const PhotoGrids> grids;
+  std::shared_ptr<const PhotoCorrection> correction;  // of a picture that is to look as this photo does; nullptr: none
 };
 // A metric view's camera must be a pinhole (photos are undistorted when a scene is made): throws std::invalid_argument
 // otherwise. In other frames the centre comes from P: throws DataError where it lies at infinity.

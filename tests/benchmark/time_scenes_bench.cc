@@ -187,7 +187,7 @@ void StillScene(const fs::path& capture) {
     r.view.centre += Eigen::Vector3d(0.01, 0.005, 0);  // beside the photo
     r.view.P.col(3) = -r.view.P.leftCols<3>() * r.view.centre;
     TakeClock(*scene, false, r.settings);
-    r.settings = AtTimeOf(ChooseEffects(*scene, proxy, {r.view}, {}, r.settings, {}, 1).settings, r.view);
+    r.settings = AtTimeOf(ChooseEffects(*scene, proxy, {r.view}, {}, r.settings, {}, {}).settings, r.view);
     requests.push_back(r);
   }
   std::array<std::vector<double>, 2> medians,

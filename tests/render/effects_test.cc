@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
-#include "capture.h"
+#include "capture_with_tracks.h"
 #include "render/effects/exposure.h"
 
 namespace lumi {
@@ -40,7 +38,7 @@ test::Capture Plain() {
 
 EffectChoice Choose(const test::Capture& c, const RenderView& desired, const Decided& decided = {},
                     RadianceSettings settings = {}) {
-  return ChooseEffects(c.scene, c.proxy, {desired}, {}, settings, decided, 1);
+  return ChooseEffects(c.scene, c.proxy, {desired}, {}, settings, decided, {});
 }
 
 RenderView At(const Eigen::Vector3d& centre) {
@@ -74,14 +72,13 @@ TEST(Effects, OblquePhotosCallForTheJacobian) {
   test::Capture c = Plain();
   for (const std::size_t i : {1U, 4U, 7U})
     c.scene.views[i].cam_from_world = LookAt({3.9, 0.2 * static_cast<double>(i) - 0.8, -0.9}, {0, 0, 0}, {0, -1, 0});
-  const EffectChoice choice = ChooseEffects(
-      c.scene, c.proxy, {At({1.2, 0.05, -3.8})}, {},
-      [] {
-        RadianceSettings s;
-        s.k = 8;
-        return s;
-      }(),
-      {}, 1);
+  const EffectChoice choice = ChooseEffects(c.scene, c.proxy, {At({1.2, 0.05, -3.8})}, {},
+                                            [] {
+                                              RadianceSettings s;
+                                              s.k = 8;
+                                              return s;
+                                            }(),
+                                            {}, {});
   EXPECT_EQ(choice.settings.resolution, Resolution::kJacobian) << Find(choice, "resolution").evidence;
 }
 
@@ -116,31 +113,9 @@ TEST(Effects, TheUsersWordOverridesTheEvidence) {
   EXPECT_TRUE(choice.settings.visibility);
 }
 
-// Points on the front of a capture's proxy, with tracks through the photos that see them.
-test::Capture WithTracks() {
-  test::Capture c = test::MakeCapture(8, 160);
-  std::mt19937 engine(2);
-  std::uniform_real_distribution<double> u(-1, 1);
-  c.scene.points.clear();
-  for (int i = 0; i < 600; ++i) {
-    Point p;
-    p.x_in_world = {2.5 * u(engine), 2 * u(engine), 3};
-    for (std::size_t v = 0; v < c.scene.views.size(); ++v) {
-      const RenderView view = MakeRenderView(c.scene, c.scene.views[v]);
-      const auto x = Project(view.P, p.x_in_world);
-      if (!x || x->minCoeff() < 2 || x->x() > 158 || x->y() > 118) continue;
-      const Eigen::Vector3d d = (p.x_in_world - view.centre).normalized();
-      if (test::HitDistance(c.proxy, view.centre, d) < (p.x_in_world - view.centre).norm() - 1e-6) continue;
-      p.track.push_back({{static_cast<int>(v)}, *x});
-    }
-    if (p.track.size() >= 2) c.scene.points.push_back(p);
-  }
-  return c;
-}
-
 // Photos of a capture, each darkened by its own factor.
 TEST(Exposure, GainsComeBackFromThePhotos) {
-  test::Capture c = WithTracks();
+  test::Capture c = test::CaptureWithTracks();
   EXPECT_FALSE(EstimateExposures(c.scene, c.photos).Differ()) << "photos of one exposure";
 
   std::vector<double> truth;
@@ -159,7 +134,7 @@ TEST(Exposure, GainsComeBackFromThePhotos) {
 
 // A highlight, or what stands before the points in one photo, is no exposure.
 TEST(Exposure, WhatDiffersInAPartOfAPhotoIsNoGain) {
-  test::Capture c = WithTracks();
+  test::Capture c = test::CaptureWithTracks();
   constexpr std::size_t kShone = 3;
   constexpr double kTimes = 1.5, kNear = 0.03;  // a mean over the points takes a part of it along: 4 %
   for (Image8& level : c.photos[kShone].levels)

@@ -49,7 +49,7 @@ TEST(VisibilityMaps, ATexelHoldsTheDepthAtItsCentre) {
   Eigen::Matrix3d K;
   K << kFocal, 0, 0.5 * kWidth, 0, kFocal, 0.5 * kHeight, 0, 0, 1;
   const RenderView view{
-      ProjectionMatrix(K, Rigid3{}), Eigen::Vector3d::Zero(), {kWidth, kHeight}, std::nullopt, 1.0, nullptr};
+      ProjectionMatrix(K, Rigid3{}), Eigen::Vector3d::Zero(), {kWidth, kHeight}, std::nullopt, 1.0, nullptr, nullptr};
   Mesh plane;
   for (const auto& [x, y] : {std::pair{-9.0, -9.0}, {9.0, -9.0}, {9.0, 9.0}, {-9.0, 9.0}})
     plane.vertices.emplace_back(x, y, 20 + kSlantX * x + kSlantY * y);

@@ -36,7 +36,7 @@ constexpr double kPxPerUnit = kFocalPx / 2;
 TEST(Effects, OffTheyCostNothingAndChangeNothing) {
   const SmallScene without(EdgeScene(""));
   const SmallScene zeros(EdgeScene(R"({"skew_px": 0, "noise_sigma": 0, "motion_blur_s": 0, "rolling_shutter_s": 0,
-                                       "exposure_stops": 0, "vignetting": 0})"));
+                                       "exposure_stops": 0, "white_balance_stops": 0, "vignetting": 0})"));
   EXPECT_TRUE(EffectsOn(without.description).empty());
   EXPECT_TRUE(EffectsOn(zeros.description).empty());
   TraceCounters a, b;
@@ -102,6 +102,18 @@ TEST(Effects, ExposureDriftIsTheGainOfTheView) {
   EXPECT_NEAR(truth.gain, std::exp2(0.5 / kGamma), 1e-12);
   EXPECT_EQ(scene.Render(kMiddle).photo.At(5, 5, 1), std::lround(kGrey * truth.gain));
   EXPECT_EQ(scene.renderer.CameraOf(scene.views[0]).gain, 1);
+}
+
+TEST(Effects, WhiteBalanceDriftsBetweenRedAndBlue) {
+  const SmallScene scene(ConstantScene(R"({"white_balance_stops": 0.2, "white_balance_period_s": 4})"));
+  const TrueCamera truth = scene.renderer.CameraOf(scene.views[kMiddle]);  // at 1 s: the peak
+  EXPECT_NEAR(truth.white_balance[0], std::exp2(0.2 / kGamma), 1e-12);
+  EXPECT_EQ(truth.white_balance[1], 1);
+  EXPECT_NEAR(truth.white_balance[0] * truth.white_balance[2], 1, 1e-12);
+  const Image8 photo = scene.Render(kMiddle).photo;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_EQ(photo.At(5, 5, c), std::lround(kGrey * truth.white_balance[static_cast<std::size_t>(c)])) << c;
+  EXPECT_EQ(scene.renderer.CameraOf(scene.views[0]).white_balance[0], 1);
 }
 
 TEST(Effects, SkewIsThatOfTheCalibrationMatrix) {

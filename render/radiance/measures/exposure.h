@@ -28,6 +28,7 @@ struct Exposure {
     Verdict Decide(const ViewFacts& facts, Settings&) const {
       if (facts.gain_spread > 1)
         return {true, fmt::format("photos of one point differ by a factor of up to {:.2f}", facts.gain_spread)};
+      if (facts.corrected) return {true, "photos of one point agree; it gives back what their correction takes"};
       return {false, "photos of one point agree"};
     }
   };

@@ -14,7 +14,9 @@
 #include "render/radiance/measures/resolution.h"
 #include "render/radiance/measures/sharpness.h"
 #include "render/radiance/measures/time.h"
+#include "render/radiance/measures/vignetting.h"
 #include "render/radiance/measures/visibility.h"
+#include "render/radiance/measures/white_balance.h"
 
 namespace lumi {
 
@@ -38,7 +40,8 @@ struct MeasureListOf {
 };
 
 using MeasureList = MeasureListOf<measure::Angle, measure::FieldOfView, measure::Resolution, measure::Visibility,
-                                  measure::Time, measure::Sharpness, measure::Exposure, measure::Prefilter>;
+                                  measure::Time, measure::Sharpness, measure::Exposure, measure::WhiteBalance,
+                                  measure::Vignetting, measure::Prefilter>;
 
 // A term of h, the angle aside: it grows by Factor 2 r_max |kOwn - Value|.
 template <typename M>
@@ -66,7 +69,8 @@ concept Estimated = requires {
 };
 // Its evidence is in the photos' pixels, not in the rays of views.
 template <typename M>
-concept FromPhotos = Estimated<M> || std::is_same_v<M, measure::Exposure>;
+concept FromPhotos = Estimated<M> || std::is_same_v<M, measure::Exposure> || std::is_same_v<M, measure::WhiteBalance> ||
+    std::is_same_v<M, measure::Vignetting>;
 
 template <typename F>
 constexpr void ForEachTerm(F&& f) {

@@ -94,11 +94,19 @@ struct NearPhoto {
   double octaves_jacobian = 0, octaves_distance = 0;  // log2 of the stretch of its pixels, by either way
 };
 
-struct ViewFacts {
+// What the photos' colours say of one another.
+struct PhotoFacts {
+  double gain_spread = 1;   // largest over smallest gain of the photos' exposures, 1 where they agree
+  double color_spread = 1;  // largest over smallest ratio of a channel to green, 1 where photos agree
+  double corner = 1;        // a corner's brightness over the middle's, 1 where it is as bright
+  bool corrected = false;   // white balance or vignetting is taken out of the photos as they are read
+  bool compared = true;     // false: exposure is switched off, and nothing of this was looked at
+};
+
+struct ViewFacts : PhotoFacts {
   bool metric = true;                 // distances can be compared
   bool timed = false;                 // photos carry times
   bool several_at_once = false;       // and some were taken at the same moment
-  double gain_spread = 1;             // largest over smallest gain of the photos' exposures, 1 where they agree
   bool asked = false;                 // the user has decided already
   const PhotoField* field = nullptr;  // the measure's own, where it has an estimator
 };

@@ -24,7 +24,7 @@ constexpr double kTouching = 1e-4;
 // A facet whose plane passes this close to the centre of projection (normalised units) is seen as a line.
 constexpr double kEdgeOn = 1e-9;
 
-using Point = Eigen::Matrix<std::int64_t, 2, 1>;  // lattice
+using LatticePoint = Eigen::Matrix<std::int64_t, 2, 1>;  // lattice
 
 // A facet in this view.
 struct SeenFacet {
@@ -75,7 +75,7 @@ class Tessellation {
       const double w = std::abs(e.z());
       const Eigen::Vector2d x = e.z() < 0 ? Eigen::Vector2d(-e.head<2>()) : Eigen::Vector2d(e.head<2>());
       if (!(w > 0 && x.x() >= 0 && x.y() >= 0 && x.x() <= size.x() * w && x.y() <= size.y() * w)) continue;
-      const Point p = Snap(x / w);
+      const LatticePoint p = Snap(x / w);
       if (e.z() > 0 && NearestInverseDepth(ToPx(p)) > 1 / e.z()) continue;  // the proxy hides the camera
       AddPoint(p);
       out.push_back(ToPx(p).cast<float>());
@@ -151,11 +151,11 @@ class Tessellation {
   const Facet& At(std::int32_t facet) const { return *seen_[static_cast<std::size_t>(facet)].facet; }
 
  private:
-  static Eigen::Vector2d ToPx(const Point& p) { return p.cast<double>() / kLattice; }
+  static Eigen::Vector2d ToPx(const LatticePoint& p) { return p.cast<double>() / kLattice; }
   Eigen::Vector2d Corner(int i, int j) const {
     return ToPx({grid_x_[static_cast<std::size_t>(i)], grid_y_[static_cast<std::size_t>(j)]});
   }
-  Point Snap(const Eigen::Vector2d& x_px) const {
+  LatticePoint Snap(const Eigen::Vector2d& x_px) const {
     return {std::clamp<std::int64_t>(std::llround(x_px.x() * kLattice), 0, grid_x_.back()),
             std::clamp<std::int64_t>(std::llround(x_px.y() * kLattice), 0, grid_y_.back())};
   }
@@ -247,20 +247,20 @@ class Tessellation {
     AddSegment(Snap(from == 0 ? a : Eigen::Vector2d(a + from * d)), Snap(to == 1 ? b : Eigen::Vector2d(a + to * d)));
   }
 
-  void AddSegment(const Point& a, const Point& b) {
+  void AddSegment(const LatticePoint& a, const LatticePoint& b) {
     struct Stop {
       double s;
-      Point x;
+      LatticePoint x;
     };
     std::vector<Stop> stops{{0, a}, {1, b}};
-    const Point d = b - a;
+    const LatticePoint d = b - a;
     for (int k = 0; k < 2; ++k) {
       if (d[k] == 0) continue;
       const auto& lines = k == 0 ? grid_x_ : grid_y_;
       const auto first = std::upper_bound(lines.begin(), lines.end(), std::min(a[k], b[k]));
       for (auto l = first; l != lines.end() && *l < std::max(a[k], b[k]); ++l) {
         const double s = static_cast<double>(*l - a[k]) / static_cast<double>(d[k]);
-        Point x;
+        LatticePoint x;
         x[k] = *l;
         x[1 - k] = std::llround(static_cast<double>(a[1 - k]) + s * static_cast<double>(d[1 - k]));
         stops.push_back({s, x});
@@ -268,7 +268,7 @@ class Tessellation {
     }
     std::sort(stops.begin(), stops.end(), [](const Stop& x, const Stop& y) { return x.s < y.s; });
     for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
-      const Point &p = stops[i].x, &q = stops[i + 1].x;
+      const LatticePoint &p = stops[i].x, &q = stops[i + 1].x;
       AddPoint(p);
       if (p == q) continue;
       const auto [column, last_column] = Between(grid_x_, p.x(), q.x());
@@ -290,7 +290,7 @@ class Tessellation {
   }
 
   // A vertex of every cell it touches, unless it is their corner.
-  void AddPoint(const Point& p) {
+  void AddPoint(const LatticePoint& p) {
     const bool on_x = std::binary_search(grid_x_.begin(), grid_x_.end(), p.x()),
                on_y = std::binary_search(grid_y_.begin(), grid_y_.end(), p.y());
     if (on_x && on_y) return;
