@@ -134,8 +134,8 @@ TEST_F(DenseProgram, OfFewPhotosEachHasAProxyOfItsOwn) {
 TEST_F(DenseProgram, MeasuresWhatItsSettingsCostAndNoWidthTwice) {
   const fs::path scene = folder_ / "measured";
   WritePhotographed(scene, 10, 256);
-  const ProgramResult run = RunProgram(
-      {"lumi-proxy", "dense", scene.string(), "--width", "64", "--tradeoff", "--holdout", "5", "--choose-width", "64"});
+  const ProgramResult run = RunProgram({"lumi-proxy", "dense", scene.string(), "--width", "64", "--iterations", "2",
+                                        "--tradeoff", "--holdout", "5", "--choose-width", "64"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   for (const char* text : {"held-out dB", "as given", "agree 4", "merge-px 4", "views 10", "iterations 8"})
     EXPECT_THAT(run.out, HasSubstr(text));
