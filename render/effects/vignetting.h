@@ -22,7 +22,7 @@ struct Vignetting {
 Vignetting EstimateVignetting(const std::vector<ColorSample>& samples, const std::vector<int>& lens_of_view);
 
 // Cameras of one photo size, and of one focal length to 5 %, are one lens: reconstructions often give each photo a
-// camera of its own. -1: of a lens with fewer than three photos, or beyond the eight that have most.
+// camera of its own. -1: of a lens with fewer than sixteen photos, or beyond the eight of most photos.
 std::vector<int> LensesOfViews(const Scene& scene);
 
 }  // namespace lumi

@@ -11,7 +11,7 @@
 namespace lumi::test {
 
 // Points on the front of a capture's proxy, with tracks through the photos that see them.
-inline Capture CaptureWithTracks(int views = 8, int width = 160) {
+inline Capture CaptureWithTracks(int views = 16, int width = 160) {
   Capture c = MakeCapture(views, width);
   const int height = width * 3 / 4;
   std::mt19937 engine(2);
