@@ -79,7 +79,7 @@ TEST_F(DenseProgram, MakesAClosedMeshOnTheSurfacesAndOneForAnEvaluation) {
   EXPECT_EQ(few["faces"], 2000);
   EXPECT_EQ(few["faces_before"], made["faces"]);
   EXPECT_EQ(few["closed"], true);
-  EXPECT_GT(ShareOnSurfaces("few"), 0.9);
+  EXPECT_GT(ShareOnSurfaces("few"), 0.75);  // flat surfaces keep few vertices, the edges between them keep theirs
   const ProgramResult too_few = RunProgram(Dense({"--faces", "10"}));
   EXPECT_EQ(too_few.exit_code, 2);
   EXPECT_THAT(too_few.err, HasSubstr("--faces must be 0 or at least 1000"));

@@ -115,7 +115,7 @@ TEST(Effects, TheUsersWordOverridesTheEvidence) {
 
 // Photos of a capture, each darkened by its own factor.
 TEST(Exposure, GainsComeBackFromThePhotos) {
-  test::Capture c = test::CaptureWithTracks();
+  test::Capture c = test::CaptureWithTracks(8);
   EXPECT_FALSE(EstimateExposures(c.scene, c.photos).Differ()) << "photos of one exposure";
 
   std::vector<double> truth;
@@ -134,7 +134,7 @@ TEST(Exposure, GainsComeBackFromThePhotos) {
 
 // A highlight, or what stands before the points in one photo, is no exposure.
 TEST(Exposure, WhatDiffersInAPartOfAPhotoIsNoGain) {
-  test::Capture c = test::CaptureWithTracks();
+  test::Capture c = test::CaptureWithTracks(8);
   constexpr std::size_t kShone = 3;
   constexpr double kTimes = 1.5, kNear = 0.03;  // a mean over the points takes a part of it along: 4 %
   for (Image8& level : c.photos[kShone].levels)

@@ -30,7 +30,7 @@ struct Vignetting {
     Verdict Decide(const ViewFacts& facts, Settings&) const {
       if (facts.corner < 1)
         return {true, fmt::format("corners have {:.0f} % of the middle's brightness", 100 * facts.corner)};
-      return {false, facts.compared ? "points are as bright in corners as in the middle" : "not looked at"};
+      return {false, facts.compared ? "no lens of 16 photos or more shows darker corners" : "not looked at"};
     }
   };
 };
