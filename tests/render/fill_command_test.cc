@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "capture.h"
+#include "capture_files.h"
 #include "render/commands/render_command.h"
 #include "render/path/camera_path.h"
 #include "scene/files/mesh_io.h"
@@ -23,12 +23,7 @@ class FillCommand : public testing::Test {
  protected:
   void SetUp() override {
     capture_ = test::MakeCapture(7, 64);
-    capture_.scene.image_folder = scene() / "images";
-    for (std::size_t i = 0; i < capture_.photos.size(); ++i)
-      WriteImage(scene() / "images" / capture_.scene.views[i].name, capture_.photos[i].levels[0]);
-    capture_.scene.active_proxy = "truth";
-    WriteScene(capture_.scene, scene());
-    WriteMesh(ProxyPath(scene(), "truth"), capture_.proxy);
+    test::WriteAsScene(capture_, scene());
   }
   fs::path scene() const { return folder_ / "scene"; }
   RenderOptions Options(const std::string& out, bool fill) const {
@@ -83,7 +78,8 @@ TEST_F(FillCommand, AFlyThroughHasNoHolesAndIsTheSameElsewhere) {
     try {
       summary = Run(without);
     } catch (const MachineError&) {
-      continue;  // no OpenGL here
+      ASSERT_EQ(backend, "gl");
+      GTEST_SKIP() << "no OpenGL 4.3 here: on the CPU it passed";
     }
     EXPECT_EQ(Run(with)["coverage"], summary["coverage"]) << "what is filled is not covered";
     long holes = 0, seen = 0;

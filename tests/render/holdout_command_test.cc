@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture.h"
+#include "capture_files.h"
 #include "projective_capture.h"
 #include "render/commands/render_command.h"
 #include "render/holdout/holdout.h"
@@ -33,12 +33,7 @@ class HoldoutCommand : public testing::Test {
  protected:
   void WriteCapture(int views) {
     capture_ = test::MakeCapture(views, 64);
-    capture_.scene.image_folder = scene() / "images";
-    for (std::size_t i = 0; i < capture_.photos.size(); ++i)
-      WriteImage(scene() / "images" / capture_.scene.views[i].name, capture_.photos[i].levels[0]);
-    capture_.scene.active_proxy = "truth";
-    WriteScene(capture_.scene, scene());
-    WriteMesh(ProxyPath(scene(), "truth"), capture_.proxy);
+    test::WriteAsScene(capture_, scene());
   }
   // The true proxy, moved away from the cameras.
   void WriteMoved(const std::string& name, double z) const {

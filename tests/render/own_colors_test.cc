@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "capture_files.h"
 #include "capture_with_tracks.h"
 #include "render/commands/render_command.h"
 #include "scene/files/mesh_io.h"
@@ -20,12 +21,7 @@ class OwnColors : public testing::Test {
   void WriteCapture(bool changed) {
     test::Capture c = test::CaptureWithTracks(17, 96);
     for (std::size_t v = 0; changed && v < c.photos.size(); ++v) test::ShowAs(test::Drifted(v), 0.5, c.photos[v]);
-    c.scene.image_folder = scene() / "images";
-    for (std::size_t i = 0; i < c.photos.size(); ++i)
-      WriteImage(scene() / "images" / c.scene.views[i].name, c.photos[i].levels[0]);
-    c.scene.active_proxy = "truth";
-    WriteScene(c.scene, scene());
-    WriteMesh(ProxyPath(scene(), "truth"), c.proxy);
+    test::WriteAsScene(c, scene());
     names_.clear();
     for (const View& v : c.scene.views) names_.push_back(v.name);
   }

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "capture.h"
+#include "capture_files.h"
 #include "projective_capture.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
@@ -33,14 +33,7 @@ class RenderCommand : public testing::Test {
     capture_ = test::MakeCapture(views, 64);
     WriteCapture();
   }
-  void WriteCapture() {
-    capture_.scene.image_folder = scene() / "images";
-    for (std::size_t i = 0; i < capture_.photos.size(); ++i)
-      WriteImage(scene() / "images" / capture_.scene.views[i].name, capture_.photos[i].levels[0]);
-    capture_.scene.active_proxy = "truth";
-    WriteScene(capture_.scene, scene());
-    WriteMesh(ProxyPath(scene(), "truth"), capture_.proxy);
-  }
+  void WriteCapture() { test::WriteAsScene(capture_, scene()); }
   // Every other photo shows the same place half a period later, in other colours.
   void WriteMovingCapture(int views) {
     capture_ = test::MakeCapture(views, 64);

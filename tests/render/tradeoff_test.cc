@@ -11,7 +11,7 @@
 #include <set>
 #include <thread>
 
-#include "capture.h"
+#include "capture_files.h"
 #include "render/settings_json.h"
 #include "render/tradeoff/budget.h"
 #include "render/tradeoff/frame_error.h"
@@ -56,12 +56,7 @@ struct SceneOnDisk {
   Folder folder;
   test::Capture capture;
   explicit SceneOnDisk(const std::string& name, int views) : folder(name), capture(test::MakeCapture(views, 64)) {
-    capture.scene.image_folder = Scene() / "images";
-    for (std::size_t i = 0; i < capture.photos.size(); ++i)
-      WriteImage(Scene() / "images" / capture.scene.views[i].name, capture.photos[i].levels[0]);
-    capture.scene.active_proxy = "truth";
-    WriteScene(capture.scene, Scene());
-    WriteMesh(ProxyPath(Scene(), "truth"), capture.proxy);
+    test::WriteAsScene(capture, Scene());
   }
   fs::path Scene() const { return folder.path / "scene"; }
   MeasureOptions Options(const std::string& out) const {

@@ -24,7 +24,7 @@ constexpr double kTouching = 1e-4;
 // A facet whose plane passes this close to the centre of projection (normalised units) is seen as a line.
 constexpr double kEdgeOn = 1e-9;
 
-using LatticePoint = Eigen::Matrix<std::int64_t, 2, 1>;  // lattice
+using LatticePoint = Eigen::Matrix<std::int64_t, 2, 1>;  // times kLattice
 
 // A facet in this view.
 struct SeenFacet {
