@@ -436,6 +436,9 @@ void ListKeys(JsonKeys& j, PipelineSummary& s) {
   j("seconds", s.seconds);
 }
 
+// The mean of fewer photos is no figure to go by.
+static constexpr std::size_t kFewHeldOut = 3;
+
 // A line for people below a stage's own, where its summary has something for them.
 static std::string LineOf(const StageResult& stage) {
   constexpr const char* kIndent = "             ";
@@ -453,6 +456,9 @@ static std::string LineOf(const StageResult& stage) {
     if (s.psnr_object_mean_db > 0)
       text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
                           s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);
+    if (!s.views.empty() && s.views.size() < kFewHeldOut)
+      text += fmt::format("{}that is {} photo{} only: --holdout each leaves every photo out in turn\n", kIndent,
+                          s.views.size(), s.views.size() == 1 ? "" : "s");
     return text;
   }
   if (stage.name == "calibrate") {

@@ -317,6 +317,34 @@ TEST(Fusion, MakesEachSurfaceOnceWhereMapsAgree) {
   EXPECT_LT(points.size(), 30000u) << "what four photos see is there once, not four times";
 }
 
+TEST(Fusion, DropsWhatAMirrorShowsDifferentlyInEachPhoto) {
+  // A plate on the wall that shows each camera something else, as a crumpled or curved mirror does.
+  const std::vector<StereoCamera> cameras = RowOfCameras(5);
+  std::vector<Photographed> photos;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto seed = static_cast<std::uint32_t>(100 + i);
+    photos.push_back(
+        Photograph({Wall(), {{0, 0, 3.999}, {0.6, 0, 0}, {0, 0.5, 0}, NoiseTexture(0.05, seed)}}, cameras[i]));
+  }
+  const std::vector<DepthMap> maps = MatchAll(photos, 3, 1, 20);
+  // Points on the plate, and on as large a piece of the wall beside it; half a patch (6 px of 4/192) from the edge.
+  const auto counts = [&](int agree) {
+    FusionOptions options;
+    options.agree = agree;
+    std::array<long, 2> found{};
+    for (const ProxyPoint& p : FuseDepths(InputOf(photos, maps), options, [] {})) {
+      if (std::abs(p.x_in_world.y()) > 0.37) continue;
+      if (std::abs(p.x_in_world.x()) < 0.47) ++found[0];
+      if (std::abs(std::abs(p.x_in_world.x()) - 0.73 - 0.235) < 0.235) ++found[1];
+    }
+    return found;
+  };
+  const auto loose = counts(2), strict = counts(3);
+  EXPECT_GT(loose[1], 1000);
+  EXPECT_LT(loose[0], 0.05 * static_cast<double>(loose[1])) << loose[0] << " of " << loose[1];
+  EXPECT_LE(strict[0], loose[0]);
+}
+
 TEST(Fusion, StricterAgreementKeepsFewerPointsAndThreadsDoNotMatter) {
   const std::vector<Photographed> photos = PhotographAll({Wall()}, RowOfCameras(4));
   const std::vector<DepthMap> maps = MatchAll(photos, 3, 1, 20);
