@@ -6,6 +6,7 @@
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --only stabilize   only stabilisation: simulated walks, and below DIR the shaky videos, beside vid.stab's results
 #   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
+#   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -18,7 +19,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -27,7 +28,7 @@ while [ $# -gt 0 ]; do
     --speed) only_speed=1; shift ;;
     --only)
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
-      if [ "${2:-}" = dense ]; then only_dense=1; shift 2; continue; fi
+      case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
   esac
@@ -62,11 +63,12 @@ dense_rows() {
     rm -rf "$work/dense-frames"
   done
 }
+simulated_for_dense() { [ -f "$work/dense-$1/lumigraph.json" ] || "$bin/lumi-simulate" --example "$1" --views 24 --width 640 -o "$work/dense-$1" --quiet; }
 dense() {
   local example
   printf '\n## Dense proxies\n\n| capture | proxy | all pixels dB | seen dB | seen | SSIM | photos | seconds |\n|---|---|---|---|---|---|---|---|\n'
   for example in desk plaza hallway; do
-    [ -f "$work/dense-$example/lumigraph.json" ] || "$bin/lumi-simulate" --example "$example" --views 24 --width 640 -o "$work/dense-$example" --quiet
+    simulated_for_dense $example
     dense_rows "$work/dense-$example" 640
   done
   for example in fox fountain sceaux; do dense_rows "$work/$example" 800; done
@@ -77,6 +79,11 @@ dense() {
     "$bin/lumi-proxy" delaunay "$work/dense-$example" --quiet >/dev/null
     "$bin/depth_bench" "$work/dense-$example" mesh dense
   done
+}
+dense_costs() {
+  simulated_for_dense desk
+  [ -f "$work/dense-desk/proxies/mesh.ply" ] || "$bin/lumi-proxy" delaunay "$work/dense-desk" --quiet >/dev/null
+  [ -f "$work/dense-desk/proxies/dense.ply" ] || "$bin/lumi-proxy" dense "$work/dense-desk" --quiet >/dev/null
   printf '\n| capture | depth maps px | seconds a photo | peak MB | points | mesh s | fewer faces s |\n|---|---|---|---|---|---|---|\n'
   dense_cost "$work/dense-desk" 640 1.5
   dense_cost "$work/fountain" 1000 1
@@ -132,8 +139,29 @@ dense_frames() {
     done
   done
 }
+# The pipeline's fly-through beside a weight at every pixel: ms a frame, and dB between the frames before they are compressed.
+fly_through() {
+  local scene=$1 way json folder=$work/fly-through-${1##*/} over=()
+  [ -z "${2:-}" ] || over=(--proxy "$2")
+  for way in pixel sparse; do
+    [ "$way" = pixel ] && options=() || options=(--fidelity-db 40)
+    rm -rf "$folder-$way"
+    json=$("$bin/lumi-render" "$scene" -o "$folder-$way" --width 960 --seconds 6 "${over[@]}" "${options[@]}" --json --quiet)
+    printf '%-7s %s ms a frame%s\n' "$way" "$(grep -o '"ms_per_frame": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$' | cut -c1-5)" \
+      "$(grep -o '"name": *"[a-z]* [0-9]*x[0-9]*, k [0-9]*"' <<<"$json" | head -n 1 | cut -d'"' -f4 | sed 's/^/  /')"
+  done
+  # Over black, as the video has them.
+  over_black='format=gbrap,premultiply=inplace=1,format=gbrp'
+  ffmpeg -nostdin -hide_banner -i "$folder-sparse/frames/frame_%06d.png" -i "$folder-pixel/frames/frame_%06d.png" \
+    -filter_complex "[0]$over_black[a];[1]$over_black[b];[a][b]psnr" -f null - 2>&1 | sed -n 's/.*average:\([^ ]*\) min:\([^ ]*\).*/PSNR between them \1 dB over all frames, \2 dB at the worst/p'
+  rm -rf "$folder-pixel" "$folder-sparse"
+}
 if [ -n "$only_dense" ]; then
-  dense
+  [ "$only_dense" = dense-cost ] || dense
+  dense_costs
+  printf '\n### The fly-through, 960 px wide: dense-desk\n\n```\n'
+  fly_through "$work/dense-desk" dense
+  printf '```\n'
   exit 0
 fi
 # What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
@@ -234,7 +262,7 @@ if [ -z "$only_speed" ]; then
     for width in 160 320 640; do effects_row "$work/$scene" "$width"; done
   done
 fi
-[ -n "$only_speed" ] || dense
+[ -n "$only_speed" ] || { dense; dense_costs; }
 # Photos that are left out are sharp; off last, as its cost is measured beside.
 sharpness() {
   local blurred=$work/plaza-blurred delta
@@ -389,22 +417,6 @@ if [ -f "$work/desk-capture/truth/mesh.ply" ]; then
     table "A mesh at $scale times its size, aligned by ICP" "$bin/lumi-proxy" import "$work/desk-capture/truth/mesh.ply" "$work/desk-capture" --name by-icp --scale "$scale" --align icp
   done
 fi
-# The pipeline's fly-through beside a weight at every pixel: ms a frame, and dB between the frames before they are compressed.
-fly_through() {
-  local scene=$1 way json folder=$work/fly-through-${1##*/}
-  for way in pixel sparse; do
-    [ "$way" = pixel ] && options=() || options=(--fidelity-db 40)
-    rm -rf "$folder-$way"
-    json=$("$bin/lumi-render" "$scene" -o "$folder-$way" --width 960 --seconds 6 "${options[@]}" --json --quiet)
-    printf '%-7s %s ms a frame%s\n' "$way" "$(grep -o '"ms_per_frame": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$' | cut -c1-5)" \
-      "$(grep -o '"name": *"[a-z]* [0-9]*x[0-9]*, k [0-9]*"' <<<"$json" | head -n 1 | cut -d'"' -f4 | sed 's/^/  /')"
-  done
-  # Over black, as the video has them.
-  over_black='format=gbrap,premultiply=inplace=1,format=gbrp'
-  ffmpeg -nostdin -hide_banner -i "$folder-sparse/frames/frame_%06d.png" -i "$folder-pixel/frames/frame_%06d.png" \
-    -filter_complex "[0]$over_black[a];[1]$over_black[b];[a][b]psnr" -f null - 2>&1 | sed -n 's/.*average:\([^ ]*\) min:\([^ ]*\).*/PSNR between them \1 dB over all frames, \2 dB at the worst/p'
-  rm -rf "$folder-pixel" "$folder-sparse"
-}
 scenes=()
 for s in fountain desk; do [ ! -d "$work/$s/proxies" ] || scenes+=("$work/$s"); done
 table 'A proxy of each view: milliseconds beside CGAL and OpenCV' "$bin/view_triangulation_bench" --scene ${scenes[@]+"${scenes[@]}"}
