@@ -122,6 +122,20 @@ long VideoReader::frame_count_hint() const { return impl_->hint; }
 int VideoReader::width() const { return impl_->width; }
 int VideoReader::height() const { return impl_->height; }
 int VideoReader::frames_read() const { return impl_->read; }
+double VideoReader::time_s() const { return std::max(0.0, impl_->last_time_s); }
+int VideoReader::times_made_up() const { return 0; }
+std::vector<std::string> VideoReader::remarks() const { return {}; }
+
+VideoTimes ReadVideoTimes(const fs::path& path) {
+  VideoReader reader(path);
+  VideoTimes times;
+  times.fps = times.average_fps = reader.fps();
+  while (reader.Skip()) times.time_s.push_back(reader.time_s());
+  for (std::size_t i = 1; i < times.time_s.size(); ++i)
+    times.largest_gap_s = std::max(times.largest_gap_s, times.time_s[i] - times.time_s[i - 1]);
+  times.constant = times.largest_gap_s < 1.1 / times.fps;
+  return times;
+}
 
 bool VideoReader::Skip() {
   Impl& v = *impl_;
@@ -308,6 +322,8 @@ void VideoWriter::Add(const Image8& rgb) {
   }
   v.Send(padded.data.data(), padded.data.size());
 }
+
+void VideoWriter::Add(const Image8& rgb, double) { Add(rgb); }
 
 void VideoWriter::Finish() {
   Impl& v = *impl_;
