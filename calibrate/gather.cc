@@ -177,6 +177,7 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   if (sharpest) batch.push_back(std::move(*sharpest));
   search();
   gathered.pictures = reader.frames_read();
+  for (const std::string& remark : reader.remarks()) progress.Message(remark);
   if (gathered.pictures == 0) throw InputError(input, "the video has no frame that can be read");
 
   const auto view_of = [](const Candidate& c) {

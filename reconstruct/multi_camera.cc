@@ -175,6 +175,7 @@ void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOp
       views.push_back(std::move(view));
       progress.Step();
     }
+    for (const std::string& remark : reader.remarks()) sink.Message(remark);
   }
   for (Point& point : scene.points)
     for (Observation& o : point.track) o.view = moment_view[static_cast<std::size_t>(o.view.value)];

@@ -73,6 +73,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
   flush();
   if (stack.frames.empty()) throw InputError(path, "has no frame that can be decoded");
   stack.truncated = video.truncated();
+  for (const std::string& remark : video.remarks()) sink.Message(remark);
   for (std::size_t i = 0; i < stack.frames.size(); ++i) {
     stack.time.push_back((stack.time_s[i] - stack.time_s[0]) * stack.fps);
     if (std::abs(stack.time.back() - static_cast<double>(i)) > kUnevenFrames) stack.uneven = true;

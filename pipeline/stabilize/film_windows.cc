@@ -83,6 +83,8 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
     batch.clear();
   };
   int got = 0;
+  if (first == 0)
+    for (const std::string& remark : impl_->reader.remarks()) sink.Message(remark);
   for (int index = first; index < first + count; ++index) {
     const fs::path file = folder / FilmFrameName(index);
     if (index < impl_->next) {

@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <opencv2/videoio.hpp>
 
 #include "scene/files/codecs.h"
 #include "scene/program/error.h"
@@ -186,25 +185,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   }
 }
 
-struct OpenCvDecoder : VideoDecoder {
-  cv::VideoCapture capture;
-  bool Grab() override { return capture.grab(); }
-  bool Retrieve(cv::Mat& bgr) override { return capture.retrieve(bgr); }
-  double TimeMs() override { return capture.get(cv::CAP_PROP_POS_MSEC); }
-};
-
-std::unique_ptr<VideoDecoder> OpenVideo(const fs::path& path, VideoClaims* claims) {
-  auto decoder = std::make_unique<OpenCvDecoder>();
-  decoder->capture.open(path.string(), cv::CAP_FFMPEG);
-  if (!decoder->capture.isOpened()) return nullptr;
-  claims->fps = decoder->capture.get(cv::CAP_PROP_FPS);
-  claims->frames = decoder->capture.get(cv::CAP_PROP_FRAME_COUNT);
-  claims->width = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_WIDTH));
-  claims->height = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_HEIGHT));
-  return decoder;
-}
-
-constexpr Codecs kCodecs{ReadInfo, Read8, ReadF, Write, OpenVideo};
+constexpr Codecs kCodecs{ReadInfo, Read8, ReadF, Write};
 
 }  // namespace
 }  // namespace lumi

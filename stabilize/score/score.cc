@@ -80,6 +80,7 @@ class Meter {
   int frames() const { return path_.frames(); }
   long frame_count_hint() const { return reader_.frame_count_hint(); }
   bool truncated() const { return reader_.truncated(); }
+  std::vector<std::string> remarks() const { return reader_.remarks(); }
 
   // Frames of the whole video; those that are left are not looked at.
   int CountAll() {
@@ -239,6 +240,7 @@ ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
     if (lengths[i] < kLeastCommon * lengths[0])
       throw DataError(fmt::format("has {} frames, the input {}: is it made from it?", lengths[i], lengths[0]),
                       "compare videos of the same frames", file);
+    for (const std::string& remark : meters[i].remarks()) result.warnings.push_back(remark);
     if (meters[i].truncated()) result.warnings.push_back(file.filename().string() + ": is cut off");
     if (lengths[i] != lengths[0])
       result.warnings.push_back(fmt::format("{}: has {} frames, the input {}: the first {} are compared",

@@ -11,5 +11,7 @@ lumi_test(test_scene_files
     files_scene_folder_test.cc
     files_transforms_json_test.cc
     files_undistort_test.cc
+    files_video_colours_test.cc
     files_video_test.cc
+    files_video_times_test.cc
   LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO opencv_core)
