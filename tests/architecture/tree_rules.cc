@@ -85,6 +85,7 @@ const std::vector<Rule>& Rules() {
       Confined("OpenGL", {"GL/", "GLFW/", "EGL/", "epoxy/", "imgui", "backends/imgui"}, {"render/"}),
       Confined("Embree", {"embree", "cmake/embree"}, {"render/", "simulate/"}),
       Confined("Ceres", {"ceres/"}, {"calibrate/", "reconstruct/", "timeperiodic/", "stabilize/"}),
+      Confined("FFmpeg", {"libav", "libsw"}, {"scene/files/ffmpeg/"}),
       Confined("SQLite", {"sqlite3"}, {"reconstruct/"}),
       {"a library neither prints nor exits",
        [](const SourceLine& l) {

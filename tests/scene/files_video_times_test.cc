@@ -138,6 +138,8 @@ TEST(VideoTimesTest, EveryContainerHasAConstantRateWhereItHasOne) {
     SCOPED_TRACE(clip[0]);
     std::vector<std::string> arguments{"-f", "lavfi", "-i", "sine=duration=0.8", "-c:v"};
     arguments.insert(arguments.end(), clip.begin() + 1, clip.end());
+    // Compressed sound begins before the first frame, and ffmpeg then leaves a gap in AVI after that frame.
+    if (fs::path(clip[0]).extension() == ".avi") arguments.insert(arguments.end(), {"-c:a", "pcm_s16le"});
     if (clip[0] == "i.webm") arguments.insert(arguments.end(), {"-c:a", "libopus"});
     arguments.push_back((folder / clip[0]).string());
     // The sound is an input of its own, after the frames.

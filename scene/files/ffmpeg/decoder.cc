@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // of a frame: 16384 x 8192
 constexpr int kMostErrors = 1000;                           // in a row, of the decoder: a damaged file's end
+constexpr double kFewMissing = 0.1;                         // of a file's presentation times
 
 class Decoder : public VideoDecoder {
  public:
@@ -52,7 +54,7 @@ class Decoder : public VideoDecoder {
   }
 
   bool Grab() override { return std::exchange(ahead_, false) || Decode(); }
-  double StatedTime_s() override { return input_.Seconds(frame_->best_effort_timestamp); }
+  double StatedTime_s() override { return input_.Seconds(stamp_); }
   Image8 Picture() override { return to_rgb_->Convert(*frame_); }
   const VideoClaims& claims() override { return claims_; }
 
@@ -61,16 +63,38 @@ class Decoder : public VideoDecoder {
   bool Decode() {
     for (int errors = 0; errors < kMostErrors;) {
       const int got = avcodec_receive_frame(context_.get(), frame_.get());
-      if (got >= 0 && frame_->width > 0 && frame_->height > 0) return true;
+      if (got >= 0 && frame_->width > 0 && frame_->height > 0) {
+        TakeStamp();
+        return true;
+      }
       if (got == AVERROR_EOF) return false;
       if (got != AVERROR(EAGAIN)) {
         ++errors;
         continue;
       }
       const bool more = input_.Read(*packet_);
+      if (more) NoteStamp(*packet_);
       if (avcodec_send_packet(context_.get(), more ? packet_.get() : nullptr) < 0) ++errors;
     }
     return false;
+  }
+
+  // Some containers (AVI, most of MPEG) say when frames are decoded, and of few or none when they are shown. The times
+  // of decoding, in their order, are then those of showing but for a delay, which is the same for all. The decoder
+  // itself has no time for its last frames.
+  void NoteStamp(const AVPacket& packet) {
+    any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
+    if (!any_key_ || (packet.flags & AV_PKT_FLAG_DISCARD)) return;
+    ++stamps_;
+    without_pts_ += packet.pts == AV_NOPTS_VALUE;
+    if (packet.dts != AV_NOPTS_VALUE) dts_.push_back(packet.dts);
+  }
+  void TakeStamp() {
+    if (!by_dts_) by_dts_ = without_pts_ > kFewMissing * stamps_ && static_cast<int>(dts_.size()) == stamps_;
+    stamp_ = frame_->best_effort_timestamp;
+    if (dts_.empty()) return;
+    if (*by_dts_) stamp_ = dts_.front();
+    dts_.pop_front();
   }
 
   Input input_;
@@ -79,7 +103,12 @@ class Decoder : public VideoDecoder {
   FramePtr frame_{av_frame_alloc()};
   std::optional<ToRgb> to_rgb_;
   VideoClaims claims_;
-  bool ahead_ = false;  // frame_ is decoded and not grabbed yet
+  bool ahead_ = false;                   // frame_ is decoded and not grabbed yet
+  std::int64_t stamp_ = AV_NOPTS_VALUE;  // of frame_
+  std::deque<std::int64_t> dts_;         // of packets that are decoded and not shown
+  int stamps_ = 0, without_pts_ = 0;
+  bool any_key_ = false;
+  std::optional<bool> by_dts_;  // decided with the first frame
 };
 
 struct Stamp {
@@ -92,9 +121,9 @@ void AppendShown(std::vector<Stamp>& run, std::vector<double>& stated_s) {
   std::vector<double> times;
   for (const Stamp& s : run)
     if (!std::isnan(s.pts_s)) times.push_back(s.pts_s);
-  // AVI has times of decoding alone: those, in their order, are the times of showing but for a delay.
-  if (2 * times.size() < run.size()) {
-    times.clear();
+  if (const auto missing = static_cast<double>(run.size() - times.size());
+      missing > kFewMissing * static_cast<double>(run.size())) {
+    times.clear();  // by the times of decoding, as the decoder above
     for (const Stamp& s : run)
       if (!std::isnan(s.dts_s)) times.push_back(s.dts_s);
   }

@@ -110,6 +110,7 @@ void ToRgb::Prepare(const Colours& colours) {
   colours_ = colours;
   scaler_.reset();
   graph_.reset();
+  av_frame_unref(planes_.get());
   const bool rgb = IsRgb(colours.format) || IsGrey(colours.format);
   if (colours.Hdr() && !rgb)
     PrepareToneMap();
@@ -219,20 +220,20 @@ Image8 ToRgb::Convert(AVFrame& frame) {
   frame.format = colours_.format;
   frame.colorspace = colours_.matrix;
   frame.color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
-  const FramePtr planes(av_frame_alloc());
   int error = 0;
   if (graph_) {
     if (frame.color_primaries == AVCOL_PRI_UNSPECIFIED) frame.color_primaries = AVCOL_PRI_BT2020;
     frame.pts = 0;
     error = av_buffersrc_add_frame_flags(source_, &frame, AV_BUFFERSRC_FLAG_KEEP_REF);
-    if (error >= 0) error = av_buffersink_get_frame(sink_, planes.get());
+    av_frame_unref(planes_.get());
+    if (error >= 0) error = av_buffersink_get_frame(sink_, planes_.get());
   } else {
-    error = sws_scale_frame(scaler_.get(), planes.get(), &frame);
+    error = sws_scale_frame(scaler_.get(), planes_.get(), &frame);
   }
-  if (error < 0 || planes->width != width_ || planes->height != height_)
+  if (error < 0 || planes_->width != width_ || planes_->height != height_)
     throw InputError(path_, fmt::format("a frame's colours cannot be converted: {}", Words(error)));
   const auto plane = [&](int i) {
-    return cv::Mat(height_, width_, CV_8U, planes->data[i], static_cast<std::size_t>(planes->linesize[i]));
+    return cv::Mat(height_, width_, CV_8U, planes_->data[i], static_cast<std::size_t>(planes_->linesize[i]));
   };
   const cv::Mat red_green_blue[3] = {plane(2), plane(0), plane(1)};
   Image8 picture(width(), height(), 3);
