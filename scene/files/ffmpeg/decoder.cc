@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // of a frame: 16384 x 8192
 constexpr int kMostErrors = 1000;                           // in a row, of the decoder: a damaged file's end
+constexpr int kMostThreads = 16;                            // each holds a frame; FFmpeg warns of more
 constexpr double kFewMissing = 0.1;                         // of a file's presentation times
 
 class Decoder : public VideoDecoder {
@@ -33,7 +34,7 @@ class Decoder : public VideoDecoder {
     context_.reset(avcodec_alloc_context3(codec));
     int error = avcodec_parameters_to_context(context_.get(), &stream);
     context_->pkt_timebase = input_.video().time_base;
-    context_->thread_count = std::max(0, threads);
+    context_->thread_count = std::clamp(threads, 1, kMostThreads);
     context_->max_pixels = kMaxPixels;
     if (error >= 0) error = avcodec_open2(context_.get(), codec, nullptr);
     if (error < 0) refuse(Words(error));
