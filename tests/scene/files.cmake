@@ -11,6 +11,7 @@ lumi_test(test_scene_files
     files_scene_folder_test.cc
     files_transforms_json_test.cc
     files_undistort_test.cc
+    files_video_clock_test.cc
     files_video_colours_test.cc
     files_video_test.cc
     files_video_times_test.cc
