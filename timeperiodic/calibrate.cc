@@ -9,7 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/sibling.h"
@@ -100,7 +100,7 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
 PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period,
                                       o.width_px, o.period_frames};
-  const double fps = VideoReader(options.video).fps();
+  const double fps = VideoClock(ReadUsableTimes(options.video)).fps();
   OpenOptions open;
   open.check_photos = false;
   Scene scene = OpenScene(o.scene, open, progress);
