@@ -80,6 +80,9 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
           "and circular")
       .Default();
   app.Add("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4").Default();
+  app.Add("--fps", steady.fps,
+          "Frames a second of the result, above 0, up to 1000: each picture is the frame nearest in time; default: its "
+          "frames have the video's own times");
   app.Flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised");
   app.Flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of");
   app.Flag("--tradeoff", steady.tradeoff,

@@ -90,7 +90,10 @@ void AddRendering(Options app, Line& line) {
       .Range(1, kMaxPictureSide);
   app.Add("--height", o.height_px, "Height in pixels; default: by the photos' aspect").Range(1, kMaxPictureSide);
   app.Add("--seconds", o.seconds, "Length of the path through the photos").Default();
-  app.Add("--fps", o.fps, "Frames a second of that path").Default();
+  app.Add("--fps", o.fps,
+          "Frames a second of that path; with --path of matrices: of its film, each picture the frame nearest in time, "
+          "in place of the frames' own times")
+      .Default();
   app.Flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.Add("--format", o.format, "Of the pictures").OneOf({"png", "jpg", "exr"}).Default();
   app.Add("--backend", o.backend, "Where frames are blended").OneOf({"cpu", "gl"}).Default();

@@ -16,7 +16,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/geometry/median.h"
 #include "scene/program/stopwatch.h"
 
@@ -29,6 +29,39 @@ CameraPath RequestedPath(const RenderJob& job) {
   const RenderOptions& o = job.options;
   return o.path.empty() ? PathThroughPhotos(job.scene(), o.seconds, o.fps) : ReadCameraPath(o.path);
 }
+
+// A film of the path: its frames at an even rate, or of matrices at the times of their keys, or with --fps at that
+// rate, each picture the frame nearest in time.
+class PathFilm {
+ public:
+  PathFilm(const std::filesystem::path& file, const RenderJob& job, double fps) {
+    if (job.matrices)
+      for (const MatrixKey& key : job.matrices->keys) times_s_.push_back(key.time_s);
+    even_ = AreEven(times_s_, fps);
+    const std::optional<double> asked =
+        job.matrices && job.options.decided.Has("fps") ? std::optional(job.options.fps) : std::nullopt;
+    if (asked && !AreEven(times_s_, *asked)) {
+      shown_ = ShownAtRate(times_s_, FilmLength_s(times_s_, fps), *asked);
+      even_ = true;
+    }
+    writer_.emplace(file, asked.value_or(fps));
+  }
+  void Add(std::size_t frame, const Image8& rgb) {
+    for (int k = shown_.empty() ? 1 : shown_[frame]; k > 0; --k) {
+      if (even_)
+        writer_->Add(rgb);
+      else
+        writer_->Add(rgb, times_s_[frame] - times_s_[0]);
+    }
+  }
+  void Finish() { writer_->Finish(); }
+
+ private:
+  std::vector<double> times_s_;
+  std::vector<int> shown_;  // how often; empty: each once
+  bool even_ = true;
+  std::optional<VideoWriter> writer_;
+};
 
 double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrices->fps : RequestedPath(job).fps; }
 
@@ -124,9 +157,9 @@ void RenderPath(RenderJob& job) {
   const std::vector<RenderView>& views = job.wanted.views;
   const double fps = FramesPerSecond(job);
   if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
-  std::optional<VideoWriter> video;
+  std::optional<PathFilm> video;
   const std::filesystem::path video_file = o.to_video() ? o.output : o.output / "path.mp4";
-  if (o.to_video() || o.video) video.emplace(video_file, fps);
+  if (o.to_video() || o.video) video.emplace(video_file, job, fps);
 
   PathFigures& figures = job.summary.path.emplace();
   figures.size_px = views.front().size_px;
@@ -139,7 +172,7 @@ void RenderPath(RenderJob& job) {
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
-      if (video) video->Add(FrameOnDisk(file, job.Fills()));
+      if (video) video->Add(i, FrameOnDisk(file, job.Fills()));
       progress.Step();
       continue;
     }
@@ -154,7 +187,7 @@ void RenderPath(RenderJob& job) {
     window += statistics.window_coverage;
     wider += statistics.wider_coverage;
     if (!o.to_video()) job.Write(stem, image);
-    if (video) video->Add(ToRgb8(image));
+    if (video) video->Add(i, ToRgb8(image));
     progress.Step();
   }
   if (video) {

@@ -77,7 +77,10 @@ std::optional<MatrixPath> MatricesOf(const RenderOptions& o, const Lumigraph& lu
   if (!o.along_path()) return std::nullopt;
   if (!lumigraph.metric() && o.path.empty() && o.decided.Has("seconds"))
     throw UsageError("--seconds is of a path between poses, which this scene does not have: a frame a photo");
-  return MatrixPathFor(lumigraph.scene(), o.path, o.fps);
+  std::optional<MatrixPath> matrices = MatrixPathFor(lumigraph.scene(), o.path, o.fps);
+  if (!matrices && !o.path.empty() && o.decided.Has("fps"))
+    throw UsageError("--fps with --path is of a path of matrices (lumi-stabilize): a path of poses has its own rate");
+  return matrices;
 }
 
 DesiredViews WantedBy(const RenderJob& job) {

@@ -71,10 +71,12 @@ void RequireNothingIgnored(const RenderOptions& o) {
     throw UsageError("--fold goes with --holdout N: each photo is left out in turn, and there are no folds");
   if (o.holdout == 0 && !o.seen_proxy.empty()) throw UsageError("--seen-proxy goes with --holdout");
   if (o.video && !o.along_path()) throw UsageError("--video shows a path, not --view or --holdout");
-  for (const char* name : {"seconds", "fps"})
-    if (given(name) && (!o.path.empty() || !o.along_path()))
-      throw UsageError(std::string("--") + name +
-                       " is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("seconds") && (!o.path.empty() || !o.along_path()))
+    throw UsageError("--seconds is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("fps") && !o.along_path())
+    throw UsageError("--fps is of a path: neither --view nor --holdout goes with it");
+  if (given("fps") && !o.path.empty() && !o.video && !o.to_video())
+    throw UsageError("--fps with --path is of the film: --video or -o FILE.mp4 writes one");
   if (given("format") && o.to_video()) throw UsageError("--format is of pictures: -o names a video");
   if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
     throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");

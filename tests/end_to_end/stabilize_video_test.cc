@@ -236,9 +236,6 @@ TEST_F(StabilizeVideo, WhatIsNoVideoIsRefusedInOneLine) {
   refused(*work_ / "sound.mp4", static_cast<int>(ExitCode::kCorruptInput), "sound.mp4");
   Ffmpeg({"-i", (*work_ / "film.mp4").string(), "-frames:v", "1", "-an", (*work_ / "one.mp4").string()});
   refused(*work_ / "one.mp4", static_cast<int>(ExitCode::kDataRefused), "one frame");
-  Ffmpeg({"-i", (*work_ / "film.mp4").string(), "-an", "-vf", "select='not(eq(mod(n,7),3))'", "-vsync", "vfr",
-          (*work_ / "uneven.mp4").string()});
-  refused(*work_ / "uneven.mp4", static_cast<int>(ExitCode::kDataRefused), "variable frame rate");
 }
 
 TEST_F(StabilizeVideo, AnOddSizedFilmOfAStillCameraComesOutAsItWentIn) {
