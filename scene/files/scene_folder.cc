@@ -16,6 +16,7 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/projective_json.h"
 #include "scene/files/transforms_json.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -68,6 +69,7 @@ struct Manifest {
     std::optional<double> time_s;
     std::optional<int> frame_index;
     double gain = 1;
+    int orientation = 1;
   };
   std::map<std::string, ViewEntry> views;
 };
@@ -113,6 +115,8 @@ Manifest ReadManifest(const fs::path& file) {
       entry.frame_index = view.Integer("frame_index");
       entry.gain = view.Number("gain").value_or(1);
       if (!(entry.gain > 0)) throw view.Wrong("gain", "positive");
+      entry.orientation = view.Integer("orientation").value_or(1);
+      if (!IsOrientation(entry.orientation)) throw view.Wrong("orientation", "1 to 8");
       if (!m.views.emplace(*name, entry).second) throw InputError(file, fmt::format("view \"{}\" comes twice", *name));
     }
   return m;
@@ -144,6 +148,7 @@ Scene ReadOwnScene(const fs::path& folder) {
     view.time_s = entry->second.time_s;
     view.frame_index = entry->second.frame_index;
     view.gain = entry->second.gain;
+    view.orientation = entry->second.orientation;
   }
   if (!manifest.up || !manifest.normalized_from_world) UpdateFrameOfReference(scene);
   if (manifest.up) scene.up = *manifest.up;
@@ -189,16 +194,25 @@ Scene ReadWorkspace(const fs::path& path, const fs::path& model) {
 
 // --- Photos and cameras ------------------------------------------------------------------------------------------
 
-void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
-  std::vector<Eigen::Vector2i> sizes(scene.views.size());
-  {
-    Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
-    ParallelEach(scene.views.size(), 1, [&](std::size_t i) {
-      const ImageInfo info = ReadImageInfo(scene.ImagePath(scene.views[i]));
-      sizes[i] = {info.width, info.height};
-      progress.Step();
-    });
-  }
+// Photos that say themselves how they are held, where the scene does not.
+void TakeOrientations(Scene& scene, const std::vector<ImageInfo>& photos) {
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    if (scene.views[i].orientation == 1) scene.views[i].orientation = photos[i].orientation;
+}
+
+std::vector<ImageInfo> ReadPhotoInfos(const Scene& scene, ProgressSink& sink) {
+  std::vector<ImageInfo> photos(scene.views.size());
+  Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
+  ParallelEach(scene.views.size(), 1, [&](std::size_t i) {
+    photos[i] = ReadImageInfo(scene.ImagePath(scene.views[i]));
+    progress.Step();
+  });
+  return photos;
+}
+
+void FitCamerasToPhotos(Scene& scene, const std::vector<ImageInfo>& photos, bool rescale, ProgressSink& sink) {
+  std::vector<Eigen::Vector2i> sizes;
+  for (const ImageInfo& photo : photos) sizes.emplace_back(photo.width, photo.height);
   const auto camera_size = [&](std::size_t i) { return SizePx(scene, scene.views[i]); };
   const auto fits = [&](std::size_t i) { return sizes[i] == camera_size(i); };
   std::vector<Eigen::Vector2d> factors(scene.views.size(), Eigen::Vector2d::Ones());
@@ -215,7 +229,8 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
             scene.ImagePath(view),
             fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees",
                         sizes[i].x(), sizes[i].y(), size.x(), size.y()),
-            "turn the photo back (what its EXIF data say of its orientation is not applied)");
+            "turn its pixels back: cameras are those of the pixels as they are stored, whatever EXIF's orientation "
+            "says");
       if (!rescale)
         throw InputError(
             scene.ImagePath(view),
@@ -295,8 +310,14 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   if (!skipped.empty())
     progress.Message(
         fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
-  if (!ours) UpdateFrameOfReference(scene);
-  if (options.check_photos || options.rescale_cameras) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
+  if (options.check_photos || options.rescale_cameras) {
+    const std::vector<ImageInfo> photos = ReadPhotoInfos(scene, progress);
+    if (!ours) TakeOrientations(scene, photos);
+    if (!ours) UpdateFrameOfReference(scene);
+    FitCamerasToPhotos(scene, photos, options.rescale_cameras, progress);
+  } else if (!ours) {
+    UpdateFrameOfReference(scene);
+  }
   const bool distorted =
       scene.frame == Frame::kMetric && std::any_of(scene.views.begin(), scene.views.end(),
                                                    [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
@@ -328,6 +349,7 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
     if (view.time_s) entry["time_s"] = *view.time_s;
     if (view.frame_index) entry["frame_index"] = *view.frame_index;
     entry["gain"] = view.gain;
+    if (view.orientation != 1) entry["orientation"] = view.orientation;
     json["views"].push_back(std::move(entry));
   }
   std::string text;

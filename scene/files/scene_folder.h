@@ -28,8 +28,9 @@ struct OpenOptions {
 };
 
 // path: a folder with lumigraph.json; one with a COLMAP model in it, in sparse/ or in sparse/0/, photos in images/
-// beside any of these or right in it; the model's own folder; transforms.json or a folder with one. up and
-// normalized_from_world are stored in ours and estimated for others'. Throws InputError (corrupt, newer version, photo
+// beside any of these or right in it; the model's own folder; transforms.json or a folder with one. up,
+// normalized_from_world and the photos' orientations are stored in ours; for others' they are estimated, and read from
+// the photos (with check_photos). Throws InputError (corrupt, newer version, photo
 // absent, a camera that does not fit its photo) or UsageError (no scene there, with what was looked for). A scene of
 // ours may be quasi-affine or projective: a caller that needs cameras says so with RequireMetric (scene/model/scene.h).
 Scene OpenScene(const std::filesystem::path& path, const OpenOptions& options, ProgressSink& progress);

@@ -69,6 +69,14 @@ struct Reader {
     return {};
   }
 
+  // Ours: other writers of these files leave it to the photos.
+  int Orientation(const Json& frame) const {
+    const double value = Number(frame, frame, "orientation").value_or(1);
+    if (!(value >= 1 && value <= 8) || value != std::floor(value))
+      throw Fail(fmt::format("orientation = {} is none: 1 to 8", value));
+    return static_cast<int>(value);
+  }
+
   int Side(double value, const char* key) const {
     if (!(value >= 1 && value <= (1 << 20)) || value != std::floor(value))
       throw Fail(fmt::format("{} = {} is no size", key, value));
@@ -195,6 +203,7 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
     View view;
     view.cam_from_world = reader.ReadPose(frame, file_path);
     view.time_s = reader.Number(frame, frame, "time");
+    view.orientation = reader.Orientation(frame);
     const Camera camera = reader.ReadCamera(frame, root, *photo);
     const auto [known, added] = cameras.try_emplace({camera.model, camera.width_px, camera.height_px, camera.params},
                                                     CameraId{static_cast<std::int32_t>(scene.cameras.size())});
@@ -260,6 +269,7 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
     matrix.push_back({0.0, 0.0, 0.0, 1.0});
     frame["transform_matrix"] = std::move(matrix);
     if (view.time_s) frame["time"] = *view.time_s;
+    if (view.orientation != 1) frame["orientation"] = view.orientation;
     root["frames"].push_back(std::move(frame));
   }
   std::string text;
