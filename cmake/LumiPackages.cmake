@@ -42,9 +42,11 @@ lumi_package(PkgConfig "pkg-config" pkg-config)
 if(PkgConfig_FOUND)
   pkg_check_modules(EPOXY QUIET IMPORTED_TARGET epoxy)
   pkg_check_modules(EGL QUIET egl)
+  pkg_check_modules(LCMS QUIET IMPORTED_TARGET lcms2)
 endif()
 lumi_package(EPOXY "epoxy" libepoxy-dev)
 lumi_package(EGL "EGL" libegl-dev libgl-dev)
+lumi_package(LCMS "little CMS" liblcms2-dev)
 
 # Parts that may be left out.
 option(LUMI_CGAL "What needs CGAL: lumi-proxy; facets of coarse proxies in lumi-render's sparse grids" ON)

@@ -26,6 +26,7 @@ struct PictureToWrite {
   const void* pixels = nullptr;
   PictureFormat format = PictureFormat::kOther;
   int jpeg_quality = 0;
+  int orientation = 1;  // EXIF's
 };
 
 // Takes what was encoded: as bytes, or, from formats that must have a file, by a function that writes one.
@@ -49,6 +50,7 @@ struct VideoClaims {
 // They throw what image_io.h says. open_video gives null where it cannot, or throws cv::Exception.
 struct Codecs {
   ImageInfo (*read_info)(const std::filesystem::path&);
+  bool (*can_read_raw)();
   Image8 (*read_8)(const std::filesystem::path&, int channels);
   ImageF (*read_float)(const std::filesystem::path&);
   void (*write)(const std::filesystem::path&, const PictureToWrite&, const PictureSink&);

@@ -10,6 +10,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "scene/files/codecs.h"
+#include "scene/files/color_profile.h"
+#include "scene/files/picture_info.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -113,32 +115,35 @@ Image8 ToImage8(const Image<T>& source, const std::array<int, 4>& from, int chan
 
 ImageInfo ReadInfo(const fs::path& path) {
   const auto in = Open(path);
-  const OIIO::ImageSpec& spec = in->spec();
-  ImageInfo info;
-  info.width = spec.width;
-  info.height = spec.height;
-  info.channels = spec.nchannels;
-  info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
-  if (const float f = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0); f > 0 && std::isfinite(f))
-    info.focal_35mm = f;
-  for (const char* name : {"Exif:DateTimeOriginal", "DateTime"})
-    if (const std::string time(spec.get_string_attribute(name)); !time.empty() && !info.capture_time)
-      info.capture_time = time;
-  return info;
+  return PictureInfo(in->spec(), in->format_name(), path);
 }
 
-Image8 Read8(const fs::path& path, int channels) {
-  const auto in = Open(path);
-  const OIIO::ImageSpec spec = in->spec();
+bool CanReadRawFiles() {
+  // "bmp,cineon,dds,...": the formats that this OpenImageIO was built with.
+  LimitThreads();
+  const std::string formats(OIIO::get_string_attribute("format_list"));
+  return ("," + formats + ",").find(",raw,") != std::string::npos;
+}
+
+Image8 Pixels8(OIIO::ImageInput& in, const fs::path& path, int channels) {
+  const OIIO::ImageSpec spec = in.spec();
   const auto from = ChannelsOf(spec);
   if (spec.format == OIIO::TypeDesc::UINT8) {
-    Image8 image = ReadPixels<std::uint8_t>(*in, path, OIIO::TypeDesc::UINT8);
+    Image8 image = ReadPixels<std::uint8_t>(in, path, OIIO::TypeDesc::UINT8);
     if (spec.nchannels == channels && (channels == 3 || from[3] == 3)) return image;
     return ToImage8(image, from, channels);
   }
   if (spec.format == OIIO::TypeDesc::UINT16)
-    return ToImage8(ReadPixels<std::uint16_t>(*in, path, OIIO::TypeDesc::UINT16), from, channels);
-  return ToImage8(ReadPixels<float>(*in, path, OIIO::TypeDesc::FLOAT), from, channels);
+    return ToImage8(ReadPixels<std::uint16_t>(in, path, OIIO::TypeDesc::UINT16), from, channels);
+  return ToImage8(ReadPixels<float>(in, path, OIIO::TypeDesc::FLOAT), from, channels);
+}
+
+Image8 Read8(const fs::path& path, int channels) {
+  const auto in = Open(path);
+  const std::string profile = EmbeddedProfile(in->spec(), in->format_name(), path);
+  Image8 image = Pixels8(*in, path, channels);
+  ToSrgb(profile, image);
+  return image;
 }
 
 ImageF ReadF(const fs::path& path) {
@@ -153,6 +158,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   if (!picture.is_float) {
     spec.attribute("oiio:UnassociatedAlpha", 1);
     spec.attribute("oiio:ColorSpace", "sRGB");
+    if (picture.orientation != 1) spec.attribute("Orientation", picture.orientation);
   }
   if (picture.format == PictureFormat::kJpeg) {
     spec.attribute("Compression", fmt::format("jpeg:{}", std::clamp(picture.jpeg_quality, 1, 100)));
@@ -204,7 +210,7 @@ std::unique_ptr<VideoDecoder> OpenVideo(const fs::path& path, VideoClaims* claim
   return decoder;
 }
 
-constexpr Codecs kCodecs{ReadInfo, Read8, ReadF, Write, OpenVideo};
+constexpr Codecs kCodecs{ReadInfo, CanReadRawFiles, Read8, ReadF, Write, OpenVideo};
 
 }  // namespace
 }  // namespace lumi
