@@ -53,6 +53,8 @@ void AddCameras(Options& app, PipelineOptions& options) {
   app.Group("Cameras");
   app.Flag("--rescale-cameras", options.rescale_cameras,
            "Scale given cameras to photos of another size instead of refusing");
+  app.PassFlag("--clips", options.reconstruct_arguments,
+               "INPUT is a folder of hand-held videos of one place, not taken at once (as lumi-reconstruct)");
   app.PassFlag("--all-frames", options.reconstruct_arguments,
                "A camera for every frame of a video (as lumi-reconstruct)");
 }

@@ -170,6 +170,39 @@ std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, st
   return matches;
 }
 
+std::vector<DatabaseCamera> ColmapDatabase::Cameras() const {
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT camera_id, model, width, height, params, prior_focal_length FROM cameras");
+  std::vector<DatabaseCamera> cameras;
+  while (impl_->Step(statement)) {
+    const auto model = CameraModelFromId(sqlite3_column_int(statement.s, 1));
+    if (!model) continue;
+    DatabaseCamera entry;
+    entry.id = sqlite3_column_int64(statement.s, 0);
+    entry.camera.model = *model;
+    entry.camera.width_px = sqlite3_column_int(statement.s, 2);
+    entry.camera.height_px = sqlite3_column_int(statement.s, 3);
+    entry.camera.params.resize(static_cast<std::size_t>(ParameterCount(*model)));
+    const auto bytes = static_cast<std::size_t>(sqlite3_column_bytes(statement.s, 4));
+    if (bytes != entry.camera.params.size() * sizeof(double))
+      throw InputError(impl_->path,
+                       fmt::format("camera {}: {} bytes of parameters for a {}", entry.id, bytes, Name(*model)));
+    std::memcpy(entry.camera.params.data(), sqlite3_column_blob(statement.s, 4), bytes);
+    entry.focal_is_known = sqlite3_column_int(statement.s, 5) != 0;
+    cameras.push_back(std::move(entry));
+  }
+  return cameras;
+}
+
+void ColmapDatabase::SetFocalLength(std::int64_t camera_id, const Camera& camera) {
+  Impl::Statement update;
+  impl_->Prepare(update, "UPDATE cameras SET params = ?, prior_focal_length = 1 WHERE camera_id = ?");
+  sqlite3_bind_blob(update.s, 1, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)),
+                    SQLITE_TRANSIENT);
+  sqlite3_bind_int64(update.s, 2, camera_id);
+  impl_->Step(update);
+}
+
 bool ColmapDatabase::HasRigs() const {
   Impl::Statement statement;
   impl_->Prepare(statement, "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = 'rigs'");

@@ -103,29 +103,29 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
   return {};
 }
 
-// Photos of one size and focal length share a camera where COLMAP gave each its own (same numbers from the same EXIF).
+// Photos of one size and lens setting share a camera where COLMAP gave each its own (same numbers from the same EXIF).
 void ShareEqualCameras(const Capture& capture, const fs::path& database) {
   ColmapDatabase db(database);
   if (db.HasRigs()) return;
   std::map<std::string, const InputPhoto*> photo_of;
   for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
-  std::map<std::tuple<int, int, double>, std::vector<std::int64_t>> groups;
+  std::map<std::tuple<int, int, double, std::string>, std::vector<std::int64_t>> groups;
   std::set<std::int64_t> camera_ids;
   const auto images = db.Images();
   for (const auto& image : images) {
     const auto it = photo_of.find(image.name);
     if (it == photo_of.end()) return;  // not ours
     camera_ids.insert(image.camera_id);
-    groups[{it->second->width_px, it->second->height_px, it->second->focal_35mm.value_or(0)}].push_back(image.id);
+    const InputPhoto& photo = *it->second;
+    groups[{photo.width_px, photo.height_px, photo.focal_35mm.value_or(0), LensSetting(photo)}].push_back(image.id);
   }
   if (camera_ids.size() <= groups.size()) return;
-  // COLMAP's own guess of the focal length where there is no EXIF, and its rule where there is.
-  constexpr double kDefaultFocalFactor = 1.2, kFilmWidthMm = 35;
+  constexpr double kDefaultFocalFactor = 1.2;  // COLMAP's own guess where there is no EXIF
   std::vector<Camera> cameras;
   std::map<std::int64_t, std::size_t> camera_of_image;
   for (const auto& [key, ids] : groups) {
-    const auto& [width, height, focal_35mm] = key;
-    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilmWidthMm : kDefaultFocalFactor);
+    const auto& [width, height, focal_35mm, setting] = key;
+    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilm35WidthMm : kDefaultFocalFactor);
     Camera camera;
     camera.width_px = width;
     camera.height_px = height;
@@ -136,6 +136,26 @@ void ShareEqualCameras(const Capture& capture, const fs::path& database) {
     cameras.push_back(camera);
   }
   db.SetCameras(cameras, false, camera_of_image);
+}
+
+// COLMAP reads EXIF in JPEG files only, and none in the copies of HEIC, RAW or 16-bit photos: cameras that it guessed
+// begin at the focal length that EXIF gives all their photos, and count as known as those that it read itself.
+void TakeFocalLengths(const Capture& capture, const fs::path& database) {
+  ColmapDatabase db(database);
+  std::map<std::string, const InputPhoto*> photo_of;
+  for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
+  std::map<std::int64_t, std::set<double>> focals_of;
+  for (const auto& image : db.Images()) {
+    const auto it = photo_of.find(image.name);
+    focals_of[image.camera_id].insert(it == photo_of.end() ? 0 : it->second->focal_35mm.value_or(0));
+  }
+  for (const DatabaseCamera& entry : db.Cameras()) {
+    const std::set<double>& focals = focals_of[entry.id];
+    if (entry.focal_is_known || focals.size() != 1 || !(*focals.begin() > 0)) continue;
+    const Camera& camera = entry.camera;
+    const double f = std::max(camera.width_px, camera.height_px) * *focals.begin() / kFilm35WidthMm;
+    db.SetFocalLength(entry.id, camera.WithPinhole({f, f}, camera.PrincipalPointPx()));
+  }
 }
 
 void SetKnownCamera(const Camera& camera, const fs::path& database) {
@@ -227,10 +247,10 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options) {
   CameraPlan plan;
   std::set<std::pair<int, int>> sizes;
-  std::set<double> focals;
+  std::set<std::string> settings;
   for (const InputPhoto& photo : capture.photos) {
     sizes.insert({photo.width_px, photo.height_px});
-    focals.insert(photo.focal_35mm.value_or(0));
+    settings.insert(LensSetting(photo));
   }
   if (!options.camera_yaml.empty()) {
     Camera camera = ReadCameraYaml(options.camera_yaml);
@@ -251,7 +271,7 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
     throw DataError(fmt::format("--single-camera yes, but the photos have {} different sizes", sizes.size()),
                     "use --single-camera auto");
   plan.shared = options.single_camera == SingleCamera::kYes ||
-                (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && focals.size() == 1);
+                (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && settings.size() == 1);
   if (plan.shared && capture.photos.size() >= kPhotosForRadial) plan.model = CameraModel::kRadial;
   return plan;
 }
@@ -317,8 +337,10 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   }
   if (cameras.known)
     SetKnownCamera(*cameras.known, features.database);
-  else if ((cameras.shared || options.single_camera == SingleCamera::kAuto) && user_database.empty())
-    ShareEqualCameras(capture, features.database);
+  else if (user_database.empty()) {
+    if (cameras.shared || options.single_camera == SingleCamera::kAuto) ShareEqualCameras(capture, features.database);
+    TakeFocalLengths(capture, features.database);
+  }
 
   const auto matched = ColmapDatabase(features.database).MatchedPairs().size();
   const bool exhausted = matched >= known * (known - 1) / 2;

@@ -36,9 +36,11 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
   Progress progress(sink, "masks", static_cast<long>(pinhole.views.size()));
   for (std::size_t i = 0; i < pinhole.views.size(); ++i) {
     progress.Step();
+    // A photo that was undistorted may have got another ending.
     const std::string name = pinhole.views[i].name + ".png";
-    if (!fs::exists(masks / name)) continue;
-    const Image8 rgb = ReadImage8(masks / name);
+    const fs::path source = FindMask(masks, distorted.views[i].name);
+    if (source.empty()) continue;
+    const Image8 rgb = ReadImage8(source);
     Image8 mask(rgb.width, rgb.height, 1);
     for (int y = 0; y < rgb.height; ++y)
       for (int x = 0; x < rgb.width; ++x) mask.At(x, y, 0) = rgb.At(x, y, 0);

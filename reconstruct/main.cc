@@ -74,6 +74,8 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
   app.Add("--min-registered", o.min_registered, "Fail unless this fraction of the photos gets a camera, 0..1")
       .Default();
   app.Add("--keyframes", o.keyframes, "Video: how many keyframes; 0 = by parallax").Default();
+  app.Flag("--clips", o.clips,
+           "INPUT is a folder of hand-held videos of one place, not taken at once: their keyframes become one capture");
   app.Flag("--all-frames", o.all_frames, "Video: also every other frame gets a camera, against the fixed keyframes");
 }
 

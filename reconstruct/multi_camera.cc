@@ -60,9 +60,8 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
                       capture.fps, video.filename().string(), s.fps),
           "convert them to one rate: ffmpeg -i IN -r RATE OUT.mp4", video);
     if (MeanStep(s) > kStandsStill)
-      throw DataError(
-          fmt::format("the camera of {} moves", video.filename().string()),
-          "several videos at once are for fixed cameras; give a moving camera's video alone, with --all-frames", video);
+      throw DataError(fmt::format("the camera of {} moves", video.filename().string()),
+                      "several videos at once are for fixed cameras; clips taken one after the other: --clips", video);
     capture.fps = s.fps;
     frames.push_back(static_cast<int>(s.frames.size()));
     capture.moment.video_frames += frames.back();
