@@ -39,12 +39,12 @@ std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
 
 std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
   const RenderOptions& o = job.options;
-  const Camera& first = job.scene().CameraOf(job.scene().views.front());
+  const Eigen::Vector2i film = FilmSize(job.scene());
   int width = o.width_px > 0 ? o.width_px : path.width_px > 0 ? path.width_px : 0;
   int height = o.height_px > 0 ? o.height_px : path.height_px > 0 && o.width_px == 0 ? path.height_px : 0;
-  const double aspect = static_cast<double>(first.height_px) / first.width_px;
+  const double aspect = static_cast<double>(film.y()) / film.x();
   if (width == 0)
-    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
+    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, film.x());
   if (height == 0) height = static_cast<int>(std::lround(width * aspect));
   std::vector<RenderView> views = SamplePath(path, width, height);
   // The path's clock begins at the scene's first moment.

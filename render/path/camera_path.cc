@@ -10,6 +10,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -98,19 +99,36 @@ std::array<double, 4> KeyWeights(const std::vector<PathKey>& keys, std::size_t i
 
 }  // namespace
 
-CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
+Eigen::Vector2i FilmSize(const Scene& scene) {
   if (scene.views.empty()) throw DataError("the scene has no photos, so there is no path through them");
+  int higher = 0;
+  std::optional<Eigen::Vector2i> high, wide;
+  for (const View& view : scene.views) {
+    const Eigen::Vector2i size = UprightSize(SizePx(scene, view), view.orientation);
+    const bool is_high = size.y() > size.x();
+    higher += is_high ? 1 : -1;
+    if (auto& first = is_high ? high : wide; !first) first = size;
+  }
+  return higher > 0 ? *high : wide ? *wide : *high;
+}
+
+CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
+  const Eigen::Vector2i film = FilmSize(scene);
   const std::size_t n = scene.views.size();
   std::vector<Eigen::Vector3d> centres;
+  std::vector<Rigid3> upright;
   std::vector<double> fovs, axes_x, axes_y;
   bool is_video = true;
   for (const View& v : scene.views) {
     centres.push_back(v.CentreInWorld());
-    fovs.push_back(VerticalFov(scene.CameraOf(v)));
-    const Eigen::Vector2d axis = PrincipalPoint(scene.CameraOf(v));
+    is_video = is_video && v.frame_index.has_value();
+    const auto [camera, pose] = UprightCamera(scene.CameraOf(v), v.cam_from_world, v.orientation);
+    upright.push_back(pose);
+    if ((camera.height_px > camera.width_px) != (film.y() > film.x())) continue;
+    fovs.push_back(VerticalFov(camera));
+    const Eigen::Vector2d axis = PrincipalPoint(camera);
     axes_x.push_back(axis.x());
     axes_y.push_back(axis.y());
-    is_video = is_video && v.frame_index.has_value();
   }
   std::vector<std::size_t> order(n);
   if (is_video) {
@@ -134,10 +152,10 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
     const int r = std::min({reach, i, static_cast<int>(n) - 1 - i});
     for (int d = -r; d <= r; ++d) {
       const double w = std::exp(-0.5 * d * d / (sigma * sigma));
-      const View& v = scene.views[order[static_cast<std::size_t>(i + d)]];
-      c += w * v.CentreInWorld();
+      const std::size_t v = order[static_cast<std::size_t>(i + d)];
+      c += w * centres[v];
       total += w;
-      turns.emplace_back(w, v.cam_from_world.rotation);
+      turns.emplace_back(w, upright[v].rotation);
     }
     PathKey key;
     key.cam_from_world.rotation = WeightedMean(turns);
