@@ -86,6 +86,7 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   if (options.steady) wanted.options["steady"] = "true";
   if (options.blur_s) wanted.options["blur_s"] = fmt::format("{}", *options.blur_s);
   if (options.blur_every != 0) wanted.options["blur_every"] = std::to_string(options.blur_every);
+  if (options.portrait_every != 0) wanted.options["portrait_every"] = std::to_string(options.portrait_every);
   if (options.vignetting) wanted.options["vignetting"] = fmt::format("{}", *options.vignetting);
   if (options.white_balance_stops)
     wanted.options["white_balance_stops"] = fmt::format("{}", *options.white_balance_stops);
@@ -118,6 +119,7 @@ std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRen
                              {"params", NumbersOf(truth.camera.params)},
                              {"skew_px", truth.skew_px},
                              {"cam_from_world", NumbersOf(pose.reshaped<Eigen::RowMajor>())}});
+    if (view.orientation != 1) json["views"].back()["orientation"] = view.orientation;
     if (renderer.effects().white_balance_stops) json["views"].back()["white_balance"] = NumbersOf(truth.white_balance);
   }
   return json.dump(1) + "\n";
@@ -149,6 +151,7 @@ Scene TrueScene(const SceneDescription& description, const std::vector<PlannedVi
     view.time_s = planned.time_s;
     view.frame_index = planned.frame_index;
     view.gain = truth.gain;
+    view.orientation = planned.orientation;
     scene.views.push_back(std::move(view));
   }
   return scene;
@@ -173,7 +176,7 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
     TraceCounters count;
     const RenderedView view = renderer.Render(views[i], count);
     const fs::path name = views[i].name;
-    WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
+    WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality, views[i].orientation);
     WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
     WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
     const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
@@ -315,6 +318,15 @@ SceneDescription Steady(SceneDescription scene) {
   return scene;
 }
 
+// The second of each so many photos and so on, as motion blur takes them.
+void TurnToPortrait(std::vector<PlannedView>& views, int portrait_every, const SceneDescription& scene) {
+  if (portrait_every == 0) return;
+  if (!scene.jpeg) throw UsageError("--portrait-every: this scene's photos are PNG, which says nothing of it");
+  if (scene.period_s) throw UsageError("--portrait-every: this scene is filmed");
+  const auto every = static_cast<std::size_t>(portrait_every);
+  for (std::size_t i = 1 % every; i < views.size(); i += every) views[i].orientation = kPortrait;
+}
+
 // The true surfaces, as the proxy to begin with.
 void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
   const Mesh mesh = tracer.TrueMesh();
@@ -363,6 +375,9 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   if (options.white_balance_stops && !(*options.white_balance_stops >= 0 && *options.white_balance_stops <= 4))
     return "--white-balance-stops must lie in [0, 4]";
   if (options.blur_every < 0) return "--blur-every must be >= 1";
+  if (options.portrait_every < 0) return "--portrait-every must be >= 1";
+  if (options.portrait_every > 0 && (options.video || !options.at_file.empty()))
+    return "--portrait-every is for photos: it does not go with --video and --at";
   return std::nullopt;
 }
 
@@ -390,7 +405,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   const SceneDescription steady = Steady(scene);
   const bool shaken = std::ranges::any_of(scene.paths, IsShaken) && !options.steady;
   if (options.steady) scene = steady;
-  const std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
+  std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
+  TurnToPortrait(views, options.portrait_every, scene);
 
   const bool was_there = fs::exists(options.output);
   RequireOurFolder(options.output, fs::exists(options.output / kStaging) ? kStaging : "provenance/simulate.json");

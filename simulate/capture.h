@@ -40,6 +40,8 @@ struct SimulateOptions {
   // In place of the scene's; 0: none.
   std::optional<double> vignetting, white_balance_stops;
   int blur_every = 0;  // one photo in so many is blurred, the others are sharp; 0: as described
+  int portrait_every =
+      0;  // one photo in so many is taken with the camera turned by a quarter, as its EXIF says; 0: none
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

@@ -45,6 +45,10 @@ int main(int argc, char** argv) {
   app.Add("--blur-every", options.blur_every,
           "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
       .Positive();
+  app.Add("--portrait-every", options.portrait_every,
+          "Takes one photo in so many, from the second one on, with the camera turned by a quarter, as a phone held "
+          "upright: its EXIF orientation is 6 [default: none]")
+      .Positive();
   return program.Run(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Simulate(options, program.progress());

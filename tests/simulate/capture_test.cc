@@ -13,6 +13,7 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "simulate/examples.h"
 
@@ -177,6 +178,31 @@ TEST_F(Capture, BlurOfOnePhotoInSeveralIsTrueToItsList) {
   options.blur_every = 0;
   Simulate(options, SilentProgress());
   EXPECT_FALSE(fs::exists(options.output / "truth" / "blur.csv"));
+}
+
+TEST_F(Capture, PortraitPhotosAreStoredOnTheirSideAndSaySo) {
+  WriteSceneJson();
+  std::string json = ReadText(root_ / "scene.json");
+  json.replace(json.find("\"png\""), 5, "\"jpg\"");
+  WriteTextAtomically(root_ / "scene.json", json);
+  SimulateOptions options = Options();
+  options.portrait_every = 2;
+  Simulate(options, SilentProgress());
+  OpenOptions as_they_are;
+  as_they_are.undistort = false;
+  const Scene scene = OpenScene(root_ / "capture", as_they_are, SilentProgress());
+  ASSERT_EQ(scene.views.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const View& view = scene.views[i];
+    EXPECT_EQ(view.orientation, i % 2 == 1 ? 6 : 1);
+    EXPECT_EQ(ReadImageInfo(scene.ImagePath(view)).orientation, view.orientation);
+    // Level as it was held.
+    const Eigen::Vector3d up = view.cam_from_world.R().transpose() * UpInCamera(view.orientation);
+    EXPECT_GT(up.z(), 0.7) << view.name;
+  }
+  Scene estimated = scene;
+  UpdateFrameOfReference(estimated);
+  EXPECT_GT(estimated.up.z(), std::cos(0.02));
 }
 
 TEST_F(Capture, WithSkewIsPhotosAndTrueCamerasOnly) {
