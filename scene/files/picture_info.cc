@@ -13,9 +13,17 @@ constexpr double kFilmWidthMm = 35;  // COLMAP's rule: focal length in px = its 
 constexpr double kLeastSensorMm = 2, kMostSensorMm = 100;
 constexpr std::size_t kXmpWithin = 1 << 18;  // bytes from a file's beginning
 
+// Whole or not, as the container's reader keeps it: get_float gives 0 for what TIFF's reader calls an int.
+double Number(const OIIO::ImageSpec& spec, const char* name, double otherwise) {
+  const OIIO::ParamValue* value = spec.find_attribute(name);
+  if (!value) return otherwise;
+  const auto number = static_cast<double>(value->get_float(0));
+  return number != 0 ? number : static_cast<double>(value->get_int(0));
+}
+
 std::optional<double> Positive(const OIIO::ImageSpec& spec, const char* name) {
-  const float value = spec.get_float_attribute(name, 0);
-  return value > 0 && std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+  const double value = Number(spec, name, 0);
+  return value > 0 && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 std::string Text(const OIIO::ImageSpec& spec, const char* name) {
@@ -56,7 +64,7 @@ std::optional<GpsPosition> Gps(const OIIO::ImageSpec& spec) {
              longitude = Degrees(spec, "GPS:Longitude", "GPS:LongitudeRef", 'W');
   if (!latitude || !longitude || std::abs(*latitude) > 90 || std::abs(*longitude) > 180) return std::nullopt;
   GpsPosition gps{*latitude, *longitude, {}};
-  if (const float altitude = spec.get_float_attribute("GPS:Altitude", NAN); std::isfinite(altitude))
+  if (const double altitude = Number(spec, "GPS:Altitude", NAN); std::isfinite(altitude))
     gps.altitude_m = spec.get_int_attribute("GPS:AltitudeRef", 0) == 1 ? -altitude : altitude;
   return gps;
 }

@@ -153,7 +153,8 @@ TEST(PhonePhotos, Of360DegreesAreRefusedWithWhatToDo) {
       for (int x = 0; x < around.width; ++x) {
         const double u = 2 * M_PI * (x + 0.5) / around.width, v = M_PI * (y + 0.5) / around.height;
         const Eigen::Vector3d d(std::sin(v) * std::cos(u + i), std::sin(v) * std::sin(u + i), std::cos(v));
-        const double detail = std::sin(23 * d.x()) + std::sin(19 * d.y() + 11 * d.z()) + std::sin(29 * d.z() + d.x());
+        const double detail = std::sin(23 * d.x() + 5 * d.z()) + std::sin(21 * d.y() - 3 * d.z()) +
+                              std::sin(15 * d.x() - 16 * d.y() + 2 * d.z());
         for (int c = 0; c < 3; ++c) around.At(x, y, c) = static_cast<std::uint8_t>(128 + 35 * detail);
       }
     WriteImage(photos / ("around" + std::to_string(i) + ".jpg"), around);

@@ -210,7 +210,8 @@ Image8 Equirectangular(int height, double phase = 0) {
       const double longitude = 2 * M_PI * (x + 0.5) / image.width, latitude = M_PI * (y + 0.5) / height;
       const Eigen::Vector3d d(std::sin(latitude) * std::cos(longitude), std::sin(latitude) * std::sin(longitude),
                               std::cos(latitude));
-      const double v = std::sin(23 * d.x() + phase) + std::sin(19 * d.y() + 11 * d.z()) + std::sin(29 * d.z() + d.x());
+      const double v = std::sin(23 * d.x() + 5 * d.z() + phase) + std::sin(21 * d.y() - 3 * d.z()) +
+                       std::sin(15 * d.x() - 16 * d.y() + 2 * d.z());
       for (int c = 0; c < 3; ++c) image.At(x, y, c) = static_cast<std::uint8_t>(128 + 35 * v);
     }
   return image;

@@ -200,7 +200,9 @@ void ExpectConverted(const std::string& ending, const std::string& profile, cons
                                   linear(patches.At(x, y, 2)));
       const Eigen::Vector3d expected = srgb_from_linear * light;
       for (int c = 0; c < 3; ++c) ASSERT_NEAR(read.At(x, y, c), SrgbEncoded(expected[c]), kCodes) << x << " " << y;
-      if (channels == 4) ASSERT_EQ(read.At(x, y, 3), 255);
+      if (channels == 4) {
+        ASSERT_EQ(read.At(x, y, 3), 255);
+      }
     }
 }
 

@@ -69,14 +69,14 @@ TEST(Orientation, PortraitPhotosLeaveTheScenesUpWhereItIs) {
       View v;
       v.name = "photo" + std::to_string(100 + i) + ".jpg";
       v.camera = {0};
-      const double turn = 2 * M_PI * i / kViews;
-      v.orientation = !all && i % 2 == 0 ? 1 : i % 3 == 0 ? 8 : i % 7 == 0 ? 3 : 6;
+      const double turn = 0.04 * i;  // a short walk
+      v.orientation = !all && i % 2 == 0 ? 1 : i % 9 == 0 ? 8 : i % 7 == 0 ? 3 : 6;
       v.cam_from_world =
           StoredPose(LookAt({4 * std::cos(turn), 4 * std::sin(turn), 1.5}, {0, 0, 0}, {0, 0, 1}), v.orientation);
       scene.views.push_back(v);
     }
     UpdateFrameOfReference(scene);
-    EXPECT_LT(AngleBetween(scene.up, Eigen::Vector3d::UnitZ()) * kDegPerRad, 0.1) << all;
+    EXPECT_LT(AngleBetween(scene.up, Eigen::Vector3d::UnitZ()) * kDegPerRad, 1) << all;
     for (View& view : scene.views) view.orientation = 1;  // as if nothing was said
     UpdateFrameOfReference(scene);
     EXPECT_GT(AngleBetween(scene.up, Eigen::Vector3d::UnitZ()) * kDegPerRad, 5) << all;
