@@ -120,7 +120,7 @@ bool ShareAnImageCircle(const std::vector<Image8>& pictures) {
 
 bool LooksEquirectangular(const Image8& photo) {
   constexpr int kHeight = 256, kWidth = 2 * kHeight;
-  constexpr double kLeastDetail = 3, kMostPoleSpread = 10, kLeastSpread = 12;  // code values, rms
+  constexpr double kLeastDetail = 2, kMostPoleSpread = 10, kLeastSpread = 12;  // code values, rms
   constexpr double kGoesOn = 0.7, kLeastAlike = 0.5, kMostAlike = 0.4;  // correlations; the first: of neighbours'
   if (!IsTwiceAsWide(photo.width, photo.height) || photo.height < 64) return false;
   const Image8 small = Resize(photo, kWidth, kHeight);
