@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -27,7 +28,7 @@ JsonKeys JsonKeys::Read(const std::filesystem::path& file, const std::string& wh
     if (!node->is_object()) throw InputError(file, "not " + what + ": no JSON object");
     return {std::move(node), false};
   } catch (const Json::exception& e) {
-    throw InputError(file, "not " + what + ": " + e.what());
+    throw InputError(file, "not " + what + ": " + JsonProblem(e.what()));
   }
 }
 

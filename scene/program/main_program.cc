@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <new>
 
+#include "scene/program/command_line_problem.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/printable.h"
 #include "scene/program/version.h"
 
 namespace lumi {
@@ -18,8 +20,10 @@ void PrintJson(const std::string& name, const JsonKeys& keys) {
   std::fputs((json.Text(2) + "\n").c_str(), stdout);
 }
 
-int Report(const std::string& name, bool json, ExitCode code, const std::string& message, const std::string& file,
-           const std::string& hint) {
+int Report(const std::string& name, bool json, ExitCode code, const std::string& said, const std::string& about,
+           const std::string& try_this) {
+  // One line, whatever a file is called.
+  const std::string message = Printable(said), file = Printable(about), hint = Printable(try_this);
   std::string line = name + ": ";
   if (!file.empty() && message.find(file) == std::string::npos) line += file + ": ";
   line += message;
@@ -43,7 +47,7 @@ Program::Program(std::string name, std::string description)
       sink_(MakeStderrProgress(true)) {
   app_->set_version_flag("--version", name_ + " " + kVersion);
   options_.Flag("--json", json_, "Print a summary as JSON on stdout; messages go to stderr");
-  options_.Flag("--quiet", quiet_, "No progress, no remarks");
+  options_.Flag("--quiet", quiet_, "No progress, no remarks; figures that are asked for in one line");
   options_.Add("--threads", threads_, "Threads to use; 0 = all cores").Range(0, 4096).Default();
   options_.Add("--seed", seed_, "Seed of everything random").Default();
   app_->fallthrough();
@@ -64,7 +68,8 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
     if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
-    return Report(name_, json, ExitCode::kUsage, e.what(), "", "see " + name_ + " --help");
+    const CommandLineProblem problem = Explain(*app_, e);
+    return Report(name_, json, ExitCode::kUsage, problem.message, "", problem.hint);
   }
   sink_ = MakeStderrProgress(quiet_);
   SetThreadCount(threads_);
@@ -75,8 +80,8 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
     const Answer answer = (*what)();
     if (json_)
       PrintJson(name_, answer.keys);
-    else if (!answer.text.empty() && !quiet_)
-      std::fputs((answer.text + "\n").c_str(), stdout);
+    else if (const std::string& text = quiet_ ? answer.result : answer.text; !text.empty())
+      std::fputs((text + "\n").c_str(), stdout);
     if (std::fflush(stdout) != 0) throw MachineError("cannot write to standard output");
     return 0;
   } catch (const Error& e) {
