@@ -31,8 +31,8 @@ MachineError CannotWrite(const fs::path& path, int error) {
 fs::path TemporaryFor(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   const std::string stem = path.stem().string().substr(0, 180);  // names end at 255 bytes
-  return path.parent_path() /
-         fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++, path.extension().string());
+  const std::string ending = path.extension().string().substr(0, 30);
+  return path.parent_path() / fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++, ending);
 }
 
 bool IsTemporary(const fs::path& path) {
@@ -192,6 +192,11 @@ void RequireOurFolder(const fs::path& folder, const std::string& marker) {
   if (error) throw MachineError(fmt::format("cannot be listed: {}", error.message()), "choose another output", folder);
   for (; it != fs::directory_iterator(); it.increment(error)) {
     if (it->path().filename() == "LOCK" || IsTemporary(it->path())) continue;
+    if (fs::is_directory(folder / "provenance", error))
+      throw UsageError(
+          fmt::format("{} holds what a run of another program of this suite has left ({}): nothing was touched",
+                      folder.string(), it->path().filename().string()),
+          "run that program again, remove the folder, or choose another");
     throw UsageError(fmt::format("{} holds files that are not ours ({}): nothing was touched", folder.string(),
                                  it->path().filename().string()),
                      "choose a folder that is new or empty");

@@ -11,6 +11,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/evaluation_proxy.h"
+#include "scene/files/file_name.h"
 #include "scene/files/image_io.h"
 #include "scene/files/json_fields.h"
 #include "scene/files/mesh_io.h"
@@ -18,6 +19,7 @@
 #include "scene/files/transforms_json.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -102,7 +104,9 @@ Manifest ReadManifest(const fs::path& file) {
   m.active_proxy = fields.Text("active_proxy").value_or("");
   CheckProxyName(file, m.active_proxy);
   m.images = fields.Text("images").value_or("images");
-  if (m.images.find('\0') != std::string::npos) throw fields.Wrong("images", "a path");
+  if (!StaysWithin(m.images))
+    throw InputError(file, fmt::format("images \"{}\" leads out of the scene's folder", m.images),
+                     "put the photos into the scene's folder");
   if (const Json* views = fields.Array("views"))
     for (std::size_t i = 0; i < views->size(); ++i) {
       const Fields view((*views)[i], file, fmt::format("views[{}].", i));
@@ -306,6 +310,14 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   return scene;
 }
 
+// The photos' folder as the manifest has it: by the names as they stand first, for an images/ that is a link.
+static fs::path ImagesOf(const Scene& scene, const fs::path& folder) {
+  if (scene.image_folder.empty()) return "images";
+  const fs::path named = Lexical(scene.image_folder).lexically_relative(Lexical(folder));
+  if (StaysWithin(named.string())) return named;
+  return Canonical(scene.image_folder).lexically_relative(Canonical(folder));
+}
+
 void WriteManifest(const Scene& scene, const fs::path& folder) {
   Json json;
   json["format"] = kFormatName;
@@ -318,10 +330,7 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
                            {"translation", ToJson(n.translation)}};
   if (scene.period_s) json["period_s"] = *scene.period_s;
   json["active_proxy"] = scene.active_proxy;
-  const fs::path images = scene.image_folder.empty()
-                              ? fs::path("images")
-                              : Canonical(scene.image_folder).lexically_relative(Canonical(folder));
-  json["images"] = images.generic_string();
+  json["images"] = ImagesOf(scene, folder).generic_string();
   json["views"] = Json::array();
   for (const View& view : scene.views) {
     Json entry{{"name", view.name}};
@@ -330,13 +339,10 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
     entry["gain"] = view.gain;
     json["views"].push_back(std::move(entry));
   }
-  std::string text;
-  try {
-    text = json.dump(1);
-  } catch (const nlohmann::json::exception&) {
-    throw DataError("a photo's name is not UTF-8 and cannot be written into a manifest", "rename the photos", folder);
-  }
-  WriteTextAtomically(folder / kManifestName, text + "\n");
+  for (const View& view : scene.views)
+    if (!IsUtf8(view.name))
+      throw DataError("the photo's name is not UTF-8 and cannot be written into a manifest", "rename it", view.name);
+  WriteTextAtomically(folder / kManifestName, json.dump(1) + "\n");
 }
 
 void WriteScene(const Scene& scene, const fs::path& folder) {
@@ -370,17 +376,35 @@ std::vector<std::string> ListProxies(const fs::path& scene_folder) {
   return names;
 }
 
-Mesh LoadProxy(const Scene& scene, const std::string& name) {
+bool IsMeshFile(const std::string& name) {
+  const std::string ending = LowerExtension(name);
+  return ending == ".ply" || ending == ".obj";
+}
+
+fs::path ProxyFile(const Scene& scene, const std::string& name) {
   const std::string wanted = name.empty() ? scene.active_proxy : name;
   const std::vector<std::string> names = ListProxies(scene.folder);
-  const bool for_evaluation = IsForEvaluation(wanted) && Exists(ProxyPath(scene.folder, wanted));
-  if (!for_evaluation && std::find(names.begin(), names.end(), wanted) == names.end()) {
-    const std::string hint =
-        names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
-    if (wanted.empty()) throw UsageError(fmt::format("{} has no active proxy", scene.folder.string()), hint);
-    throw UsageError(fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted), hint);
+  if (std::find(names.begin(), names.end(), wanted) != names.end() ||
+      (IsForEvaluation(wanted) && Exists(ProxyPath(scene.folder, wanted))))
+    return ProxyPath(scene.folder, wanted);
+  if (IsMeshFile(wanted)) {
+    if (Exists(wanted)) return wanted;
+    throw InputError(wanted, "no such file", "--proxy takes the name of one of the scene's proxies, or a mesh file");
   }
-  return ReadMesh(ProxyPath(scene.folder, wanted));
+  const std::string what = wanted.empty() ? fmt::format("{} has no active proxy", scene.folder.string())
+                                          : fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted);
+  if (!names.empty())
+    throw UsageError(what, fmt::format("there are: {}; or name a file: --proxy MESH.ply", fmt::join(names, ", ")));
+  if (Exists(scene.folder / kManifestName))
+    throw UsageError(what, fmt::format("lumi-proxy auto {} makes one; or name a file: --proxy MESH.ply, or let "
+                                       "lumi-render do without: --proxy per-view",
+                                       scene.folder.string()));
+  throw UsageError(what, fmt::format("make a scene with one: lumi-pipeline {} -o SCENE; or name a file: --proxy "
+                                     "MESH.ply (lumi-proxy delaunay {} -o MESH.ply makes one), or let lumi-render do "
+                                     "without: --proxy per-view",
+                                     scene.folder.string(), scene.folder.string()));
 }
+
+Mesh LoadProxy(const Scene& scene, const std::string& name) { return ReadMesh(ProxyFile(scene, name)); }
 
 }  // namespace lumi
