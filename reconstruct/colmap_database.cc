@@ -176,6 +176,23 @@ bool ColmapDatabase::HasRigs() const {
   return impl_->Step(statement) && sqlite3_column_int(statement.s, 0) > 0;
 }
 
+void ColmapDatabase::Rename(const std::map<std::int64_t, std::string>& name_of_image) {
+  impl_->Execute("BEGIN IMMEDIATE");
+  try {
+    for (const auto& [image, name] : name_of_image) {
+      Impl::Statement update;
+      impl_->Prepare(update, "UPDATE images SET name = ? WHERE image_id = ?");
+      sqlite3_bind_text(update.s, 1, name.data(), static_cast<int>(name.size()), SQLITE_TRANSIENT);
+      sqlite3_bind_int64(update.s, 2, image);
+      impl_->Step(update);
+    }
+    impl_->Execute("COMMIT");
+  } catch (...) {
+    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
 void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,
                                 const std::map<std::int64_t, std::size_t>& camera_of_image) {
   impl_->Execute("BEGIN IMMEDIATE");

@@ -46,6 +46,8 @@ class ColmapDatabase {
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Descriptors(std::int64_t image_id) const;
   // Raw matches of a pair: positions in the keypoints of image1 and image2.
   std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
+  // The images of these numbers are called so from now on.
+  void Rename(const std::map<std::int64_t, std::string>& name_of_image);
   bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite
 
   // Replaces all cameras: `camera_of_image` maps image ids to positions in `cameras`. One transaction.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "reconstruct/colmap_database.h"
@@ -176,28 +177,67 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLim
                        "see the log", colmap.log_file());
 }
 
+// COLMAP's list of pairs parts two names at a blank, so that it cannot hold names with blanks: while it reads the list,
+// the images of such a capture are called by their numbers, in a copy of the database that then takes its place.
+class ListedPairs {
+ public:
+  ListedPairs(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
+              const fs::path& folder)
+      : list_(folder / "pairs.txt"), database_(database), used_(database) {
+    std::map<std::string, std::string> called;
+    for (const InputPhoto& photo : capture.photos) called[photo.name] = photo.name;
+    if (std::ranges::any_of(called,
+                            [](const auto& c) { return c.first.find_first_of(" \t\r\n") != std::string::npos; }))
+      Number(folder / "pairs.db", called);
+    std::string text;
+    for (const auto& [a, b] : pairs)
+      text += called.at(capture.photos[static_cast<std::size_t>(a)].name) + " " +
+              called.at(capture.photos[static_cast<std::size_t>(b)].name) + "\n";
+    WriteTextAtomically(list_, text);
+  }
+  const fs::path& list() const { return list_; }
+  const fs::path& database() const { return used_; }
+  // With COLMAP's matches and the names that were there before.
+  void Finish() const {
+    if (used_ == database_) return;
+    ColmapDatabase(used_).Rename(before_);
+    fs::rename(used_, database_);
+  }
+
+ private:
+  void Number(const fs::path& copy, std::map<std::string, std::string>& called) {
+    RemoveDatabase(copy);
+    fs::copy_file(database_, copy);
+    used_ = copy;
+    std::map<std::int64_t, std::string> numbers;
+    ColmapDatabase db(copy);
+    for (const auto& image : db.Images()) {
+      before_[image.id] = image.name;
+      called[image.name] = numbers[image.id] = fmt::format("image-{}", image.id);
+    }
+    db.Rename(numbers);
+  }
+
+  fs::path list_, database_, used_;
+  std::map<std::int64_t, std::string> before_;
+};
+
 void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
            const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
   const bool sequential = UseSequentialMatching(options, capture);
-  const bool listed = sequential && options.matching == Matching::kAuto && !pairs.empty();
-  const fs::path list = work_folder / "pairs.txt";
-  if (listed) {
-    std::string text;
-    for (const auto& [a, b] : pairs)
-      text += capture.photos[static_cast<std::size_t>(a)].name + " " +
-              capture.photos[static_cast<std::size_t>(b)].name + "\n";
-    WriteTextAtomically(list, text);
-  }
+  std::optional<ListedPairs> listed;
+  if (sequential && options.matching == Matching::kAuto && !pairs.empty())
+    listed.emplace(capture, pairs, database, work_folder);
   const auto n = capture.photos.size();
   const auto run = [&](bool gpu) {
     std::vector<ColmapOption> arguments = {
-        {"database_path", database.string()},
+        {"database_path", (listed ? listed->database() : database).string()},
         {"SiftMatching.use_gpu", gpu ? "1" : "0"},
         {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
         {"random_seed", std::to_string(options.seed), false}};
     if (listed) {
-      arguments.push_back({"match_list_path", list.string()});
+      arguments.push_back({"match_list_path", listed->list().string()});
       arguments.push_back({"match_type", "pairs"});
       return colmap.Run("matches_importer", arguments, "matching near cameras (COLMAP)", 0);
     }
@@ -220,6 +260,7 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
   if (rc != 0)
     throw MachineError(fmt::format("COLMAP's matching ended with {} ({})", rc, colmap.LastComplaint()), "see the log",
                        colmap.log_file());
+  if (listed) listed->Finish();
 }
 
 }  // namespace

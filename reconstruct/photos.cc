@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 
+#include "reconstruct/photo_names.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
@@ -141,14 +142,36 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   return capture;
 }
 
+// Whether any photo is called otherwise in the scene.
+static bool NameForScene(Capture& staged, ProgressSink& sink) {
+  std::vector<std::string> names;
+  for (const InputPhoto& photo : staged.photos) names.push_back(photo.name);
+  const std::vector<std::string> scene_names = SceneNames(names);
+  int renamed = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (scene_names[i] == names[i]) continue;
+    if (++renamed == 1)
+      sink.Message(
+          fmt::format("the photo \"{}\" is called {} in the scene: its name has control characters, outer "
+                      "blanks, bytes that are no UTF-8, or more than 200 bytes",
+                      names[i], scene_names[i]));
+    staged.photos[i].given_name = names[i];
+    staged.photos[i].name = scene_names[i];
+  }
+  if (renamed > 1) sink.Message(fmt::format("so are {} more", renamed - 1));
+  return renamed > 0;
+}
+
 Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
-  if (std::ranges::none_of(capture.photos, [](const InputPhoto& p) { return p.needs_conversion; })) return capture;
   Capture staged = capture;
   staged.folder = staging;
+  if (!NameForScene(staged, sink) &&
+      std::ranges::none_of(capture.photos, [](const InputPhoto& p) { return p.needs_conversion; }))
+    return capture;
   Progress progress(sink, "converting photos that COLMAP cannot read", static_cast<long>(capture.photos.size()));
   ParallelEach(staged.photos.size(), 1, [&](std::size_t i) {
     InputPhoto& photo = staged.photos[i];
-    const fs::path source = fs::absolute(capture.folder / photo.name);
+    const fs::path source = fs::absolute(capture.folder / capture.photos[i].name);
     if (photo.needs_conversion) photo.name += ".png";
     const fs::path target = staging / photo.name;
     fs::create_directories(target.parent_path());

@@ -19,7 +19,8 @@ struct InputPhoto {
   std::optional<double> time_s;      // frames of a video
   std::optional<int> frame_index;
   bool needs_conversion =
-      false;  // COLMAP cannot read it (16 bits, grey with alpha, HEIC, EXR ...): it gets an 8-bit copy
+      false;               // COLMAP cannot read it (16 bits, grey with alpha, HEIC, EXR ...): it gets an 8-bit copy
+  std::string given_name;  // what the user calls it, where it is staged under another name (photo_names.h); else empty
 };
 
 // The photos to reconstruct from, wherever they came from.
@@ -41,7 +42,8 @@ struct Capture {
 Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
 
 // 8-bit copies of what COLMAP cannot read, beside links to the others, in `staging`; returns the capture that COLMAP
-// shall see (the same one where nothing needs a copy). A converted photo is named NAME.png.
+// shall see (the same one where nothing needs a copy or another name). A converted photo is named NAME.png; names that
+// COLMAP's lists or JSON cannot hold are those of photo_names.h, and a message says so.
 Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
 
 // The photos' numbers (frame_000123.jpg: 123) as frames of a video at `fps`. Throws DataError naming the photo without

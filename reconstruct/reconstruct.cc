@@ -5,6 +5,7 @@
 #include <set>
 
 #include "reconstruct/all_frames.h"
+#include "reconstruct/cameras_beside.h"
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/compare_backends.h"
@@ -215,8 +216,10 @@ Capture PhotosToUse(const ReconstructOptions& options, bool is_video, bool sever
 
 }  // namespace
 
-ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
+ReconstructSummary Reconstruct(const ReconstructOptions& given_options, ProgressSink& sink) {
   const Stopwatch watch;
+  ReconstructOptions options = given_options;
+  TakeCamerasBeside(options, sink);
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
   for (const auto& path :
