@@ -24,6 +24,7 @@ namespace lumi {
 namespace {
 
 constexpr int kDefaultPathWidth = 1024;
+constexpr const char* kFilm = "path.mp4";  // beside the folder of its frames
 
 CameraPath RequestedPath(const RenderJob& job) {
   const RenderOptions& o = job.options;
@@ -90,7 +91,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   text += fmt::format("scene {} manifest {} proxy {}\n",
                       Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
                       Fingerprint(scene.folder / "lumigraph.json"),
-                      l.one_mesh() ? Fingerprint(ProxyPath(scene.folder, l.proxy_name())) : l.proxy_name());
+                      l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
   // The photos alone: an image folder may hold these frames, too.
   for (const View& v : scene.views) text += fmt::format("photo {} {}\n", v.name, Fingerprint(scene.ImagePath(v)));
   for (const RenderView& v : job.wanted.views) {
@@ -107,6 +108,7 @@ void KeepOrClear(const std::filesystem::path& output, const std::string& wanted)
   if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) return;
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
+  std::filesystem::remove(output / kFilm, ec);  // of the frames that are gone
   std::filesystem::create_directories(folder);
   // The marker first: an interrupted run's folder is ours too.
   WriteTextAtomically(output / kRenderMarker, "{}\n");
@@ -125,7 +127,7 @@ void RenderPath(RenderJob& job) {
   const double fps = FramesPerSecond(job);
   if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
   std::optional<VideoWriter> video;
-  const std::filesystem::path video_file = o.to_video() ? o.output : o.output / "path.mp4";
+  const std::filesystem::path video_file = o.to_video() ? o.output : o.output / kFilm;
   if (o.to_video() || o.video) video.emplace(video_file, fps);
 
   PathFigures& figures = job.summary.path.emplace();

@@ -9,6 +9,8 @@
 
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
+#include "scene/files/image_io.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -118,6 +120,15 @@ void RequireConsistent(const RenderOptions& o) {
   RequireNothingIgnored(o);
   if (o.output.empty() && o.holdout == 0) throw UsageError("-o says where the pictures go");
   if (o.to_video() && !o.along_path()) throw UsageError("a video needs a path, not --view or --holdout");
+  std::error_code ec;
+  if (o.to_video() || std::filesystem::is_directory(o.output, ec)) return;
+  const std::string name = o.output.filename().string(), stem = o.output.stem().string();
+  if (HasVideoExtension(o.output))
+    throw UsageError(fmt::format("-o {}: films are written as .mp4 (H.264)", name),
+                     fmt::format("name it {}.mp4, or a folder for pictures", stem));
+  if (HasImageExtension(o.output))
+    throw UsageError(fmt::format("-o {}: it names the folder of the pictures, not a picture", name),
+                     fmt::format("-o {} --format png, jpg or exr", stem));
 }
 
 }  // namespace lumi
