@@ -59,7 +59,10 @@ void RemoveUnfinished(const fs::path& output, bool had_manifest) {
 
 StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
-  RequireOurFolder(options.output, kUnfinishedMark);
+  // What a run that failed has left (colmap/) may stay where it is: an import has no use for it.
+  std::error_code none;
+  RequireOurFolder(options.output,
+                   fs::is_directory(options.output / "provenance", none) ? "provenance" : kUnfinishedMark);
   RequireImportedBefore(options.output);
 
   OpenOptions open;

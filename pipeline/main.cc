@@ -113,7 +113,9 @@ int main(int argc, char** argv) {
   std::string stabilize;
   StabilizeVideoOptions steady;
   Options& app = program.options();
-  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")
+  app.Add("INPUT", options.input,
+          "Folder of photos, a video, a COLMAP workspace (images + sparse), transforms.json or a folder with one, or a "
+          "scene")
       .Required();
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
   app.Add("--proxy", options.proxy, "How the proxy is made")

@@ -238,7 +238,8 @@ void ListKeys(JsonKeys& j, HoldoutErrors& e) {
     e.psnr_object_db);
 }
 
-void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
+// What lumi-render failed with, where it did.
+std::optional<Error> Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
   const auto start = std::chrono::steady_clock::now();
   const TemporaryFolder folder;
   HoldoutErrors errors;
@@ -255,9 +256,10 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
     throw;
   } catch (const Error& e) {
     c.refused = e.what();
+    c.measure_s = SecondsSince(start);
+    return e;
   }
   c.measure_s = SecondsSince(start);
-  if (!c.refused.empty()) return;
   if (!errors.psnr_db || !errors.ssim || !errors.coverage || !errors.ms)
     throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
   c.psnr_db = errors.psnr_db;
@@ -265,6 +267,7 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
   c.coverage = errors.coverage;
   c.ms = errors.ms;
   c.psnr_object_db = errors.psnr_object_db;
+  return std::nullopt;
 }
 
 // Who gave silhouettes is after the object: around it a hull shows nothing, and holes count as black.
@@ -404,14 +407,17 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
     throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
   if (views >= 3 && made > 1) {
     Progress steps(progress, "choosing a proxy", static_cast<long>(made));
+    std::optional<Error> failure;
     for (ProxyCandidate& c : candidates) {
       if (!c.made) continue;
-      Measure(scene, options, holdout, c);
+      const auto failed = Measure(scene, options, holdout, c);
+      if (!failure) failure = failed;
       steps.Step();
     }
     if (std::ranges::none_of(candidates, [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
-      const auto first = std::ranges::find_if(candidates, [](const ProxyCandidate& c) { return c.made; });
-      throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
+      throw Error(failure->code() == ExitCode::kBug ? ExitCode::kMachine : failure->code(),
+                  std::string("lumi-render can measure no proxy: ") + failure->what(),
+                  failure->file().empty() ? scene.folder : failure->file(), failure->hint());
     }
   }
 

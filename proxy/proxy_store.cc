@@ -20,9 +20,11 @@ std::string StageOf(const std::string& name) { return "proxy-" + name; }
 void RequireKeepsProxies(const Scene& scene) {
   std::error_code error;
   if (fs::exists(scene.folder / "lumigraph.json", error)) return;
-  throw UsageError(scene.folder.string() + " is another tool's workspace and is not written to",
-                   "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " +
-                       scene.folder.string());
+  throw UsageError(
+      scene.folder.string() + " is another tool's workspace and is not written to",
+      fmt::format("make a scene of it, with a proxy: lumi-pipeline {0} -o SCENE; or write a mesh file, which "
+                  "lumi-render and lumi-view take as --proxy FILE.ply: lumi-proxy delaunay {0} -o FILE.ply",
+                  scene.folder.string()));
 }
 
 void RequireProxyName(const std::string& name) {

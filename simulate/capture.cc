@@ -4,6 +4,7 @@
 
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
@@ -366,6 +367,34 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   return std::nullopt;
 }
 
+// A capture made with other options, or of another scene, is somebody's data: it is replaced when that is asked for.
+// (The same scene described otherwise is a next version of it.)
+static void RequireReplaceable(const SimulateOptions& options, const Provenance& wanted) {
+  const auto before = options.replace ? std::nullopt : ReadProvenance(options.output, wanted.stage);
+  if (!before) return;
+  std::string difference;
+  for (const auto& [name, value] : wanted.options)
+    if (const auto it = before->options.find(name); it == before->options.end() || it->second != value)
+      difference += fmt::format("{}{} {}, not {}", difference.empty() ? "" : "; ", name,
+                                it == before->options.end() ? "not given"
+                                : it->second == "0"         ? "all"
+                                                            : it->second,
+                                value == "0" ? "all" : value);
+  for (const auto& [name, value] : before->options)
+    if (!wanted.options.contains(name))
+      difference += fmt::format("{}{} {}", difference.empty() ? "" : "; ", name, value);
+  const auto source = [](const Provenance& p) {
+    std::set<std::string> names;
+    for (const auto& [name, hash] : p.inputs) names.insert(name);
+    return names;
+  };
+  if (difference.empty() && source(*before) != source(wanted)) difference = "another scene";
+  if (difference.empty()) return;
+  throw UsageError(
+      fmt::format("{} holds a capture made otherwise ({}): nothing was touched", options.output.string(), difference),
+      "choose another folder, or replace it: --replace");
+}
+
 SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress) {
   if (const auto wrong = Validate(options)) throw UsageError(*wrong);
   const Stopwatch watch;
@@ -395,6 +424,8 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   const bool was_there = fs::exists(options.output);
   RequireOurFolder(options.output, fs::exists(options.output / kStaging) ? kStaging : "provenance/simulate.json");
   Provenance provenance = WantedProvenance(options, source, scene);
+
+  RequireReplaceable(options, provenance);
 
   SimulateSummary summary;
   summary.scene = scene.name;

@@ -20,7 +20,9 @@ int main(int argc, char** argv) {
   lumi::Options& app = program.options();
   app.Add("SCENE", options.scene_file, "Scene described in JSON (see docs/simulate.md)");
   app.Add("--example", options.example, ExampleHelp());
-  app.Add("-o,--output", options.output, "Folder of the capture: new, empty, or a capture made before").Required();
+  app.Add("-o,--output", options.output, "Folder of the capture: new, empty, or one made before with the same options")
+      .Required();
+  app.Flag("--replace", options.replace, "A capture in the folder that was made with other options is replaced");
   app.Add("--views", options.views, "So many photos, evenly spread over the path [default: all]").Positive();
   app.Add("--width", options.width_px, "Width of the photos in pixels, 1 to 20000 [default: as described]")
       .Range(1, 20000);

@@ -216,7 +216,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   const fs::path own = o.scene / kOwnFolder, summary_file = own / "summary.json";
   RequireOurFolder(o.scene, "provenance");
   Provenance wanted = Wanted(o);
-  if (fs::exists(summary_file) && IsUpToDate(o.scene, wanted)) {
+  if (fs::exists(summary_file) && (o.masks_only || fs::exists(o.scene / "lumigraph.json")) &&
+      IsUpToDate(o.scene, wanted)) {
     const auto json = JsonKeys::Parse(ReadText(summary_file));
     if (!json) throw InputError(summary_file, "is no JSON object", "remove it, and the video is calibrated again");
     auto summary = json->As<CalibratedVideo>();
@@ -254,6 +255,12 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   const FolderLock lock(o.scene);
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
   wanted.outputs[(fs::path(kOwnFolder) / "summary.json").string()] = Fingerprint(summary_file);
+  // What it made is there again before it says that nothing is left to do.
+  std::vector<fs::path> made;
+  if (o.masks.empty()) made.push_back(fs::path(kOwnFolder) / "masks");
+  if (!o.masks_only) made.insert(made.end(), {"images", "sparse", "projective.json"});
+  for (const fs::path& part : made)
+    if (fs::exists(o.scene / part)) wanted.outputs[part.string()] = Fingerprint(o.scene / part);
   WriteProvenance(o.scene, wanted);
   return summary;
 }

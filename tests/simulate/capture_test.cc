@@ -119,7 +119,12 @@ TEST_F(Capture, IsMadeAnewWhereSomethingChanged) {
   WriteSceneJson();
   Simulate(Options(4), SilentProgress());
   EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 4u);
-  EXPECT_FALSE(Simulate(Options(3), SilentProgress()).reused);
+  // Not in place of one made with other options, unless that is asked for.
+  EXPECT_THROW(Simulate(Options(3), SilentProgress()), UsageError);
+  EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 4u);
+  SimulateOptions three = Options(3);
+  three.replace = true;
+  EXPECT_FALSE(Simulate(three, SilentProgress()).reused);
   EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 3u);  // nothing of the larger one is left
   EXPECT_EQ(FilesIn(root_ / "capture" / "truth" / "depth"), 3u);
   WriteSceneJson(R"("effects": {"vignetting": 0.2})");

@@ -148,6 +148,11 @@ TEST(CalibrateProgram, WritesMasksToBeLookedAt) {
   EXPECT_EQ(ReadImageInfo(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png").width, 128);
   const ProgramResult again = RunProgram(command);
   EXPECT_TRUE(json::parse(again.out)["reused"].get<bool>());
+  // Not where what it made is gone.
+  fs::remove_all(scene / "timeperiodic" / "masks");
+  const ProgramResult anew = RunProgram(command);
+  EXPECT_FALSE(json::parse(anew.out)["reused"].get<bool>());
+  EXPECT_TRUE(fs::exists(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png"));
 }
 
 TEST(PeriodProgram, CountsThePendulumWithinAFrame) {
