@@ -413,32 +413,6 @@ TEST(Probe, ServesWhereTheSceneHasNoFrontAndTheFrontWhereItHas) {
   EXPECT_THROW(ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 0), UsageError);
 }
 
-// A front of another size says less than a frame of this one.
-TEST(Probe, RendersWhatAFrontOfAnotherSizeWouldChoose) {
-  // Takes no time at all, whatever the pixels say.
-  class QuickRenderer : public FakeRenderer {
-   public:
-    ImageF Render(const RenderRequest&) override {
-      ++frames;
-      return ImageF(4, 3, 4);
-    }
-    int frames = 0;
-  };
-  Stored s;
-  QuickRenderer renderer;
-  s.front.key.device = renderer.Device();
-  WriteFront(s.folder.path, s.front);
-  RenderRequest request;
-  request.view.size_px = {1280, 960};
-  // By the pixels: 20 and 80 ms.
-  const BudgetChoice choice = ChooseForBudget(s.folder.path, "cpu", "mesh", renderer, request, {}, 25);
-  EXPECT_EQ(choice.settings.k, 2) << "the better one, which fits";
-  EXPECT_TRUE(choice.fits);
-  EXPECT_LT(choice.ms, 10);
-  EXPECT_THAT(choice.why, testing::HasSubstr("2 of its settings rendered at this size"));
-  EXPECT_EQ(renderer.frames, 4);
-}
-
 // ---- the commands
 
 TEST(Tradeoff, WritesItsTablesAndPlotsAndKeepsTheFrontWithTheScene) {
