@@ -10,6 +10,7 @@
 #include "scene/files/transforms_json.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -59,6 +60,10 @@ ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink) {
   open.undistort = false;
   Scene scene = OpenScene(options.scene, open, sink);
   RequireMetric(scene, json ? "a transforms.json" : "a COLMAP workspace");
+
+  for (const View& view : scene.views)
+    if (json && !IsUtf8(view.name))
+      throw DataError("the photo's name is not UTF-8 and cannot be written as JSON", "rename it", view.name);
 
   ExportSummary summary;
   summary.output = options.output;

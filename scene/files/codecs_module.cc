@@ -42,6 +42,20 @@ void LimitThreads() {
   static_cast<void>(done);
 }
 
+// What the library knows the format by. In a file's name it takes a '?' for the beginning of arguments.
+std::string FormatName(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  return path.string().find('?') == std::string::npos || ending.size() < 2 ? path.string() : ending.substr(1);
+}
+
+std::unique_ptr<OIIO::ImageInput> OpenInput(const fs::path& path, const OIIO::ImageSpec& config) {
+  const std::string format = FormatName(path);
+  if (format == path.string()) return OIIO::ImageInput::open(format, &config);
+  auto in = OIIO::ImageInput::create(format);
+  OIIO::ImageSpec spec;
+  return in && in->open(path.string(), spec, config) ? std::move(in) : nullptr;
+}
+
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   LimitThreads();
   std::error_code error;
@@ -49,7 +63,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file, also where transparent
-  auto in = OIIO::ImageInput::open(path.string(), &config);
+  auto in = OpenInput(path, config);
   if (!in) {
     const std::string why = OneLine(OIIO::geterror());
     throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
@@ -161,7 +175,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
     spec.attribute("png:compressionLevel", kPngCompression);
     spec.attribute("png:filter", kPngFilterSub);
   }
-  auto out = OIIO::ImageOutput::create(path.string());
+  auto out = OIIO::ImageOutput::create(FormatName(path));
   if (!out) {
     OIIO::geterror();
     throw UsageError(
