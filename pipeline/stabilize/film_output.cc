@@ -14,6 +14,7 @@ namespace fs = std::filesystem;
 
 bool WriteFilm(const fs::path& output, const Film& film, const std::string& task, ProgressSink& sink) {
   bool sound = false;
+  RemoveStaleTemporariesOf(output);
   WriteFileAtomically(output, [&](const fs::path& temporary) {
     const fs::path silent = temporary.parent_path() / (temporary.stem().string() + "-silent.mp4");
     struct RemoveSilent {

@@ -18,6 +18,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/video.h"
 #include "scene/geometry/median.h"
+#include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -101,15 +102,32 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   return text;
 }
 
+// Frames that losing power left incomplete.
+void RemoveDamaged(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> frames;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (HasImageExtension(entry.path())) frames.push_back(entry.path());
+  for (const std::filesystem::path& frame : frames) {
+    try {
+      frame.extension() == ".exr" ? (void)ReadImageF(frame) : (void)ReadImage8(frame);
+    } catch (const InputError&) {
+      std::filesystem::remove(frame);
+    }
+  }
+}
+
 // Frames that an earlier run with the same scene, path and settings finished are kept.
 void KeepOrClear(const std::filesystem::path& output, const std::string& wanted) {
   const std::filesystem::path folder = output / "frames", stamp = folder / "frames.txt";
-  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) return;
+  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) {
+    if (RestartedSince(folder)) RemoveDamaged(folder);
+    NoteRunOfMachine(folder);
+    return;
+  }
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
   std::filesystem::create_directories(folder);
-  // The marker first: an interrupted run's folder is ours too.
-  WriteTextAtomically(output / kRenderMarker, "{}\n");
+  NoteRunOfMachine(folder);
   WriteTextAtomically(stamp, wanted);
 }
 
@@ -126,7 +144,11 @@ void RenderPath(RenderJob& job) {
   if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
   std::optional<VideoWriter> video;
   const std::filesystem::path video_file = o.to_video() ? o.output : o.output / "path.mp4";
-  if (o.to_video() || o.video) video.emplace(video_file, fps);
+  std::optional<FolderInUse> in_use;
+  if (o.to_video() || o.video) {
+    video.emplace(video_file, fps);
+    in_use.emplace(video_file.parent_path());
+  }
 
   PathFigures& figures = job.summary.path.emplace();
   figures.size_px = views.front().size_px;

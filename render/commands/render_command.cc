@@ -183,9 +183,13 @@ RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RenderOptions o = given;
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) RequireOurFolder(o.output, kRenderMarker);
+  if (o.to_video()) RemoveStaleTemporariesOf(o.output);
   RenderJob job{o, sink, Lumigraph(o, sink), {}, {}, {}, {}};
   o.holdout = HoldoutFor(o.holdout, job.scene().views.size());
   Prepare(job);
+  // From here on files come: should this run be killed, the folder is known to be ours.
+  if (std::error_code error; to_folder && !std::filesystem::exists(o.output / kRenderMarker, error))
+    WriteTextAtomically(o.output / kRenderMarker, "{}\n");
   if (o.holdout != 0)
     RenderHeldOut(job);
   else if (!o.view.empty())
