@@ -62,11 +62,29 @@ void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::st
                    "choose another --name, or remove that file");
 }
 
-void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, Provenance provenance, double seconds) {
-  const fs::path path = ProxyPath(scene.folder, name);
+fs::path FiguresPath(const fs::path& scene_folder, const std::string& name) {
+  return ProxyPath(scene_folder, name).replace_extension(".json");
+}
+
+void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
+                Provenance provenance) {
+  Provenance begun = provenance;
+  begun.version = "unfinished";
+  begun.outputs.clear();
+  WriteProvenance(scene.folder, begun);
+  const auto wrote = [&](const fs::path& path) {
+    provenance.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
+  };
+  const fs::path path = ProxyPath(scene.folder, name), beside = FiguresPath(scene.folder, name);
   WriteMesh(path, mesh);
-  provenance.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
-  provenance.seconds = seconds;
+  wrote(path);
+  std::error_code ignored;
+  if (figures.empty()) {
+    fs::remove(beside, ignored);
+  } else {
+    WriteTextAtomically(beside, figures);
+    wrote(beside);
+  }
   WriteProvenance(scene.folder, provenance);
 }
 

@@ -50,9 +50,10 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
 
 }  // namespace
 
+static fs::path OldOf(fs::path target) { return target += ".old"; }
+
 void ReplaceFolder(const fs::path& fresh, const fs::path& target) {
-  fs::path old = target;
-  old += ".old";
+  const fs::path old = OldOf(target);
   std::error_code ec;
   fs::remove_all(old, ec);
   if (fs::exists(target)) fs::rename(target, old);
@@ -92,6 +93,10 @@ Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSum
   const fs::path fresh_images = options.scene / "images.part", fresh_masks = options.scene / "masks.part";
   fs::remove_all(fresh_images);
   fs::remove_all(fresh_masks);
+  for (const char* replaced : {"images", "masks"}) {  // an earlier run was killed while it replaced them
+    std::error_code ignored;
+    fs::remove_all(OldOf(options.scene / replaced), ignored);
+  }
   Scene pinhole = UndistortPhotos(scene, fresh_images, sink);
   if (!options.masks.empty()) WriteMasks(scene, pinhole, options.masks, fresh_masks, sink);
   summary.mean_reprojection_error_px = UpdatePointErrors(pinhole);

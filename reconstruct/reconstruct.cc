@@ -66,6 +66,15 @@ Provenance WantedProvenance(const ReconstructOptions& options) {
   return wanted;
 }
 
+void RecordOutputs(const ReconstructOptions& options, const ReconstructSummary& summary, Provenance& record) {
+  std::vector<std::string> outputs{"images", summary.upgrade == "metric" ? "sparse" : "projective.json", kSummaryFile};
+  if (!options.masks.empty()) outputs.push_back("masks");
+  for (const std::string& output : outputs) record.outputs[output] = Fingerprint(options.scene / output);
+  record.outputs["lumigraph.json"] = kChangedLater;
+  if (const fs::path kept = CamerasOf(summary.backend, {}); fs::exists(options.scene / kept))
+    record.outputs[kept.string()] = Fingerprint(options.scene / kept);
+}
+
 std::set<std::string> ViewNames(const Scene& scene) {
   std::set<std::string> names;
   for (const View& view : scene.views) names.insert(view.name);
@@ -296,10 +305,9 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
     summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 
-  for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"})
-    wanted.outputs[output] = Fingerprint(options.scene / output);
-  wanted.seconds = summary.seconds;
   WriteTextAtomically(options.scene / kSummaryFile, JsonKeys(summary).Text(2) + "\n");
+  RecordOutputs(options, summary, wanted);
+  wanted.seconds = summary.seconds;
   WriteProvenance(options.scene, wanted);
   return summary;
 }

@@ -37,14 +37,18 @@ class Staging {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
+  // What is half moved is known as ours by this folder, until it is made again.
   ~Staging() {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
+    if (moving_) fs::create_directories(folder_, ignored);
   }
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
   const fs::path& folder() const { return folder_; }
 
+  void Begin() { moving_ = true; }
+  void End() { moving_ = false; }
   void MoveIntoPlace(const fs::path& name) const {
     fs::remove_all(output_ / name);
     if (!fs::exists(folder_ / name)) return;
@@ -54,6 +58,7 @@ class Staging {
 
  private:
   fs::path output_, folder_;
+  bool moving_ = false;
 };
 
 struct Source {
@@ -331,15 +336,16 @@ void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
   }
 }
 
-// Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
-void MoveIntoPlace(const Staging& staging, const fs::path& output, Provenance& provenance) {
+// Provenance and manifest go first and come last: a run that is killed in between is no capture, and is made anew.
+void MoveIntoPlace(Staging& staging, const fs::path& output, Provenance& provenance) {
+  staging.Begin();
   fs::remove(output / "provenance" / "simulate.json");
-  for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply",
-                              "proxies/billboard.ply", "video.mp4", "fixed.mp4", "videos"}) {
+  fs::remove(output / "lumigraph.json");
+  for (const fs::path name : {"images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply", "video.mp4",
+                              "fixed.mp4", "videos", "lumigraph.json"}) {
     staging.MoveIntoPlace(name);
-    const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
-    if (optional && !fs::exists(output / name)) continue;
-    if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(output / name);
+    if (!fs::exists(output / name)) continue;
+    provenance.outputs[name.string()] = name == "lumigraph.json" ? kChangedLater : Fingerprint(output / name);
   }
 }
 
@@ -411,7 +417,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
   try {
     const FolderLock lock(options.output);
-    const Staging staging(options.output);
+    Staging staging(options.output);
     const fs::path& folder = staging.folder();
     const Tracer tracer(scene);
     const Shader shader(scene, tracer);
@@ -453,13 +459,14 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       WriteScene(truth, folder);
     }
     MoveIntoPlace(staging, options.output, provenance);
+    provenance.seconds = summary.seconds = watch.Seconds();
+    WriteProvenance(options.output, provenance);
+    staging.End();
   } catch (...) {
     std::error_code ignored;
     if (!was_there) fs::remove(options.output, ignored);  // removes it only if it is empty
     throw;
   }
-  provenance.seconds = summary.seconds = watch.Seconds();
-  WriteProvenance(options.output, provenance);
   return summary;
 }
 

@@ -253,7 +253,10 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   summary.period.seconds = wanted.seconds = SecondsSince(start);
   const FolderLock lock(o.scene);
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
-  wanted.outputs[(fs::path(kOwnFolder) / "summary.json").string()] = Fingerprint(summary_file);
+  std::error_code error;
+  for (const char* file : {"summary.json", "period.svg", "sampling.svg", "masks"})
+    if (fs::exists(own / file, error)) wanted.outputs[(fs::path(kOwnFolder) / file).string()] = Fingerprint(own / file);
+  if (!o.masks_only) wanted.outputs["lumigraph.json"] = kChangedLater;
   WriteProvenance(o.scene, wanted);
   return summary;
 }
