@@ -19,10 +19,15 @@ std::int64_t PairId(std::int64_t a, std::int64_t b) { return a < b ? a * kMaxIma
 
 struct ColmapDatabase::Impl {
   std::filesystem::path path;
+  bool ours = true;
   sqlite3* db = nullptr;
   ~Impl() { sqlite3_close(db); }
 
   [[noreturn]] void Fail() const {
+    const int code = sqlite3_errcode(db) & 0xff;
+    const bool io = code == SQLITE_IOERR && sqlite3_extended_errcode(db) != SQLITE_IOERR_SHORT_READ;
+    if (io || code == SQLITE_FULL || code == SQLITE_NOMEM || (ours && code == SQLITE_CANTOPEN))
+      throw MachineError(fmt::format("cannot be read or written: {}", sqlite3_errmsg(db)), "is the disk full?", path);
     throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db)));
   }
 
@@ -55,6 +60,7 @@ struct ColmapDatabase::Impl {
 
 ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
+  impl_->ours = access == Access::kOurs;
   int rc = SQLITE_OK;
   if (access == Access::kOurs) {
     rc = sqlite3_open_v2(path.c_str(), &impl_->db, SQLITE_OPEN_READWRITE, nullptr);
@@ -76,6 +82,17 @@ ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access)
 }
 ColmapDatabase::~ColmapDatabase() = default;
 ColmapDatabase::ColmapDatabase(ColmapDatabase&&) noexcept = default;
+
+bool ColmapDatabase::IsWhole() const {
+  try {
+    Impl::Statement statement;
+    impl_->Prepare(statement, "PRAGMA quick_check(1)");
+    return impl_->Step(statement) &&
+           std::strcmp(reinterpret_cast<const char*>(sqlite3_column_text(statement.s, 0)), "ok") == 0;
+  } catch (const InputError&) {
+    return false;
+  }
+}
 
 bool ColmapDatabase::IsDatabase(const std::filesystem::path& path, Access access) {
   std::error_code ec;

@@ -37,6 +37,8 @@ class ColmapDatabase {
   ColmapDatabase(ColmapDatabase&&) noexcept;
   static bool IsDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
 
+  // Whether its pages fit together. COLMAP writes without waiting for the disk: what losing power left may not.
+  bool IsWhole() const;
   std::vector<DatabaseImage> Images() const;        // sorted by name
   std::vector<DatabasePair> MatchedPairs() const;   // pairs that were tried, raw matches counted
   std::vector<DatabasePair> VerifiedPairs() const;  // pairs with geometrically verified matches

@@ -80,6 +80,14 @@ void RemoveDatabase(const fs::path& database) {
   }
 }
 
+// COLMAP's database is on the disk when the system says so, which is later than COLMAP. After a restart of the machine,
+// which may have come from a loss of power, it is checked before it is built on.
+bool SurvivedRestart(const fs::path& work_folder, const fs::path& database, ProgressSink& sink) {
+  if (!RestartedSince(work_folder) || ColmapDatabase(database).IsWhole()) return true;
+  sink.Message("the machine was restarted while COLMAP's database was written, and it is damaged: it is made anew");
+  return false;
+}
+
 std::size_t CountKnown(const fs::path& database, const std::set<std::string>& names,
                        ColmapDatabase::Access access = ColmapDatabase::Access::kOurs) {
   std::size_t known = 0;
@@ -171,9 +179,12 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLim
     sink.Message("COLMAP could not use the GPU; features are found on the CPU");
     rc = run(false);
   }
-  if (rc != 0 && !ColmapDatabase::IsDatabase(database))
-    throw MachineError(fmt::format("COLMAP's feature extraction ended with {} ({})", rc, colmap.LastComplaint()),
+  if (!ColmapDatabase::IsDatabase(database)) {
+    const std::string complaint = colmap.LastComplaint();
+    throw MachineError(fmt::format("COLMAP made no database; its feature extraction ended with {}{}", rc,
+                                   complaint.empty() ? "" : " (" + complaint + ")"),
                        "see the log", colmap.log_file());
+  }
 }
 
 void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
@@ -287,18 +298,20 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
 
   const FeatureKey key = KeyOf(capture, cameras, limits, options, user_database);
   std::error_code ec;
-  if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database)) {
+  if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database) ||
+      !SurvivedRestart(work_folder, features.database, sink)) {
     RemoveDatabase(features.database);
     if (!user_database.empty()) {
       sink.Message("features and matches come from " + user_database.string() + " (copied)");
-      WriteFileAtomically(features.database, [&](const fs::path& temporary) {
-        fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
-      });
       const fs::path wal = user_database.string() + "-wal";  // what its last writer has not merged yet
       if (fs::exists(wal, ec))
         fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
+      WriteFileAtomically(features.database, [&](const fs::path& temporary) {
+        fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
+      });
     }
   }
+  NoteRunOfMachine(work_folder);
   WriteTextAtomically(key_file, JsonKeys(key).Text(1));
   std::string list;
   for (const InputPhoto& photo : capture.photos) list += photo.name + "\n";
