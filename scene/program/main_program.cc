@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <system_error>
 
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -11,6 +12,10 @@
 
 namespace lumi {
 namespace {
+
+constexpr const char* kOutOfMemory = "out of memory";
+constexpr const char* kUseLess = "use smaller photos or fewer of them";
+constexpr const char* kPleaseReport = "please report it with the command line";
 
 void PrintJson(const std::string& name, const JsonKeys& keys) {
   JsonKeys json;
@@ -65,6 +70,8 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
     return Report(name_, json, ExitCode::kUsage, e.what(), "", "see " + name_ + " --help");
+  } catch (const std::bad_alloc&) {
+    return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   }
   sink_ = MakeStderrProgress(quiet_);
   SetThreadCount(threads_);
@@ -82,12 +89,19 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   } catch (const Error& e) {
     return Report(name_, json_, e.code(), e.what(), e.file().string(), e.hint());
   } catch (const std::bad_alloc&) {
-    return Report(name_, json_, ExitCode::kMachine, "out of memory", "", "use smaller photos or fewer of them");
+    return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   } catch (const std::filesystem::filesystem_error& e) {
     return Report(name_, json_, ExitCode::kMachine, e.code().message(), e.path1().string(), "");
+  } catch (const std::system_error& e) {
+    if (e.code() != std::errc::resource_unavailable_try_again && e.code() != std::errc::not_enough_memory)
+      return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", kPleaseReport);
+    return Report(name_, json_, ExitCode::kMachine, std::string("no thread can be started: ") + e.what(), "",
+                  "use fewer threads: --threads 1");
   } catch (const std::exception& e) {
-    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "",
-                  "please report it with the command line");
+    // OpenCV's own allocations fail with an exception of its own.
+    if (std::string(e.what()).find("OutOfMemoryError") != std::string::npos)
+      return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
+    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", kPleaseReport);
   }
 }
 
