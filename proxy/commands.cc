@@ -106,21 +106,36 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   return made;
 }
 
+// Of kinds whose figures can be read back: a run that has nothing to do says what the one before said.
+template <typename Figures>
+static Made<Figures> MakeAndKeep(const ProxyTarget& target, const std::string& kind,
+                                 std::map<std::string, std::string> options, ProgressSink& progress,
+                                 const std::function<Mesh(const Scene&, Figures&)>& make) {
+  std::optional<Figures> figures;
+  Made<Figures> made{MakeProxy(target, kind, std::move(options), {}, progress,
+                               [&](const Scene& scene) -> BuiltProxy {
+                                 Figures& f = figures.emplace();
+                                 Mesh mesh = make(scene, f);
+                                 return {std::move(mesh), f};
+                               }),
+                     figures};
+  if (target.output.empty()) TakeFigures(made.file.parent_path().parent_path(), made);  // SCENE/proxies/NAME.ply
+  return made;
+}
+
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress) {
-  std::optional<PlaneSummary> figures;
-  return {MakeProxy(target, "plane", {}, {}, progress,
-                    [&](const Scene& scene) { return BuildPlaneProxy(scene, {}, &figures.emplace()); }),
-          figures};
+  return MakeAndKeep<PlaneSummary>(target, "plane", {}, progress, [](const Scene& scene, PlaneSummary& figures) {
+    return BuildPlaneProxy(scene, {}, &figures);
+  });
 }
 
 Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
   DelaunayOptions options;
   options.merge_px = merge_px;
-  std::optional<DelaunaySummary> figures;
-  return {
-      MakeProxy(target, "delaunay", OptionValues(options), {}, progress,
-                [&](const Scene& scene) { return BuildDelaunayProxy(scene, options, progress, &figures.emplace()); }),
-      figures};
+  return MakeAndKeep<DelaunaySummary>(target, "delaunay", OptionValues(options), progress,
+                                      [&](const Scene& scene, DelaunaySummary& figures) {
+                                        return BuildDelaunayProxy(scene, options, progress, &figures);
+                                      });
 }
 
 std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {

@@ -37,7 +37,9 @@ std::vector<SheetThumbnails> MakeThumbnails(const std::vector<SheetRow>& rows, i
         WriteImage(jpeg, row.pictures.back(), kThumbnailQuality);
         row.jpegs.push_back(ReadText(jpeg));
       }
-    } catch (const InputError&) {
+    } catch (const InputError& e) {
+      std::error_code gone;
+      if (fs::exists(e.file(), gone)) throw;
       row = {};
     }
     task.Step();

@@ -161,6 +161,8 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
     spec.attribute("png:compressionLevel", kPngCompression);
     spec.attribute("png:filter", kPngFilterSub);
   }
+  // Or the time of day would be in it: the same picture is the same bytes.
+  if (path.extension() == ".exr") spec.attribute("DateTime", "1970:01:01 00:00:00");
   auto out = OIIO::ImageOutput::create(path.string());
   if (!out) {
     OIIO::geterror();

@@ -1,7 +1,12 @@
 #include "scene/program/main_program.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <system_error>
@@ -39,6 +44,35 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   return static_cast<int>(code);
 }
 
+// What is said where memory runs out inside a function of a library that may not throw: there is no way back from
+// there. Made before, so that saying it takes none.
+std::string g_last_words, g_last_json;
+std::terminate_handler g_terminate_before = nullptr;
+
+void OnTerminate() {
+  try {
+    if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    std::fputs(g_last_words.c_str(), stderr);
+    std::fputs(g_last_json.c_str(), stdout);
+    std::fflush(stdout);
+    ::_exit(static_cast<int>(ExitCode::kMachine));
+  } catch (...) {
+  }
+  if (g_terminate_before) g_terminate_before();
+  std::abort();
+}
+
+void PrepareLastWords(const std::string& name, bool json) {
+  g_last_words = fmt::format("{}: {} ({})\n", name, kOutOfMemory, kUseLess);
+  if (json) {
+    JsonKeys error, whole;
+    error.Say("code", static_cast<int>(ExitCode::kMachine)).Say("message", kOutOfMemory).Say("hint", kUseLess);
+    g_last_json = whole.Say("schema", name).Say("version", kVersion).Say("error", error).Text(2) + "\n";
+  }
+  if (!g_terminate_before) g_terminate_before = std::set_terminate(OnTerminate);
+}
+
 }  // namespace
 
 Program::Program(std::string name, std::string description)
@@ -73,9 +107,10 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   } catch (const std::bad_alloc&) {
     return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   }
-  sink_ = MakeStderrProgress(quiet_);
-  SetThreadCount(threads_);
   try {
+    PrepareLastWords(name_, json_);
+    sink_ = MakeStderrProgress(quiet_);
+    SetThreadCount(threads_);
     const std::function<Answer()>* what = &body;
     for (const auto& [command, does] : commands_)
       if (command.given()) what = &does;
