@@ -8,6 +8,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/image_io.h"
+#include "scene/files/json_limits.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
@@ -253,7 +254,7 @@ void WriteFixedVideo(const Take& take, const FixedVideoDescription& fixed, int n
 SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   Json json;
   try {
-    json = Json::parse(ReadText(file));
+    json = Json::parse(ReadJsonText(file));
   } catch (const Json::exception&) {
     throw InputError(file, "is no JSON",
                      "a camera path as lumi-render reads it is wanted: {\"keys\": [{\"time_s\": ...}]}");

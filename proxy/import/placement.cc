@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -102,6 +103,7 @@ std::vector<PointPair> ReadPointPairs(const std::filesystem::path& file) {
   const std::string text = ReadText(file);
   std::vector<PointPair> pairs;
   if (file.extension() == ".json") {
+    if (const char* wrong = JsonBeyondLimits(text)) throw InputError(file, wrong);
     Json json;
     try {
       json = Json::parse(text);

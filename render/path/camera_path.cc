@@ -8,6 +8,7 @@
 
 #include "render/path/nerfstudio_path.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
@@ -246,7 +247,7 @@ static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& 
 }
 
 CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) {
-  const std::string text = ReadText(file);
+  const std::string text = ReadJsonText(file);
   CameraPath path;
   try {
     const auto j = nlohmann::json::parse(text);

@@ -23,6 +23,7 @@ constexpr int kMaxSide = 65500;
 // and a header that lies must not get gigabytes.
 constexpr std::int64_t kManyPixels = std::int64_t(1) << 24;
 constexpr std::int64_t kPixelsPerByte = 2000;
+constexpr std::int64_t kManyValues = 4 * kManyPixels, kValuesPerByte = 4 * kPixelsPerByte;  // of all channels
 constexpr int kMaxChannels = 64;
 // PNG: a fifth of the default's (6, filters off) time on photographs, for a fifth more bytes.
 constexpr int kPngCompression = 2;
@@ -60,11 +61,13 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
       spec.depth > 1)
     throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width,
                                        spec.height, spec.nchannels));
-  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height;
+  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height, values = pixels * spec.nchannels;
   if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error));
-      !error && pixels > kManyPixels && pixels / kPixelsPerByte > bytes)
-    throw InputError(path, fmt::format("claims {} x {} pixels in {} bytes: the file is cut off or corrupt", spec.width,
-                                       spec.height, bytes));
+      !error && ((pixels > kManyPixels && pixels / kPixelsPerByte > bytes) ||
+                 (values > kManyValues && values / kValuesPerByte > bytes)))
+    throw InputError(path,
+                     fmt::format("claims {} x {} pixels with {} channels in {} bytes: the file is cut off or corrupt",
+                                 spec.width, spec.height, spec.nchannels, bytes));
   return in;
 }
 

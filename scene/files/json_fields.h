@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
 #include "scene/program/error.h"
 
 namespace lumi::json_fields {
@@ -94,7 +94,7 @@ inline void RequireFormat(const Fields& fields, const std::filesystem::path& fil
 
 inline Json ParseJson(const std::filesystem::path& file) {
   try {
-    return Json::parse(ReadText(file));
+    return Json::parse(ReadJsonText(file));
   } catch (const nlohmann::json::exception& e) {
     std::string what = e.what();
     if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -18,7 +19,7 @@ constexpr int kMostPx = 32768;
 
 nlohmann::json ParsePath(const std::filesystem::path& file) {
   try {
-    return nlohmann::json::parse(ReadText(file));
+    return nlohmann::json::parse(ReadJsonText(file));
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, std::string("not a camera path: ") + e.what());
   }

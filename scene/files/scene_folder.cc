@@ -83,7 +83,7 @@ Manifest ReadManifest(const fs::path& file) {
   m.frame = *known;
   if (const auto up = fields.Vector<3>("up")) {
     if (!(up->norm() > 0)) throw fields.Wrong("up", "a direction");
-    m.up = up->normalized();
+    m.up = up->stableNormalized();  // of any length
   }
   if (const Json* n = fields.Find("normalisation")) {
     const Fields normalisation(*n, file, "normalisation.");
@@ -92,7 +92,7 @@ Manifest ReadManifest(const fs::path& file) {
     if (!(s.scale > 0)) throw normalisation.Wrong("scale", "positive");
     if (const auto q = normalisation.Vector<4>("rotation_xyzw")) {
       if (!(q->norm() > 0)) throw normalisation.Wrong("rotation_xyzw", "a quaternion");
-      s.rotation = Eigen::Quaterniond(q->normalized().eval());
+      s.rotation = Eigen::Quaterniond(q->stableNormalized().eval());
     }
     s.translation = normalisation.Vector<3>("translation").value_or(Eigen::Vector3d::Zero());
     m.normalized_from_world = s;

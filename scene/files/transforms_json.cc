@@ -15,6 +15,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/json_limits.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
 
@@ -141,7 +142,9 @@ struct Reader {
       throw fail("is no rotation and translation");
     const Eigen::Matrix3d world_from_cam = R_gl * kFlip.asDiagonal();
     const Eigen::Quaterniond nearest(NearestRotation(world_from_cam));
-    return Rigid3{nearest.normalized(), m.col(3)}.Inverse();
+    const Rigid3 pose = Rigid3{nearest.normalized(), m.col(3)}.Inverse();
+    if (!pose.translation.allFinite()) throw fail("leads beyond what numbers can hold");
+    return pose;
   }
 };
 
@@ -167,7 +170,7 @@ fs::path CommonFolder(const fs::path& a, const fs::path& b) {
 Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped) {
   Json root;
   try {
-    root = Json::parse(ReadText(path));
+    root = Json::parse(ReadJsonText(path));
   } catch (const nlohmann::json::exception& e) {
     std::string what = e.what();
     if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);

@@ -210,7 +210,8 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
     progress.Step();
   };
   std::vector<std::size_t> alone;  // photos with a camera of their own go side by side, each with its own maps
-  for (const auto& [id, views] : views_of) {
+  for (const auto& [id, views_of_camera] : views_of) {
+    const auto& views = views_of_camera;  // clang 14 hands no structured binding on to a lambda
     const auto camera = static_cast<std::size_t>(id);
     const bool pinhole = scene.cameras[camera].IsPinhole();
     if (views.size() == 1 && !pinhole) {
