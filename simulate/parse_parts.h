@@ -10,7 +10,7 @@ namespace lumi {
 
 // Objects, groups and the sections of lofts, each with all its copies; and views of all paths. A few bytes of copies of
 // copies must not ask for more than memory holds.
-constexpr std::size_t kMostParts = 100000, kMostViews = 1000000;
+constexpr std::size_t kMostParts = 100000, kMostViews = 200000;
 constexpr int kDeepestGroup = 32;
 
 struct ParseContext {

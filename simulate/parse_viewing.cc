@@ -96,7 +96,7 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
   PathDescription path;
   const std::string kind = reader.RequireText("kind");
   if (reader.Has("look_at")) path.look_at = reader.RequireVector3("look_at");
-  path.views = reader.Integer("views", 1, 1, 1000000);
+  path.views = reader.Integer("views", 1, 1, static_cast<int>(kMostViews));
   bool moving = false;
   if (kind == "ring") {
     ParseRing(reader, path, 360);
