@@ -1,5 +1,6 @@
 // The fuzz targets, without fuzzing: every finding of earlier runs stays mended, and what mutation starts from is read.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <set>
@@ -18,6 +19,19 @@ namespace fs = std::filesystem;
 // Videos are given by fuzz.sh only: a sound one is made by a program.
 const std::set<std::string> kWithoutSeedsHere = {"video"};
 
+class FuzzReplay : public testing::Test {
+ protected:
+  // A reader that takes memory without end is to fail here, not to take the machine's.
+  static void SetUpTestSuite() {
+#if !defined(__SANITIZE_ADDRESS__)  // maps terabytes
+    rlimit limit{};
+    ::getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, rlim_t{6} << 30);
+    ::setrlimit(RLIMIT_AS, &limit);
+#endif
+  }
+};
+
 std::vector<fs::path> FilesBelow(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -27,7 +41,7 @@ std::vector<fs::path> FilesBelow(const fs::path& folder) {
   return files;
 }
 
-TEST(FuzzReplay, EveryTargetReadsItsSeeds) {
+TEST_F(FuzzReplay, EveryTargetReadsItsSeeds) {
   const TemporaryFolder folder;
   WriteScene(MakeSmallScene(folder / "capture/images", 4), folder / "capture");
   WriteSeeds(folder / "capture", folder / "seeds");
@@ -38,7 +52,7 @@ TEST(FuzzReplay, EveryTargetReadsItsSeeds) {
   }
 }
 
-TEST(FuzzReplay, EveryFindingStaysMended) {
+TEST_F(FuzzReplay, EveryFindingStaysMended) {
   const fs::path root = fs::path(LUMI_SOURCE_DIR) / "tests/fuzz/regressions";
   std::size_t replayed = 0;
   for (const Target& target : Targets())
@@ -49,13 +63,13 @@ TEST(FuzzReplay, EveryFindingStaysMended) {
   EXPECT_EQ(replayed, FilesBelow(root).size()) << "a folder there is of no target";
 }
 
-TEST(FuzzReplay, NothingAtAllIsRefusedOrRead) {
+TEST_F(FuzzReplay, NothingAtAllIsRefusedOrRead) {
   for (const Target& target : Targets())
     for (const std::string bytes : {"", "\n", "{", "{}", "[]", "0"}) EXPECT_NO_THROW(Accepts(target, bytes)) << bytes;
 }
 
 // A contract that nothing can break would hold nothing together.
-TEST(FuzzReplay, ABrokenContractIsSeen) {
+TEST_F(FuzzReplay, ABrokenContractIsSeen) {
   const auto broken = [](void (*read)(std::string_view)) { Accepts({"target", read}, ""); };
   EXPECT_THROW(broken([](std::string_view) { throw std::runtime_error("x"); }), ContractBroken);
   EXPECT_THROW(broken([](std::string_view) { throw MachineError("x"); }), ContractBroken);
