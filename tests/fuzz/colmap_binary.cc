@@ -2,6 +2,6 @@
 
 namespace lumi::fuzz {
 
-LUMI_FUZZ_TARGET(colmap_binary) { ReadModelWith(bytes, ColmapFormat::kBinary); }
+LUMI_FUZZ_TARGET(colmap_binary) { ReadModelWith<ColmapFormat::kBinary>(bytes); }
 
 }  // namespace lumi::fuzz

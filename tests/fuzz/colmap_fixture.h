@@ -13,23 +13,24 @@
 
 namespace lumi::fuzz {
 
-inline void ReadModelWith(std::string_view bytes, ColmapFormat format) {
-  static const std::filesystem::path folder = [&] {
-    const std::filesystem::path at = InputFolder() / "model";
-    WriteColmapModel(SeedScene(), at, format);
-    return at;
-  }();
+template <ColmapFormat format>
+void ReadModelWith(std::string_view bytes) {
   static const std::string ending = format == ColmapFormat::kText ? ".txt" : ".bin";
+  static const std::string model = "model" + ending;
+  static const std::filesystem::path folder = [] {
+    WriteColmapModel(SeedScene(), InputFolder() / model, format);
+    return InputFolder() / model;
+  }();
   static const std::array<std::string, 3> names{"cameras", "images", "points3D"};
   static const std::array<std::string, 3> right{ReadText(folder / (names[0] + ending)),
                                                 ReadText(folder / (names[1] + ending)),
                                                 ReadText(folder / (names[2] + ending))};
   if (bytes.empty()) return;
   const auto which = static_cast<std::size_t>(static_cast<unsigned char>(bytes.front())) % names.size();
-  InputFile("model/" + names[which] + ending, bytes.substr(1));
+  InputFile(model + "/" + names[which] + ending, bytes.substr(1));
   struct PutBack {
     std::size_t which;
-    ~PutBack() { InputFile("model/" + names[which] + ending, right[which]); }
+    ~PutBack() { InputFile(model + "/" + names[which] + ending, right[which]); }
   } put_back{which};
   const Scene scene = ReadColmapModel(folder);
   for (const Camera& c : scene.cameras) Require(!Validate(c), "a camera that is none was accepted");

@@ -2,6 +2,6 @@
 
 namespace lumi::fuzz {
 
-LUMI_FUZZ_TARGET(colmap_text) { ReadModelWith(bytes, ColmapFormat::kText); }
+LUMI_FUZZ_TARGET(colmap_text) { ReadModelWith<ColmapFormat::kText>(bytes); }
 
 }  // namespace lumi::fuzz
