@@ -8,6 +8,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/support/small_scene.h"
