@@ -2,7 +2,7 @@
 # Installs and builds what the tests need, and runs them.
 #
 #   ./test.sh             the fast tier
-#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data
+#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
 #   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
 #   further arguments go to ctest (-R NAME, -L hard-case ...)
@@ -12,11 +12,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 preset=release
 select=(-LE slow)
-more=() passed=() on='' as_user=()
+more=() passed=() on='' as_user=() everything=''
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
-    --all) select=() passed+=(--all) ;;
+    --all) select=() everything=yes passed+=(--all) ;;
     --on)
       [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
       on=$2; shift ;;
@@ -38,6 +38,16 @@ export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 # One more than there are cores: tests that start programs wait for them now and then.
 status=0
 ctest --test-dir "build/$preset" -j "$(($(nproc) + 1))" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}" || status=$?
+# A short run of each fuzz target: most of what it takes is the build.
+if [ -n "$everything" ] && [ $status -eq 0 ] && [ ${#more[@]} -eq 0 ]; then
+  if printf 'extern "C" int LLVMFuzzerTestOneInput(const char*, unsigned long) { return 0; }' |
+    clang++ -fsanitize=fuzzer,address -x c++ - -o "build/can-fuzz" 2>/dev/null; then
+    ./fuzz.sh --runs 2000 || status=$?
+  else
+    say "skipped: fuzzing the readers (clang with its libFuzzer is not installed; ./fuzz.sh installs it)"
+  fi
+  rm -f build/can-fuzz
+fi
 # ctest counts executables: what one skipped beside tests that ran is said here.
 grep -h '^skipped: ' "build/$preset/Testing/Temporary/LastTest.log" >&2 || true
 exit $status

@@ -32,6 +32,7 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
       (fs::is_directory(summary.report) || ReadText(summary.report).find(kReportMark) == std::string::npos))
     throw UsageError(fmt::format("{} is there already and not a report of this program", summary.report.string()),
                      "name another with --report");
+  for (const fs::path& file : {options.output, summary.report}) RemoveStaleTemporariesOf(file);
   if (!options.undistort.empty()) {
     RequireOurFolder(options.undistort, "camera.yaml");
     if (fs::exists(options.input) && fs::exists(options.undistort) && fs::equivalent(options.input, options.undistort))

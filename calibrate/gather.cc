@@ -177,6 +177,7 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   if (sharpest) batch.push_back(std::move(*sharpest));
   search();
   gathered.pictures = reader.frames_read();
+  for (const std::string& remark : reader.remarks()) progress.Message(remark);
   if (gathered.pictures == 0) throw InputError(input, "the video has no frame that can be read");
 
   const auto view_of = [](const Candidate& c) {
@@ -223,6 +224,21 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
 
 }  // namespace
 
+// A folder in this one that holds photos, images/ first.
+static fs::path PhotosInside(const fs::path& folder) {
+  const auto holds = [](const fs::path& inner) {
+    std::error_code error;
+    for (fs::directory_iterator it(inner, error), end; !error && it != end; it.increment(error))
+      if (it->is_regular_file(error) && HasImageExtension(it->path())) return true;
+    return false;
+  };
+  if (holds(folder / "images")) return folder / "images";
+  std::vector<fs::path> inner;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && holds(entry.path())) inner.push_back(entry.path());
+  return inner.empty() ? fs::path() : *std::ranges::min_element(inner);
+}
+
 std::vector<fs::path> PhotosOf(const fs::path& input) {
   if (!fs::exists(input)) throw InputError(input, "there is no such file or folder");
   if (!fs::is_directory(input)) return {input};
@@ -231,7 +247,12 @@ std::vector<fs::path> PhotosOf(const fs::path& input) {
     if (entry.is_regular_file() && HasImageExtension(entry.path()) &&
         !entry.path().filename().string().starts_with('.'))
       photos.push_back(entry.path());
-  if (photos.empty()) throw InputError(input, "the folder holds no photos");
+  if (photos.empty()) {
+    const fs::path inside = PhotosInside(input);
+    throw InputError(input, "the folder holds no photos",
+                     inside.empty() ? "give a folder of photos of a checkerboard, or a video"
+                                    : "there are some in " + inside.string() + ": give that folder");
+  }
   std::ranges::sort(photos);
   return photos;
 }

@@ -39,27 +39,33 @@ JsonKeys SummaryOf(const Scene& scene, bool reused) {
 // A scene that did not come from an import holds photos of its own, which an import would replace.
 void RequireImportedBefore(const fs::path& output) {
   std::error_code error;
-  if (fs::exists(output / "lumigraph.json", error) &&
+  if (fs::exists(output / "lumigraph.json", error) && !fs::exists(output / kUnfinishedMark, error) &&
       !fs::exists(output / "provenance" / (std::string(kStage) + ".json"), error))
     throw UsageError(output.string() + " is another scene, which was not imported: nothing was touched",
                      "choose another output");
 }
 
-// Only what an import makes is removed; the folder itself where it is left empty.
-void RemoveUnfinished(const fs::path& output, bool had_manifest) {
+// An output without a manifest holds nothing but this import's: it goes, and the folder where it is left empty.
+void RemoveUnfinished(const fs::path& output) {
   std::error_code ignored;
-  fs::remove_all(output / kNewImages, ignored);
-  if (had_manifest) return;
-  fs::remove(output / kUnfinishedMark, ignored);
+  for (const char* made : {kNewImages, "lumigraph.json", "images", "sparse"}) fs::remove_all(output / made, ignored);
+  fs::remove(output / "provenance" / (std::string(kStage) + ".json"), ignored);
+  fs::remove(output / "provenance", ignored);  // empty folders only
   fs::remove(output / "LOCK", ignored);
-  fs::remove(output, ignored);  // empty folders only
+  const auto left = std::distance(fs::directory_iterator(output, ignored), fs::directory_iterator());
+  if (left > 1) return;  // proxies of an earlier import: the mark says whose they are
+  fs::remove(output / kUnfinishedMark, ignored);
+  fs::remove(output, ignored);
 }
 
 }  // namespace
 
 StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
-  RequireOurFolder(options.output, kUnfinishedMark);
+  // What a run that failed has left (colmap/) may stay where it is: an import has no use for it.
+  std::error_code none;
+  RequireOurFolder(options.output,
+                   fs::is_directory(options.output / "provenance", none) ? "provenance" : kUnfinishedMark);
   RequireImportedBefore(options.output);
 
   OpenOptions open;
@@ -90,6 +96,8 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
                           "An import is being written, or was killed; a second run starts it again.\n");
       fs::remove_all(options.output / kNewImages);
       Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
+      // From here on old and new must not mix: without a manifest the folder is no scene.
+      fs::remove(options.output / "lumigraph.json");
       fs::remove_all(options.output / "images");
       fs::rename(options.output / kNewImages, options.output / "images");
       ours.image_folder = options.output / "images";
@@ -99,11 +107,13 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       WriteScene(ours, options.output);
       wanted.outputs["images"] = Fingerprint(options.output / "images");
       wanted.outputs["sparse"] = Fingerprint(options.output / "sparse");
+      wanted.outputs["lumigraph.json"] = kChangedLater;
       wanted.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       WriteProvenance(options.output, wanted);
       fs::remove(options.output / kUnfinishedMark);
     } catch (...) {
-      RemoveUnfinished(options.output, had_manifest);
+      // What was there before stays as far as it is whole; the mark lets a second run start again.
+      if (!had_manifest) RemoveUnfinished(options.output);
       throw;
     }
   }

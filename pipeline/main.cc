@@ -53,6 +53,8 @@ void AddCameras(Options& app, PipelineOptions& options) {
   app.Group("Cameras");
   app.Flag("--rescale-cameras", options.rescale_cameras,
            "Scale given cameras to photos of another size instead of refusing");
+  app.PassFlag("--clips", options.reconstruct_arguments,
+               "INPUT is a folder of hand-held videos of one place, not taken at once (as lumi-reconstruct)");
   app.PassFlag("--all-frames", options.reconstruct_arguments,
                "A camera for every frame of a video (as lumi-reconstruct)");
 }
@@ -80,6 +82,9 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
           "and circular")
       .Default();
   app.Add("--render-scale", steady.render_scale, "Size of the result over the video's, above 0, up to 4").Default();
+  app.Add("--fps", steady.fps,
+          "Frames a second of the result, above 0, up to 1000: each picture is the frame nearest in time; default: its "
+          "frames have the video's own times");
   app.Flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised");
   app.Flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of");
   app.Flag("--tradeoff", steady.tradeoff,
@@ -113,7 +118,9 @@ int main(int argc, char** argv) {
   std::string stabilize;
   StabilizeVideoOptions steady;
   Options& app = program.options();
-  app.Add("INPUT", options.input, "Folder of photos, a video, a COLMAP workspace (images + sparse), or a scene")
+  app.Add("INPUT", options.input,
+          "Folder of photos, a video, a COLMAP workspace (images + sparse), transforms.json or a folder with one, or a "
+          "scene")
       .Required();
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
   app.Add("--proxy", options.proxy, "How the proxy is made")

@@ -14,6 +14,7 @@
 #include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
 #include "scene/program/version.h"
@@ -101,6 +102,9 @@ class Run {
     const InputKind kind = ClassifyInput(options_.input);
     summary_.scene = options_.output.empty() && kind == InputKind::kOurScene ? options_.input : options_.output;
     if (summary_.scene.empty()) throw UsageError("-o SCENE is missing", "name the folder that the scene goes to");
+    if (std::error_code error; HasVideoExtension(summary_.scene) && !fs::is_directory(summary_.scene, error))
+      throw UsageError(fmt::format("-o {}: it names the folder of the scene, not a film", summary_.scene.string()),
+                       "its fly-through is SCENE/fly-through.mp4; --stabilize MODEL makes a film of a shaky video");
     RequireOptionsForKind(kind);
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
@@ -134,7 +138,7 @@ class Run {
           fmt::format("{} is for photos or a video, and {} has its cameras already",
                       options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration",
                       options_.input.string()),
-          "give its folder of photos to find the cameras anew");
+          "give its folder of photos, with --poses none, to find the cameras anew");
     std::error_code error;
     if (options_.periodic && (kind != InputKind::kCapture || fs::is_directory(options_.input, error)))
       throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()),

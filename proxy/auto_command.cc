@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "proxy/box/box_proxy.h"
+#include "proxy/choose_proxy.h"
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
 #include "proxy/dense/dense_proxy.h"
@@ -238,7 +239,8 @@ void ListKeys(JsonKeys& j, HoldoutErrors& e) {
     e.psnr_object_db);
 }
 
-void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
+// What lumi-render failed with, where it did.
+std::optional<Error> Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyCandidate& c) {
   const auto start = std::chrono::steady_clock::now();
   const TemporaryFolder folder;
   HoldoutErrors errors;
@@ -255,9 +257,10 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
     throw;
   } catch (const Error& e) {
     c.refused = e.what();
+    c.measure_s = SecondsSince(start);
+    return e;
   }
   c.measure_s = SecondsSince(start);
-  if (!c.refused.empty()) return;
   if (!errors.psnr_db || !errors.ssim || !errors.coverage || !errors.ms)
     throw MachineError("lumi-render gave no figures for proxy " + c.name, "is it of the same version as this program?");
   c.psnr_db = errors.psnr_db;
@@ -265,41 +268,12 @@ void Measure(const Scene& scene, const AutoOptions& options, int holdout, ProxyC
   c.coverage = errors.coverage;
   c.ms = errors.ms;
   c.psnr_object_db = errors.psnr_object_db;
-}
-
-// Who gave silhouettes is after the object: around it a hull shows nothing, and holes count as black.
-double Score(const ProxyCandidate& c) { return c.psnr_object_db ? *c.psnr_object_db : *c.psnr_db; }
-
-// The best of those within the budget, and why; of equals the one with fewer faces. Where nothing is within it, the
-// fastest.
-std::pair<const ProxyCandidate*, std::string> Choose(const AutoTable& table, std::optional<double> budget_ms) {
-  const ProxyCandidate* best = nullptr;
-  const ProxyCandidate* fastest = nullptr;
-  const ProxyCandidate* last = nullptr;
-  std::size_t made = 0, measured = 0;
-  for (const ProxyCandidate& c : table.candidates) {
-    if (!c.refused.empty()) continue;
-    ++made;
-    if (!last || last->name != "mesh") last = &c;
-    if (!c.psnr_db) continue;
-    ++measured;
-    if (!fastest || *c.ms < *fastest->ms) fastest = &c;
-    if (budget_ms && *c.ms > *budget_ms) continue;
-    const double ahead = best ? Score(c) - Score(*best) : 1;
-    if (ahead > 0 || (ahead == 0 && c.faces < best->faces)) best = &c;
-  }
-  // Nothing to go by: what goes through the points, or the last that there is, which is the most elaborate.
-  if (measured == 0) return {last, made == 1 ? "the only one that can be made" : table.unmeasured};
-  if (!best) return {fastest, fmt::format("none is within {:g} ms a frame: the fastest", *budget_ms)};
-  std::string reason =
-      measured == 1 && made == 1 ? "the only one that can be made" : "the smallest error on " + table.fold;
-  if (budget_ms) reason += fmt::format(" within {:g} ms a frame", *budget_ms);
-  return {best, reason};
+  return std::nullopt;
 }
 
 AutoSummary Chosen(AutoTable table, const AutoOptions& options) {
   AutoSummary s;
-  const auto [choice, reason] = Choose(table, options.budget_ms);
+  const auto [choice, reason] = ChooseProxy(table, options.budget_ms);
   s.name = choice->name;
   s.reason = reason;
   s.faces = choice->faces;
@@ -404,14 +378,17 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
     throw DataError("no proxy can be made: " + candidates.front().refused, "reconstruct from more photos that overlap");
   if (views >= 3 && made > 1) {
     Progress steps(progress, "choosing a proxy", static_cast<long>(made));
+    std::optional<Error> failure;
     for (ProxyCandidate& c : candidates) {
       if (!c.made) continue;
-      Measure(scene, options, holdout, c);
+      const auto failed = Measure(scene, options, holdout, c);
+      if (!failure) failure = failed;
       steps.Step();
     }
     if (std::ranges::none_of(candidates, [](const ProxyCandidate& c) { return c.psnr_db.has_value(); })) {
-      const auto first = std::ranges::find_if(candidates, [](const ProxyCandidate& c) { return c.made; });
-      throw MachineError("lumi-render can measure no proxy: " + first->refused, "", scene.folder);
+      throw Error(failure->code() == ExitCode::kBug ? ExitCode::kMachine : failure->code(),
+                  std::string("lumi-render can measure no proxy: ") + failure->what(),
+                  failure->file().empty() ? scene.folder : failure->file(), failure->hint());
     }
   }
 

@@ -62,7 +62,7 @@ static std::string LeftOut(const ProxyTarget& target) {
 
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
                        std::map<std::string, std::string> inputs, ProgressSink& progress,
-                       const std::function<Mesh(const Scene&)>& make) {
+                       const std::function<BuiltProxy(const Scene&)>& make) {
   const auto start = std::chrono::steady_clock::now();
   Scene scene = OpenForProxy(target.scene, progress);
   ProxySummary made;
@@ -73,7 +73,8 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   if (!target.output.empty()) {
     if (!target.output.has_extension() || (target.output.extension() != ".ply" && target.output.extension() != ".obj"))
       throw UsageError("--output " + target.output.string() + " is no mesh file", "end it with .ply or .obj");
-    mesh = make(KnownTo(target, std::move(scene)));
+    RemoveStaleTemporariesOf(target.output);
+    mesh = make(KnownTo(target, std::move(scene))).mesh;
     WriteMesh(target.output, mesh);
     made.file = target.output;
   } else {
@@ -90,8 +91,10 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
     if (made.reused) {
       mesh = ReadMesh(made.file);
     } else {
-      mesh = make(KnownTo(target, scene));
-      StoreProxy(scene, name, mesh, std::move(wanted), SecondsSince(start));
+      BuiltProxy built = make(KnownTo(target, scene));
+      wanted.seconds = SecondsSince(start);
+      StoreProxy(scene, name, built.mesh, built.figures, std::move(wanted));
+      mesh = std::move(built.mesh);
     }
     if (target.activate || (scene.active_proxy.empty() && target.leave_out == 0)) Activate(scene, name);
     made.active = scene.active_proxy == name;
@@ -103,21 +106,36 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   return made;
 }
 
+// Of kinds whose figures can be read back: a run that has nothing to do says what the one before said.
+template <typename Figures>
+static Made<Figures> MakeAndKeep(const ProxyTarget& target, const std::string& kind,
+                                 std::map<std::string, std::string> options, ProgressSink& progress,
+                                 const std::function<Mesh(const Scene&, Figures&)>& make) {
+  std::optional<Figures> figures;
+  Made<Figures> made{MakeProxy(target, kind, std::move(options), {}, progress,
+                               [&](const Scene& scene) -> BuiltProxy {
+                                 Figures& f = figures.emplace();
+                                 Mesh mesh = make(scene, f);
+                                 return {std::move(mesh), f};
+                               }),
+                     figures};
+  if (target.output.empty()) TakeFigures(made.file.parent_path().parent_path(), made);  // SCENE/proxies/NAME.ply
+  return made;
+}
+
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress) {
-  std::optional<PlaneSummary> figures;
-  return {MakeProxy(target, "plane", {}, {}, progress,
-                    [&](const Scene& scene) { return BuildPlaneProxy(scene, {}, &figures.emplace()); }),
-          figures};
+  return MakeAndKeep<PlaneSummary>(target, "plane", {}, progress, [](const Scene& scene, PlaneSummary& figures) {
+    return BuildPlaneProxy(scene, {}, &figures);
+  });
 }
 
 Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
   DelaunayOptions options;
   options.merge_px = merge_px;
-  std::optional<DelaunaySummary> figures;
-  return {
-      MakeProxy(target, "delaunay", OptionValues(options), {}, progress,
-                [&](const Scene& scene) { return BuildDelaunayProxy(scene, options, progress, &figures.emplace()); }),
-      figures};
+  return MakeAndKeep<DelaunaySummary>(target, "delaunay", OptionValues(options), progress,
+                                      [&](const Scene& scene, DelaunaySummary& figures) {
+                                        return BuildDelaunayProxy(scene, options, progress, &figures);
+                                      });
 }
 
 std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {
@@ -149,7 +167,7 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
       {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
   std::optional<HullFigures> figures;
   Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,
-                                   [&](const Scene& scene) {
+                                   [&](const Scene& scene) -> BuiltProxy {
                                      HullFigures& f = figures.emplace();
                                      std::vector<std::string> without;
                                      const std::vector<SilhouetteView> views =
@@ -164,10 +182,10 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
                                      for (const std::string& name : without)
                                        left_out.push_back({name, "it has no silhouette"});
                                      f.hull.left_out.insert(f.hull.left_out.begin(), left_out.begin(), left_out.end());
-                                     return mesh;
+                                     return {std::move(mesh), f};
                                    }),
                          figures};
-  if (target.output.empty()) KeepFigures(opened.folder, made);
+  if (target.output.empty()) TakeFigures(opened.folder, made);
   return made;
 }
 
@@ -180,6 +198,8 @@ SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const Silho
   if (output.empty()) {
     RequireKeepsProxies(scene);
     lock.emplace(scene.folder);
+  } else {
+    RemoveStaleTemporaries(output);
   }
   SilhouettesSummary s;
   s.folder = output.empty() ? scene.folder / "silhouettes" : output;

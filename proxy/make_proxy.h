@@ -7,6 +7,7 @@
 #include <string>
 
 #include "proxy/commands.h"
+#include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
 #include "scene/geometry/mesh.h"
@@ -14,11 +15,20 @@
 
 namespace lumi {
 
+// A mesh, and what there is to say of it beside its faces: JSON that is kept beside it.
+struct BuiltProxy {
+  BuiltProxy(Mesh built) : mesh(std::move(built)) {}  // NOLINT: most have nothing to say
+  template <typename Figures>
+  BuiltProxy(Mesh built, Figures& of_it) : mesh(std::move(built)), figures(JsonKeys(of_it).Text(2) + "\n") {}
+  Mesh mesh;
+  std::string figures;
+};
+
 // Makes a mesh, or takes the one that is there where nothing changed, and keeps it where `target` says. options and
 // inputs (name, fingerprint) are the record of how it was made.
 ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::map<std::string, std::string> options,
                        std::map<std::string, std::string> inputs, ProgressSink& progress,
-                       const std::function<Mesh(const Scene&)>& make);
+                       const std::function<BuiltProxy(const Scene&)>& make);
 
 // Of a target that leaves photos out: those that stay.
 std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene);
@@ -26,15 +36,12 @@ std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene);
 // A scene to make a proxy of: its cameras and points.
 Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress);
 
-// What an earlier run said of a proxy beside its mesh, for a run that has nothing to do; or what this run has to say,
-// kept there.
+// What an earlier run said of a proxy beside its mesh, for a run that has nothing to do.
 template <typename Figures>
-void KeepFigures(const std::filesystem::path& folder, Made<Figures>& made) {
-  const std::filesystem::path record = ProxyPath(folder, made.name).replace_extension(".json");
+void TakeFigures(const std::filesystem::path& folder, Made<Figures>& made) {
+  const std::filesystem::path record = FiguresPath(folder, made.name);
   std::error_code error;
-  if (made.figures)
-    WriteTextAtomically(record, JsonKeys(*made.figures).Text(2) + "\n");
-  else if (std::filesystem::exists(record, error))
+  if (!made.figures && std::filesystem::exists(record, error))
     if (const auto kept = JsonKeys::Parse(ReadText(record))) made.figures = kept->As<Figures>();
 }
 

@@ -20,9 +20,11 @@ std::string StageOf(const std::string& name) { return "proxy-" + name; }
 void RequireKeepsProxies(const Scene& scene) {
   std::error_code error;
   if (fs::exists(scene.folder / "lumigraph.json", error)) return;
-  throw UsageError(scene.folder.string() + " is another tool's workspace and is not written to",
-                   "give --output FILE.ply, or make a scene of it: lumi-reconstruct PHOTOS -o SCENE --poses " +
-                       scene.folder.string());
+  throw UsageError(
+      scene.folder.string() + " is another tool's workspace and is not written to",
+      fmt::format("make a scene of it, with a proxy: lumi-pipeline {0} -o SCENE; or write a mesh file, which "
+                  "lumi-render and lumi-view take as --proxy FILE.ply: lumi-proxy delaunay {0} -o FILE.ply",
+                  scene.folder.string()));
 }
 
 void RequireProxyName(const std::string& name) {
@@ -62,11 +64,29 @@ void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::st
                    "choose another --name, or remove that file");
 }
 
-void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, Provenance provenance, double seconds) {
-  const fs::path path = ProxyPath(scene.folder, name);
+fs::path FiguresPath(const fs::path& scene_folder, const std::string& name) {
+  return ProxyPath(scene_folder, name).replace_extension(".json");
+}
+
+void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
+                Provenance provenance) {
+  Provenance begun = provenance;
+  begun.version = "unfinished";
+  begun.outputs.clear();
+  WriteProvenance(scene.folder, begun);
+  const auto wrote = [&](const fs::path& path) {
+    provenance.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
+  };
+  const fs::path path = ProxyPath(scene.folder, name), beside = FiguresPath(scene.folder, name);
   WriteMesh(path, mesh);
-  provenance.outputs[path.lexically_relative(scene.folder).string()] = Fingerprint(path);
-  provenance.seconds = seconds;
+  wrote(path);
+  std::error_code ignored;
+  if (figures.empty()) {
+    fs::remove(beside, ignored);
+  } else {
+    WriteTextAtomically(beside, figures);
+    wrote(beside);
+  }
   WriteProvenance(scene.folder, provenance);
 }
 

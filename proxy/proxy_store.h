@@ -29,8 +29,13 @@ std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name);
 // Throws UsageError where NAME.ply exists and its record names another kind, or none.
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name);
 
-// Writes the mesh, then its record.
-void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, Provenance provenance, double seconds);
+// Where what there is to say of a proxy beside its faces is kept.
+std::filesystem::path FiguresPath(const std::filesystem::path& scene_folder, const std::string& name);
+
+// Writes the mesh and its figures (none: empty), then its record. Before them a record that something of this kind is
+// being made: after a kill the same kind is made again.
+void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
+                Provenance provenance);
 
 // Makes NAME the scene's active proxy where it is not yet.
 void Activate(Scene& scene, const std::string& name);

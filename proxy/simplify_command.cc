@@ -72,7 +72,7 @@ std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string&
   if (CleanOptions c; words >> c.close_px >> c.grow_px >> c.min_part_px >> c.min_radius_px >> c.min_hole_px) clean = c;
   std::vector<std::string> without;
   std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, clean, &without, progress);
-  const fs::path record = ProxyPath(scene.folder, from).replace_extension(".json");
+  const fs::path record = FiguresPath(scene.folder, from);
   const auto hull = fs::exists(record, error) ? JsonKeys::Parse(ReadText(record)) : std::nullopt;
   if (hull)
     for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out)
@@ -204,7 +204,7 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
       MakeProxy(
           named, "simplify", {{"faces", std::to_string(request.faces)}, {"method", Name(method)}, {"from", from}},
           {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
-          [&](const Scene& scene) {
+          [&](const Scene& scene) -> BuiltProxy {
             SimplifiedMesh simple = std::move(
                 Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress, MakeProxyViews(scene))
                     .front());
@@ -220,10 +220,10 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
               progress.Message(
                   fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
                               missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
-            return std::move(simple.mesh);
+            return {std::move(simple.mesh), *figures};
           }),
       figures};
-  if (named.output.empty()) KeepFigures(opened.folder, made);
+  if (named.output.empty()) TakeFigures(opened.folder, made);
   return made;
 }
 

@@ -19,10 +19,15 @@ std::int64_t PairId(std::int64_t a, std::int64_t b) { return a < b ? a * kMaxIma
 
 struct ColmapDatabase::Impl {
   std::filesystem::path path;
+  bool ours = true;
   sqlite3* db = nullptr;
   ~Impl() { sqlite3_close(db); }
 
   [[noreturn]] void Fail() const {
+    const int code = sqlite3_errcode(db) & 0xff;
+    const bool io = code == SQLITE_IOERR && sqlite3_extended_errcode(db) != SQLITE_IOERR_SHORT_READ;
+    if (io || code == SQLITE_FULL || code == SQLITE_NOMEM || (ours && code == SQLITE_CANTOPEN))
+      throw MachineError(fmt::format("cannot be read or written: {}", sqlite3_errmsg(db)), "is the disk full?", path);
     throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db)));
   }
 
@@ -55,6 +60,7 @@ struct ColmapDatabase::Impl {
 
 ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
+  impl_->ours = access == Access::kOurs;
   int rc = SQLITE_OK;
   if (access == Access::kOurs) {
     rc = sqlite3_open_v2(path.c_str(), &impl_->db, SQLITE_OPEN_READWRITE, nullptr);
@@ -76,6 +82,17 @@ ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access)
 }
 ColmapDatabase::~ColmapDatabase() = default;
 ColmapDatabase::ColmapDatabase(ColmapDatabase&&) noexcept = default;
+
+bool ColmapDatabase::IsWhole() const {
+  try {
+    Impl::Statement statement;
+    impl_->Prepare(statement, "PRAGMA quick_check(1)");
+    return impl_->Step(statement) &&
+           std::strcmp(reinterpret_cast<const char*>(sqlite3_column_text(statement.s, 0)), "ok") == 0;
+  } catch (const InputError&) {
+    return false;
+  }
+}
 
 bool ColmapDatabase::IsDatabase(const std::filesystem::path& path, Access access) {
   std::error_code ec;
@@ -170,10 +187,60 @@ std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, st
   return matches;
 }
 
+std::vector<DatabaseCamera> ColmapDatabase::Cameras() const {
+  Impl::Statement statement;
+  impl_->Prepare(statement, "SELECT camera_id, model, width, height, params, prior_focal_length FROM cameras");
+  std::vector<DatabaseCamera> cameras;
+  while (impl_->Step(statement)) {
+    const auto model = CameraModelFromId(sqlite3_column_int(statement.s, 1));
+    if (!model) continue;
+    DatabaseCamera entry;
+    entry.id = sqlite3_column_int64(statement.s, 0);
+    entry.camera.model = *model;
+    entry.camera.width_px = sqlite3_column_int(statement.s, 2);
+    entry.camera.height_px = sqlite3_column_int(statement.s, 3);
+    entry.camera.params.resize(static_cast<std::size_t>(ParameterCount(*model)));
+    const auto bytes = static_cast<std::size_t>(sqlite3_column_bytes(statement.s, 4));
+    if (bytes != entry.camera.params.size() * sizeof(double))
+      throw InputError(impl_->path,
+                       fmt::format("camera {}: {} bytes of parameters for a {}", entry.id, bytes, Name(*model)));
+    std::memcpy(entry.camera.params.data(), sqlite3_column_blob(statement.s, 4), bytes);
+    entry.focal_is_known = sqlite3_column_int(statement.s, 5) != 0;
+    cameras.push_back(std::move(entry));
+  }
+  return cameras;
+}
+
+void ColmapDatabase::SetFocalLength(std::int64_t camera_id, const Camera& camera) {
+  Impl::Statement update;
+  impl_->Prepare(update, "UPDATE cameras SET params = ?, prior_focal_length = 1 WHERE camera_id = ?");
+  sqlite3_bind_blob(update.s, 1, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)),
+                    SQLITE_TRANSIENT);
+  sqlite3_bind_int64(update.s, 2, camera_id);
+  impl_->Step(update);
+}
+
 bool ColmapDatabase::HasRigs() const {
   Impl::Statement statement;
   impl_->Prepare(statement, "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = 'rigs'");
   return impl_->Step(statement) && sqlite3_column_int(statement.s, 0) > 0;
+}
+
+void ColmapDatabase::Rename(const std::map<std::int64_t, std::string>& name_of_image) {
+  impl_->Execute("BEGIN IMMEDIATE");
+  try {
+    for (const auto& [image, name] : name_of_image) {
+      Impl::Statement update;
+      impl_->Prepare(update, "UPDATE images SET name = ? WHERE image_id = ?");
+      sqlite3_bind_text(update.s, 1, name.data(), static_cast<int>(name.size()), SQLITE_TRANSIENT);
+      sqlite3_bind_int64(update.s, 2, image);
+      impl_->Step(update);
+    }
+    impl_->Execute("COMMIT");
+  } catch (...) {
+    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
 }
 
 void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,

@@ -21,6 +21,12 @@ struct DatabaseImage {
   int keypoints = 0;
 };
 
+struct DatabaseCamera {
+  std::int64_t id = 0;
+  Camera camera;
+  bool focal_is_known = false;  // by EXIF or the user, not guessed
+};
+
 struct DatabasePair {
   std::int64_t image1 = 0, image2 = 0;
   int matches = 0;
@@ -37,6 +43,8 @@ class ColmapDatabase {
   ColmapDatabase(ColmapDatabase&&) noexcept;
   static bool IsDatabase(const std::filesystem::path& path, Access access = Access::kOurs);
 
+  // Whether its pages fit together. COLMAP writes without waiting for the disk: what losing power left may not.
+  bool IsWhole() const;
   std::vector<DatabaseImage> Images() const;        // sorted by name
   std::vector<DatabasePair> MatchedPairs() const;   // pairs that were tried, raw matches counted
   std::vector<DatabasePair> VerifiedPairs() const;  // pairs with geometrically verified matches
@@ -46,11 +54,16 @@ class ColmapDatabase {
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Descriptors(std::int64_t image_id) const;
   // Raw matches of a pair: positions in the keypoints of image1 and image2.
   std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
+  std::vector<DatabaseCamera> Cameras() const;  // of models that scenes are kept in
+  // The images of these numbers are called so from now on.
+  void Rename(const std::map<std::int64_t, std::string>& name_of_image);
   bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite
 
   // Replaces all cameras: `camera_of_image` maps image ids to positions in `cameras`. One transaction.
   void SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,
                   const std::map<std::int64_t, std::size_t>& camera_of_image);
+  // The parameters of one, whose focal length counts as known from now on.
+  void SetFocalLength(std::int64_t camera_id, const Camera& camera);
 
  private:
   struct Impl;

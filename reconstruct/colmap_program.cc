@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <csignal>
+#include <cstring>
 #include <regex>
 
 #include "reconstruct/colmap_log.h"
@@ -38,6 +40,25 @@ std::optional<std::string> InstalledOptionName(const std::string& name, const st
     if (installed.count(candidate)) return candidate;
   }
   return std::nullopt;
+}
+
+// A run that something else ended says nothing about the photos. COLMAP's own abort() does: that is how it refuses
+// them. What crashes on a GPU is tried on the CPU, and a scene without its last polish is one: both go on.
+static void RequireNotKilled(const std::string& command, const SubprocessResult& result, bool on_gpu) {
+  const bool out_of_memory = std::ranges::any_of(
+      result.tail, [](const std::string& line) { return line.find("bad_alloc") != std::string::npos; });
+  if (out_of_memory)
+    throw MachineError(fmt::format("COLMAP ran out of memory ('{}')", command),
+                       "use smaller photos (--quality low) or fewer of them; a second run goes on from here");
+  const int signal = result.exit_code - 128;
+  if (signal <= 0 || signal == SIGABRT) return;
+  const bool crash = signal == SIGSEGV || signal == SIGBUS || signal == SIGILL || signal == SIGFPE;
+  if (crash && (on_gpu || command == "bundle_adjuster")) return;
+  const char* name = ::strsignal(signal);
+  throw MachineError(
+      fmt::format("COLMAP was ended by signal {} ({}) in '{}'", signal, name ? name : "unknown", command),
+      signal == SIGKILL ? "the machine may be short of memory; a second run goes on from here"
+                        : "a second run goes on from here");
 }
 
 ColmapProgram::ColmapProgram(std::filesystem::path log_file, ProgressSink& sink)
@@ -101,6 +122,9 @@ int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOptio
   const SubprocessResult result = RunSubprocess(argv, run);
   seconds_ += result.seconds;
   tail_ = result.tail;
+  const bool on_gpu =
+      std::ranges::any_of(options, [](const ColmapOption& o) { return o.name.ends_with("use_gpu") && o.value == "1"; });
+  RequireNotKilled(command, result, on_gpu);
   // COLMAP goes on where its database cannot be written, and then finds nothing: what fails for want of space would
   // read as photos that do not overlap.
   constexpr std::uintmax_t kLeastFreeBytes = 1 << 20;

@@ -10,11 +10,12 @@
 
 namespace lumi {
 namespace fs = std::filesystem;
-namespace {
 
 fs::path CamerasOf(Backend backend, const fs::path& scene_folder) {
   return scene_folder / "provenance" / fmt::format("cameras-{}.json", Name(backend));
 }
+
+namespace {
 
 struct KeptCameras {
   std::string input;  // fingerprint

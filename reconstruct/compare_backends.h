@@ -10,6 +10,9 @@
 
 namespace lumi {
 
+// Where they are kept.
+std::filesystem::path CamerasOf(Backend backend, const std::filesystem::path& scene_folder);
+
 // Keeps a metric scene's cameras in SCENE/provenance/cameras-BACKEND.json and compares them with the other backend's,
 // where that has run on the same input (`fingerprint`) in this folder; nullopt where it has not, or where fewer than
 // three photos have a camera in both.

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "scene/files/video.h"
+#include "reconstruct/synchronise.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -19,6 +19,7 @@ constexpr int kCodingChange = 8;        // grey values
 constexpr std::ptrdiff_t kPlanes = 64;  // about three rows of a small picture each
 constexpr double kLeastEnergy = 16;     // grey values a plane: below, what moves is a few noisy pixels
 constexpr int kReach = 6;               // frames that a first guess may be off
+constexpr int kFramesAhead = 2;         // of the first that is watched: decoded to find the nearest in time
 constexpr int kLeastFrames = 16;        // that two videos share
 constexpr double kNarrowest = 1e-4;     // rad: planes that both cameras see
 constexpr double kNearest = 1e-9;       // distance of two centres, of their distance from the origin: no plane is told
@@ -149,22 +150,40 @@ std::vector<std::vector<bool>> GroupsOf(std::size_t n, const std::vector<std::pa
 
 }  // namespace
 
-WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera,
-                          const Rigid3& cam_from_world, ProgressSink& sink) {
+WatchedMotion WatchMotion(const std::filesystem::path& video, const VideoClock& clock, double fps, int first,
+                          const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink) {
   VideoReader reader(video);
   Progress progress(sink, "following what moves in " + video.filename().string(),
                     std::min<long>(reader.frame_count_hint(), kWatchedFrames));
   std::vector<cv::Mat> frames;
-  for (int i = 0; i < first && reader.Skip(); ++i) {
+  const auto before_first = [&] {
+    return reader.frames_read() == 0 || CommonFrame(clock, reader.time_s(), fps) < first - kFramesAhead;
+  };
+  while (first > kFramesAhead && before_first() && reader.Skip()) {
   }
-  while (auto frame = static_cast<int>(frames.size()) < kWatchedFrames ? reader.Next() : std::nullopt) {
+  // Each frame is watched up to the middle between it and the next.
+  cv::Mat last;
+  double last_at = 0;
+  const auto watch_until = [&](double end) {
+    while (static_cast<int>(frames.size()) < kWatchedFrames && first + static_cast<double>(frames.size()) < end) {
+      frames.push_back(last);
+      progress.Step();
+    }
+  };
+  while (static_cast<int>(frames.size()) < kWatchedFrames) {
+    auto frame = reader.Next();
+    if (!frame) break;
+    const double at = CommonFrame(clock, frame->time_s, fps);
+    if (!last.empty()) watch_until(0.5 * (last_at + at));
     const cv::Mat rgb(frame->rgb.height, frame->rgb.width, CV_8UC3, frame->rgb.data.data());
     cv::Mat grey;
     cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
     const double scale = std::min(1.0, static_cast<double>(kPictureWidth) / grey.cols);
-    cv::resize(grey, frames.emplace_back(), cv::Size(), scale, scale, cv::INTER_AREA);
-    progress.Step();
+    last = cv::Mat();
+    cv::resize(grey, last, cv::Size(), scale, scale, cv::INTER_AREA);
+    last_at = at;
   }
+  if (!last.empty()) watch_until(last_at + 0.5);
   if (frames.empty()) throw InputError(video, "no frame can be read", "re-encode it: ffmpeg -i IN OUT.mp4");
   const int pixels = frames[0].rows * frames[0].cols;
   std::vector<std::uint8_t> median(static_cast<std::size_t>(pixels));

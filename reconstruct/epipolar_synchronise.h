@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/files/video_clock.h"
 #include "scene/geometry/rigid3.h"
 #include "scene/model/camera.h"
 #include "scene/program/progress.h"
@@ -29,9 +30,10 @@ struct WatchedMotion {
 
 // At most so many frames from `first` on: as many as synchronising needs.
 constexpr int kWatchedFrames = 600;
-// `camera`: the video's own, at any size. Throws InputError where no frame can be read.
-WatchedMotion WatchMotion(const std::filesystem::path& video, int first, const Camera& camera,
-                          const Rigid3& cam_from_world, ProgressSink& sink);
+// Frames are those nearest to whole frames of the common clock, of `fps` and counted from the video's first. `camera`:
+// the video's own, at any size. Throws InputError where no frame can be read.
+WatchedMotion WatchMotion(const std::filesystem::path& video, const VideoClock& clock, double fps, int first,
+                          const Camera& camera, const Rigid3& cam_from_world, ProgressSink& sink);
 
 struct OffsetCorrections {
   std::vector<int> frames;  // to be added to the offsets

@@ -21,7 +21,6 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFilm35WidthMm = 35;  // COLMAP's rule for EXIF's focal length
 constexpr double kUnknownFocalFactor =
     1;  // only names a pixel's ray where nothing is known: any value gives the same projective frame
 constexpr std::size_t kMaxMatchedWithAll = 100;  // photos; of more, each is matched with its best
@@ -301,7 +300,7 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
         known.camera->WithPinhole(scene.cameras.front().FocalPx(), scene.cameras.front().PrincipalPointPx())};
   for (View& view : scene.views) view.camera = CameraId{0};
   scene.image_folder = used.folder;
-  CopyTimes(used, scene);
+  CopyPhotoFacts(used, scene);
   for (const MissingFrame& missing : result.missing)
     if (const std::string& name = tracks.frames[static_cast<std::size_t>(missing.frame)].name; photos.count(name) > 0)
       summary.missing.push_back({name, missing.reason, "photos that overlap more, or --backend colmap"});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "reconstruct/colmap_database.h"
@@ -80,6 +81,14 @@ void RemoveDatabase(const fs::path& database) {
   }
 }
 
+// COLMAP's database is on the disk when the system says so, which is later than COLMAP. After a restart of the machine,
+// which may have come from a loss of power, it is checked before it is built on.
+bool SurvivedRestart(const fs::path& work_folder, const fs::path& database, ProgressSink& sink) {
+  if (!RestartedSince(work_folder) || ColmapDatabase(database).IsWhole()) return true;
+  sink.Message("the machine was restarted while COLMAP's database was written, and it is damaged: it is made anew");
+  return false;
+}
+
 std::size_t CountKnown(const fs::path& database, const std::set<std::string>& names,
                        ColmapDatabase::Access access = ColmapDatabase::Access::kOurs) {
   std::size_t known = 0;
@@ -103,29 +112,29 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
   return {};
 }
 
-// Photos of one size and focal length share a camera where COLMAP gave each its own (same numbers from the same EXIF).
+// Photos of one size and lens setting share a camera where COLMAP gave each its own (same numbers from the same EXIF).
 void ShareEqualCameras(const Capture& capture, const fs::path& database) {
   ColmapDatabase db(database);
   if (db.HasRigs()) return;
   std::map<std::string, const InputPhoto*> photo_of;
   for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
-  std::map<std::tuple<int, int, double>, std::vector<std::int64_t>> groups;
+  std::map<std::tuple<int, int, double, std::string>, std::vector<std::int64_t>> groups;
   std::set<std::int64_t> camera_ids;
   const auto images = db.Images();
   for (const auto& image : images) {
     const auto it = photo_of.find(image.name);
     if (it == photo_of.end()) return;  // not ours
     camera_ids.insert(image.camera_id);
-    groups[{it->second->width_px, it->second->height_px, it->second->focal_35mm.value_or(0)}].push_back(image.id);
+    const InputPhoto& photo = *it->second;
+    groups[{photo.width_px, photo.height_px, photo.focal_35mm.value_or(0), LensSetting(photo)}].push_back(image.id);
   }
   if (camera_ids.size() <= groups.size()) return;
-  // COLMAP's own guess of the focal length where there is no EXIF, and its rule where there is.
-  constexpr double kDefaultFocalFactor = 1.2, kFilmWidthMm = 35;
+  constexpr double kDefaultFocalFactor = 1.2;  // COLMAP's own guess where there is no EXIF
   std::vector<Camera> cameras;
   std::map<std::int64_t, std::size_t> camera_of_image;
   for (const auto& [key, ids] : groups) {
-    const auto& [width, height, focal_35mm] = key;
-    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilmWidthMm : kDefaultFocalFactor);
+    const auto& [width, height, focal_35mm, setting] = key;
+    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilm35WidthMm : kDefaultFocalFactor);
     Camera camera;
     camera.width_px = width;
     camera.height_px = height;
@@ -136,6 +145,26 @@ void ShareEqualCameras(const Capture& capture, const fs::path& database) {
     cameras.push_back(camera);
   }
   db.SetCameras(cameras, false, camera_of_image);
+}
+
+// COLMAP reads EXIF in JPEG files only, and none in the copies of HEIC, RAW or 16-bit photos: cameras that it guessed
+// begin at the focal length that EXIF gives all their photos, and count as known as those that it read itself.
+void TakeFocalLengths(const Capture& capture, const fs::path& database) {
+  ColmapDatabase db(database);
+  std::map<std::string, const InputPhoto*> photo_of;
+  for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
+  std::map<std::int64_t, std::set<double>> focals_of;
+  for (const auto& image : db.Images()) {
+    const auto it = photo_of.find(image.name);
+    focals_of[image.camera_id].insert(it == photo_of.end() ? 0 : it->second->focal_35mm.value_or(0));
+  }
+  for (const DatabaseCamera& entry : db.Cameras()) {
+    const std::set<double>& focals = focals_of[entry.id];
+    if (entry.focal_is_known || focals.size() != 1 || !(*focals.begin() > 0)) continue;
+    const Camera& camera = entry.camera;
+    const double f = std::max(camera.width_px, camera.height_px) * *focals.begin() / kFilm35WidthMm;
+    db.SetFocalLength(entry.id, camera.WithPinhole({f, f}, camera.PrincipalPointPx()));
+  }
 }
 
 void SetKnownCamera(const Camera& camera, const fs::path& database) {
@@ -171,33 +200,75 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLim
     sink.Message("COLMAP could not use the GPU; features are found on the CPU");
     rc = run(false);
   }
-  if (rc != 0 && !ColmapDatabase::IsDatabase(database))
-    throw MachineError(fmt::format("COLMAP's feature extraction ended with {} ({})", rc, colmap.LastComplaint()),
+  if (!ColmapDatabase::IsDatabase(database)) {
+    const std::string complaint = colmap.LastComplaint();
+    throw MachineError(fmt::format("COLMAP made no database; its feature extraction ended with {}{}", rc,
+                                   complaint.empty() ? "" : " (" + complaint + ")"),
                        "see the log", colmap.log_file());
+  }
 }
+
+// COLMAP's list of pairs parts two names at a blank, so that it cannot hold names with blanks: while it reads the list,
+// the images of such a capture are called by their numbers, in a copy of the database that then takes its place.
+class ListedPairs {
+ public:
+  ListedPairs(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
+              const fs::path& folder)
+      : list_(folder / "pairs.txt"), database_(database), used_(database) {
+    std::map<std::string, std::string> called;
+    for (const InputPhoto& photo : capture.photos) called[photo.name] = photo.name;
+    if (std::ranges::any_of(called,
+                            [](const auto& c) { return c.first.find_first_of(" \t\r\n") != std::string::npos; }))
+      Number(folder / "pairs.db", called);
+    std::string text;
+    for (const auto& [a, b] : pairs)
+      text += called.at(capture.photos[static_cast<std::size_t>(a)].name) + " " +
+              called.at(capture.photos[static_cast<std::size_t>(b)].name) + "\n";
+    WriteTextAtomically(list_, text);
+  }
+  const fs::path& list() const { return list_; }
+  const fs::path& database() const { return used_; }
+  // With COLMAP's matches and the names that were there before.
+  void Finish() const {
+    if (used_ == database_) return;
+    ColmapDatabase(used_).Rename(before_);
+    fs::rename(used_, database_);
+  }
+
+ private:
+  void Number(const fs::path& copy, std::map<std::string, std::string>& called) {
+    RemoveDatabase(copy);
+    fs::copy_file(database_, copy);
+    used_ = copy;
+    std::map<std::int64_t, std::string> numbers;
+    ColmapDatabase db(copy);
+    for (const auto& image : db.Images()) {
+      before_[image.id] = image.name;
+      called[image.name] = numbers[image.id] = fmt::format("image-{}", image.id);
+    }
+    db.Rename(numbers);
+  }
+
+  fs::path list_, database_, used_;
+  std::map<std::int64_t, std::string> before_;
+};
 
 void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
            const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
   const bool sequential = UseSequentialMatching(options, capture);
-  const bool listed = sequential && options.matching == Matching::kAuto && !pairs.empty();
-  const fs::path list = work_folder / "pairs.txt";
-  if (listed) {
-    std::string text;
-    for (const auto& [a, b] : pairs)
-      text += capture.photos[static_cast<std::size_t>(a)].name + " " +
-              capture.photos[static_cast<std::size_t>(b)].name + "\n";
-    WriteTextAtomically(list, text);
-  }
+  std::optional<ListedPairs> listed;
+  if (sequential && options.matching == Matching::kAuto && !pairs.empty())
+    listed.emplace(capture, pairs, database, work_folder);
   const auto n = capture.photos.size();
   const auto run = [&](bool gpu) {
     std::vector<ColmapOption> arguments = {
-        {"database_path", database.string()},
+        {"database_path", (listed ? listed->database() : database).string()},
         {"SiftMatching.use_gpu", gpu ? "1" : "0"},
         {"SiftMatching.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
         {"random_seed", std::to_string(options.seed), false}};
     if (listed) {
-      arguments.push_back({"match_list_path", list.string()});
+      arguments.push_back({"match_list_path", listed->list().string()});
       arguments.push_back({"match_type", "pairs"});
       return colmap.Run("matches_importer", arguments, "matching near cameras (COLMAP)", 0);
     }
@@ -220,6 +291,7 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
   if (rc != 0)
     throw MachineError(fmt::format("COLMAP's matching ended with {} ({})", rc, colmap.LastComplaint()), "see the log",
                        colmap.log_file());
+  if (listed) listed->Finish();
 }
 
 }  // namespace
@@ -227,10 +299,10 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options) {
   CameraPlan plan;
   std::set<std::pair<int, int>> sizes;
-  std::set<double> focals;
+  std::set<std::string> settings;
   for (const InputPhoto& photo : capture.photos) {
     sizes.insert({photo.width_px, photo.height_px});
-    focals.insert(photo.focal_35mm.value_or(0));
+    settings.insert(LensSetting(photo));
   }
   if (!options.camera_yaml.empty()) {
     Camera camera = ReadCameraYaml(options.camera_yaml);
@@ -251,7 +323,7 @@ CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options
     throw DataError(fmt::format("--single-camera yes, but the photos have {} different sizes", sizes.size()),
                     "use --single-camera auto");
   plan.shared = options.single_camera == SingleCamera::kYes ||
-                (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && focals.size() == 1);
+                (options.single_camera == SingleCamera::kAuto && sizes.size() == 1 && settings.size() == 1);
   if (plan.shared && capture.photos.size() >= kPhotosForRadial) plan.model = CameraModel::kRadial;
   return plan;
 }
@@ -287,18 +359,20 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
 
   const FeatureKey key = KeyOf(capture, cameras, limits, options, user_database);
   std::error_code ec;
-  if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database)) {
+  if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database) ||
+      !SurvivedRestart(work_folder, features.database, sink)) {
     RemoveDatabase(features.database);
     if (!user_database.empty()) {
       sink.Message("features and matches come from " + user_database.string() + " (copied)");
-      WriteFileAtomically(features.database, [&](const fs::path& temporary) {
-        fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
-      });
       const fs::path wal = user_database.string() + "-wal";  // what its last writer has not merged yet
       if (fs::exists(wal, ec))
         fs::copy_file(wal, features.database.string() + "-wal", fs::copy_options::overwrite_existing);
+      WriteFileAtomically(features.database, [&](const fs::path& temporary) {
+        fs::copy_file(user_database, temporary, fs::copy_options::overwrite_existing);
+      });
     }
   }
+  NoteRunOfMachine(work_folder);
   WriteTextAtomically(key_file, JsonKeys(key).Text(1));
   std::string list;
   for (const InputPhoto& photo : capture.photos) list += photo.name + "\n";
@@ -317,8 +391,10 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   }
   if (cameras.known)
     SetKnownCamera(*cameras.known, features.database);
-  else if ((cameras.shared || options.single_camera == SingleCamera::kAuto) && user_database.empty())
-    ShareEqualCameras(capture, features.database);
+  else if (user_database.empty()) {
+    if (cameras.shared || options.single_camera == SingleCamera::kAuto) ShareEqualCameras(capture, features.database);
+    TakeFocalLengths(capture, features.database);
+  }
 
   const auto matched = ColmapDatabase(features.database).MatchedPairs().size();
   const bool exhausted = matched >= known * (known - 1) / 2;

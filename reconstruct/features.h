@@ -20,8 +20,8 @@ struct CameraPlan {
   CameraModel model = CameraModel::kSimpleRadial;
 };
 
-// One camera for all where the photos have one size and one EXIF focal length (or none has any). Throws UsageError for
-// a camera.yaml or --single-camera yes that does not fit the photos.
+// One camera for all where the photos have one size and one setting of the lens by EXIF (or none has any). Throws
+// UsageError for a camera.yaml or --single-camera yes that does not fit the photos.
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options);
 
 struct FeatureLimits {

@@ -36,9 +36,11 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
   Progress progress(sink, "masks", static_cast<long>(pinhole.views.size()));
   for (std::size_t i = 0; i < pinhole.views.size(); ++i) {
     progress.Step();
+    // A photo that was undistorted may have got another ending.
     const std::string name = pinhole.views[i].name + ".png";
-    if (!fs::exists(masks / name)) continue;
-    const Image8 rgb = ReadImage8(masks / name);
+    const fs::path source = FindMask(masks, distorted.views[i].name);
+    if (source.empty()) continue;
+    const Image8 rgb = ReadImage8(source);
     Image8 mask(rgb.width, rgb.height, 1);
     for (int y = 0; y < rgb.height; ++y)
       for (int x = 0; x < rgb.width; ++x) mask.At(x, y, 0) = rgb.At(x, y, 0);
@@ -50,9 +52,10 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
 
 }  // namespace
 
+static fs::path OldOf(fs::path target) { return target += ".old"; }
+
 void ReplaceFolder(const fs::path& fresh, const fs::path& target) {
-  fs::path old = target;
-  old += ".old";
+  const fs::path old = OldOf(target);
   std::error_code ec;
   fs::remove_all(old, ec);
   if (fs::exists(target)) fs::rename(target, old);
@@ -92,6 +95,10 @@ Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSum
   const fs::path fresh_images = options.scene / "images.part", fresh_masks = options.scene / "masks.part";
   fs::remove_all(fresh_images);
   fs::remove_all(fresh_masks);
+  for (const char* replaced : {"images", "masks"}) {  // an earlier run was killed while it replaced them
+    std::error_code ignored;
+    fs::remove_all(OldOf(options.scene / replaced), ignored);
+  }
   Scene pinhole = UndistortPhotos(scene, fresh_images, sink);
   if (!options.masks.empty()) WriteMasks(scene, pinhole, options.masks, fresh_masks, sink);
   summary.mean_reprojection_error_px = UpdatePointErrors(pinhole);

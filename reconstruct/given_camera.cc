@@ -8,6 +8,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/undistort/undistorter.h"
@@ -48,8 +49,9 @@ void ResampleMasks(const Capture& capture, const Camera& camera, const fs::path&
   const Undistorter undistort(camera, PinholeInside(camera));
   for (const InputPhoto& photo : capture.photos) {
     const std::string name = photo.name + ".png";
-    if (!fs::exists(masks / name) || IsNewer(folder / name, masks / name)) continue;
-    const Image8 rgb = ReadImage8(masks / name);
+    const fs::path source = FindMask(masks, photo.name);
+    if (source.empty() || IsNewer(folder / name, source)) continue;
+    const Image8 rgb = ReadImage8(source);
     Image8 mask(rgb.width, rgb.height, 1);
     for (int y = 0; y < rgb.height; ++y)
       for (int x = 0; x < rgb.width; ++x) mask.At(x, y, 0) = rgb.At(x, y, 0);

@@ -71,6 +71,7 @@ VideoStatistics AnalyseVideo(const std::filesystem::path& video, ProgressSink& s
     progress.Step();
   }
   statistics.truncated = reader.truncated();
+  for (const std::string& remark : reader.remarks()) sink.Message(remark);
   if (statistics.frames.empty()) throw InputError(video, "no frame can be read", "re-encode it: ffmpeg -i IN OUT.mp4");
   return statistics;
 }

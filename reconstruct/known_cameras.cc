@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
 
@@ -121,23 +123,28 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
 }
 
 std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<InputPhoto>& photos) {
-  std::map<std::string, int> by_path, by_key;
+  // Each way of telling names apart is looser than the one before: whole; without ending; without folders; letters and
+  // digits alone. Two names that one way does not tell apart match nothing by it.
+  const auto file = [](const std::string& name) { return name.substr(name.find_last_of('/') + 1); };
+  using Way = std::function<std::string(const std::string&)>;
+  const std::array<Way, 4> ways = {[](const std::string& n) { return n; }, WithoutEnding, file, LettersAndDigits};
   constexpr int kAmbiguous = -2;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    by_path[WithoutEnding(names[i])] = static_cast<int>(i);
-    const auto [it, fresh] = by_key.emplace(LettersAndDigits(names[i]), static_cast<int>(i));
-    if (!fresh) it->second = kAmbiguous;
-  }
+  std::array<std::map<std::string, int>, 4> by;
+  for (std::size_t way = 0; way < ways.size(); ++way)
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto [it, fresh] = by[way].emplace(ways[way](names[i]), static_cast<int>(i));
+      if (!fresh) it->second = kAmbiguous;
+    }
   std::vector<int> match;
   for (const InputPhoto& photo : photos) {
     // A converted photo is called NAME.ending.png.
-    const std::string name = photo.needs_conversion ? WithoutEnding(photo.name) : photo.name;
+    const std::string name = !photo.original.empty()  ? photo.original
+                             : photo.needs_conversion ? WithoutEnding(photo.name)
+                                                      : photo.name;
     int found = -1;
-    if (const auto it = by_path.find(WithoutEnding(name)); it != by_path.end())
-      found = it->second;
-    else if (const auto key = by_key.find(LettersAndDigits(name)); key != by_key.end() && key->second != kAmbiguous)
-      found = key->second;
-    match.push_back(found);
+    for (std::size_t way = 0; way < ways.size() && found < 0; ++way)
+      if (const auto it = by[way].find(ways[way](name)); it != by[way].end()) found = it->second;
+    match.push_back(std::max(found, -1));
   }
   return match;
 }

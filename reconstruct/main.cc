@@ -1,3 +1,4 @@
+#include "reconstruct/export_scene.h"
 #include "reconstruct/reconstruct.h"
 #include "reconstruct/tradeoff.h"
 #include "scene/program/main_program.h"
@@ -23,9 +24,9 @@ void SetFocal(ReconstructOptions& options, const std::string& text) {
 // What is estimated, and how.
 void AddEstimation(Options& app, ReconstructOptions& o) {
   app.Add("INPUT", o.input,
-          "Folder of photos (searched recursively), a video, or a folder of videos that fixed cameras took at once")
-      .Required();
-  app.Add("-o,--output", o.scene, "Scene folder to write").Required();
+          "Folder of photos (searched recursively), a video, a folder of videos that fixed cameras took at once, a "
+          "transforms.json, or a folder with one or a COLMAP model beside its photos");
+  app.Add("-o,--output", o.scene, "Scene folder to write");
   app.Add(
       "--backend", o.backend,
       "Who places the cameras: colmap, or factorization of feature tracks (without COLMAP; one camera took all photos)",
@@ -74,6 +75,8 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
   app.Add("--min-registered", o.min_registered, "Fail unless this fraction of the photos gets a camera, 0..1")
       .Default();
   app.Add("--keyframes", o.keyframes, "Video: how many keyframes; 0 = by parallax").Default();
+  app.Flag("--clips", o.clips,
+           "INPUT is a folder of hand-held videos of one place, not taken at once: their keyframes become one capture");
   app.Flag("--all-frames", o.all_frames, "Video: also every other frame gets a camera, against the fixed keyframes");
 }
 
@@ -81,7 +84,7 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
 void AddKnown(Options& app, ReconstructOptions& o) {
   app.Add("--poses", o.poses,
           "Known cameras: COLMAP model, transforms.json, Middlebury *_par.txt, or 12 numbers a line (with or without a "
-          "name)");
+          "name). none: those beside the photos are not used");
   app.Add("--poses-format", o.poses_format, "What 12 numbers mean: projection, cam_from_world or world_from_cam",
           {{"projection", PosesFormat::kProjection},
            {"cam_from_world", PosesFormat::kCamFromWorld},
@@ -138,6 +141,12 @@ int main(int argc, char** argv) {
   app.Add("--reference", o.reference,
           "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside "
           "the photos, else the dearest setting's cameras");
+  ExportOptions exported;
+  Options command =
+      program.Command("export", "A scene as transforms.json (nerfstudio, instant-ngp) or COLMAP workspace",
+                      [&] { return ExportScene(exported, program.progress()); });
+  command.Add("scene", exported.scene, "Scene folder, COLMAP workspace or transforms.json").Required();
+  command.Add("-o,--output", exported.output, "FILE.json, or the folder of a workspace").Required();
   return program.Run(argc, argv, [&]() -> Answer {
     o.seed = program.seed();
     o.threads = program.threads();

@@ -51,21 +51,24 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
   MultiCapture capture;
   capture.videos = SynchronisedVideos(options.input);
   const std::size_t n = capture.videos.size();
-  std::vector<int> frames;
   for (const fs::path& video : capture.videos) {
+    capture.clocks.emplace_back(ReadUsableTimes(video));
+    // Rates that differ in their last digits only are one: the last video's.
+    const double fps = capture.clocks.back().fps();
+    if (fps > (1 - kSameRate) * capture.fps) capture.fps = fps;
+  }
+  std::vector<std::vector<double>> times;  // of each video's frames, in frames of the common clock
+  std::vector<int> frames;                 // of the common clock that each video shows
+  for (std::size_t v = 0; v < n; ++v) {
+    const fs::path& video = capture.videos[v];
     const VideoStatistics s = AnalyseVideo(video, sink);
-    if (capture.fps > 0 && std::abs(s.fps - capture.fps) > kSameRate * capture.fps)
-      throw DataError(
-          fmt::format("{} has {:.3f} frames a second, {} {:.3f}", capture.videos.front().filename().string(),
-                      capture.fps, video.filename().string(), s.fps),
-          "convert them to one rate: ffmpeg -i IN -r RATE OUT.mp4", video);
     if (MeanStep(s) > kStandsStill)
-      throw DataError(
-          fmt::format("the camera of {} moves", video.filename().string()),
-          "several videos at once are for fixed cameras; give a moving camera's video alone, with --all-frames", video);
-    capture.fps = s.fps;
-    frames.push_back(static_cast<int>(s.frames.size()));
-    capture.moment.video_frames += frames.back();
+      throw DataError(fmt::format("the camera of {} moves", video.filename().string()),
+                      "several videos at once are for fixed cameras; clips taken one after the other: --clips", video);
+    for (std::vector<double>& of = times.emplace_back(); const FrameStatistics& frame : s.frames)
+      of.push_back(CommonFrame(capture.clocks[v], frame.time_s, capture.fps));
+    frames.push_back(static_cast<int>(std::lround(times.back().back())) + 1);
+    capture.moment.video_frames += static_cast<int>(s.frames.size());
   }
   if (!options.offsets_frames.empty()) {
     if (options.offsets_frames.size() != n)
@@ -76,7 +79,8 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
     for (int& offset : capture.offsets) offset -= least;
   } else {
     std::vector<MotionSignal> signals;
-    for (const fs::path& video : capture.videos) signals.push_back(MeasureMotion(video, sink));
+    for (std::size_t v = 0; v < n; ++v)
+      signals.push_back(MeasureMotion(capture.videos[v], capture.clocks[v], capture.fps, sink));
     const Synchronisation found = Synchronise(signals, capture.videos);
     capture.offsets = found.offsets;
     std::string text;
@@ -98,7 +102,8 @@ MultiCapture OpenMultiCapture(const ReconstructOptions& options, const fs::path&
   fs::remove_all(capture.moment.folder);
   Progress progress(sink, "one moment of every video", static_cast<long>(n));
   for (std::size_t v = 0; v < n; ++v) {
-    const int wanted = moment - capture.offsets[v];
+    const auto distance = [at = moment - capture.offsets[v]](double frame) { return std::abs(frame - at); };
+    const int wanted = static_cast<int>(std::ranges::min_element(times[v], {}, distance) - times[v].begin());
     VideoReader reader(capture.videos[v]);
     for (int i = 0; i < wanted; ++i) reader.Skip();
     const auto frame = reader.Next();
@@ -125,7 +130,8 @@ void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& 
     for (const View& view : scene.views)
       if (view.name == PhotoName(capture.videos[v])) {
         const int first = std::max(0, begin - capture.offsets[v]);
-        motions.push_back(WatchMotion(capture.videos[v], first, scene.CameraOf(view), view.cam_from_world, sink));
+        motions.push_back(WatchMotion(capture.videos[v], capture.clocks[v], capture.fps, first, scene.CameraOf(view),
+                                      view.cam_from_world, sink));
         placed.push_back(v);
         offsets.push_back(capture.offsets[v] + first);
       }
@@ -167,7 +173,7 @@ void ExpandFrames(Scene& scene, const MultiCapture& capture, const ReconstructOp
       View view = *of_camera;
       view.name = capture.videos[v].stem().string() + "/" + FrameName(index);
       view.frame_index = index;
-      view.time_s = frame->time_s + capture.offsets[v] / capture.fps;
+      view.time_s = capture.clocks[v].TimeOf(frame->time_s) + capture.offsets[v] / capture.fps;
       if (index == capture.moment_frame[v])
         moment_view[static_cast<std::size_t>(of_camera - scene.views.begin())] = {
             static_cast<std::int32_t>(views.size())};

@@ -7,6 +7,7 @@
 
 #include "reconstruct/options.h"
 #include "reconstruct/photos.h"
+#include "scene/files/video_clock.h"
 #include "scene/model/scene.h"
 #include "scene/program/progress.h"
 
@@ -17,14 +18,15 @@ std::vector<std::filesystem::path> SynchronisedVideos(const std::filesystem::pat
 
 struct MultiCapture {
   std::vector<std::filesystem::path> videos;
-  std::vector<int> offsets;  // frames: see Synchronisation
-  double fps = 0;
-  Capture moment;                 // one photo a camera, called after its video
-  std::vector<int> moment_frame;  // of each video
+  std::vector<VideoClock> clocks;  // of each
+  std::vector<int> offsets;        // frames of the common clock: see Synchronisation
+  double fps = 0;                  // of the common clock: the fastest video's
+  Capture moment;                  // one photo a camera, called after its video
+  std::vector<int> moment_frame;   // of each video
 };
 
 // Offsets from --offsets-frames, else found; the moment is the middle of what all videos show. Throws DataError: a
-// camera that moves, different frame rates, no common moment.
+// camera that moves, no common moment; before any video is decoded: times that are missing or fall.
 MultiCapture OpenMultiCapture(const ReconstructOptions& options, const std::filesystem::path& work_folder,
                               ProgressSink& sink);
 

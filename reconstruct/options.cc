@@ -65,6 +65,11 @@ std::string Validate(const ReconstructOptions& o) {
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane))
     return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
   if (o.grid_plane && !(*o.grid_plane >= 0)) return "--grid-plane is a distance";
+  if (o.clips && o.backend == Backend::kFactorization) return "--clips goes with --backend colmap";
+  if (o.clips && (!o.poses.empty() || o.rig != Rig::kNone))
+    return "--clips goes with cameras that COLMAP estimates, not with --poses or --rig";
+  if (o.clips && (o.all_frames || !o.times.empty() || o.fps > 0))
+    return "--clips makes photos of the videos' keyframes: --all-frames, --times and --fps do not go with it";
   if (o.all_frames && (!o.poses.empty() || o.rig != Rig::kNone))
     return "--all-frames goes with cameras that COLMAP estimates, not with --poses or --rig";
   return {};
@@ -93,6 +98,7 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["min_registered"] = fmt::format("{}", o.min_registered);
   text["seed"] = std::to_string(o.seed);
   text["keyframes"] = std::to_string(o.keyframes);
+  if (o.clips) text["clips"] = "1";
   text["all_frames"] = std::to_string(o.all_frames ? 1 : 0);
   text["poses"] = o.poses.empty() ? "" : Fingerprint(o.poses);
   text["poses_format"] = std::to_string(static_cast<int>(o.poses_format));

@@ -62,6 +62,8 @@ struct ReconstructOptions {
   int keyframes = 0;        // how many; 0 = by parallax
   bool all_frames = false;  // every other frame is resectioned against the keyframes
 
+  bool clips = false;  // `input` is a folder of hand-held videos of one place, not taken at once: clips.h
+
   // Several videos of one scene, from fixed cameras.
   std::vector<int>
       offsets_frames;  // when each starts, in frames of a common clock, in the order of their names; empty: found

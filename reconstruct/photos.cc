@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <set>
 
+#include "reconstruct/photo_names.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
@@ -72,7 +75,63 @@ std::string Listing(const std::vector<std::string>& names) {
   return text;
 }
 
+std::string Lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string LowerStem(const std::string& name) { return Lower(fs::path(name).replace_extension().generic_string()); }
+
+// RAW files beside the JPEG (or HEIC ...) of the same shot would be the same photo twice; where this machine reads
+// none, all are left out.
+void LeaveOutRaw(std::vector<std::string>& names, std::vector<std::string>& ignored, ProgressSink& sink) {
+  if (std::ranges::none_of(names, [](const std::string& name) { return HasRawExtension(name); })) return;
+  const bool readable = CanReadRaw();
+  std::set<std::string> developed;
+  for (const std::string& name : names)
+    if (!HasRawExtension(name)) developed.insert(LowerStem(name));
+  std::vector<std::string> kept, twice, unread;
+  for (const std::string& name : names) {
+    const bool raw = HasRawExtension(name), again = raw && developed.contains(LowerStem(name));
+    (again ? twice : raw && !readable ? unread : kept).push_back(name);
+  }
+  if (!twice.empty())
+    sink.Message(fmt::format("left out {} RAW file{} beside the picture{} of the same name: {}", twice.size(),
+                             twice.size() == 1 ? "" : "s", twice.size() == 1 ? "" : "s", Listing(twice)));
+  if (!unread.empty())
+    sink.Message(
+        fmt::format("left out {} RAW file{} (this OpenImageIO was built without LibRaw: develop them to JPEG "
+                    "or TIFF): {}",
+                    unread.size(), unread.size() == 1 ? "" : "s", Listing(unread)));
+  names = std::move(kept);
+  ignored.insert(ignored.end(), unread.begin(), unread.end());
+}
+
+InputPhoto AsPhoto(const std::string& name, const ImageInfo& info) {
+  InputPhoto photo;
+  photo.name = name;
+  photo.width_px = info.width;
+  photo.height_px = info.height;
+  photo.focal_35mm = info.focal_35mm;
+  photo.focal_mm = info.focal_mm;
+  photo.camera = info.make.empty() ? info.model : info.make + " " + info.model;
+  photo.lens = info.lens;
+  photo.projection = info.projection;
+  photo.panorama = info.panorama;
+  photo.orientation = info.orientation;
+  return photo;
+}
+
+MissingPhoto Unreadable(const std::string& name, const std::string& why) {
+  return {name, "unreadable: " + why, "copy it from the camera again, or leave it out"};
+}
+
 }  // namespace
+
+std::string LensSetting(const InputPhoto& photo) {
+  return fmt::format("{} | {} | {} | {}", photo.focal_35mm.value_or(0), photo.focal_mm.value_or(0), photo.camera,
+                     photo.lens);
+}
 
 Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   std::error_code ec;
@@ -97,17 +156,18 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
   if (ec) throw InputError(folder, "cannot be read: " + ec.message());
   std::ranges::sort(names);
   std::ranges::sort(capture.ignored);
+  std::vector<std::string> no_photos = capture.ignored;
+  LeaveOutRaw(names, capture.ignored, sink);
   if (names.empty()) {
     throw InputError(folder,
                      capture.ignored.empty() ? "the folder is empty"
                                              : fmt::format("no photo among its {} files ({})", capture.ignored.size(),
                                                            Listing(capture.ignored)),
-                     "give a folder of JPEG, PNG, TIFF or HEIC photos");
+                     "give a folder of JPEG, PNG, TIFF, HEIC or RAW photos");
   }
-  if (!capture.ignored.empty())
-    sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", capture.ignored.size(),
-                             capture.ignored.size() == 1 ? "" : "s", capture.ignored.size() == 1 ? "is" : "are",
-                             capture.ignored.size() == 1 ? "" : "s", Listing(capture.ignored)));
+  if (const auto n = no_photos.size(); n > 0)
+    sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", n, n == 1 ? "" : "s", n == 1 ? "is" : "are",
+                             n == 1 ? "" : "s", Listing(no_photos)));
 
   std::vector<InputPhoto> photos(names.size());
   std::vector<std::string> reasons(names.size());
@@ -117,12 +177,10 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
     try {
       const ImageInfo info = ReadImageInfo(path);
       const auto head = ReadRange(path, 0, 0, 32);
-      if (!EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
-      photos[i].name = names[i];
-      photos[i].width_px = info.width;
-      photos[i].height_px = info.height;
-      photos[i].focal_35mm = info.focal_35mm;
-      photos[i].needs_conversion = !ColmapReads(head);
+      const bool raw = HasRawExtension(path);                     // to develop it takes seconds: once is enough
+      if (!raw && !EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
+      photos[i] = AsPhoto(names[i], info);
+      photos[i].needs_conversion = raw || !ColmapReads(head);
     } catch (const Interrupted&) {
       throw;
     } catch (const Error& e) {
@@ -134,34 +192,70 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
     if (reasons[i].empty())
       capture.photos.push_back(photos[i]);
     else
-      capture.unreadable.push_back(
-          {names[i], "unreadable: " + reasons[i], "copy it from the camera again, or leave it out"});
+      capture.unreadable.push_back(Unreadable(names[i], reasons[i]));
   }
   for (const auto& bad : capture.unreadable) sink.Message(fmt::format("left out {}: {}", bad.name, bad.reason));
   return capture;
 }
 
+// Whether any photo is called otherwise in the scene.
+static bool NameForScene(Capture& staged, ProgressSink& sink) {
+  std::vector<std::string> names;
+  for (const InputPhoto& photo : staged.photos) names.push_back(photo.name);
+  const std::vector<std::string> scene_names = SceneNames(names);
+  int renamed = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (scene_names[i] == names[i]) continue;
+    if (++renamed == 1)
+      sink.Message(
+          fmt::format("the photo \"{}\" is called {} in the scene: its name has control characters, outer "
+                      "blanks, bytes that are no UTF-8, or more than 200 bytes",
+                      names[i], scene_names[i]));
+    staged.photos[i].original = names[i];
+    staged.photos[i].name = scene_names[i];
+  }
+  if (renamed > 1) sink.Message(fmt::format("so are {} more", renamed - 1));
+  return renamed > 0;
+}
+
 Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
-  if (std::ranges::none_of(capture.photos, [](const InputPhoto& p) { return p.needs_conversion; })) return capture;
   Capture staged = capture;
   staged.folder = staging;
+  if (!NameForScene(staged, sink) &&
+      std::ranges::none_of(capture.photos, [](const InputPhoto& p) { return p.needs_conversion; }))
+    return capture;
+  staged.originals = capture.folder;
+  std::vector<std::string> reasons(capture.photos.size());
   Progress progress(sink, "converting photos that COLMAP cannot read", static_cast<long>(capture.photos.size()));
   ParallelEach(staged.photos.size(), 1, [&](std::size_t i) {
     InputPhoto& photo = staged.photos[i];
-    const fs::path source = fs::absolute(capture.folder / photo.name);
-    if (photo.needs_conversion) photo.name += ".png";
+    const fs::path source = fs::absolute(capture.folder / capture.photos[i].name);
+    if (photo.needs_conversion) {
+      photo.original = capture.photos[i].name;
+      photo.name += ".png";
+    }
     const fs::path target = staging / photo.name;
     fs::create_directories(target.parent_path());
     std::error_code ec;
     if (photo.needs_conversion) {
-      if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec))
-        WriteImage(target, ReadImage8(source));
+      if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec)) try {
+          WriteImage(target, ReadImage8(source));
+        } catch (const InputError& e) {
+          reasons[i] = e.what();
+        }
     } else if (!fs::is_symlink(target, ec) || fs::read_symlink(target, ec) != source) {
       fs::remove(target, ec);
       fs::create_symlink(source, target);
     }
     progress.Step();
   });
+  for (std::size_t i = 0; i < reasons.size(); ++i)
+    if (!reasons[i].empty()) {
+      staged.unreadable.push_back(Unreadable(staged.photos[i].OriginalName(), reasons[i]));
+      sink.Message(fmt::format("left out {}: {}", staged.unreadable.back().name, staged.unreadable.back().reason));
+      staged.photos[i].name.clear();
+    }
+  std::erase_if(staged.photos, [](const InputPhoto& photo) { return photo.name.empty(); });
   std::ranges::sort(staged.photos, [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
   return staged;
 }
@@ -178,7 +272,7 @@ void NumberFrames(Capture& capture, double fps) {
   }
 }
 
-void CopyTimes(const Capture& capture, Scene& scene) {
+void CopyPhotoFacts(const Capture& capture, Scene& scene) {
   std::map<std::string, const InputPhoto*> photo_of;
   for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
   for (View& view : scene.views) {
@@ -186,6 +280,7 @@ void CopyTimes(const Capture& capture, Scene& scene) {
     if (it == photo_of.end()) continue;
     view.time_s = it->second->time_s;
     view.frame_index = it->second->frame_index;
+    view.orientation = it->second->orientation;
   }
 }
 

@@ -183,9 +183,13 @@ std::vector<PosedCamera> ReadPosesFile(const fs::path& path, PosesFormat format)
   }
   if (cameras.empty()) throw InputError(path, "no camera in it");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const std::string which = cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
+    const Rigid3& pose = cameras[i].cam_from_world;
+    if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite() ||
+        (cameras[i].K && !cameras[i].K->allFinite()))
+      throw InputError(path, fmt::format("{}: its numbers are too large or too small to be a camera's", which));
     if (!cameras[i].K) continue;
     const Eigen::Matrix3d& K = *cameras[i].K;
-    const std::string which = cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
     if (!(K(0, 0) > 0 && K(1, 1) > 0))
       throw InputError(path, fmt::format("{}: focal lengths {} and {} are not positive", which, K(0, 0), K(1, 1)));
     if (!(std::abs(K(0, 1)) < kMaxShear * K(1, 1)))

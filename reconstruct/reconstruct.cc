@@ -5,6 +5,8 @@
 #include <set>
 
 #include "reconstruct/all_frames.h"
+#include "reconstruct/cameras_beside.h"
+#include "reconstruct/clips.h"
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/compare_backends.h"
@@ -16,12 +18,14 @@
 #include "reconstruct/held_cameras.h"
 #include "reconstruct/known_cameras.h"
 #include "reconstruct/mapping.h"
+#include "reconstruct/masks.h"
 #include "reconstruct/missing.h"
 #include "reconstruct/multi_camera.h"
 #include "reconstruct/near_pairs.h"
 #include "reconstruct/photos.h"
 #include "reconstruct/ring.h"
 #include "reconstruct/turntable.h"
+#include "reconstruct/unsuitable.h"
 #include "reconstruct/video_frames.h"
 #include "reconstruct/view_times.h"
 #include "scene/files/atomic_file.h"
@@ -66,6 +70,15 @@ Provenance WantedProvenance(const ReconstructOptions& options) {
   return wanted;
 }
 
+void RecordOutputs(const ReconstructOptions& options, const ReconstructSummary& summary, Provenance& record) {
+  std::vector<std::string> outputs{"images", summary.upgrade == "metric" ? "sparse" : "projective.json", kSummaryFile};
+  if (!options.masks.empty()) outputs.push_back("masks");
+  for (const std::string& output : outputs) record.outputs[output] = Fingerprint(options.scene / output);
+  record.outputs["lumigraph.json"] = kChangedLater;
+  if (const fs::path kept = CamerasOf(summary.backend, {}); fs::exists(options.scene / kept))
+    record.outputs[kept.string()] = Fingerprint(options.scene / kept);
+}
+
 std::set<std::string> ViewNames(const Scene& scene) {
   std::set<std::string> names;
   for (const View& view : scene.views) names.insert(view.name);
@@ -76,7 +89,7 @@ std::set<std::string> ViewNames(const Scene& scene) {
 Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob& job, ReconstructSummary& summary) {
   const auto& [options, work_folder, colmap, sink] = job;
   const CameraPlan cameras = PlanCameras(capture, options);
-  const Features features = FindAndMatchFeatures(capture, cameras, job);
+  const Features features = FindAndMatchFeatures(capture, cameras, job, ClipPairs(capture));
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
   Mapping mapping = MapScene(capture, cameras, features, job);
   summary.components = mapping.components;
@@ -92,14 +105,14 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
                                                         : fmt::format("; {}: {}", summary.missing.front().name,
                                                                       summary.missing.front().reason)),
                     summary.missing.empty() ? "" : summary.missing.front().hint);
-  CopyTimes(capture, scene);
+  CopyPhotoFacts(capture, scene);
   if (options.all_frames) {
     Capture keyframes = capture;
     keyframes.folder = given.originals;
     Capture all = ExtractAllFrames(options, keyframes, work_folder / "frames", sink);
     if (given.resampled) all = Resampled(all, *given.resampled, work_folder / "straight-frames", sink);
     RegisterAllFrames(scene, all, features, cameras.known.has_value(), job, summary.missing);
-    CopyTimes(all, scene);
+    CopyPhotoFacts(all, scene);
     summary.images_total = all.total();
   }
   return scene;
@@ -169,7 +182,7 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
             ? "check --poses-format, --pixel-origin, the focal length, and that the order or names fit the photos"
             : "check the focal length, the order of the photos and the rig");
   scene.image_folder = capture.folder;
-  CopyTimes(capture, scene);
+  CopyPhotoFacts(capture, scene);
   ColorPoints(scene, sink);
   summary.components = {static_cast<int>(scene.views.size())};
   return scene;
@@ -180,6 +193,7 @@ void RequireThatTheyGoTogether(const ReconstructOptions& options, bool is_video,
   if (is_video && !HasVideoExtension(options.input))
     throw InputError(options.input, "neither a folder of photos nor a video",
                      "give a folder of photos, or a video file");
+  if (is_video && options.clips) throw UsageError("--clips is for a folder of videos", "one video needs no option");
   if (!is_video && options.all_frames) throw UsageError("--all-frames goes with a video");
   if (several_videos && options.backend == Backend::kFactorization)
     throw UsageError("several videos at once go with --backend colmap");
@@ -191,21 +205,39 @@ void RequireThatTheyGoTogether(const ReconstructOptions& options, bool is_video,
     throw UsageError("--turntable needs the period: --period-s, or phases in the file of --times");
 }
 
+void RequireTwoPhotos(const Capture& photos, const ReconstructOptions& options) {
+  if (photos.photos.size() >= 2) return;
+  if (photos.photos.empty() && !photos.unreadable.empty()) {
+    const MissingPhoto& first = photos.unreadable.front();
+    const bool unreadable = first.reason.starts_with("unreadable");
+    throw DataError(fmt::format("none of the {} photos can be {} ({}: {})", photos.total(),
+                                unreadable ? "read" : "used", first.name, first.reason),
+                    unreadable ? "take photos of the same thing from several places" : first.hint, options.input);
+  }
+  throw DataError("only one photo can be used; a scene needs two or more",
+                  "take photos of the same thing from several places", options.input);
+}
+
+// What --masks names, under the names that the steps look for. A video's other frames than its keyframes have masks
+// too: its folder is left as it is.
+fs::path MasksToUse(const Capture& capture, const ReconstructOptions& options, bool several_videos,
+                    const fs::path& work_folder, ProgressSink& sink) {
+  if (options.masks.empty() || several_videos) return options.masks;
+  const bool some_frames = capture.is_video && !capture.every_frame;
+  return MasksForColmap(capture, options.masks, some_frames ? fs::path() : work_folder / "masks", sink);
+}
+
 // The photos of a folder; before anything is written, whether all that is given can be used.
 Capture PhotosToUse(const ReconstructOptions& options, bool is_video, bool several_videos, ProgressSink& sink) {
   Capture photos;
   if (is_video) {
     const VideoReader readable(options.input);
     CheckGivenCamera(options, {{readable.width(), readable.height()}});
-  } else if (!several_videos) {
+  } else if (!several_videos && !options.clips) {
     photos = FindPhotos(options.input, sink);
+    LeaveOutUnsuitable(photos, options, sink);
     if (!options.times.empty()) photos = WithTimes(photos, options);
-    if (photos.photos.size() < 2)
-      throw DataError(photos.photos.empty()
-                          ? fmt::format("none of the {} photos can be read ({}: {})", photos.total(),
-                                        photos.unreadable.front().name, photos.unreadable.front().reason)
-                          : "only one photo can be used; a scene needs two or more",
-                      "take photos of the same thing from several places", options.input);
+    RequireTwoPhotos(photos, options);
     std::set<std::pair<int, int>> sizes_px;
     for (const InputPhoto& photo : photos.photos) sizes_px.insert({photo.width_px, photo.height_px});
     CheckGivenCamera(options, sizes_px);
@@ -215,8 +247,10 @@ Capture PhotosToUse(const ReconstructOptions& options, bool is_video, bool sever
 
 }  // namespace
 
-ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& sink) {
+ReconstructSummary Reconstruct(const ReconstructOptions& given_options, ProgressSink& sink) {
   const Stopwatch watch;
+  ReconstructOptions options = given_options;
+  TakeCamerasBeside(options, sink);
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
   for (const auto& path :
@@ -224,7 +258,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
     if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
   const bool is_video = fs::is_regular_file(options.input, ec);
   if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
-  const bool several_videos = !is_video && !SynchronisedVideos(options.input).empty();
+  const bool several_videos = !is_video && !options.clips && !SynchronisedVideos(options.input).empty();
   RequireThatTheyGoTogether(options, is_video, several_videos);
   RequireUsableOutput(options);
   Capture photos = PhotosToUse(options, is_video, several_videos, sink);
@@ -252,15 +286,18 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   MultiCapture cameras;
   if (several_videos) photos = (cameras = OpenMultiCapture(options, work_folder, sink)).moment;
   const bool every_frame = is_video && options.projective && options.all_frames;
-  Capture capture = every_frame ? ExtractEveryFrame(options, work_folder / "frames", sink)
-                    : is_video  ? ExtractKeyframes(options, work_folder, &summary.reused, sink)
-                                : StageForColmap(photos, work_folder / "photos", sink);
+  Capture capture = every_frame     ? ExtractEveryFrame(options, work_folder / "frames", sink)
+                    : options.clips ? ExtractClips(options, work_folder, &summary.reused, sink)
+                    : is_video      ? ExtractKeyframes(options, work_folder, &summary.reused, sink)
+                                    : StageForColmap(photos, work_folder / "photos", sink);
+  if (!is_video && !several_videos) RequireTwoPhotos(capture, options);
   if (!is_video && options.fps > 0) NumberFrames(capture, options.fps);
-  if (is_video && !every_frame) summary.keyframes = static_cast<int>(capture.photos.size());
+  if ((is_video && !every_frame) || options.clips) summary.keyframes = static_cast<int>(capture.photos.size());
   summary.images_total = capture.total();
 
-  const GivenCamera given = FitGivenCamera(options, capture, work_folder, sink);
   ReconstructOptions fitted = options;
+  fitted.masks = MasksToUse(capture, options, several_videos, work_folder, sink);
+  const GivenCamera given = FitGivenCamera(fitted, capture, work_folder, sink);
   fitted.camera_yaml = given.yaml;
   fitted.masks = given.masks;
   const ColmapJob job{fitted, work_folder, colmap, sink};
@@ -296,10 +333,9 @@ ReconstructSummary Reconstruct(const ReconstructOptions& options, ProgressSink& 
   if (scene.frame == Frame::kMetric && options.poses.empty() && options.rig == Rig::kNone)
     summary.comparison = KeepAndCompare(scene, summary, wanted.inputs.begin()->second, options.scene);
 
-  for (const char* output : {"images", summary.upgrade == "metric" ? "sparse" : "projective.json"})
-    wanted.outputs[output] = Fingerprint(options.scene / output);
-  wanted.seconds = summary.seconds;
   WriteTextAtomically(options.scene / kSummaryFile, JsonKeys(summary).Text(2) + "\n");
+  RecordOutputs(options, summary, wanted);
+  wanted.seconds = summary.seconds;
   WriteProvenance(options.scene, wanted);
   return summary;
 }

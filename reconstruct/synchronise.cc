@@ -42,10 +42,34 @@ double Correlation(const std::vector<double>& a, const std::vector<double>& b, i
 
 }  // namespace
 
-MotionSignal MeasureMotion(const std::filesystem::path& video, ProgressSink& sink) {
+double CommonFrame(const VideoClock& clock, double time_s, double fps) {
+  constexpr double kWhole = 1e-6;
+  const double frame = clock.TimeOf(time_s) * fps;
+  return std::abs(frame - std::round(frame)) < kWhole ? std::round(frame) : frame;
+}
+
+std::vector<double> OnCommonClock(const std::vector<double>& frames, const std::vector<double>& values) {
+  std::vector<double> at;
+  std::size_t i = 1;
+  for (long k = 0; !frames.empty() && static_cast<double>(k) <= std::round(frames.back()); ++k) {
+    const auto wanted = static_cast<double>(k);
+    if (k == 0 || frames.size() == 1) {
+      at.push_back(values[0]);
+      continue;
+    }
+    while (i + 1 < frames.size() && frames[i] < wanted) ++i;
+    const double share = i == 1 ? 1 : std::clamp((wanted - frames[i - 1]) / (frames[i] - frames[i - 1]), 0.0, 1.0);
+    at.push_back(share == 1 ? values[i] : (1 - share) * values[i - 1] + share * values[i]);
+  }
+  return at;
+}
+
+MotionSignal MeasureMotion(const std::filesystem::path& video, const VideoClock& clock, double fps,
+                           ProgressSink& sink) {
   VideoReader reader(video);
   MotionSignal signal;
-  signal.fps = reader.fps();
+  signal.fps = fps;
+  std::vector<double> frames;
   Progress progress(sink, "looking for what moves in " + video.filename().string(), reader.frame_count_hint());
   cv::Mat before;
   while (auto frame = reader.Next()) {
@@ -56,18 +80,21 @@ MotionSignal MeasureMotion(const std::filesystem::path& video, ProgressSink& sin
     cv::resize(grey, small, cv::Size(), scale, scale, cv::INTER_AREA);
     small.convertTo(small, CV_32F);
     double change = 0;
+    frames.push_back(CommonFrame(clock, frame->time_s, fps));
     if (!before.empty()) {
+      const double lasted = frames.back() - frames[frames.size() - 2];
       // Coding makes whole pictures flicker in step with its groups of frames, alike in all videos: only what moves
       // counts.
       cv::Mat moved;
       cv::threshold(cv::abs(small - before) - kCoding, moved, 0, 0, cv::THRESH_TOZERO);
-      change = std::log(kLeastChange + cv::mean(moved)[0]);
+      change = std::log(kLeastChange + cv::mean(moved)[0] / lasted);
     }
     signal.change.push_back(change);
     before = small;
     progress.Step();
   }
   if (signal.change.empty()) throw InputError(video, "no frame can be read", "re-encode it: ffmpeg -i IN OUT.mp4");
+  signal.change = OnCommonClock(frames, signal.change);
   return signal;
 }
 

@@ -5,18 +5,28 @@
 #include <filesystem>
 #include <vector>
 
+#include "scene/files/video_clock.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
 
-// A value a frame: the logarithm of how much of the picture changed since the frame before, beyond what coding changes
-// (grey, 160 px wide), 0 for the first.
+// A value a frame of the common clock: the logarithm of how much of the picture changes in a frame's time, beyond what
+// coding changes (grey, 160 px wide), 0 for the first.
 struct MotionSignal {
   std::vector<double> change;
-  double fps = 0;
+  double fps = 0;  // of the common clock
 };
-// Throws InputError where no frame can be read.
-MotionSignal MeasureMotion(const std::filesystem::path& video, ProgressSink& sink);
+// Frames that do not come at the common clock's steps are put on it (OnCommonClock). Throws InputError where no frame
+// can be read.
+MotionSignal MeasureMotion(const std::filesystem::path& video, const VideoClock& clock, double fps, ProgressSink& sink);
+
+// When a frame is shown, in frames of the common clock after the video's first: whole where only the seconds' rounding
+// is in between.
+double CommonFrame(const VideoClock& clock, double time_s, double fps);
+
+// Values at frames 0, 1, 2 ... of the common clock, by straight lines between those at `frames` (ascending from 0); the
+// first frame, which has no frame before it, says nothing.
+std::vector<double> OnCommonClock(const std::vector<double>& frames, const std::vector<double>& values);
 
 struct Lag {
   int frames = 0;          // b's frame i shows the moment of a's frame i + frames

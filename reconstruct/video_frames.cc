@@ -163,6 +163,7 @@ Capture ExtractEveryFrame(const ReconstructOptions& options, const fs::path& fol
     width = reader.width();
     height = reader.height();
     count = reader.frame_count_hint();
+    for (const std::string& remark : reader.remarks()) sink.Message(remark);
   }
   for (const auto& [index, time_s] : WriteFrames(
            options.input, folder, count, "writing all frames", [](int) { return true; }, sink))

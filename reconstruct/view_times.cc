@@ -90,6 +90,7 @@ ViewTimes ReadViewTimes(const std::filesystem::path& csv) {
     if (columns.phase_deg >= 0) t.time = number_at(columns.phase_deg, "phase") / 360;
     if (columns.phase >= 0) t.time = number_at(columns.phase, "phase");
     if (columns.turn >= 0 && times.in_turns) t.time += number_at(columns.turn, "number of the turn");
+    if (!std::isfinite(t.time)) throw InputError(csv, fmt::format("line {}: the time is too large", number));
     if (columns.frame >= 0) {
       const double frame = number_at(columns.frame, "number of the frame");
       if (frame != std::floor(frame) || std::abs(frame) > 1e9)

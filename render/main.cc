@@ -3,6 +3,7 @@
 #include "render/commands/render_command.h"
 #include "render/commands/settings_line.h"
 #include "render/tradeoff/tradeoff.h"
+#include "scene/files/scene_folder.h"
 #include "scene/program/main_program.h"
 
 namespace {
@@ -68,11 +69,12 @@ void AddRendering(Options app, Line& line) {
   app.Add("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json");
   app.Add("-o,--output", o.output, "Folder for pictures, or FILE.mp4 for a path");
   app.Add("--proxy", o.proxy,
-          "Proxy by name; per-view: the points triangulated in each view; default: the scene's active one");
+          "Proxy by name; a mesh file (PLY, OBJ); per-view: the points triangulated in each view; default: the scene's "
+          "active one");
   app.Add("--path", o.path,
           "Camera path JSON, of poses or (lumi-stabilize) of projection matrices; default: through the photos' own "
           "cameras");
-  app.Add("--view", o.view, "Render at this photo's own camera");
+  app.Add("--view", o.view, "Render at this photo's own camera: its name, or else its position from 0");
   app.Flag("--leave-out", o.leave_out, "With --view: without that photo");
   app.Call(
       "--holdout", [&o](const std::string& text) { o.holdout = HoldoutFrom(text); },
@@ -90,7 +92,10 @@ void AddRendering(Options app, Line& line) {
       .Range(1, kMaxPictureSide);
   app.Add("--height", o.height_px, "Height in pixels; default: by the photos' aspect").Range(1, kMaxPictureSide);
   app.Add("--seconds", o.seconds, "Length of the path through the photos").Default();
-  app.Add("--fps", o.fps, "Frames a second of that path").Default();
+  app.Add("--fps", o.fps,
+          "Frames a second of that path; with --path of matrices: of its film, each picture the frame nearest in time, "
+          "in place of the frames' own times")
+      .Default();
   app.Flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.Add("--format", o.format, "Of the pictures").OneOf({"png", "jpg", "exr"}).Default();
   app.Add("--backend", o.backend, "Where frames are blended").OneOf({"cpu", "gl"}).Default();
@@ -170,6 +175,10 @@ Answer RunMeasuring(const Line& line, ProgressSink& progress) {
   const RenderOptions& o = line.render;
   MeasureOptions m = line.measure;
   if (o.budget_ms) throw UsageError("--budget-ms goes with rendering, not with measuring");
+  for (const std::string& proxy : m.proxies)
+    if (IsMeshFile(proxy) && std::filesystem::is_regular_file(proxy))
+      throw UsageError("what is measured is kept with the scene's own proxies, and " + proxy + " is a file",
+                       "bring it in first: lumi-proxy import " + proxy + " SCENE");
   if (o.phase) throw UsageError("--phase goes with rendering, not with measuring: --time-s");
   if (!line.ablation && !m.view.empty()) throw UsageError("tradeoff's --view goes with --ablation");
   if (line.properties && !m.path.empty()) throw UsageError("tradeoff's --path does not go with --properties");
@@ -220,7 +229,7 @@ int main(int argc, char** argv) {
                line.measure);
   return program.Run(argc, argv, [&] {
     read();
-    if (line.render.scene.empty()) throw UsageError("a scene is wanted", "see lumi-render --help");
+    if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");
     return RunRender(line.render, program.progress());
   });
 }

@@ -4,14 +4,14 @@
 say() { printf '%s\n' "$*" >&2; }
 die() { say "$0: $1"; exit "${2:-4}"; }
 
-# Installs what packages.txt lists and is missing; asks nothing where nothing is.
+# Installs what packages.txt lists, and the packages given, where they are missing; asks nothing where nothing is.
 install_packages() {
   if ! command -v dpkg-query >/dev/null; then
     say "this is no Debian: nothing is installed; packages.txt lists what is needed, by Debian's names"
     return 0
   fi
   local wanted missing
-  mapfile -t wanted < <(grep -v '^[[:space:]]*\(#\|$\)' packages.txt)
+  mapfile -t wanted < <(grep -v '^[[:space:]]*\(#\|$\)' packages.txt; [ $# -eq 0 ] || printf '%s\n' "$@")
   # One query for all: the names that it does not show as installed are missing.
   missing=$(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) \
     <(dpkg-query -W -f '${Package} ${db:Status-Status}\n' "${wanted[@]}" 2>/dev/null | awk '$2 == "installed" { print $1 }' | sort))

@@ -59,7 +59,7 @@ quietly() { "$@" --quiet --threads "$threads"; }
 # capture SCENE PHOTOS WIDTH: once.
 capture() {
   say "$1: $(least "$2" "$views") photos, $(least "$3" "$width") pixels wide"
-  quietly "$bin/lumi-simulate" --example "$1" -o "$out/captures/$1" --views "$(least "$2" "$views")" --width "$(least "$3" "$width")"
+  quietly "$bin/lumi-simulate" --replace --example "$1" -o "$out/captures/$1" --views "$(least "$2" "$views")" --width "$(least "$3" "$width")"
 }
 
 # section ID "Fig. ..." "caption": what follows stands below it. Pictures in rows of the table that `row` begins.

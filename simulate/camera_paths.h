@@ -16,6 +16,9 @@ Rigid3 PoseAt(const PathDescription& path, double frame);
 // Factor on the camera's focal length: the path's zoom and hold, with a hand's error.
 double ZoomAt(const PathDescription& path, double frame);
 
+// EXIF's orientation of a photo from a camera turned by a quarter, as a phone stores one taken upright.
+inline constexpr int kPortrait = 6;
+
 // What shakes the camera: a walk's or drive's gait, a wave's hand. `scale` times as much of it; 0: the ideal path. A
 // walk or drive that describes none gets a walk's usual one.
 bool IsShaken(const PathDescription& path);
@@ -29,6 +32,7 @@ struct PlannedView {
   int camera = 0;
   double time_s = 0;
   bool blurred = true;  // where the scene has motion blur
+  int orientation = 1;  // EXIF's: kPortrait where the camera is turned
 };
 
 // All views of all paths, or `views` of them (0: all): evenly spread; the first ones of a scene that repeats

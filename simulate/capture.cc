@@ -4,10 +4,12 @@
 
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/image_io.h"
+#include "scene/files/json_limits.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
@@ -37,14 +39,18 @@ class Staging {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
+  // What is half moved is known as ours by this folder, until it is made again.
   ~Staging() {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
+    if (moving_) fs::create_directories(folder_, ignored);
   }
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
   const fs::path& folder() const { return folder_; }
 
+  void Begin() { moving_ = true; }
+  void End() { moving_ = false; }
   void MoveIntoPlace(const fs::path& name) const {
     fs::remove_all(output_ / name);
     if (!fs::exists(folder_ / name)) return;
@@ -54,6 +60,7 @@ class Staging {
 
  private:
   fs::path output_, folder_;
+  bool moving_ = false;
 };
 
 struct Source {
@@ -86,6 +93,7 @@ Provenance WantedProvenance(const SimulateOptions& options, const Source& source
   if (options.steady) wanted.options["steady"] = "true";
   if (options.blur_s) wanted.options["blur_s"] = fmt::format("{}", *options.blur_s);
   if (options.blur_every != 0) wanted.options["blur_every"] = std::to_string(options.blur_every);
+  if (options.portrait_every != 0) wanted.options["portrait_every"] = std::to_string(options.portrait_every);
   if (options.vignetting) wanted.options["vignetting"] = fmt::format("{}", *options.vignetting);
   if (options.white_balance_stops)
     wanted.options["white_balance_stops"] = fmt::format("{}", *options.white_balance_stops);
@@ -118,6 +126,7 @@ std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRen
                              {"params", NumbersOf(truth.camera.params)},
                              {"skew_px", truth.skew_px},
                              {"cam_from_world", NumbersOf(pose.reshaped<Eigen::RowMajor>())}});
+    if (view.orientation != 1) json["views"].back()["orientation"] = view.orientation;
     if (renderer.effects().white_balance_stops) json["views"].back()["white_balance"] = NumbersOf(truth.white_balance);
   }
   return json.dump(1) + "\n";
@@ -149,6 +158,7 @@ Scene TrueScene(const SceneDescription& description, const std::vector<PlannedVi
     view.time_s = planned.time_s;
     view.frame_index = planned.frame_index;
     view.gain = truth.gain;
+    view.orientation = planned.orientation;
     scene.views.push_back(std::move(view));
   }
   return scene;
@@ -173,7 +183,7 @@ void RenderPhotos(const std::vector<PlannedView>& views, const SceneDescription&
     TraceCounters count;
     const RenderedView view = renderer.Render(views[i], count);
     const fs::path name = views[i].name;
-    WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality);
+    WriteImage(folder / "images" / name, view.photo, scene.jpeg_quality, views[i].orientation);
     WriteImage(folder / "truth" / "depth" / fs::path(name).replace_extension(".exr"), view.depth);
     WriteImage(folder / "truth" / "silhouettes" / fs::path(name).replace_extension(".png"), view.silhouette);
     const auto [low, median, high] = renderer.BlurPx(views[i], view.depth);
@@ -253,7 +263,7 @@ void WriteFixedVideo(const Take& take, const FixedVideoDescription& fixed, int n
 SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   Json json;
   try {
-    json = Json::parse(ReadText(file));
+    json = Json::parse(ReadJsonText(file));
   } catch (const Json::exception&) {
     throw InputError(file, "is no JSON",
                      "a camera path as lumi-render reads it is wanted: {\"keys\": [{\"time_s\": ...}]}");
@@ -315,6 +325,15 @@ SceneDescription Steady(SceneDescription scene) {
   return scene;
 }
 
+// The second of each so many photos and so on, as motion blur takes them.
+void TurnToPortrait(std::vector<PlannedView>& views, int portrait_every, const SceneDescription& scene) {
+  if (portrait_every == 0) return;
+  if (!scene.jpeg) throw UsageError("--portrait-every: this scene's photos are PNG, which says nothing of it");
+  if (scene.period_s) throw UsageError("--portrait-every: this scene is filmed");
+  const auto every = static_cast<std::size_t>(portrait_every);
+  for (std::size_t i = 1 % every; i < views.size(); i += every) views[i].orientation = kPortrait;
+}
+
 // The true surfaces, as the proxy to begin with.
 void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
   const Mesh mesh = tracer.TrueMesh();
@@ -331,15 +350,16 @@ void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
   }
 }
 
-// Provenance goes first and comes last: a run that is killed in between is no capture, and is made anew.
-void MoveIntoPlace(const Staging& staging, const fs::path& output, Provenance& provenance) {
+// Provenance and manifest go first and come last: a run that is killed in between is no capture, and is made anew.
+void MoveIntoPlace(Staging& staging, const fs::path& output, Provenance& provenance) {
+  staging.Begin();
   fs::remove(output / "provenance" / "simulate.json");
-  for (const fs::path name : {"lumigraph.json", "images", "truth", "sparse", "proxies/truth.ply",
-                              "proxies/billboard.ply", "video.mp4", "fixed.mp4", "videos"}) {
+  fs::remove(output / "lumigraph.json");
+  for (const fs::path name : {"images", "truth", "sparse", "proxies/truth.ply", "proxies/billboard.ply", "video.mp4",
+                              "fixed.mp4", "videos", "lumigraph.json"}) {
     staging.MoveIntoPlace(name);
-    const bool optional = name.extension() == ".mp4" || name.stem() == "billboard" || name == "videos";
-    if (optional && !fs::exists(output / name)) continue;
-    if (name != "lumigraph.json") provenance.outputs[name.string()] = Fingerprint(output / name);
+    if (!fs::exists(output / name)) continue;
+    provenance.outputs[name.string()] = name == "lumigraph.json" ? kChangedLater : Fingerprint(output / name);
   }
 }
 
@@ -363,7 +383,38 @@ std::optional<std::string> Validate(const SimulateOptions& options) {
   if (options.white_balance_stops && !(*options.white_balance_stops >= 0 && *options.white_balance_stops <= 4))
     return "--white-balance-stops must lie in [0, 4]";
   if (options.blur_every < 0) return "--blur-every must be >= 1";
+  if (options.portrait_every < 0) return "--portrait-every must be >= 1";
+  if (options.portrait_every > 0 && (options.video || !options.at_file.empty()))
+    return "--portrait-every is for photos: it does not go with --video and --at";
   return std::nullopt;
+}
+
+// A capture made with other options, or of another scene, is somebody's data: it is replaced when that is asked for.
+// (The same scene described otherwise is a next version of it.)
+static void RequireReplaceable(const SimulateOptions& options, const Provenance& wanted) {
+  const auto before = options.replace ? std::nullopt : ReadProvenance(options.output, wanted.stage);
+  if (!before) return;
+  std::string difference;
+  for (const auto& [name, value] : wanted.options)
+    if (const auto it = before->options.find(name); it == before->options.end() || it->second != value)
+      difference += fmt::format("{}{} {}, not {}", difference.empty() ? "" : "; ", name,
+                                it == before->options.end() ? "not given"
+                                : it->second == "0"         ? "all"
+                                                            : it->second,
+                                value == "0" ? "all" : value);
+  for (const auto& [name, value] : before->options)
+    if (!wanted.options.contains(name))
+      difference += fmt::format("{}{} {}", difference.empty() ? "" : "; ", name, value);
+  const auto source = [](const Provenance& p) {
+    std::set<std::string> names;
+    for (const auto& [name, hash] : p.inputs) names.insert(name);
+    return names;
+  };
+  if (difference.empty() && source(*before) != source(wanted)) difference = "another scene";
+  if (difference.empty()) return;
+  throw UsageError(
+      fmt::format("{} holds a capture made otherwise ({}): nothing was touched", options.output.string(), difference),
+      "choose another folder, or replace it: --replace");
 }
 
 SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress) {
@@ -390,11 +441,14 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
   const SceneDescription steady = Steady(scene);
   const bool shaken = std::ranges::any_of(scene.paths, IsShaken) && !options.steady;
   if (options.steady) scene = steady;
-  const std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
+  std::vector<PlannedView> views = PlanViews(scene, options.views, options.video);
+  TurnToPortrait(views, options.portrait_every, scene);
 
   const bool was_there = fs::exists(options.output);
   RequireOurFolder(options.output, fs::exists(options.output / kStaging) ? kStaging : "provenance/simulate.json");
   Provenance provenance = WantedProvenance(options, source, scene);
+
+  RequireReplaceable(options, provenance);
 
   SimulateSummary summary;
   summary.scene = scene.name;
@@ -411,7 +465,7 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
 
   try {
     const FolderLock lock(options.output);
-    const Staging staging(options.output);
+    Staging staging(options.output);
     const fs::path& folder = staging.folder();
     const Tracer tracer(scene);
     const Shader shader(scene, tracer);
@@ -453,13 +507,14 @@ SimulateSummary Simulate(const SimulateOptions& options, ProgressSink& progress)
       WriteScene(truth, folder);
     }
     MoveIntoPlace(staging, options.output, provenance);
+    provenance.seconds = summary.seconds = watch.Seconds();
+    WriteProvenance(options.output, provenance);
+    staging.End();
   } catch (...) {
     std::error_code ignored;
     if (!was_there) fs::remove(options.output, ignored);  // removes it only if it is empty
     throw;
   }
-  provenance.seconds = summary.seconds = watch.Seconds();
-  WriteProvenance(options.output, provenance);
   return summary;
 }
 

@@ -24,7 +24,8 @@ namespace lumi {
 struct SimulateOptions {
   std::filesystem::path scene_file;  // either this
   std::string example;               // or one of ExampleNames()
-  std::filesystem::path output;      // absent, empty, or a capture of ours
+  std::filesystem::path output;      // absent, empty, or a capture of ours made with the same options, or
+  bool replace = false;              // with any
   int views = 0;                     // so many, evenly spread; 0: all
   int width_px = 0;                  // of every photo; 0: as described
   int fixed_frames = -1;             // of fixed.mp4; 0: none; -1: as described
@@ -40,6 +41,8 @@ struct SimulateOptions {
   // In place of the scene's; 0: none.
   std::optional<double> vignetting, white_balance_stops;
   int blur_every = 0;  // one photo in so many is blurred, the others are sharp; 0: as described
+  int portrait_every =
+      0;  // one photo in so many is taken with the camera turned by a quarter, as its EXIF says; 0: none
   std::uint64_t seed = 0;
 };
 // What is wrong with the options, or nullopt.

@@ -20,7 +20,9 @@ int main(int argc, char** argv) {
   lumi::Options& app = program.options();
   app.Add("SCENE", options.scene_file, "Scene described in JSON (see docs/simulate.md)");
   app.Add("--example", options.example, ExampleHelp());
-  app.Add("-o,--output", options.output, "Folder of the capture: new, empty, or a capture made before").Required();
+  app.Add("-o,--output", options.output, "Folder of the capture: new, empty, or one made before with the same options")
+      .Required();
+  app.Flag("--replace", options.replace, "A capture in the folder that was made with other options is replaced");
   app.Add("--views", options.views, "So many photos, evenly spread over the path [default: all]").Positive();
   app.Add("--width", options.width_px, "Width of the photos in pixels, 1 to 20000 [default: as described]")
       .Range(1, 20000);
@@ -44,6 +46,10 @@ int main(int argc, char** argv) {
           "Drift of the white balance: amplitude, red up and blue down; 0: none [default: as described]");
   app.Add("--blur-every", options.blur_every,
           "Blurs one photo in so many, from the second one on; the others are sharp [default: as described]")
+      .Positive();
+  app.Add("--portrait-every", options.portrait_every,
+          "Takes one photo in so many, from the second one on, with the camera turned by a quarter, as a phone held "
+          "upright: its EXIF orientation is 6 [default: none]")
       .Positive();
   return program.Run(argc, argv, [&] {
     options.seed = program.seed();

@@ -8,10 +8,16 @@
 
 namespace lumi {
 
+// Objects, groups and the sections of lofts, each with all its copies; and views of all paths. A few bytes of copies of
+// copies must not ask for more than memory holds.
+constexpr std::size_t kMostParts = 100000, kMostViews = 200000;
+constexpr int kDeepestGroup = 32;
+
 struct ParseContext {
   std::filesystem::path name;    // what messages name
   std::filesystem::path folder;  // relative paths are taken from here
   SceneDescription* scene;       // so far: cameras, textures and materials by name
+  std::size_t* parts;            // so far, of kMostParts
 };
 
 // What a group hands on to its parts.
@@ -19,6 +25,7 @@ struct GroupDescription {
   Eigen::Affine3d world_from_group = Eigen::Affine3d::Identity();
   std::optional<bool> foreground;  // of parts that do not say
   std::optional<SpinDescription> spin;
+  int depth = 0;
 };
 
 // A colour as [r, g, b] (code values 0..1) or "#rrggbb", as light.

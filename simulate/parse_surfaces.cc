@@ -1,5 +1,6 @@
 // Textures, materials and objects.
-#include <cstdio>
+#include <charconv>
+#include <cmath>
 
 #include "scene/geometry/angle.h"
 #include "simulate/parse_parts.h"
@@ -14,11 +15,15 @@ Rgb ColorFromJson(const nlohmann::json& value, const JsonReader& reader, const s
   double code[3];
   if (value.is_string()) {
     const std::string text = value.get<std::string>();
-    unsigned r = 0, g = 0, b = 0;
-    int end = 0;
-    if (text.size() != 7 || std::sscanf(text.c_str(), "#%2x%2x%2x%n", &r, &g, &b, &end) != 3 || end != 7)
-      reader.Fail(key, "must be a colour \"#rrggbb\"");
-    code[0] = r / 255.0, code[1] = g / 255.0, code[2] = b / 255.0;
+    bool right = text.size() == 7 && text[0] == '#';
+    for (std::size_t i = 0; right && i < 3; ++i) {
+      unsigned byte = 0;
+      const char* const two = text.data() + 1 + 2 * i;
+      const auto [end, error] = std::from_chars(two, two + 2, byte, 16);
+      right = error == std::errc() && end == two + 2;
+      code[i] = byte / 255.0;
+    }
+    if (!right) reader.Fail(key, "must be a colour \"#rrggbb\"");
   } else {
     if (!value.is_array() || value.size() != 3) reader.Fail(key, "must be a colour [r, g, b] or \"#rrggbb\"");
     for (std::size_t i = 0; i < 3; ++i) {
@@ -27,8 +32,10 @@ Rgb ColorFromJson(const nlohmann::json& value, const JsonReader& reader, const s
       code[i] = value[i].get<double>();
     }
   }
-  return Rgb(static_cast<float>(LightFromCode(code[0])), static_cast<float>(LightFromCode(code[1])),
-             static_cast<float>(LightFromCode(code[2])));
+  const Rgb light(static_cast<float>(LightFromCode(code[0])), static_cast<float>(LightFromCode(code[1])),
+                  static_cast<float>(LightFromCode(code[2])));
+  if (!std::isfinite(light.sum())) reader.Fail(key, "is brighter than can be held");
+  return light;
 }
 
 // Position of `text` among names; fails naming all of them.
@@ -54,7 +61,8 @@ int MaterialByName(JsonReader& reader, const nlohmann::json& value, const ParseC
 
 std::filesystem::path ExistingFile(JsonReader& reader, const std::string& key, const ParseContext& context) {
   const std::filesystem::path file = context.folder / reader.RequireText(key);
-  if (!std::filesystem::is_regular_file(file)) reader.Fail(key, "there is no file " + file.string());
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) reader.Fail(key, "there is no file " + file.string());
   context.scene->files.push_back(file);
   return file;
 }
@@ -164,11 +172,27 @@ SpinDescription ParseSpin(const nlohmann::json& node, const ParseContext& contex
   return spin;
 }
 
+// So many parts more.
+void Count(JsonReader& reader, const ParseContext& context, std::size_t parts) {
+  if ((*context.parts += parts) > kMostParts)
+    reader.Fail("the scene has more than " + std::to_string(kMostParts) + " objects, with their copies and parts");
+}
+
+// What each copy of an object takes, in objects.
+std::size_t PartsOf(const ObjectDescription& object) {
+  constexpr std::size_t kBytesOfText = 64;
+  return 1 + object.sections.size() + (object.name.size() + object.file.native().size()) / kBytesOfText;
+}
+
 void ParseGroup(JsonReader& reader, const ParseContext& context, const std::vector<Eigen::Affine3d>& places,
                 const GroupDescription& parent) {
+  if (parent.depth == kDeepestGroup)
+    reader.Fail("groups are nested more than " + std::to_string(kDeepestGroup) + " deep");
+  Count(reader, context, places.size());
   const auto parts = reader.Array("objects");
   if (parts.empty()) reader.Fail("objects", "needs at least one");
   GroupDescription group = parent;
+  ++group.depth;
   if (reader.Has("foreground")) group.foreground = reader.Flag("foreground", true);
   for (const Eigen::Affine3d& world_from_group : places) {
     group.world_from_group = world_from_group;
@@ -268,6 +292,7 @@ void ParseObject(const nlohmann::json& node, const ParseContext& context, const 
       object.kind == ShapeKind::kQuad || object.kind == ShapeKind::kTube || object.kind == ShapeKind::kHeightfield;
   object.foreground = reader.Flag("foreground", group.foreground.value_or(!surroundings));
   object.spin = group.spin;
+  Count(reader, context, places.size() * PartsOf(object));
   for (const Eigen::Affine3d& world_from_object : places) {
     object.world_from_object = world_from_object * shape;
     if (const auto* spin = reader.Find("spin"); spin != nullptr)

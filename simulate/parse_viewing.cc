@@ -96,7 +96,7 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
   PathDescription path;
   const std::string kind = reader.RequireText("kind");
   if (reader.Has("look_at")) path.look_at = reader.RequireVector3("look_at");
-  path.views = reader.Integer("views", 1, 1, 1000000);
+  path.views = reader.Integer("views", 1, 1, static_cast<int>(kMostViews));
   bool moving = false;
   if (kind == "ring") {
     ParseRing(reader, path, 360);
@@ -109,6 +109,8 @@ PathDescription ParsePath(const nlohmann::json& node, const ParseContext& contex
     path.rows = reader.Integer("rows", 1, 1, 10000);
     path.spacing = reader.Vector2("spacing", path.spacing);
     path.views = path.columns * path.rows;
+    if (static_cast<std::size_t>(path.views) > kMostViews)
+      reader.Fail("rows", "times columns must be at most " + std::to_string(kMostViews));
   } else if (kind == "walk" || kind == "drive") {
     path.kind = kind == "walk" ? PathKind::kWalk : PathKind::kDrive;
     ParseFromTo(reader, path);

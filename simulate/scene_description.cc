@@ -1,5 +1,6 @@
 #include "simulate/scene_description.h"
 
+#include "scene/files/json_limits.h"
 #include "simulate/parse_parts.h"
 
 namespace lumi {
@@ -7,7 +8,10 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr std::size_t kLongestName = 200;  // in bytes; photos have a number and an ending more
+
 Json ParseJson(const std::string& text, const std::filesystem::path& name) {
+  if (const char* wrong = JsonBeyondLimits(text)) throw InputError(name, wrong);
   try {
     return Json::parse(text, nullptr, true, /*ignore_comments=*/true);
   } catch (const Json::parse_error& error) {
@@ -50,19 +54,30 @@ SceneDescription ParseScene(const std::string& json_text, const std::filesystem:
   const Json json = ParseJson(json_text, name);
   if (!json.is_object()) throw InputError(name, "must be an object { ... }");
   SceneDescription scene;
-  const ParseContext context{name, folder, &scene};
+  std::size_t parts = 0;
+  const ParseContext context{name, folder, &scene, &parts};
   JsonReader root(json, name, "");
   scene.name = root.Text("name", name.stem().string());
+  if (scene.name.empty() || scene.name.size() > kLongestName ||
+      scene.name.find_first_of(std::string("/\0", 2)) != std::string::npos)
+    root.Fail("name",
+              "must be fit for a file's name: not empty, at most " + std::to_string(kLongestName) + " bytes, no slash");
   root.Text("description", "");
   ParseImage(root, context);
   for (const auto& [node, place] : root.Array("cameras")) scene.cameras.push_back(ParseCamera(*node, context, place));
   if (scene.cameras.empty()) root.Fail("cameras", "needs at least one camera");
   const Json& path = root.Require("path");
+  std::size_t views = 0;
+  const auto add_path = [&](const Json& node, const std::string& place) {
+    scene.paths.push_back(ParsePath(node, context, place));
+    views += static_cast<std::size_t>(scene.paths.back().views);
+    if (views > kMostViews) root.Fail("path", "has more than " + std::to_string(kMostViews) + " views");
+  };
   if (path.is_array()) {
-    for (const auto& [node, place] : root.Array("path")) scene.paths.push_back(ParsePath(*node, context, place));
+    for (const auto& [node, place] : root.Array("path")) add_path(*node, place);
     if (scene.paths.empty()) root.Fail("path", "needs at least one path");
   } else {
-    scene.paths.push_back(ParsePath(path, context, "path"));
+    add_path(path, "path");
   }
   for (const auto& [node, place] : root.Array("materials")) {
     scene.materials.push_back(ParseMaterial(*node, context, place));

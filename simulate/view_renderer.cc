@@ -5,6 +5,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
@@ -67,7 +68,8 @@ TrueCamera ViewRenderer::CameraOf(const PlannedView& view) const {
   if (zoom != 1)
     camera.camera = camera.camera.WithPinhole(zoom * camera.camera.FocalPx(), camera.camera.PrincipalPointPx());
   camera.skew_px = skews_px_[static_cast<std::size_t>(view.camera)];
-  camera.cam_from_world = PoseAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame);
+  camera.cam_from_world =
+      StoredPose(PoseAt(scene_.paths[static_cast<std::size_t>(view.path)], view.frame), view.orientation);
   if (scene_.effects.exposure_stops)
     camera.gain = CodeGainFromStops(*scene_.effects.exposure_stops *
                                     std::sin(2 * std::numbers::pi * view.time_s / scene_.effects.exposure_period_s));
@@ -85,7 +87,7 @@ ViewRenderer::Moment ViewRenderer::MomentAt(const PlannedView& view, double offs
   const PathDescription& path = scene_.paths[static_cast<std::size_t>(view.path)];
   // Nobody films beyond the ends of the path.
   const double frame = offset_s == 0 ? view.frame : std::clamp(view.frame + offset_s * path.fps, 0.0, path.views - 1.0);
-  const Rigid3 world_from_cam = PoseAt(path, frame).Inverse();
+  const Rigid3 world_from_cam = StoredPose(PoseAt(path, frame), view.orientation).Inverse();
   Moment moment{world_from_cam.R(), world_from_cam.translation, {}};
   if (tracer_.HasMovingParts()) moment.parts = tracer_.PartsAt(view.time_s + offset_s);
   return moment;

@@ -20,6 +20,7 @@ StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSi
   std::error_code ec;
   if (std::filesystem::is_directory(command.output, ec))
     throw UsageError(command.output.string() + " is a folder: -o names the path's file", "-o PATH.json");
+  RemoveStaleTemporariesOf(command.output);
   if (!command.before.empty()) options.before = ReadMatrixPath(command.before);
   OpenOptions open;
   open.check_photos = false;  // matrices only

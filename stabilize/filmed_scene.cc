@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "scene/geometry/median.h"
@@ -87,6 +88,18 @@ Matrix34d FilmedScene::InPixels(const Matrix34d& P) const { return PxFromUnits(*
 Matrix34d FilmedScene::InUnits(const Matrix34d& P_px) const {
   const Matrix34d P = PxFromUnits(*this).inverse() * P_px * world_from_balanced;
   return P / P.norm();
+}
+
+std::vector<double> FilmedScene::TimesInFrames() const {
+  constexpr double kWhole = 1e-6;
+  std::vector<double> times;
+  bool whole = true;
+  for (const FilmedFrame& frame : frames) {
+    times.push_back((frame.time_s - frames.front().time_s) * fps);
+    whole = whole && std::abs(times.back() - std::round(times.back())) <= kWhole;
+  }
+  for (double& t : times) t = whole ? std::round(t) : t;
+  return times;
 }
 
 FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {

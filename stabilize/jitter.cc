@@ -1,9 +1,57 @@
 #include "stabilize/jitter.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace lumi {
+namespace {
+
+constexpr double kLargestHole =
+    0.25;  // of the window's reach, from one frame to the next: beyond, nothing holds the fit
+constexpr double kSlackOfTimes = 1e-6;  // of the reach
+
+// The frames around one, and what each says of the fit's value there; none where the window is not full.
+struct ParabolaWindow {
+  int first = 0;
+  std::vector<double> weight;  // their sum is 1
+};
+
+ParabolaWindow WindowAround(const FilmedScene& film, int middle, double reach_s) {
+  const auto n = static_cast<int>(film.frames.size());
+  const auto time = [&](int t) {
+    return (film.frames[static_cast<std::size_t>(t)].time_s - film.frames[static_cast<std::size_t>(middle)].time_s) /
+           reach_s;
+  };
+  ParabolaWindow window;
+  if (time(0) > -1 + kSlackOfTimes || time(n - 1) < 1 - kSlackOfTimes) return window;
+  int first = middle, last = middle;
+  while (first > 0 && time(first - 1) > -1 + kSlackOfTimes) --first;
+  while (last + 1 < n && time(last + 1) < 1 - kSlackOfTimes) ++last;
+  const double hole = std::max(kLargestHole, 1.5 / (reach_s * film.fps));
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (int t = first; t <= last; ++t) {
+    if (t > 0 && time(t) - time(t - 1) > hole) return window;
+    const Eigen::Vector3d powers(1, time(t), time(t) * time(t));
+    moments += (0.5 + 0.5 * std::cos(std::numbers::pi * time(t))) * powers * powers.transpose();
+  }
+  if (last + 1 < n && time(last + 1) - time(last) > hole) return window;
+  const Eigen::LDLT<Eigen::Matrix3d> solver(moments);
+  const Eigen::Vector3d value = solver.solve(Eigen::Vector3d::UnitX());
+  if (last - first < 2 || !value.allFinite()) {  // too few for a parabola: it leaves nothing over
+    window.first = middle;
+    window.weight = {1};
+    return window;
+  }
+  window.first = first;
+  for (int t = first; t <= last; ++t)
+    window.weight.push_back((0.5 + 0.5 * std::cos(std::numbers::pi * time(t))) *
+                            value.dot(Eigen::Vector3d(1, time(t), time(t) * time(t))));
+  return window;
+}
+
+}  // namespace
 
 double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
   // What a parabola, fitted under a Hann window of two seconds, leaves over: half at 0.8 Hz, all from 1.3 Hz on. (A
@@ -16,16 +64,8 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
     for (const SightOfPoint& s : film.frames[static_cast<std::size_t>(t)].sights)
       seen[static_cast<std::size_t>(s.point)].push_back(t);
   const int stride = n > 4 * reach ? 4 : 1;
-  std::vector<double> window(static_cast<std::size_t>(reach));
-  double moment[3] = {0, 0, 0};
-  for (int d = -reach + 1; d < reach; ++d) {
-    const double w = 0.5 + 0.5 * std::cos(3.14159265358979 * d / reach), dd = static_cast<double>(d) * d;
-    window[static_cast<std::size_t>(std::abs(d))] = w;
-    moment[0] += w, moment[1] += w * dd, moment[2] += w * dd * dd;
-  }
-  const double det = moment[0] * moment[2] - moment[1] * moment[1];
-  for (int d = 0; d < reach; ++d)
-    if (det > 0) window[static_cast<std::size_t>(d)] *= (moment[2] - moment[1] * d * d) / det * moment[0];
+  std::vector<ParabolaWindow> windows(static_cast<std::size_t>(n));
+  for (int t = 0; t < n; t += stride) windows[static_cast<std::size_t>(t)] = WindowAround(film, t, reach / film.fps);
   double sum = 0;
   long count = 0;
   for (std::size_t j = 0; j < seen.size(); ++j) {
@@ -36,18 +76,12 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
       return q.z() > 1e-9 ? Eigen::Vector2d(q.head<2>() / q.z()) : Eigen::Vector2d::Constant(std::nan(""));
     };
     for (const int t : seen[j]) {
-      if (t < reach || t + reach >= n || t % stride != 0) continue;
-      const double window_s = film.frames[static_cast<std::size_t>(t + reach)].time_s -
-                              film.frames[static_cast<std::size_t>(t - reach)].time_s;
-      if (window_s * film.fps > 2 * reach + 0.5) continue;  // frames are missing
-      Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-      double weights = 0;
-      for (int d = -reach + 1; d < reach; ++d) {
-        const double w = window[static_cast<std::size_t>(std::abs(d))];
-        mean += w * at(t + d);
-        weights += w;
-      }
-      const Eigen::Vector2d off = at(t) - mean / weights;
+      const ParabolaWindow& window = windows[static_cast<std::size_t>(t)];
+      if (window.weight.empty()) continue;
+      Eigen::Vector2d fitted = Eigen::Vector2d::Zero();
+      for (std::size_t k = 0; k < window.weight.size(); ++k)
+        fitted += window.weight[k] * at(window.first + static_cast<int>(k));
+      const Eigen::Vector2d off = at(t) - fitted;
       if (!off.allFinite() || off.norm() > 1) continue;  // near the principal plane: no image
       sum += off.squaredNorm();
       ++count;

@@ -5,6 +5,7 @@
 #include <ceres/solver.h>
 #include <ceres/sphere_manifold.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -136,6 +137,11 @@ std::array<double, 3> SecondDifference(const std::vector<double>& times, std::si
   const double before = times[t] - times[t - 1], after = times[t + 1] - times[t], both = before + after;
   const double root = std::sqrt(0.5 * both);
   return {root * 2 / (before * both), -root * 2 / (before * after), root * 2 / (after * both)};
+}
+
+double TimeStoodFor(const std::vector<double>& times, std::size_t t) {
+  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, times.size() - 1);
+  return after > before ? (times[after] - times[before]) / static_cast<double>(after - before) : 1;
 }
 
 PathProblemSummary SolvePathProblem(const std::vector<WantedFrame>& wanted, const PathProblemOptions& options,

@@ -55,6 +55,11 @@ struct PathProblemSummary {
 // steps of one. 0 < t < times.size() - 1.
 std::array<double, 3> SecondDifference(const std::vector<double>& times, std::size_t t);
 
+// The time that a frame stands for, in frames: half of what is between its neighbours, at an end the step from it; 1
+// at even steps of one. A frame weighed by it counts for the time that it shows, so that a cutoff is the same wherever
+// frames lie closer together.
+double TimeStoodFor(const std::vector<double>& times, std::size_t t);
+
 // P: one a frame, started from and replaced; unchanged where the result is not usable. Ceres, sparse normal equations
 // of blocks of 12; deterministic. Throws std::invalid_argument where the numbers of frames differ or times do not
 // ascend.

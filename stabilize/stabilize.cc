@@ -113,12 +113,18 @@ std::vector<Eigen::Matrix4d> SteadyMotion(const FilmedScene& film, const std::ve
   const int reach = std::max(1, static_cast<int>(std::lround(0.5 * window_s * film.fps)));
   for (int t = 0; t < n; ++t) {
     double weights = 0;
-    for (int k = std::max(0, t - reach); k < std::min(n - 1, t + reach); ++k) {
-      if (!known[static_cast<std::size_t>(k)]) continue;
-      const double w = 0.5 + 0.5 * std::cos(std::numbers::pi * (k + 0.5 - t) / (reach + 0.5));
-      mean[static_cast<std::size_t>(t)] += w * step[static_cast<std::size_t>(k)];
+    const auto add = [&](int k) {  // false: beyond the window
+      const auto at = static_cast<std::size_t>(k);
+      const double u = (0.5 * (times[at] + times[at + 1]) - times[static_cast<std::size_t>(t)]) / (reach + 0.5);
+      if (std::abs(u) >= 1) return false;
+      if (!known[at]) return true;
+      const double w = (0.5 + 0.5 * std::cos(std::numbers::pi * u)) * (times[at + 1] - times[at]);
+      mean[static_cast<std::size_t>(t)] += w * step[at];
       weights += w;
-    }
+      return true;
+    };
+    for (int k = t - 1; k >= 0 && add(k);) --k;
+    for (int k = t; k + 1 < n && add(k);) ++k;
     if (weights > 0) mean[static_cast<std::size_t>(t)] /= weights;
   }
   return mean;
@@ -162,8 +168,12 @@ std::optional<Move> Moved(const std::vector<Anchor>& anchors, const Eigen::Vecto
 
 // This path's share in what is shown of what it has in common with the one before: 0, then rising with continuous
 // acceleration to 1.
-double SeamShare(int frame, const Seam& seam) {
-  const double u = std::clamp((frame - seam.begin) / static_cast<double>(std::max(1, seam.end - seam.begin)), 0.0, 1.0);
+double SeamShare(const std::vector<double>& times, std::size_t frame, const Seam& seam) {
+  const auto begin = static_cast<std::size_t>(std::max(0, seam.begin)),
+             end = std::min(times.size() - 1, static_cast<std::size_t>(std::max(seam.begin + 1, seam.end)));
+  if (frame <= begin) return 0;
+  if (frame >= end) return 1;
+  const double u = (times[frame] - times[begin]) / (times[end] - times[begin]);
   return u * u * u * (10 - 15 * u + 6 * u * u);
 }
 
@@ -290,8 +300,7 @@ class PathMaker {
     if (!smooth_) FitMotion();
     ChoosePoints();
     problem_.smoothness = SmoothnessOf(o_.cutoff_hz, film.fps);
-    for (const FilmedFrame& frame : film.frames)
-      problem_.times.push_back((frame.time_s - film.frames.front().time_s) * film.fps);
+    problem_.times = film.TimesInFrames();
     // Frames that this path shows, or has a share in: it rises from the seam's beginning to its end, as the next
     // window's does where this one ends.
     anchors_ = std::min(o_.anchors, static_cast<int>(n_));
@@ -414,10 +423,11 @@ class PathMaker {
   WantedFrame Wanted(std::size_t t) const {
     WantedFrame frame;
     const double of_model = smooth_ ? 0 : 1;
-    frame.weight = of_model + follow_[t];
+    const double lasts = TimeStoodFor(problem_.times, t);
+    frame.weight = lasts * (of_model + follow_[t]);
     if (smooth_) {  // a model's path has its own centres, and its own pictures
-      frame.parallax = follow_[t];
-      frame.alike = problem_.smoothness / SmoothnessOf(std::max(o_.cutoff_hz, o_.similar_hz), film_.fps);
+      frame.parallax = lasts * follow_[t];
+      frame.alike = lasts * problem_.smoothness / SmoothnessOf(std::max(o_.cutoff_hz, o_.similar_hz), film_.fps);
     }
     for (WantedPoint point : points_[t]) {
       const auto filmed = ImageOf(original_[t], point.X);
@@ -457,9 +467,9 @@ class PathMaker {
     problem.times.assign(problem_.times.begin(), problem_.times.begin() + static_cast<std::ptrdiff_t>(n));
     for (std::size_t t = 0; t < n; ++t) {
       WantedFrame& frame = wanted[t];
-      const double share = SeamShare(static_cast<int>(t), seam_);
+      const double share = SeamShare(problem_.times, t, seam_);
       frame.held = share >= 1;
-      frame.weight = share >= 1 || shown_[t] ? 1 : 0;
+      frame.weight = share >= 1 || shown_[t] ? TimeStoodFor(problem_.times, t) : 0;
       for (WantedPoint point : points_[t]) {
         const auto filmed = ImageOf(original_[t], point.X), own = ImageOf(P[t], point.X);
         if (!filmed || !own) continue;
@@ -486,21 +496,22 @@ class PathMaker {
   bool PullTowardsCamera() {
     std::vector<double> more(n_, 0.0);
     bool any = false;
-    const int reach = std::max(1, static_cast<int>(std::ceil(2 * kSpread_s * film_.fps)));
+    const double reach = std::max(1.0, std::ceil(2 * kSpread_s * film_.fps));
     for (std::size_t t = 0; t < n_; ++t) {
       const double missing = o_.min_scale - scales_[t];
       const bool own = static_cast<int>(t) >= report_.first_shown &&
                        static_cast<int>(t) < static_cast<int>(n_) - (anchors_ - last_seam_.end);
       if (missing <= kScaleSlack || !own) continue;
       any = true;
-      for (int d = -reach; d <= reach; ++d) {
-        const auto at =
-            static_cast<std::size_t>(static_cast<std::ptrdiff_t>(t) + d);  // before the first: beyond the last
-        if (at >= n_) continue;
-        const double u = d / (kSpread_s * film_.fps);
-        more[at] = std::max(more[at], (missing > kMuchMissing ? kMuchMissing : std::min(missing, kMostMissing)) *
-                                          std::exp(-0.5 * u * u));
-      }
+      const double asked = missing > kMuchMissing ? kMuchMissing : std::min(missing, kMostMissing);
+      const auto spread = [&](std::size_t at) {  // false: beyond its reach
+        const double d = problem_.times[at] - problem_.times[t], u = d / (kSpread_s * film_.fps);
+        if (std::abs(d) > reach) return false;
+        more[at] = std::max(more[at], asked * std::exp(-0.5 * u * u));
+        return true;
+      };
+      for (std::size_t at = t; spread(at) && at > 0;) --at;
+      for (std::size_t at = t; at < n_ && spread(at);) ++at;
     }
     for (std::size_t t = 0; any && t < n_; ++t) {
       log_follow_[t] += kGain * more[t];

@@ -9,7 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/sibling.h"
@@ -100,7 +100,7 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
 PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period,
                                       o.width_px, o.period_frames};
-  const double fps = VideoReader(options.video).fps();
+  const double fps = VideoClock(ReadUsableTimes(options.video)).fps();
   OpenOptions open;
   open.check_photos = false;
   Scene scene = OpenScene(o.scene, open, progress);
@@ -216,7 +216,8 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   const fs::path own = o.scene / kOwnFolder, summary_file = own / "summary.json";
   RequireOurFolder(o.scene, "provenance");
   Provenance wanted = Wanted(o);
-  if (fs::exists(summary_file) && IsUpToDate(o.scene, wanted)) {
+  if (fs::exists(summary_file) && (o.masks_only || fs::exists(o.scene / "lumigraph.json")) &&
+      IsUpToDate(o.scene, wanted)) {
     const auto json = JsonKeys::Parse(ReadText(summary_file));
     if (!json) throw InputError(summary_file, "is no JSON object", "remove it, and the video is calibrated again");
     auto summary = json->As<CalibratedVideo>();
@@ -253,7 +254,15 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   summary.period.seconds = wanted.seconds = SecondsSince(start);
   const FolderLock lock(o.scene);
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
-  wanted.outputs[(fs::path(kOwnFolder) / "summary.json").string()] = Fingerprint(summary_file);
+  // What it made is there again before it says that nothing is left to do.
+  std::error_code error;
+  for (const char* file : {"summary.json", "period.svg", "sampling.svg", "masks"})
+    if (fs::exists(own / file, error)) wanted.outputs[(fs::path(kOwnFolder) / file).string()] = Fingerprint(own / file);
+  if (!o.masks_only) {
+    for (const char* part : {"images", "sparse", "projective.json"})
+      if (fs::exists(o.scene / part, error)) wanted.outputs[part] = Fingerprint(o.scene / part);
+    wanted.outputs["lumigraph.json"] = kChangedLater;
+  }
   WriteProvenance(o.scene, wanted);
   return summary;
 }

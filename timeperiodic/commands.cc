@@ -23,13 +23,18 @@ PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   FrameStackOptions reading;
   reading.max_width_px = o.width_px;
   const FrameStack stack = ReadFrameStack(o.video, reading, progress);
+  if (stack.uneven)
+    progress.Message(
+        fmt::format("{}: frames are unevenly spaced in time; periods are in frames of {:.4g} ms, the usual "
+                    "step",
+                    o.video.filename().string(), 1000 / stack.fps));
   PeriodEstimate e;
   if (!o.frames.empty()) {
     for (const int f : o.frames)
       if (f < 0 || f >= stack.count())
         throw UsageError(fmt::format("--frames: there is no frame {}, the video has {} (0 to {})", f, stack.count(),
                                      stack.count() - 1));
-    e = CountedPeriod(o.frames[0], o.frames[1], o.count);
+    e = CountedPeriod(o.frames[0], o.frames[1], o.count, stack.time);
   } else {
     e = PeriodOfVideo(stack, o.moving, o.period, progress);
   }

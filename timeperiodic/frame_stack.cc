@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "scene/files/image_io.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -14,7 +14,7 @@ namespace lumi {
 namespace {
 
 constexpr std::size_t kStackBatch = 64;  // frames scaled at once
-constexpr double kUnevenFrames = 0.5;    // a container's time off its frame's number by this is meant
+constexpr double kWholeFrames = 1e-6;    // times nearer to whole frames are whole
 
 void FindRepeated(FrameStack& stack, const std::vector<std::uint64_t>& sums) {
   for (std::size_t i = 1; i < sums.size(); ++i)
@@ -31,8 +31,9 @@ std::uint64_t HashOf(const Image8& image) {  // FNV-1a over bytes, enough to tel
 
 FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOptions& options, ProgressSink& sink) {
   VideoReader video(path);
+  const VideoClock clock(ReadUsableTimes(path));
   FrameStack stack;
-  stack.fps = video.fps();
+  stack.fps = clock.fps();
   stack.video_width = video.width();
   stack.video_height = video.height();
   std::vector<std::uint64_t> hashes;
@@ -73,17 +74,17 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
   flush();
   if (stack.frames.empty()) throw InputError(path, "has no frame that can be decoded");
   stack.truncated = video.truncated();
+  for (const std::string& remark : video.remarks()) sink.Message(remark);
   for (std::size_t i = 0; i < stack.frames.size(); ++i) {
-    stack.time.push_back((stack.time_s[i] - stack.time_s[0]) * stack.fps);
-    if (std::abs(stack.time.back() - static_cast<double>(i)) > kUnevenFrames) stack.uneven = true;
+    const double time = clock.TimeOf(stack.time_s[i] - stack.time_s[0]) * stack.fps;
+    stack.time.push_back(std::abs(time - std::round(time)) < kWholeFrames ? std::round(time) : time);
+    stack.uneven = stack.uneven || stack.time.back() != static_cast<double>(i);
   }
-  if (!stack.uneven)
-    for (std::size_t i = 0; i < stack.time.size(); ++i) stack.time[i] = static_cast<double>(i);
   FindRepeated(stack, hashes);
   return stack;
 }
 
-FrameStack StackOf(std::vector<Image8> frames, double fps) {
+FrameStack StackOf(std::vector<Image8> frames, double fps, std::vector<double> time) {
   FrameStack stack;
   stack.fps = fps;
   if (!frames.empty())
@@ -91,8 +92,9 @@ FrameStack StackOf(std::vector<Image8> frames, double fps) {
   std::vector<std::uint64_t> hashes;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     hashes.push_back(HashOf(frames[i]));
-    stack.time.push_back(static_cast<double>(i));
-    stack.time_s.push_back(static_cast<double>(i) / fps);
+    stack.time.push_back(time.empty() ? static_cast<double>(i) : time.at(i));
+    stack.time_s.push_back(stack.time.back() / fps);
+    stack.uneven = stack.uneven || stack.time.back() != static_cast<double>(i);
   }
   FindRepeated(stack, hashes);
   stack.frames = std::move(frames);

@@ -214,11 +214,13 @@ void RequireResolved(double period) {
                     "film at a higher frame rate");
 }
 
-PeriodEstimate CountedPeriod(int a, int b, int periods) {
+PeriodEstimate CountedPeriod(int a, int b, int periods, const std::vector<double>& time) {
   if (periods < 1) throw UsageError("--count must be at least 1");
   if (a < 0 || b < 0 || a == b) throw UsageError("--frames takes two different frame numbers, from 0");
   PeriodEstimate e;
-  e.period_frames = std::abs(b - a) / static_cast<double>(periods);
+  const double apart =
+      time.empty() ? b - a : time.at(static_cast<std::size_t>(b)) - time.at(static_cast<std::size_t>(a));
+  e.period_frames = std::abs(apart) / periods;
   // Either frame is the best of its neighbours: uniform within half a frame.
   e.sigma_frames = std::sqrt(2.0 / 12) / periods;
   e.cycles = periods;

@@ -62,8 +62,9 @@ struct PeriodEstimate {
 // DataError where nothing repeats.
 PeriodEstimate EstimatePeriod(const Signals& signals, const Eigen::MatrixXd& camera, const PeriodOptions& options);
 
-// From two frames that look alike and the periods between them. Throws UsageError, DataError (below 2 frames: aliased).
-PeriodEstimate CountedPeriod(int frame_a, int frame_b, int periods);
+// From two frames that look alike and the periods between them. `time`: of all frames, in frames; empty: 0, 1, 2 ...
+// Throws UsageError, DataError (below 2 frames: aliased).
+PeriodEstimate CountedPeriod(int frame_a, int frame_b, int periods, const std::vector<double>& time = {});
 
 // Throws DataError for a period that frames cannot show.
 void RequireResolved(double period_frames);

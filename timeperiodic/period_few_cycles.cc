@@ -19,6 +19,8 @@ constexpr double kFalls = 0.05;           // that the correlation has to fall ag
 constexpr double kLeastCorrelation = 0.5;  // of the peak: below, noise and slow changes reach it
 constexpr double kLeastRise = 0.3;         // of the peak over the least likeness before it: else all frames are alike
 constexpr Eigen::Index kMostLeftOut = 6;   // that are left out in turn
+constexpr double kFollows = 1.75;          // frames: steps beyond that lack a frame
+constexpr double kNear = 0.5;              // frames: what a frame beside a gap stands for
 constexpr double kLeastSigma = 0.2;        // frames: the answer is no better than the frame's own width
 
 // The shift at the top of a parabola through three values, from the middle.
@@ -64,19 +66,35 @@ Signals Rows(const Signals& s, const std::vector<Eigen::Index>& rows) {
   return part;
 }
 
-}  // namespace
-
-std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
-  // Rows by time: frames that are missing are 0 in both.
+// The signals at whole frames after the first: between two frames that follow each other by a straight line, 0 where
+// frames are missing. Rows are by time.
+MatrixXd AtWholeFrames(const Signals& s) {
   const double begin = s.time.minCoeff();
   const auto n = static_cast<Eigen::Index>(std::lround(s.time.maxCoeff() - begin)) + 1;
   MatrixXd v = MatrixXd::Zero(n, s.values.cols());
-  VectorXd norm = VectorXd::Zero(n);
-  for (Eigen::Index i = 0; i < s.time.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(std::lround(s.time[i] - begin));
-    v.row(at) = s.values.row(i);
-    norm[at] = s.values.row(i).squaredNorm();
+  Eigen::Index i = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto at = static_cast<double>(k);
+    while (i + 1 < s.time.size() && s.time[i + 1] - begin <= at) ++i;
+    const double after = at - (s.time[i] - begin);
+    const bool last = i + 1 == s.time.size();
+    const double step = last ? 0 : s.time[i + 1] - s.time[i];
+    if (!last && step <= kFollows)
+      v.row(k) = (1 - after / step) * s.values.row(i) + after / step * s.values.row(i + 1);
+    else if (after <= kNear)
+      v.row(k) = s.values.row(i);
+    else if (!last && step - after < kNear)
+      v.row(k) = s.values.row(i + 1);
   }
+  return v;
+}
+
+}  // namespace
+
+std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
+  const MatrixXd v = AtWholeFrames(s);
+  const Eigen::Index n = v.rows();
+  const VectorXd norm = v.rowwise().squaredNorm();
   const VectorXd seen = (norm.array() > 0).cast<double>();
   std::vector<double> rho(static_cast<std::size_t>(std::min(max_shift, n - 1) + 1), 0);
   ParallelEach(rho.size(), 4, [&](std::size_t j) {

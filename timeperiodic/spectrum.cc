@@ -12,14 +12,21 @@ namespace lumi {
 namespace {
 
 constexpr int kOversampling = 8;
+constexpr int kFinerGrid = 8;      // places a frame, where times are no whole frames
+constexpr double kWhole = 1e-5;    // frames: nearer to a whole one is whole; 1e9 seconds of 30 frames hold 4e-6
 constexpr std::size_t kPeaks = 6;  // looked at closely for each number of harmonics
+
+bool IsWhole(double frames) { return std::abs(frames - std::round(frames)) < kWhole; }
 
 }  // namespace
 
 double Spectrum::At(double f) const {
-  f -= std::floor(f);
-  if (f > 0.5) f = 1 - f;
-  const auto i = static_cast<std::size_t>(std::lround(f / step));
+  if (folds) {
+    f -= std::floor(f);
+    if (f > 0.5) f = 1 - f;
+  }
+  const auto i = static_cast<std::size_t>(std::lround(std::abs(f) / step));
+  if (!folds && i >= power.size()) return 0;
   return power[std::min(i, power.size() - 1)];
 }
 
@@ -50,15 +57,22 @@ Spectrum SpectrumOf(const Eigen::MatrixXd& values, const Eigen::VectorXd& time, 
   const Eigen::Index n = values.rows();
   const double begin = n > 0 ? time.minCoeff() : 0;
   const double end = n > 0 ? time.maxCoeff() : 1;
-  const int length = cv::getOptimalDFTSize(kOversampling * (static_cast<int>(end - begin) + 2));
   Spectrum spectrum;
-  spectrum.step = 1.0 / length;
+  for (Eigen::Index i = 0; i < n; ++i) spectrum.folds = spectrum.folds && IsWhole(time[i] - begin);
+  const int fine = spectrum.folds ? 1 : kFinerGrid,
+            length = fine * cv::getOptimalDFTSize(kOversampling * (static_cast<int>(end - begin) + 2));
+  spectrum.step = static_cast<double>(fine) / length;
   spectrum.power.assign(static_cast<std::size_t>(length / 2 + 1), 0);
   const double total = std::max(1e-300, sum_of_squares);
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     cv::Mat row = cv::Mat::zeros(1, length, CV_64F), out;
-    for (Eigen::Index i = 0; i < n; ++i)
-      row.at<double>(0, static_cast<int>(std::lround(time[i] - begin))) = values(i, c);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double place = fine * (time[i] - begin);
+      const auto at = static_cast<int>(spectrum.folds ? std::lround(place) : std::lround(std::floor(place)));
+      const double share = spectrum.folds ? 0 : place - at;
+      row.at<double>(0, at) += (1 - share) * values(i, c);
+      if (share > 0) row.at<double>(0, at + 1) += share * values(i, c);
+    }
     cv::dft(row, out, cv::DFT_COMPLEX_OUTPUT);
     for (std::size_t k = 0; k < spectrum.power.size(); ++k) {
       const auto z = out.at<cv::Vec2d>(0, static_cast<int>(k));

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "pipeline/report/html.h"
+#include "scene/model/orientation.h"
 
 namespace lumi {
 namespace {
@@ -89,9 +90,9 @@ std::string CamerasFromAboveSvg(const Scene& scene, const std::set<std::string>&
   // A wedge as long as fits between neighbours, not longer than a tenth of the drawing.
   const double wedge = std::clamp(0.6 * kWidthPx / std::sqrt(static_cast<double>(scene.views.size()) + 1), 14.0, 60.0);
   for (const View& view : scene.views) {
-    const Camera& camera = scene.CameraOf(view);
+    const auto [camera, cam_from_world] = UprightCamera(scene.CameraOf(view), view.cam_from_world, view.orientation);
     const Eigen::Vector2d c = draw(axes(view.CentreInWorld()));
-    const Eigen::Matrix3d R = view.cam_from_world.R();
+    const Eigen::Matrix3d R = cam_from_world.R();
     const double half_width = 0.5 * camera.width_px / camera.FocalPx().x();
     std::string corners;
     for (const double side : {-half_width, half_width}) {

@@ -6,6 +6,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/temporary_folder.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -28,7 +29,7 @@ std::vector<SheetThumbnails> MakeThumbnails(const std::vector<SheetRow>& rows, i
     try {
       for (const fs::path& file : {rows[i].photo, rows[i].render, rows[i].difference}) {
         if (file.empty()) continue;
-        const Image8 full = ReadImage8(file);
+        const Image8 full = UprightPicture(ReadImage8(file), rows[i].orientation);
         const int height =
             std::max(1, static_cast<int>(std::lround(static_cast<double>(width_px) * full.height / full.width)));
         row.pictures.push_back(Resize(full, width_px, height));

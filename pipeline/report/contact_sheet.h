@@ -14,6 +14,7 @@ namespace lumi {
 struct SheetRow {
   std::string name;
   std::filesystem::path photo, render, difference;
+  int orientation = 1;  // of all three, as they are stored: thumbnails are upright
 };
 
 struct SheetThumbnails {

@@ -54,11 +54,13 @@ std::vector<T> SpreadEvenly(const std::vector<T>& all, std::size_t most) {
 
 std::vector<SheetRow> SheetRows(const ReportInput& input, const Scene& scene, const HoldoutSummary& holdout) {
   std::vector<SheetRow> rows;
+  std::map<std::string, int> orientation_of;
+  for (const View& view : scene.views) orientation_of[view.name] = view.orientation;
   for (const HeldOutView& view : holdout.views)
     rows.push_back({view.name, scene.image_folder / view.name, input.holdout_folder / (view.file + "_render.jpg"),
-                    input.holdout_folder / (view.file + "_difference.jpg")});
+                    input.holdout_folder / (view.file + "_difference.jpg"), orientation_of[view.name]});
   if (rows.empty())
-    for (const View& view : scene.views) rows.push_back({view.name, scene.ImagePath(view), {}, {}});
+    for (const View& view : scene.views) rows.push_back({view.name, scene.ImagePath(view), {}, {}, view.orientation});
   return SpreadEvenly(rows, kMaxSheetRows);
 }
 

@@ -3,17 +3,66 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
 
 #include "scene/files/atomic_file.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
+namespace {
+
+// As ffmpeg takes it whatever its name: "clip:1.mp4" is no protocol, "-x.mp4" no option.
+std::string ForFfmpeg(const fs::path& file) { return "file:" + fs::absolute(file).string(); }
+
+// How long after the file's beginning its pictures begin: its sound may run before them. 0 where nobody says.
+double PicturesBegin_s(const fs::path& video) {
+  if (!FindProgram("ffprobe")) return 0;
+  SubprocessOptions options;
+  options.separate_stdout = true;
+  const auto begin = [&](const std::string& what) {
+    const SubprocessResult result = RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "v:0", "-show_entries",
+                                                   what + "=start_time", "-of", "csv=p=0", ForFfmpeg(video)},
+                                                  options);
+    char* end = nullptr;
+    const double seconds = std::strtod(result.out.c_str(), &end);
+    return result.exit_code == 0 && end != result.out.c_str() && std::isfinite(seconds) ? std::optional(seconds)
+                                                                                        : std::nullopt;
+  };
+  const auto pictures = begin("stream"), file = begin("format");
+  return pictures && file ? std::max(0.0, *pictures - *file) : 0;
+}
+
+void WritePictures(const fs::path& silent, const Film& film, const std::string& task, ProgressSink& sink) {
+  const std::vector<double>& times = film.time_s;
+  const double fps = film.constant_fps.value_or(film.fps);
+  const bool even = AreEven(times, fps);
+  const std::vector<int> shown = film.constant_fps && !even ? ShownAtRate(times, FilmLength_s(times, film.fps), fps)
+                                                            : std::vector<int>(times.size(), 1);
+  VideoWriter writer(silent, fps);
+  Progress progress(sink, task, static_cast<long>(times.size()));
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Image8 picture = shown[i] > 0 ? film.frame(static_cast<int>(i)) : Image8();
+    for (int k = 0; k < shown[i]; ++k) {
+      if (even || film.constant_fps)
+        writer.Add(picture);
+      else
+        writer.Add(picture, times[i] - times[0]);
+    }
+    progress.Step();
+  }
+  writer.Finish();
+}
+
+}  // namespace
 
 bool WriteFilm(const fs::path& output, const Film& film, const std::string& task, ProgressSink& sink) {
   bool sound = false;
+  RemoveStaleTemporariesOf(output);
   WriteFileAtomically(output, [&](const fs::path& temporary) {
     const fs::path silent = temporary.parent_path() / (temporary.stem().string() + "-silent.mp4");
     struct RemoveSilent {
@@ -23,30 +72,25 @@ bool WriteFilm(const fs::path& output, const Film& film, const std::string& task
         fs::remove(file, ignored);
       }
     } remove{silent};
-    {
-      VideoWriter writer(silent, film.fps);
-      Progress progress(sink, task, film.count);
-      for (int i = 0; i < film.count; ++i) {
-        writer.Add(film.frame(i));
-        progress.Step();
-      }
-      writer.Finish();
-    }
-    if (!film.sound_from.empty())
+    WritePictures(silent, film, task, sink);
+    if (!film.sound_from.empty()) {
+      const double before_s = PicturesBegin_s(film.sound_from),
+                   length_s = FilmLength_s(film.time_s, film.fps) + before_s;
       for (const char* codec : {"copy", "aac"}) {
-        std::vector<std::string> argv{"ffmpeg", "-v", "error", "-y"};
+        std::vector<std::string> argv{"ffmpeg", "-v", "error", "-y", "-i", ForFfmpeg(silent)};
         // The sound ends with the film: ffmpeg's -shortest would end the film with the sound, since version 7 by
         // several frames.
-        argv.insert(argv.end(), {"-i", silent.string(), "-t", fmt::format("{:.6f}", film.count / film.fps)});
-        argv.insert(argv.end(), {"-i", film.sound_from.string(), "-map", "0:v:0", "-map", "1:a"});
+        argv.insert(argv.end(), {"-t", fmt::format("{:.6f}", length_s)});
+        if (before_s > 0) argv.insert(argv.end(), {"-itsoffset", fmt::format("{:.6f}", -before_s)});
+        argv.insert(argv.end(), {"-i", ForFfmpeg(film.sound_from), "-map", "0:v:0", "-map", "1:a"});
         argv.insert(argv.end(), {"-c:v", "copy", "-c:a", codec, "-movflags", "+faststart"});
-        argv.insert(argv.end(), {"-f", "mp4", temporary.string()});
-        const SubprocessResult result = RunSubprocess(argv);
-        if (result.exit_code == 0) {
+        argv.insert(argv.end(), {"-f", "mp4", ForFfmpeg(temporary)});
+        if (RunSubprocess(argv).exit_code == 0) {
           sound = true;
           return;
         }
       }
+    }
     fs::rename(silent, temporary);
   });
   return sound;

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "scene/files/image_io.h"
-#include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
-#include "scene/program/subprocess.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -19,34 +17,34 @@ namespace {
 // What is rendered is made of these: a second compression must not show.
 constexpr int kJpegQuality = 98;
 constexpr std::size_t kBatch = 24;  // frames encoded at once: bounds the memory
-
-bool HasSound(const fs::path& video) {
-  if (!FindProgram("ffprobe")) return false;
-  SubprocessOptions options;
-  options.separate_stdout = true;
-  const SubprocessResult result = RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries",
-                                                 "stream=index", "-of", "csv=p=0", video.string()},
-                                                options);
-  return result.exit_code == 0 && !result.out.empty();
-}
+constexpr double kLeastStep_s = 1e-6;
 
 }  // namespace
 
-FilmFacts LookAtFilm(const fs::path& video) {
+FilmFacts LookAtFilm(const fs::path& video, ProgressSink& sink) {
   const VideoReader reader(video);
-  FilmFacts facts;
-  facts.fps = reader.fps();
-  facts.width_px = reader.width();
-  facts.height_px = reader.height();
-  facts.frames_hint = reader.frame_count_hint();
-  facts.sound = HasSound(video);
+  for (const std::string& remark : reader.remarks()) sink.Message(remark);
+  const VideoTimes times = ReadUsableTimes(video);
+  if (times.times_made_up > 0)
+    sink.Message(fmt::format("{}: {} frame{} of its own: a usual step stands there", video.filename().string(),
+                             times.times_made_up, times.times_made_up == 1 ? " has no time" : "s have no time"));
+  const VideoClock clock(times);
+  FilmFacts facts{clock.fps(), clock, {}, reader.width(), reader.height(), times.has_sound};
+  for (const double t : times.time_s) facts.time_s.push_back(clock.TimeOf(t));
   return facts;
 }
 
 std::string FilmFrameName(int index) { return fmt::format("frame_{:06d}.jpg", index); }
 
+int FramesWithin(const std::vector<double>& time_s, int last, double seconds, double step_s) {
+  const double end_s = time_s.at(static_cast<std::size_t>(last));
+  int count = 1;
+  while (count <= last && end_s - time_s[static_cast<std::size_t>(last - count)] < seconds - 0.5 * step_s) ++count;
+  return count;
+}
+
 struct FilmFrames::Impl {
-  explicit Impl(const fs::path& video) : reader(video) {}
+  Impl(const fs::path& video, const VideoClock& the_clock) : reader(video), clock(the_clock) {}
   std::optional<VideoFrame> Next() {
     std::optional<VideoFrame> frame = std::exchange(ahead, std::nullopt);
     if (!frame && !end) frame = reader.Next();
@@ -55,21 +53,21 @@ struct FilmFrames::Impl {
   }
 
   VideoReader reader;
+  VideoClock clock;
   std::optional<VideoFrame> ahead;
   int next = 0;
   bool end = false;
-  double last_time_s = 0, shortest_s = 0, longest_s = 0;
+  std::vector<double> time_s;
   std::map<int, fs::path> written;  // of the last window
 };
 
-FilmFrames::FilmFrames(const fs::path& video) : impl_(std::make_unique<Impl>(video)) {}
+FilmFrames::FilmFrames(const fs::path& video, const VideoClock& clock) : impl_(std::make_unique<Impl>(video, clock)) {}
 FilmFrames::~FilmFrames() = default;
-int FilmFrames::decoded() const { return impl_->next; }
 bool FilmFrames::AtEnd() {
   if (!impl_->ahead) impl_->ahead = impl_->Next();
   return !impl_->ahead;
 }
-std::pair<double, double> FilmFrames::Steps() const { return {impl_->shortest_s, impl_->longest_s}; }
+const std::vector<double>& FilmFrames::time_s() const { return impl_->time_s; }
 
 int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink& sink) {
   fs::create_directories(folder);
@@ -97,12 +95,9 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
     } else {
       auto frame = impl_->Next();
       if (!frame) break;
-      if (impl_->next > 0) {
-        const double step = frame->time_s - impl_->last_time_s;
-        impl_->shortest_s = impl_->next == 1 ? step : std::min(impl_->shortest_s, step);
-        impl_->longest_s = std::max(impl_->longest_s, step);
-      }
-      impl_->last_time_s = frame->time_s;
+      const double time_s = impl_->clock.TimeOf(frame->time_s);
+      const bool later = impl_->time_s.empty() || time_s > impl_->time_s.back();
+      impl_->time_s.push_back(later ? time_s : std::max(frame->time_s, impl_->time_s.back() + kLeastStep_s));
       frame->index = impl_->next++;
       if (std::error_code ec; !fs::exists(file, ec)) batch.push_back(std::move(*frame));
       if (batch.size() == kBatch) flush();

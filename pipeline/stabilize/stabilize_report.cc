@@ -12,7 +12,9 @@ namespace fs = std::filesystem;
 fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOptions& options,
                               const StabilizeVideoSummary& s) {
   std::string cards =
-      HtmlCard(std::to_string(s.frames), "frames", fmt::format("{:.2f} a second", s.fps)) +
+      HtmlCard(std::to_string(s.frames), "frames",
+               s.constant_rate ? fmt::format("{:.2f} a second", s.fps)
+                               : fmt::format("at their own times, about {:.2f} a second", s.fps)) +
       HtmlCard(s.border == "fill" ? "filled" : fmt::format("{:.0f} %", 100 * s.kept_scale),
                s.border == "fill" ? "border" : "of the width kept",
                s.border == "fill" ? "holes come from frames farther away"

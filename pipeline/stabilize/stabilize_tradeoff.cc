@@ -41,13 +41,17 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                                            const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
   std::vector<fs::path> frames;
   const MatrixPath made = ReadMatrixPath(window / "path.json");
-  for (const MatrixKey& key : made.keys) frames.push_back(window / "frames" / key.view);
+  std::vector<double> time_s;
+  for (const MatrixKey& key : made.keys) {
+    frames.push_back(window / "frames" / key.view);
+    time_s.push_back(key.time_s);
+  }
   const int length = static_cast<int>(frames.size());
   StabilizeTradeoff result{{.columns = Columns()}, {}};
   TradeoffTable& table = result.table;
   const fs::path filmed = folder / "tradeoff-filmed.mp4", steady = folder / "tradeoff-steady.mp4",
                  path = folder / "tradeoff-path.json";
-  WriteFilm(filmed, {length, fps, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }},
+  WriteFilm(filmed, {fps, time_s, [&](int i) { return ReadImage8(frames[static_cast<std::size_t>(i)]); }},
             "writing the window as filmed", progress);
 
   const std::string width = std::to_string(std::max(16, 2 * (made.width_px / 4)));

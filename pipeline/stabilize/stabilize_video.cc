@@ -32,8 +32,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int kSmoothWindow = 240, kShotWindow = 600;   // frames reconstructed at once
 constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3
                                                         // Hz knows its way a second from its ends
-constexpr double kSteadyRate =
-    0.25;  // steps in time may differ by this share of a frame: containers round to milliseconds
 
 // They run one after the other: never more at once than this.
 double PeakMemoryMb() {
@@ -112,9 +110,7 @@ class StabilizeRun {
 
   StabilizeVideoSummary Go() {
     const auto start = Clock::now();
-    facts_ = LookAtFilm(o_.input);
-    if (!(facts_.fps > 0))
-      throw InputError(o_.input, "the container says no frame rate", "ffmpeg -i IN -r 30 OUT.mp4 gives it one");
+    facts_ = LookAtFilm(o_.input, progress_);
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
     RequireOurFolder(work_, "state.json");
@@ -127,7 +123,8 @@ class StabilizeRun {
     if (o_.score) Score();
     if (o_.tradeoff && !windows_.front().alone)
       summary_.tradeoff = MeasureStabilizeTradeoff(windows_.front().folder, work_, o_, facts_.fps, progress_).table;
-    summary_.fps = facts_.fps;
+    summary_.fps = o_.fps.value_or(facts_.fps);
+    summary_.constant_rate = o_.fps || facts_.clock.constant();
     summary_.frames = frames_;
     summary_.border = o_.border;
     for (std::size_t i = 0; i < windows_.size(); ++i) summary_.windows.push_back(Reported(i));
@@ -160,22 +157,25 @@ class StabilizeRun {
     WriteTextAtomically(file, JsonKeys(asked).Text(1) + "\n");
   }
 
+  int FramesExpected() const { return static_cast<int>(facts_.time_s.size()); }
   int WindowFrames() const {
     // What fits into one window has no seam, and its whole path is free.
-    const int usual = o_.model == "smooth" && facts_.frames_hint > kShotWindow ? kSmoothWindow : kShotWindow;
+    const int usual = o_.model == "smooth" && FramesExpected() > kShotWindow ? kSmoothWindow : kShotWindow;
     return o_.window_frames > 0 ? o_.window_frames : usual;
   }
-  int Overlap() const {
-    return std::max(2, static_cast<int>(std::min(kOverlap_s * facts_.fps + 0.5, kMostOverlap * WindowFrames())));
+  int MostOverlap() const { return static_cast<int>(kMostOverlap * WindowFrames()); }
+  // Of a window that ends with frame `last` and the next one.
+  int OverlapAt(int last) const {
+    return std::max(2, std::min(FramesWithin(time_s_, last, kOverlap_s, 1 / facts_.fps), MostOverlap()));
   }
 
   void MakeWindows() {
-    FilmFrames film(o_.input);
+    FilmFrames film(o_.input, facts_.clock);
     int length = WindowFrames();
-    const int overlap = Overlap();
-    if (facts_.frames_hint > length) {
+    if (FramesExpected() > length) {
       // As many windows, of one length: a short last one would know little.
-      const int more = static_cast<int>(facts_.frames_hint) - overlap;
+      const int overlap = std::max(2, std::min(static_cast<int>(std::lround(kOverlap_s * facts_.fps)), MostOverlap()));
+      const int more = FramesExpected() - overlap;
       expected_windows_ = (more + length - overlap - 1) / (length - overlap);
       length = (more + expected_windows_ - 1) / expected_windows_ + overlap;
     }
@@ -188,7 +188,7 @@ class StabilizeRun {
       window.joined = joined;
       window.folder = work_ / fmt::format("window-{:03d}", windows_.size());
       const int got = film.Write(begin, length, window.folder / "frames", progress_);
-      RequireSteadyRate(film);
+      time_s_ = film.time_s();
       if (windows_.empty() && got < 2)
         throw DataError(got == 0 ? "the video has no frame that can be read"
                                  : "the video has one frame: there is nothing to stabilise",
@@ -209,20 +209,21 @@ class StabilizeRun {
       }
       frames_ = window.end + 1;
       joined = !window.cut;
-      begin = window.cut ? window.end + 1 : window.end + 1 - overlap;
+      begin = window.cut ? window.end + 1 : window.end + 1 - OverlapAt(window.end);
       const bool last = !window.cut && !more;
       windows_.push_back(std::move(window));
       if (last) break;
     }
-    RequireSteadyRate(film);
   }
 
-  void RequireSteadyRate(const FilmFrames& film) const {
-    const auto [shortest, longest] = film.Steps();
-    if (film.decoded() > 2 && longest - shortest > kSteadyRate / facts_.fps + 0.002)
-      throw DataError(fmt::format("a variable frame rate: {:.0f} to {:.0f} ms from frame to frame", 1000 * shortest,
-                                  1000 * longest),
-                      "ffmpeg -i IN -vsync cfr OUT.mp4 makes it constant", o_.input);
+  // When each frame of a window was taken, as lumi-reconstruct --times reads it.
+  fs::path WriteTimes(const Window& window) const {
+    std::string csv = "image,time_s,frame\n";
+    for (int f = window.begin; f <= window.end; ++f)
+      csv += fmt::format("{},{},{}\n", FilmFrameName(f), time_s_[static_cast<std::size_t>(f)], f);
+    const fs::path file = window.folder / "times.csv";
+    WriteTextAtomically(file, csv);
+    return file;
   }
 
   // Cameras and path of a window; ends it where a cut is.
@@ -242,7 +243,7 @@ class StabilizeRun {
     const auto start = Clock::now();
     std::vector<std::string> arguments{(window.folder / "frames").string(), "-o", scene.string()};
     arguments.insert(arguments.end(), {"--backend", "factorization", "--projective", "--matching", "sequential"});
-    arguments.insert(arguments.end(), {"--fps", fmt::format("{}", facts_.fps)});
+    arguments.insert(arguments.end(), {"--times", WriteTimes(window).string()});
     arguments.insert(arguments.end(), o_.reconstruct_arguments.begin(), o_.reconstruct_arguments.end());
     const auto cameras = Start("cameras", "lumi-reconstruct", arguments, number).summary.As<sibling::CamerasSummary>();
     window.structure = cameras.structure;
@@ -274,7 +275,7 @@ class StabilizeRun {
     for (std::size_t i = 0;; ++i) {
       std::vector<std::string> arguments{(window.folder / "scene").string(), "--model", ways[i].model};
       arguments.insert(arguments.end(), {"-o", (window.folder / "path.json").string(), "--border", "fill"});
-      arguments.insert(arguments.end(), {"--anchors", std::to_string(goes_on ? Overlap() : 0)});
+      arguments.insert(arguments.end(), {"--anchors", std::to_string(goes_on ? OverlapAt(window.end) : 0)});
       arguments.insert(arguments.end(), {"--plot", (window.folder / "tracks.svg").string()});
       if (ways[i].joined)
         arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
@@ -292,7 +293,7 @@ class StabilizeRun {
       if (ways[i].joined)
         window.first_shown = FrameOf(window.path->shown.at(0));
       else if (window.joined)
-        window.first_shown = std::min(window.end, window.begin + Overlap() / 2);
+        window.first_shown = std::min(window.end, window.begin + OverlapAt(windows_.back().end) / 2);
       return;
     }
   }
@@ -391,19 +392,27 @@ class StabilizeRun {
     return files;
   }
 
-  void WriteVideos() {
-    const std::vector<fs::path> steady = FramesOf("steady");
-    const Image8 first = ReadImage8(steady.front());
-    const auto sized = [&](Image8 image) {
-      return image.width == first.width && image.height == first.height ? image
-                                                                        : Resize(image, first.width, first.height);
+  // The result's frames by their number, all of the first one's size.
+  std::function<Image8(int)> Frames(const char* folder, const Eigen::Vector2i& size_px) const {
+    return [files = FramesOf(folder), size_px](int i) {
+      Image8 image = ReadImage8(files[static_cast<std::size_t>(i)]);
+      return image.width == size_px.x() && image.height == size_px.y() ? image
+                                                                       : Resize(image, size_px.x(), size_px.y());
     };
+  }
+  Eigen::Vector2i ResultSize_px() const {
+    const ImageInfo first = ReadImageInfo(FramesOf("steady").front());
+    return {first.width, first.height};
+  }
+  std::function<Image8(int)> Steadied() const { return Frames("steady", ResultSize_px()); }
+
+  void WriteVideos() {
     const fs::path sound = facts_.sound ? o_.input : fs::path();
     const auto write = [&](const fs::path& output, const std::function<Image8(int)>& frame, const fs::path& sound_from,
                            const char* task) {
-      return WriteFilm(output, {frames_, facts_.fps, frame, sound_from}, task, progress_);
+      return WriteFilm(output, {facts_.fps, time_s_, frame, sound_from, o_.fps}, task, progress_);
     };
-    const auto steadied = [&](int i) { return sized(ReadImage8(steady[static_cast<std::size_t>(i)])); };
+    const auto steadied = Steadied();
     summary_.sound = write(o_.output, steadied, sound, "writing video");
     if (facts_.sound && !summary_.sound) progress_.Message("warning: the sound could not be taken over");
     summary_.video = o_.output;
@@ -418,18 +427,27 @@ class StabilizeRun {
       write(summary_.split_screen, both, sound, "writing split screen");
     }
     if (o_.false_color) {
-      const std::vector<fs::path> colors = FramesOf("false-color");
-      const auto color = [&](int i) { return sized(ReadImage8(colors[static_cast<std::size_t>(i)])); };
       summary_.false_color = Beside(o_.output, "-false-color.mp4");
-      write(summary_.false_color, color, {}, "writing false colours");
+      write(summary_.false_color, Frames("false-color", ResultSize_px()), {}, "writing false colours");
     }
   }
 
+  // Frame by frame against the input's: of a film of another rate, its frames at their own times.
   void Score() {
     const int number = static_cast<int>(windows_.size());
+    const bool other_frames = o_.fps && !AreEven(time_s_, *o_.fps);
+    const fs::path scored = other_frames ? work_ / o_.output.filename() : o_.output;
+    if (other_frames)
+      WriteFilm(scored, {facts_.fps, time_s_, Steadied(), {}, {}}, "writing every frame for its figures", progress_);
+    struct RemoveCopy {
+      fs::path file;
+      ~RemoveCopy() {
+        std::error_code ignored;
+        if (!file.empty()) fs::remove(file, ignored);
+      }
+    } remove{other_frames ? scored : fs::path()};
     try {
-      summary_.score =
-          Start("score", "lumi-stabilize", {"score", o_.input.string(), o_.output.string()}, number).summary;
+      summary_.score = Start("score", "lumi-stabilize", {"score", o_.input.string(), scored.string()}, number).summary;
     } catch (
         const Error& error) {  // a film of a white wall is made as well as it can be; nothing can be measured on it
       if (error.code() != ExitCode::kDataRefused) throw;
@@ -460,6 +478,7 @@ class StabilizeRun {
   ProgressSink& progress_;
   const fs::path work_;
   FilmFacts facts_;
+  std::vector<double> time_s_;  // of the frames decoded so far
   std::vector<Window> windows_;
   int frames_ = 0;
   int expected_windows_ = 1;
@@ -473,6 +492,7 @@ std::string Validate(const StabilizeVideoOptions& o) {
   if (o.output.empty()) return "-o OUT.mp4 is missing";
   if (o.output.extension() != ".mp4" && o.output.extension() != ".MP4") return "--stabilize writes a video: -o OUT.mp4";
   if (o.window_frames != 0 && o.window_frames < 30) return "--window-frames is 0 (chosen) or at least 30";
+  if (o.fps && !(*o.fps > 0 && *o.fps <= 1000)) return "--fps is above 0, up to 1000";
   if (!(o.render_scale > 0 && o.render_scale <= 4)) return "--render-scale is above 0, up to 4";
   return {};
 }
@@ -494,8 +514,8 @@ void ListKeys(JsonKeys& j, StabilizeVideoSummary& s) {
   j("video", s.video, "report", s.report)
       .Say("split_screen", written(s.split_screen))
       .Say("false_color", written(s.false_color));
-  j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "sound", s.sound, "border", s.border,
-    "kept_scale", s.kept_scale);
+  j("frames", s.frames, "frames_reused", s.frames_reused, "fps", s.fps, "constant_rate", s.constant_rate, "sound",
+    s.sound, "border", s.border, "kept_scale", s.kept_scale);
   j.Say("kept_area", s.kept_scale * s.kept_scale);
   j("windows", s.windows, "score", s.score);
   if (s.tradeoff) j.Say("tradeoff", KeysOf(*s.tradeoff));

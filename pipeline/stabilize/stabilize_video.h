@@ -29,6 +29,7 @@ struct StabilizeVideoOptions {
   int window_frames = 0;    // most frames that are reconstructed at once, windows of one length; 0: all up to 600, else
                             // 240, or 600 for models of a whole shot's motion
   double render_scale = 1;  // of the video's size
+  std::optional<double> fps;  // of the result, a constant rate; none: its frames have the input's times
   bool split_screen = false;  // OUT-split.mp4: the left half as filmed, the right half stabilised (thesis Fig. 6-7)
   bool false_color = false;   // OUT-false-color.mp4
   bool score = true;          // input and output compared (lumi-stabilize score)
@@ -52,9 +53,10 @@ struct StabilizedWindow {
 struct StabilizeVideoSummary {
   std::filesystem::path video, split_screen, false_color, report;
   int frames = 0;
-  int frames_reused = 0;  // that an earlier run had rendered
-  double fps = 0;
-  double kept_scale = 1;  // share of the width that is left after the crop; 1 with fill
+  int frames_reused = 0;      // that an earlier run had rendered
+  double fps = 0;             // of the result; where its rate varies, one over the usual step
+  bool constant_rate = true;  // else its frames have the input's times
+  double kept_scale = 1;      // share of the width that is left after the crop; 1 with fill
   std::string border;
   bool sound = false;
   std::vector<StabilizedWindow> windows;
@@ -64,7 +66,7 @@ struct StabilizeVideoSummary {
   double seconds = 0;
 };
 
-// Throws InputError (no video stream, unreadable), DataError (one frame, a variable frame rate), UsageError,
+// Throws InputError (no video stream, unreadable), DataError (one frame, times that are missing or fall), UsageError,
 // MachineError, and what the programs that it starts say.
 StabilizeVideoSummary RunStabilizeVideo(const StabilizeVideoOptions& options, ProgressSink& progress);
 

@@ -127,18 +127,20 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   if (!target.output.empty()) folder = elsewhere.emplace().path();
   std::optional<DenseSummary> figures;
   Made<DenseSummary> made{MakeProxy(target, "dense", std::move(options), std::move(inputs), progress,
-                                    [&](const Scene& scene) {
-                                      return MakeDense(scene, request, folder / MapsFolderName(target), progress,
-                                                       figures.emplace());
+                                    [&](const Scene& scene) -> BuiltProxy {
+                                      DenseSummary& f = figures.emplace();
+                                      Mesh mesh =
+                                          MakeDense(scene, request, folder / MapsFolderName(target), progress, f);
+                                      // Those were left out by the user's word.
+                                      if (target.leave_out != 0)
+                                        for (std::size_t v = 0; const bool keep : KnownPhotos(target, opened)) {
+                                          if (!keep) std::erase(f.stereo.without, opened.views[v].name);
+                                          ++v;
+                                        }
+                                      return {std::move(mesh), f};
                                     }),
                           figures};
-  if (made.figures && target.leave_out != 0) {
-    // Those were left out by the user's word.
-    const std::vector<bool> keep = KnownPhotos(target, opened);
-    for (std::size_t v = 0; v < keep.size(); ++v)
-      if (!keep[v]) std::erase(made.figures->stereo.without, opened.views[v].name);
-  }
-  if (target.output.empty()) KeepFigures(opened.folder, made);
+  if (target.output.empty()) TakeFigures(opened.folder, made);
   return made;
 }
 

@@ -18,6 +18,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "floats are read and written as they are in memory");
 constexpr std::string_view kPlanesMagic = "lumigraph planes 1\n";
 constexpr int kLargestSide = 1 << 16;
+constexpr double kSteepest = 1e30;  // change of inverse depth a pixel: float holds it, and no surface has it
 
 fs::path MapFile(const fs::path& stereo, const char* folder, const std::string& photo, const char* kind) {
   return stereo / folder / (photo + "." + kind + ".bin");
@@ -108,7 +109,7 @@ std::optional<DepthMap> ReadColmapDepth(const fs::path& stereo, const std::strin
                        "do the maps belong to these photos?");
     DepthMap map(depth.width, depth.height);
     for (std::size_t p = 0; p < map.Pixels(); ++p)
-      if (depth.data[p] > 0 && std::isfinite(depth.data[p])) map.w[p] = 1 / depth.data[p];
+      if (depth.data[p] > 0 && std::isfinite(1 / depth.data[p])) map.w[p] = 1 / depth.data[p];
     const fs::path normals = MapFile(stereo, "normal_maps", photo, kind);
     if (!fs::exists(normals, error)) return map;
     const ImageF normal = ReadColmapMatrix(normals);
@@ -121,8 +122,11 @@ std::optional<DepthMap> ReadColmapDepth(const fs::path& stereo, const std::strin
         const double facing = n.dot(camera.Ray(x + 0.5, y + 0.5));
         const std::size_t p = map.At(x, y);
         if (!(map.w[p] > 0) || !(std::abs(facing) > 0.05 * n.norm())) continue;  // from its edge: no slope to speak of
-        map.gx[p] = static_cast<float>(map.w[p] * n.x() / facing / camera.focal_px.x());
-        map.gy[p] = static_cast<float>(map.w[p] * n.y() / facing / camera.focal_px.y());
+        const double gx = map.w[p] * n.x() / facing / camera.focal_px.x(),
+                     gy = map.w[p] * n.y() / facing / camera.focal_px.y();
+        if (!(std::abs(gx) < kSteepest) || !(std::abs(gy) < kSteepest)) continue;
+        map.gx[p] = static_cast<float>(gx);
+        map.gy[p] = static_cast<float>(gy);
       }
     }
     return map;

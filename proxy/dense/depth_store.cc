@@ -15,9 +15,27 @@ DepthStore::DepthStore(fs::path folder, const std::string& key, std::size_t byte
     : folder_(std::move(folder)), bytes_(bytes) {
   const fs::path made_from = folder_ / kMadeFrom;
   std::error_code error;
-  if (fs::exists(made_from, error) && ReadText(made_from) == key) return;
+  if (fs::exists(made_from, error) && ReadText(made_from) == key) {
+    if (RestartedSince(folder_)) RemoveDamaged();
+    NoteRunOfMachine(folder_);
+    return;
+  }
   fs::remove_all(folder_, error);
+  NoteRunOfMachine(folder_);
   WriteTextAtomically(made_from, key);
+}
+
+void DepthStore::RemoveDamaged() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    if (entry.path().extension() == ".planes") files.push_back(entry.path());
+  for (const fs::path& file : files) {
+    try {
+      ReadPlanes(file);
+    } catch (const InputError&) {
+      fs::remove(file);
+    }
+  }
 }
 
 std::string DepthStore::FileName(const std::string& photo, int round) {

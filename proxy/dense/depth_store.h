@@ -40,6 +40,7 @@ class DepthStore {
     std::shared_ptr<const DepthMap> map;
   };
   std::filesystem::path FileOf(const std::string& photo, int round) const { return folder_ / FileName(photo, round); }
+  void RemoveDamaged();  // that losing power left incomplete
   void Hold(const Key& key, std::shared_ptr<const DepthMap> map);
 
   std::filesystem::path folder_;

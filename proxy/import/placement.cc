@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -102,11 +104,12 @@ std::vector<PointPair> ReadPointPairs(const std::filesystem::path& file) {
   const std::string text = ReadText(file);
   std::vector<PointPair> pairs;
   if (file.extension() == ".json") {
+    if (const char* wrong = JsonBeyondLimits(text)) throw InputError(file, wrong);
     Json json;
     try {
       json = Json::parse(text);
     } catch (const Json::exception& e) {
-      throw InputError(file, std::string("is no JSON: ") + e.what());
+      throw InputError(file, JsonProblem(e.what()));
     }
     if (!json.is_object() || !json.contains("pairs") || !json["pairs"].is_array())
       throw InputError(file, "has no list \"pairs\"", R"({"pairs": [{"mesh": [x, y, z], "scene": [x, y, z]}, ...]})");

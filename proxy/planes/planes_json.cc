@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
 
@@ -67,7 +68,7 @@ void AddQuad(const std::vector<Eigen::Vector3d>& c, const std::string& where, Me
 }  // namespace
 
 GivenPlanes ReadPlanesJson(const std::filesystem::path& file) {
-  const json root = json::parse(ReadText(file), nullptr, false);
+  const json root = json::parse(ReadJsonText(file), nullptr, false);
   if (root.is_discarded() || !root.is_object())
     throw InputError(file, "is no JSON object with \"quads\" or \"planes\"");
   GivenPlanes given;
@@ -94,6 +95,8 @@ GivenPlanes ReadPlanesJson(const std::filesystem::path& file) {
       } else {
         throw std::invalid_argument(where + ": \"points\", or \"normal\" and \"offset\", are wanted");
       }
+      if (!given.planes.back().normal.allFinite() || !std::isfinite(given.planes.back().offset))
+        throw std::invalid_argument(where + ": its numbers are too large");
     }
   } catch (const std::invalid_argument& wrong) {
     throw InputError(file, wrong.what());

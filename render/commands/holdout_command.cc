@@ -88,6 +88,7 @@ void RenderHeldOut(RenderJob& job) {
   h.own_times = job.lumigraph.own_times();
   h.folder = job.options.output;
   HeldOutRenderers renderers(job);
+  MarkOutput(job);
   RenderSummary& s = job.summary;
   s.holdout = {h.n, h.n == kHoldoutEach ? std::string() : job.options.fold, ProxyEvaluated(job), job.options.seen_proxy,
                EvaluateHoldout(

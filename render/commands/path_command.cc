@@ -16,19 +16,54 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/geometry/median.h"
+#include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
 namespace {
 
 constexpr int kDefaultPathWidth = 1024;
+constexpr const char* kFilm = "path.mp4";  // beside the folder of its frames
 
 CameraPath RequestedPath(const RenderJob& job) {
   const RenderOptions& o = job.options;
   return o.path.empty() ? PathThroughPhotos(job.scene(), o.seconds, o.fps) : ReadCameraPath(o.path);
 }
+
+// A film of the path: its frames at an even rate, or of matrices at the times of their keys, or with --fps at that
+// rate, each picture the frame nearest in time.
+class PathFilm {
+ public:
+  PathFilm(const std::filesystem::path& file, const RenderJob& job, double fps) {
+    if (job.matrices)
+      for (const MatrixKey& key : job.matrices->keys) times_s_.push_back(key.time_s);
+    even_ = AreEven(times_s_, fps);
+    const std::optional<double> asked =
+        job.matrices && job.options.decided.Has("fps") ? std::optional(job.options.fps) : std::nullopt;
+    if (asked && !AreEven(times_s_, *asked)) {
+      shown_ = ShownAtRate(times_s_, FilmLength_s(times_s_, fps), *asked);
+      even_ = true;
+    }
+    writer_.emplace(file, asked.value_or(fps));
+  }
+  void Add(std::size_t frame, const Image8& rgb) {
+    for (int k = shown_.empty() ? 1 : shown_[frame]; k > 0; --k) {
+      if (even_)
+        writer_->Add(rgb);
+      else
+        writer_->Add(rgb, times_s_[frame] - times_s_[0]);
+    }
+  }
+  void Finish() { writer_->Finish(); }
+
+ private:
+  std::vector<double> times_s_;
+  std::vector<int> shown_;  // how often; empty: each once
+  bool even_ = true;
+  std::optional<VideoWriter> writer_;
+};
 
 double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrices->fps : RequestedPath(job).fps; }
 
@@ -39,12 +74,12 @@ std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
 
 std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
   const RenderOptions& o = job.options;
-  const Camera& first = job.scene().CameraOf(job.scene().views.front());
+  const Eigen::Vector2i film = FilmSize(job.scene());
   int width = o.width_px > 0 ? o.width_px : path.width_px > 0 ? path.width_px : 0;
   int height = o.height_px > 0 ? o.height_px : path.height_px > 0 && o.width_px == 0 ? path.height_px : 0;
-  const double aspect = static_cast<double>(first.height_px) / first.width_px;
+  const double aspect = static_cast<double>(film.y()) / film.x();
   if (width == 0)
-    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, first.width_px);
+    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, film.x());
   if (height == 0) height = static_cast<int>(std::lround(width * aspect));
   std::vector<RenderView> views = SamplePath(path, width, height);
   // The path's clock begins at the scene's first moment.
@@ -90,7 +125,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   text += fmt::format("scene {} manifest {} proxy {}\n",
                       Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
                       Fingerprint(scene.folder / "lumigraph.json"),
-                      l.one_mesh() ? Fingerprint(ProxyPath(scene.folder, l.proxy_name())) : l.proxy_name());
+                      l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
   // The photos alone: an image folder may hold these frames, too.
   for (const View& v : scene.views) text += fmt::format("photo {} {}\n", v.name, Fingerprint(scene.ImagePath(v)));
   for (const RenderView& v : job.wanted.views) {
@@ -101,15 +136,33 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   return text;
 }
 
+// Frames that losing power left incomplete.
+void RemoveDamaged(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> frames;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (HasImageExtension(entry.path())) frames.push_back(entry.path());
+  for (const std::filesystem::path& frame : frames) {
+    try {
+      frame.extension() == ".exr" ? (void)ReadImageF(frame) : (void)ReadImage8(frame);
+    } catch (const InputError&) {
+      std::filesystem::remove(frame);
+    }
+  }
+}
+
 // Frames that an earlier run with the same scene, path and settings finished are kept.
 void KeepOrClear(const std::filesystem::path& output, const std::string& wanted) {
   const std::filesystem::path folder = output / "frames", stamp = folder / "frames.txt";
-  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) return;
+  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) {
+    if (RestartedSince(folder)) RemoveDamaged(folder);
+    NoteRunOfMachine(folder);
+    return;
+  }
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
+  std::filesystem::remove(output / kFilm, ec);  // of the frames that are gone
   std::filesystem::create_directories(folder);
-  // The marker first: an interrupted run's folder is ours too.
-  WriteTextAtomically(output / kRenderMarker, "{}\n");
+  NoteRunOfMachine(folder);
   WriteTextAtomically(stamp, wanted);
 }
 
@@ -124,9 +177,13 @@ void RenderPath(RenderJob& job) {
   const std::vector<RenderView>& views = job.wanted.views;
   const double fps = FramesPerSecond(job);
   if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
-  std::optional<VideoWriter> video;
-  const std::filesystem::path video_file = o.to_video() ? o.output : o.output / "path.mp4";
-  if (o.to_video() || o.video) video.emplace(video_file, fps);
+  std::optional<PathFilm> video;
+  const std::filesystem::path video_file = o.to_video() ? o.output : o.output / kFilm;
+  std::optional<FolderInUse> in_use;
+  if (o.to_video() || o.video) {
+    video.emplace(video_file, job, fps);
+    in_use.emplace(video_file.parent_path());
+  }
 
   PathFigures& figures = job.summary.path.emplace();
   figures.size_px = views.front().size_px;
@@ -139,7 +196,7 @@ void RenderPath(RenderJob& job) {
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
-      if (video) video->Add(FrameOnDisk(file, job.Fills()));
+      if (video) video->Add(i, FrameOnDisk(file, job.Fills()));
       progress.Step();
       continue;
     }
@@ -154,7 +211,7 @@ void RenderPath(RenderJob& job) {
     window += statistics.window_coverage;
     wider += statistics.wider_coverage;
     if (!o.to_video()) job.Write(stem, image);
-    if (video) video->Add(ToRgb8(image));
+    if (video) video->Add(i, ToRgb8(image));
     progress.Step();
   }
   if (video) {

@@ -77,7 +77,10 @@ std::optional<MatrixPath> MatricesOf(const RenderOptions& o, const Lumigraph& lu
   if (!o.along_path()) return std::nullopt;
   if (!lumigraph.metric() && o.path.empty() && o.decided.Has("seconds"))
     throw UsageError("--seconds is of a path between poses, which this scene does not have: a frame a photo");
-  return MatrixPathFor(lumigraph.scene(), o.path, o.fps);
+  std::optional<MatrixPath> matrices = MatrixPathFor(lumigraph.scene(), o.path, o.fps);
+  if (!matrices && !o.path.empty() && o.decided.Has("fps"))
+    throw UsageError("--fps with --path is of a path of matrices (lumi-stabilize): a path of poses has its own rate");
+  return matrices;
 }
 
 DesiredViews WantedBy(const RenderJob& job) {
@@ -104,10 +107,10 @@ void KeepBudget(RenderJob& job) {
   request.view = job.wanted.views.front();
   request.settings = lumigraph.At(request.view);
   request.use = job.wanted.use;
-  job.summary.budget =
+  job.summary.budget.emplace().choice =
       ChooseForBudget(job.scene().folder, job.options.backend, lumigraph.proxy_name(), *job.renderer, request,
                       Fixed(lumigraph.settings(), lumigraph.decided()), *job.options.budget_ms);
-  Take(lumigraph, job.summary.budget->settings, "chosen with the budget");
+  Take(lumigraph, job.summary.budget->choice.settings, "chosen with the budget");
 }
 
 // --fidelity-db: sparse samples that a few frames of the path show to be near enough to a weight at every pixel.
@@ -157,6 +160,23 @@ void Prepare(RenderJob& job) {
   MeasureCosts(job);
 }
 
+// By what the frames took.
+void JudgeBudget(RenderJob& job) {
+  if (!job.summary.budget) return;
+  KeptBudget& kept = *job.summary.budget;
+  kept.ms = job.summary.ms_per_frame;
+  const double ms = kept.ms.value_or(kept.choice.ms), budget_ms = kept.choice.budget_ms;
+  kept.met = kept.ms ? ms <= budget_ms : kept.choice.fits;
+  if (kept.met) return;
+  // Pixels cost in proportion, at most.
+  const int width = job.wanted.views.front().size_px.x();
+  constexpr double kToSpare = 0.9;
+  constexpr int kNarrowest = 16;
+  const int narrower = static_cast<int>(width * std::sqrt(kToSpare * budget_ms / ms));
+  if (narrower >= kNarrowest) kept.meets_it = fmt::format("--width {}, or ", narrower);
+  kept.meets_it += fmt::format("--budget-ms {:.0f}", std::ceil(ms / kToSpare));
+}
+
 void Summarise(RenderJob& job) {
   const Lumigraph& lumigraph = job.lumigraph;
   RenderSummary& s = job.summary;
@@ -168,6 +188,7 @@ void Summarise(RenderJob& job) {
   s.own_times = lumigraph.own_times();
   s.backend = job.options.backend;
   s.effects = lumigraph.effects();
+  JudgeBudget(job);
   if (2 * s.optimum.small_sums > s.optimum.samples)
     job.sink.Message(
         fmt::format("at {:.0f} % of the samples no photo correlates with the ray: they stand farther apart than 2 x "
@@ -178,20 +199,37 @@ void Summarise(RenderJob& job) {
 
 }  // namespace
 
+void MarkOutput(const RenderJob& job) {
+  const std::filesystem::path& folder = job.options.output;
+  if (std::error_code error;
+      !folder.empty() && !job.options.to_video() && !std::filesystem::exists(folder / kRenderMarker, error))
+    WriteTextAtomically(folder / kRenderMarker, "{}\n");
+}
+
 RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RequireConsistent(given);
   RenderOptions o = given;
   const bool to_folder = !o.output.empty() && !o.to_video();
-  if (to_folder) RequireOurFolder(o.output, kRenderMarker);
+  if (to_folder) {
+    std::error_code ec;
+    if (std::filesystem::exists(o.output / "lumigraph.json", ec))
+      throw UsageError(fmt::format("{} is a scene: pictures are not written into it", o.output.string()),
+                       fmt::format("give them a folder of their own: -o {}", (o.output / "renders").string()));
+    RequireOurFolder(o.output, kRenderMarker);
+  }
+  if (o.to_video()) RemoveStaleTemporariesOf(o.output);
   RenderJob job{o, sink, Lumigraph(o, sink), {}, {}, {}, {}};
   o.holdout = HoldoutFor(o.holdout, job.scene().views.size());
   Prepare(job);
-  if (o.holdout != 0)
+  if (o.holdout != 0) {
     RenderHeldOut(job);
-  else if (!o.view.empty())
-    RenderOneView(job);
-  else
-    RenderPath(job);
+  } else {
+    MarkOutput(job);
+    if (!o.view.empty())
+      RenderOneView(job);
+    else
+      RenderPath(job);
+  }
   Summarise(job);
   if (to_folder) WriteTextAtomically(o.output / kRenderMarker, JsonKeys(job.summary).Text(2) + "\n");
   return std::move(job.summary);

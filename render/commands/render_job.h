@@ -37,6 +37,9 @@ struct RenderJob {
   void Write(const std::filesystem::path& stem, const ImageF& image) const;
 };
 
+// From here on files come: should this run be killed, the folder is known to be ours.
+void MarkOutput(const RenderJob& job);
+
 // The size asked for; a side that is not follows from `own`'s aspect.
 Eigen::Vector2i SizeAskedFor(const RenderOptions& options, const Eigen::Vector2i& own);
 

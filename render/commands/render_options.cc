@@ -9,6 +9,8 @@
 
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
+#include "scene/files/image_io.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -71,10 +73,12 @@ void RequireNothingIgnored(const RenderOptions& o) {
     throw UsageError("--fold goes with --holdout N: each photo is left out in turn, and there are no folds");
   if (o.holdout == 0 && !o.seen_proxy.empty()) throw UsageError("--seen-proxy goes with --holdout");
   if (o.video && !o.along_path()) throw UsageError("--video shows a path, not --view or --holdout");
-  for (const char* name : {"seconds", "fps"})
-    if (given(name) && (!o.path.empty() || !o.along_path()))
-      throw UsageError(std::string("--") + name +
-                       " is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("seconds") && (!o.path.empty() || !o.along_path()))
+    throw UsageError("--seconds is of the path through the photos: neither --path, --view nor --holdout goes with it");
+  if (given("fps") && !o.along_path())
+    throw UsageError("--fps is of a path: neither --view nor --holdout goes with it");
+  if (given("fps") && !o.path.empty() && !o.video && !o.to_video())
+    throw UsageError("--fps with --path is of the film: --video or -o FILE.mp4 writes one");
   if (given("format") && o.to_video()) throw UsageError("--format is of pictures: -o names a video");
   if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
     throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");
@@ -118,6 +122,15 @@ void RequireConsistent(const RenderOptions& o) {
   RequireNothingIgnored(o);
   if (o.output.empty() && o.holdout == 0) throw UsageError("-o says where the pictures go");
   if (o.to_video() && !o.along_path()) throw UsageError("a video needs a path, not --view or --holdout");
+  std::error_code ec;
+  if (o.to_video() || std::filesystem::is_directory(o.output, ec)) return;
+  const std::string name = o.output.filename().string(), stem = o.output.stem().string();
+  if (HasVideoExtension(o.output))
+    throw UsageError(fmt::format("-o {}: films are written as .mp4 (H.264)", name),
+                     fmt::format("name it {}.mp4, or a folder for pictures", stem));
+  if (HasImageExtension(o.output))
+    throw UsageError(fmt::format("-o {}: it names the folder of the pictures, not a picture", name),
+                     fmt::format("-o {} --format png, jpg or exr", stem));
 }
 
 }  // namespace lumi

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "render/picture/output_name.h"
 #include "render/settings_json.h"
 
 namespace lumi {
@@ -37,7 +36,8 @@ std::string DescribeHoldout(const HoldoutSummary& s) {
 // ---- what --json has
 
 void ListKeys(JsonKeys& j, ViewFigures& v) {
-  j("name", v.name).IfAny("time_s", v.time_s).IfAny("psnr_db", v.psnr_db).IfAny("ssim", v.ssim);
+  j("name", v.name, "left_out", v.left_out);
+  j.IfAny("time_s", v.time_s).IfAny("psnr_db", v.psnr_db).IfAny("ssim", v.ssim);
   j.IfAny("mean_absolute_difference", v.mean_absolute_difference);
   j.IfAny("mean_absolute_difference_seen", v.mean_absolute_difference_seen)("coverage", v.coverage);
 }
@@ -48,8 +48,13 @@ void ListKeys(JsonKeys& j, HoldoutView& v) {
     v.nearest.psnr_db);
   j.IfAny("nearest_photo_psnr_seen_db", v.nearest.psnr_seen_db);
   j("nearest_photo_ssim", v.nearest.ssim, "nearest_photo_coverage", v.nearest.coverage, "ms", v.ms);
-  j.Say("file", OutputName(v.name)).IfAny("psnr_object_db", v.psnr_object_db);
+  j("file", v.file).IfAny("psnr_object_db", v.psnr_object_db);
   j.IfAny("nearest_photo_psnr_object_db", v.nearest.psnr_object_db);
+}
+
+static void ListKeys(JsonKeys& j, KeptBudget& k) {
+  ListKeys(j, k.choice);
+  j("met", k.met).IfAny("meets_it", k.meets_it);
 }
 
 void ListKeys(JsonKeys& j, MeasureScale& s) { j("measure", s.measure, "low", s.low, "high", s.high, "unit", s.unit); }
@@ -92,17 +97,41 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.optimum.samples > 0) j("optimum", s.optimum);
 }
 
+// Frames took what is expected, or what was measured; a budget is judged by the latter.
+static std::string Describe(const KeptBudget& k) {
+  const BudgetChoice& b = k.choice;
+  std::string text = fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", b.budget_ms, b.name, b.ms,
+                                 b.fits ? "" : ", the fastest settings there are", b.why);
+  if (k.met) return text;
+  text += k.ms ? fmt::format("budget not met: {:.1f} ms a frame, {:g} ms asked for", *k.ms, b.budget_ms)
+               : fmt::format("budget not met: {:.1f} ms a frame expected, {:g} ms asked for", b.ms, b.budget_ms);
+  return text + fmt::format("; {} would meet it\n", k.meets_it);
+}
+
+static std::string DescribeView(const ViewFigures& v) {
+  std::string text = v.name + ": ";
+  if (v.psnr_db) text += fmt::format("PSNR {:.2f} dB, SSIM {:.4f}, ", *v.psnr_db, *v.ssim);
+  text += fmt::format("coverage {:.1f}%", 100 * v.coverage);
+  if (v.psnr_db && !v.left_out) text += " (made of that photo itself; --leave-out compares with the others' picture)";
+  return text;
+}
+
+std::string ResultLine(const RenderSummary& s) {
+  if (!s.views.empty()) return DescribeView(s.views.front());
+  if (!s.holdout) return {};
+  const HoldoutSummary& e = s.holdout->errors;
+  std::string line = fmt::format("{} held-out photos: ", e.views.size());
+  line += fmt::format("PSNR {:.2f} dB, ", e.mean.psnr_db);
+  if (e.mean.psnr_seen_db) line += fmt::format("{:.2f} dB over what is seen, ", *e.mean.psnr_seen_db);
+  line += fmt::format("SSIM {:.4f}, coverage {:.1f}%", e.mean.ssim, 100 * e.mean.coverage);
+  return line + fmt::format("; nearest photo {:.2f} dB", e.nearest_mean.psnr_db);
+}
+
 std::string Describe(const RenderSummary& s) {
   std::string text;
   if (s.holdout) text += DescribeHoldout(s.holdout->errors);
-  for (const ViewFigures& v : s.views) {
-    text += v.name + ": ";
-    if (v.psnr_db) text += fmt::format("PSNR {:.2f} dB, SSIM {:.4f}, ", *v.psnr_db, *v.ssim);
-    text += fmt::format("coverage {:.1f}%\n", 100 * v.coverage);
-  }
-  if (s.budget)
-    text += fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", s.budget->budget_ms, s.budget->name,
-                        s.budget->ms, s.budget->fits ? "" : " (the fastest there is)", s.budget->why);
+  for (const ViewFigures& v : s.views) text += DescribeView(v) + "\n";
+  if (s.budget) text += Describe(*s.budget);
   if (s.fidelity) text += Describe(*s.fidelity) + "\n";
   for (const Effect& e : s.effects)
     text += fmt::format("{:<13} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),

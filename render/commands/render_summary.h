@@ -22,6 +22,7 @@ struct PathFigures {
 
 struct ViewFigures {
   std::string name;
+  bool left_out = false;  // the photo itself was not used
   double coverage = 0;
   std::optional<double> time_s;
   // Of pictures, not of heat maps and false colours.
@@ -43,6 +44,14 @@ struct MeasureScale {
   std::string unit;
 };
 
+// What --budget-ms came to.
+struct KeptBudget {
+  BudgetChoice choice;
+  std::optional<double> ms;  // a frame, measured; nullopt: none was rendered
+  bool met = false;          // by what was measured, else by what is expected
+  std::string meets_it;      // what would, where it is not met; empty: it is
+};
+
 struct RenderSummary {
   long frames = 0;
   std::optional<double> ms_per_frame, coverage;  // nullopt: all frames were there already
@@ -56,7 +65,7 @@ struct RenderSummary {
   RadianceSettings settings;
   bool own_times = true;  // each frame of its own moment: time-s would stop them all
   std::string backend;
-  std::optional<BudgetChoice> budget;
+  std::optional<KeptBudget> budget;
   std::optional<FidelityChoice> fidelity;
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
@@ -65,6 +74,7 @@ struct RenderSummary {
 };
 
 void ListKeys(JsonKeys& j, RenderSummary& summary);
-std::string Describe(const RenderSummary& summary);  // a few lines for people
+std::string Describe(const RenderSummary& summary);    // a few lines for people
+std::string ResultLine(const RenderSummary& summary);  // what is printed under --quiet, too; empty: no figures
 
 }  // namespace lumi

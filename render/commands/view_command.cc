@@ -52,6 +52,7 @@ void RenderOneView(RenderJob& job) {
   job.summary.coverage = Coverage(image);
   ViewFigures& figures = job.summary.views.emplace_back();
   figures.name = view.name;
+  figures.left_out = o.leave_out;
   figures.coverage = *job.summary.coverage;
   if (request.settings.time) figures.time_s = request.settings.time_s;
   Image8 photo, rendered;
@@ -65,7 +66,7 @@ void RenderOneView(RenderJob& job) {
     figures.mean_absolute_difference = d.mean_absolute;
     figures.mean_absolute_difference_seen = SeenDifference(image, photo);
   }
-  const std::filesystem::path stem = o.output / OutputName(view.name);
+  const std::filesystem::path stem = o.output / OutputName(job.scene().views, view.name);
   if (o.show == "cameras" || o.show == "difference")
     WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
                o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));

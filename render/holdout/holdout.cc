@@ -262,14 +262,14 @@ class HoldoutEvaluation {
     request.use[static_cast<std::size_t>(nearest.value)] = true;
     request.settings.k = 1;
     const ImageF baseline = with.renderer->Render(request);
-    HoldoutView& v =
-        summary_.views.emplace_back(HoldoutView{Score(image, rendered, photo, masks), held_out.id, view.name,
-                                                scene_.views[static_cast<std::size_t>(nearest.value)].name,
-                                                Score(baseline, ToRgb8(baseline), photo, masks), std::nullopt, ms});
+    HoldoutView& v = summary_.views.emplace_back(HoldoutView{
+        Score(image, rendered, photo, masks), held_out.id, view.name,
+        scene_.views[static_cast<std::size_t>(nearest.value)].name, Score(baseline, ToRgb8(baseline), photo, masks),
+        std::nullopt, ms, OutputName(scene_.views, view.name)});
     if (!masks.seen.empty()) v.seen = ShareOf(masks.seen);
 
     if (options_.folder.empty()) return;
-    const std::string stem = OutputName(view.name);
+    const std::string stem = v.file;
     WriteImage(options_.folder / (stem + "_render.jpg"), rendered);
     WriteImage(options_.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
   }

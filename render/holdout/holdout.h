@@ -41,6 +41,7 @@ struct HoldoutView : HoldoutScore {
   HoldoutScore nearest;        // of the nearest photo alone, over the same pixels
   std::optional<double> seen;  // share of the pixels that at least two of the photos in use see
   double ms = 0;               // to render the view
+  std::string file;            // what its pictures' names begin with
 };
 
 struct HoldoutSummary {

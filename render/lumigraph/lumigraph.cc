@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "render/lumigraph/own_colors_renderer.h"
@@ -192,9 +193,18 @@ MeasureMap Lumigraph::MapOf(const RenderRequest& request, Measure measure, int p
 }
 
 int ViewCalled(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.views.size(); ++i)
-    if (scene.views[i].name == name || OutputName(scene.views[i].name) == name) return static_cast<int>(i);
-  throw UsageError("no photo is called " + name, "the first is " + scene.views.front().name);
+  const auto first = [&](const auto& fits) {
+    return static_cast<std::size_t>(std::ranges::find_if(scene.views, fits) - scene.views.begin());
+  };
+  std::size_t found = first([&](const View& v) { return v.name == name; });
+  if (found == scene.views.size()) found = first([&](const View& v) { return OutputName(v.name) == name; });
+  if (found == scene.views.size() && !name.empty() && name.size() < 8 &&
+      name.find_first_not_of("0123456789") == std::string::npos)
+    found = std::stoul(name);
+  if (found < scene.views.size()) return static_cast<int>(found);
+  throw UsageError(fmt::format("the scene has no photo '{}'", name),
+                   fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name,
+                               scene.views.size() - 1));
 }
 
 }  // namespace lumi

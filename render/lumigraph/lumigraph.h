@@ -121,7 +121,7 @@ class Lumigraph {
   std::vector<Effect> effects_;
 };
 
-// The view called so: by its photo's name, or OutputName of it. Throws UsageError.
+// The view called so: by its photo's name, OutputName of it, or its position from 0, in this order. Throws UsageError.
 int ViewCalled(const Scene& scene, const std::string& name);
 
 }  // namespace lumi

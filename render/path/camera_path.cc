@@ -8,8 +8,11 @@
 
 #include "render/path/nerfstudio_path.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -98,19 +101,36 @@ std::array<double, 4> KeyWeights(const std::vector<PathKey>& keys, std::size_t i
 
 }  // namespace
 
-CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
+Eigen::Vector2i FilmSize(const Scene& scene) {
   if (scene.views.empty()) throw DataError("the scene has no photos, so there is no path through them");
+  int higher = 0;
+  std::optional<Eigen::Vector2i> high, wide;
+  for (const View& view : scene.views) {
+    const Eigen::Vector2i size = UprightSize(SizePx(scene, view), view.orientation);
+    const bool is_high = size.y() > size.x();
+    higher += is_high ? 1 : -1;
+    if (auto& first = is_high ? high : wide; !first) first = size;
+  }
+  return higher > 0 ? *high : wide ? *wide : *high;
+}
+
+CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
+  const Eigen::Vector2i film = FilmSize(scene);
   const std::size_t n = scene.views.size();
   std::vector<Eigen::Vector3d> centres;
+  std::vector<Rigid3> upright;
   std::vector<double> fovs, axes_x, axes_y;
   bool is_video = true;
   for (const View& v : scene.views) {
     centres.push_back(v.CentreInWorld());
-    fovs.push_back(VerticalFov(scene.CameraOf(v)));
-    const Eigen::Vector2d axis = PrincipalPoint(scene.CameraOf(v));
+    is_video = is_video && v.frame_index.has_value();
+    const auto [camera, pose] = UprightCamera(scene.CameraOf(v), v.cam_from_world, v.orientation);
+    upright.push_back(pose);
+    if ((camera.height_px > camera.width_px) != (film.y() > film.x())) continue;
+    fovs.push_back(VerticalFov(camera));
+    const Eigen::Vector2d axis = PrincipalPoint(camera);
     axes_x.push_back(axis.x());
     axes_y.push_back(axis.y());
-    is_video = is_video && v.frame_index.has_value();
   }
   std::vector<std::size_t> order(n);
   if (is_video) {
@@ -134,10 +154,10 @@ CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps) {
     const int r = std::min({reach, i, static_cast<int>(n) - 1 - i});
     for (int d = -r; d <= r; ++d) {
       const double w = std::exp(-0.5 * d * d / (sigma * sigma));
-      const View& v = scene.views[order[static_cast<std::size_t>(i + d)]];
-      c += w * v.CentreInWorld();
+      const std::size_t v = order[static_cast<std::size_t>(i + d)];
+      c += w * centres[v];
       total += w;
-      turns.emplace_back(w, v.cam_from_world.rotation);
+      turns.emplace_back(w, upright[v].rotation);
     }
     PathKey key;
     key.cam_from_world.rotation = WeightedMean(turns);
@@ -218,26 +238,29 @@ std::vector<RenderView> SamplePath(const CameraPath& path, int width_px, int hei
 
 static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& file) {
   CameraPath path;
-  if (j.at("version").get<int>() > kVersion)
-    throw InputError(file, "a camera path of version " + std::to_string(j.at("version").get<int>()) +
-                               "; this program reads up to " + std::to_string(kVersion));
-  path.fps = j.value("fps", 30.0);
-  path.width_px = j.value("width", 0);
-  path.height_px = j.value("height", 0);
-  for (const auto& k : j.at("keys")) {
+  if (const int version = JsonAt<int>(j, "version"); version > kVersion)
+    throw InputError(file, "a camera path of version " + std::to_string(version) + "; this program reads up to " +
+                               std::to_string(kVersion));
+  path.fps = JsonOr(j, "fps", 30.0);
+  path.width_px = JsonOr(j, "width", 0);
+  path.height_px = JsonOr(j, "height", 0);
+  const auto keys = JsonAt<nlohmann::json>(j, "keys");
+  if (!keys.is_array()) throw JsonFault("\"keys\" must be a list");
+  for (const auto& k : keys) {
     PathKey key;
-    const auto c = k.at("position").get<std::array<double, 3>>();
-    const auto q = k.at("cam_from_world_xyzw").get<std::array<double, 4>>();
+    const std::string where = "keys[" + std::to_string(path.keys.size()) + "].";
+    const auto c = JsonAt<std::array<double, 3>>(k, "position", where);
+    const auto q = JsonAt<std::array<double, 4>>(k, "cam_from_world_xyzw", where);
     key.cam_from_world.rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
     const double norm = key.cam_from_world.rotation.norm();
     if (!(norm > 1e-9) || !std::isfinite(norm))
       throw InputError(file, "key " + std::to_string(path.keys.size()) + ": the rotation is zero");
     key.cam_from_world.rotation.normalize();
     key.cam_from_world.translation = -(key.cam_from_world.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
-    key.vertical_fov_rad = k.at("vertical_fov_deg").get<double>() * kRadPerDeg;
-    key.time_s = k.at("time_s").get<double>();
+    key.vertical_fov_rad = JsonAt<double>(k, "vertical_fov_deg", where) * kRadPerDeg;
+    key.time_s = JsonAt<double>(k, "time_s", where);
     if (k.contains("principal_point")) {
-      const auto p = k["principal_point"].get<std::array<double, 2>>();
+      const auto p = JsonAt<std::array<double, 2>>(k, "principal_point", where);
       key.principal_point = {p[0], p[1]};
     }
     path.keys.push_back(key);
@@ -246,7 +269,7 @@ static CameraPath OwnPath(const nlohmann::json& j, const std::filesystem::path& 
 }
 
 CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) {
-  const std::string text = ReadText(file);
+  const std::string text = ReadJsonText(file);
   CameraPath path;
   try {
     const auto j = nlohmann::json::parse(text);
@@ -258,8 +281,10 @@ CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) 
     else
       throw InputError(file,
                        "not a camera path: neither \"format\": \"lumigraph-path\" nor nerfstudio's \"camera_path\"");
-  } catch (const nlohmann::json::exception& e) {
+  } catch (const JsonFault& e) {
     throw InputError(file, std::string("not a camera path: ") + e.what());
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(file, "not a camera path: " + JsonProblem(e.what()));
   }
   if (path.keys.empty()) throw InputError(file, "the path has no keys");
   for (std::size_t i = 0; i < path.keys.size(); ++i) {

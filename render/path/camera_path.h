@@ -35,8 +35,12 @@ enum class PathDetail { kFrames, kKeyframes };
 CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail = PathDetail::kFrames);
 void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path);
 
-// Visits the photos' cameras in an order that makes a smooth tour (by name for a video, else nearest neighbour from one
-// end), `seconds` long, smoothed.
+// Width and height of a film through the photos: those of an upright photo, of whichever kind are more, upright or
+// lying ones.
+Eigen::Vector2i FilmSize(const Scene& scene);
+
+// Visits the photos' cameras, held upright, in an order that makes a smooth tour (by name for a video, else nearest
+// neighbour from one end), `seconds` long, smoothed. The field of view is that of the photos of the film's shape.
 CameraPath PathThroughPhotos(const Scene& scene, double seconds, double fps);
 
 double Duration(const CameraPath& path);  // seconds

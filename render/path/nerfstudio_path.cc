@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -60,8 +61,8 @@ Json Matrix(const Rigid3& cam_from_world) {
 
 PathKey Key(const Json& entry, const char* matrix, const std::filesystem::path& file, const std::string& where) {
   PathKey key;
-  key.cam_from_world = CamFromWorld(entry.at(matrix), file, where);
-  key.vertical_fov_rad = entry.at("fov").get<double>() / kDegreesPerRadian;
+  key.cam_from_world = CamFromWorld(JsonAt<Json>(entry, matrix, where + ": "), file, where);
+  key.vertical_fov_rad = JsonAt<double>(entry, "fov", where + ": ") / kDegreesPerRadian;
   return key;
 }
 
@@ -86,8 +87,8 @@ CameraPath ParseNerfstudioPath(const Json& j, const std::filesystem::path& file,
   if (const std::string type = j.value("camera_type", "perspective"); type != "perspective")
     throw InputError(file, fmt::format("its cameras are {}; this program draws perspective ones", type));
   CameraPath path;
-  path.width_px = j.at("render_width").get<int>();
-  path.height_px = j.at("render_height").get<int>();
+  path.width_px = JsonAt<int>(j, "render_width");
+  path.height_px = JsonAt<int>(j, "render_height");
   const Json& frames = j.at("camera_path");
   if (!frames.is_array() || frames.empty()) throw InputError(file, "\"camera_path\" holds no frames");
   // ns-render plays its frames in `seconds`.

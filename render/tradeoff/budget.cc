@@ -18,6 +18,7 @@ constexpr double kLoadShare = 0.25;  // of a new frame in the smoothed load
 constexpr double kHopeless = 2;      // a frame that takes this times the budget is not repeated ...
 constexpr int kHopelessRows = 2;     // ... and a probe ends after so many settings of which none came nearer
 constexpr double kFarTooSlow = 2;
+constexpr double kSameSize = 0.02;  // sizes whose pixels differ by less share a front's times
 
 RadianceSettings WithFixed(RadianceSettings s, const FixedOptions& fixed) {
   for (const auto& [name, value] : fixed) SetOption(s, name, value);
@@ -113,6 +114,43 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   return choice;
 }
 
+namespace {
+
+// Of two frames the faster: the first also pays for what is made once.
+double MeasuredMs(Renderer& renderer, RenderRequest request, const RadianceSettings& settings) {
+  request.settings = settings;
+  double ms = 0;
+  for (int i = 0; i < 2; ++i) {
+    const Stopwatch watch;
+    renderer.Render(request);
+    const double took = 1000 * watch.Seconds();
+    ms = i == 0 ? took : std::min(ms, took);
+  }
+  return ms;
+}
+
+// A front of another size: its times grow with the pixels only in part (samples cost the same at any size), so that the
+// point that would be taken is rendered here, the others' times follow it, and the choice is made anew.
+std::size_t RecommendHere(std::vector<FrontPoint>& points, double budget_ms, Renderer& renderer,
+                          const RenderRequest& request, BudgetChoice& choice) {
+  constexpr int kMostRendered = 4;
+  std::vector<bool> measured(points.size(), false);
+  std::size_t best = Recommend(points, budget_ms, &choice.fits);
+  int rendered = 0;
+  for (; rendered < kMostRendered && !measured[best]; ++rendered) {
+    const double expected = points[best].ms;
+    points[best].ms = MeasuredMs(renderer, request, points[best].settings);
+    measured[best] = true;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!measured[i]) points[i].ms *= points[best].ms / expected;
+    best = Recommend(points, budget_ms, &choice.fits);
+  }
+  choice.why += fmt::format(", times by {} of its settings rendered at this size", rendered);
+  return best;
+}
+
+}  // namespace
+
 BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend,
                              const std::string& proxy, Renderer& renderer, const RenderRequest& request,
                              const FixedOptions& fixed, double budget_ms) {
@@ -128,10 +166,11 @@ BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const st
     if (!points.empty()) {
       BudgetChoice choice;
       choice.budget_ms = budget_ms;
-      static_cast<FrontPoint&>(choice) = points[Recommend(points, budget_ms, &choice.fits)];
       choice.why = fmt::format("the scene's front, measured at {}x{}", stored->key.width, stored->key.height);
-      if (std::abs(stored->time_scale - 1) > 1e-9)
-        choice.why += fmt::format(", times scaled by {:.2f}", stored->time_scale);
+      const bool same_size = std::abs(stored->time_scale - 1) < kSameSize;
+      static_cast<FrontPoint&>(choice) =
+          points[same_size ? Recommend(points, budget_ms, &choice.fits)
+                           : RecommendHere(points, budget_ms, renderer, request, choice)];
       choice.tried = std::move(points);
       return choice;
     }

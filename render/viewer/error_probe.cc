@@ -11,6 +11,7 @@
 #include "render/settings_json.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
+#include "scene/model/orientation.h"
 
 namespace lumi {
 namespace {
@@ -62,17 +63,19 @@ std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) 
     std::optional<ImageF> picture = painter_.Step(step_ms, undisturbed);
     if (!picture) return std::nullopt;
     result_.ms = painter_.picture_ms();
-    comparing_ = std::async(std::launch::async, [result = result_, picture = std::move(*picture),
-                                                 photo = std::move(photo_), correction = correction_]() mutable {
-      if (correction) GiveBack(*correction, picture);
-      const Image8 rgb = ToRgb8(picture);
-      const ImageDifference d = Compare(rgb, photo);
-      result.difference = DifferenceImage(rgb, photo);
-      result.psnr_db = d.psnr_db;
-      result.ssim = d.ssim;
-      result.coverage = Coverage(picture);
-      return result;
-    });
+    const View& view = scene_.views[static_cast<std::size_t>(view_.value)];
+    comparing_ =
+        std::async(std::launch::async, [result = result_, picture = std::move(*picture), photo = std::move(photo_),
+                                        correction = correction_, orientation = view.orientation]() mutable {
+          if (correction) GiveBack(*correction, picture);
+          const Image8 rgb = ToRgb8(picture);
+          const ImageDifference d = Compare(rgb, photo);
+          result.difference = UprightPicture(DifferenceImage(rgb, photo), orientation);
+          result.psnr_db = d.psnr_db;
+          result.ssim = d.ssim;
+          result.coverage = Coverage(picture);
+          return result;
+        });
     return std::nullopt;
   }
   if (comparing_.valid() && Ready(comparing_)) return comparing_.get();

@@ -21,7 +21,7 @@ struct MeasuredError {
   double coverage = 0;
   double ms = 0;              // to draw it
   RadianceSettings settings;  // that it belongs to
-  Image8 difference;          // |picture - photo|, four times
+  Image8 difference;          // |picture - photo|, four times, upright
 };
 
 void ListKeys(JsonKeys& j, MeasuredError& e);

@@ -7,8 +7,9 @@ int main(int argc, char** argv) {
   lumi::ViewerOptions o;
   lumi::Options& app = program.options();
   app.Add("scene", o.scene, "Scene folder, COLMAP workspace or transforms.json").Required();
-  app.Add("--proxy", o.proxy, "Proxy by name; default: the scene's active one");
-  app.Add("--view", o.view, "Start at this photo's camera: name, or position from 0; default: the middle photo");
+  app.Add("--proxy", o.proxy, "Proxy by name, or a mesh file (PLY, OBJ); default: the scene's active one");
+  app.Add("--view", o.view,
+          "Start at this photo's camera: its name, or else its position from 0; default: the middle photo");
   app.Add("--width", o.width_px, "Of the window, pixels").Range(64, 16384).Default();
   app.Add("--height", o.height_px, "Of the window, pixels").Range(64, 16384).Default();
   app.Add("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this").Range(16, 1 << 20).Default();

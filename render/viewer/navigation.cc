@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/model/orientation.h"
+
 namespace lumi {
 namespace {
 
@@ -20,10 +22,10 @@ double Smooth(double x) { return x * x * x * (x * (6 * x - 15) + 10); }
 
 ViewState StateOfView(const Scene& scene, ViewId id) {
   const View& view = scene.views.at(static_cast<std::size_t>(id.value));
-  const Camera& camera = scene.CameraOf(view);
+  const auto [camera, cam_from_world] = UprightCamera(scene.CameraOf(view), view.cam_from_world, view.orientation);
   const Eigen::Vector2d f = camera.FocalPx(), c = camera.PrincipalPointPx();
   ViewState state;
-  state.cam_from_world = view.cam_from_world;
+  state.cam_from_world = cam_from_world;
   state.lens.aspect = f.y() / f.x();
   state.lens.extent = {camera.width_px / f.x(), camera.height_px / f.x()};
   state.lens.shift = {(c.x() - 0.5 * camera.width_px) / f.x(), (c.y() - 0.5 * camera.height_px) / f.x()};

@@ -22,7 +22,8 @@ struct ViewState {
   Lens lens;
 };
 
-// The photo's own camera: in a window of the photo's size it is the photo's pixel for pixel.
+// The photo's own camera, held upright as its orientation says: in a window of the upright photo's size it is the photo
+// pixel for pixel.
 ViewState StateOfView(const Scene& scene, ViewId view);
 // The window's camera.
 RenderView MakeWindowView(const ViewState& state, int width_px, int height_px);

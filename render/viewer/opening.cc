@@ -19,15 +19,7 @@ constexpr int kLookWidth = 640, kLookHeight = 480;
 
 }  // namespace
 
-int FindView(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.views.size(); ++i)
-    if (scene.views[i].name == name) return static_cast<int>(i);
-  if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos && name.size() < 8)
-    if (const auto i = std::stoul(name); i < scene.views.size()) return static_cast<int>(i);
-  throw UsageError(fmt::format("the scene has no photo '{}'", name),
-                   fmt::format("photos are named as '{}', or by position 0 to {}", scene.views.front().name,
-                               scene.views.size() - 1));
-}
+int FindView(const Scene& scene, const std::string& name) { return ViewCalled(scene, name); }
 
 PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& sources) {
   PreparedProxy p;

@@ -117,14 +117,17 @@ void Overlay::UseLines(const Eye& eye) {
   glBindTexture(GL_TEXTURE_2D, eye.target->depth_texture());
 }
 
-void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth) {
+void Overlay::Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors,
+                     const std::vector<int>& quarter_turns, double depth) {
   std::vector<Line> lines;
   for (std::size_t j = 0; j < sources.views.size(); ++j) {
     const std::array<Eigen::Vector3d, 4> corner = AddFrustum(sources.views[j], depth, colors[j], lines);
     // A tick on the upper side says which way is up in the photo.
-    const Eigen::Vector3d tick = 0.5 * (corner[0] + corner[1]) + 0.2 * (corner[0] - corner[3]);
-    lines.push_back({corner[0], tick, colors[j]});
-    lines.push_back({tick, corner[1], colors[j]});
+    // Corners go round clockwise: upright, the photo's upper left one is this one.
+    const auto left = static_cast<std::size_t>(4 - quarter_turns[j]) % 4, right = (left + 1) % 4;
+    const Eigen::Vector3d tick = 0.5 * (corner[left] + corner[right]) + 0.2 * (corner[left] - corner[(left + 3) % 4]);
+    lines.push_back({corner[left], tick, colors[j]});
+    lines.push_back({tick, corner[right], colors[j]});
   }
   Lines(eye, lines);
 }

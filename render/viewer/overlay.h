@@ -38,8 +38,9 @@ class Overlay {
     Eigen::Vector2i picture_px;
     Eigen::Vector2i window_px;
   };
-  // Frusta of `depth` (normalised units); colours RGBA, one a source.
-  void Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors, double depth);
+  // Frusta of `depth` (normalised units); colours RGBA and quarter turns to the upright photo, one a source.
+  void Frusta(const Eye& eye, const Sources& sources, const std::vector<Eigen::Vector4f>& colors,
+              const std::vector<int>& quarter_turns, double depth);
   struct Line {
     Eigen::Vector3d a, b;  // normalised
     Eigen::Vector4f color;

@@ -6,6 +6,7 @@
 #include <exception>
 #include <optional>
 
+#include "scene/files/atomic_file.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
@@ -94,6 +95,8 @@ void Recorder::Work() {
   // VideoWriter's process lives as long as the thread that feeds it: this one feeds and finishes.
   const fs::path hidden =
       wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
+  RemoveStaleTemporariesOf(wanted_);
+  const FolderInUse in_use(wanted_.parent_path());
   State end = State::kWritten;
   fs::path file;
   std::string problem;

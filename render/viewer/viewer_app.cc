@@ -9,6 +9,7 @@
 
 #include "render/radiance/setting_options.h"
 #include "render/settings_json.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -178,14 +179,16 @@ void Viewer::Compose() {
   if (with_path) DrawPath(eye);
   if (settings_.frusta) {
     std::vector<Eigen::Vector4f> colors;
+    std::vector<int> quarter_turns;
     for (std::size_t j = 0; j < scene_.views.size(); ++j) {
+      quarter_turns.push_back(QuarterTurns(scene_.views[j].orientation));
       const Eigen::Vector3f c = SourceColor(static_cast<int>(j));
       const bool nearest = static_cast<int>(j) == facts_.nearest_photo;
       colors.emplace_back(nearest ? Eigen::Vector4f(1, 1, 1, 1)
                                   : Eigen::Vector4f(c.x(), c.y(), c.z(), gl_.Has({static_cast<int>(j)}) ? 0.9F : 0.3F));
     }
     constexpr double kFrustumDepth = 0.08;  // normalised: the scene's size is about 1
-    overlay_.Frusta(eye, gl_.sources(), colors, kFrustumDepth);
+    overlay_.Frusta(eye, gl_.sources(), colors, quarter_turns, kFrustumDepth);
   }
 }
 

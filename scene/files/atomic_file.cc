@@ -10,8 +10,11 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 #include <fstream>
+#include <map>
+#include <set>
 
 #include "scene/program/error.h"
 
@@ -20,6 +23,15 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kTemporaryMark = ".lumi-tmp-";
+constexpr const char* kRunOfMachine = ".written-in";
+
+// Another after each restart; empty where the system does not say.
+std::string RunOfMachine() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  std::getline(file, id);
+  return id;
+}
 
 MachineError CannotWrite(const fs::path& path, int error) {
   const char* hint =
@@ -27,12 +39,15 @@ MachineError CannotWrite(const fs::path& path, int error) {
   return MachineError(fmt::format("cannot write: {}", std::strerror(error)), hint, path);
 }
 
+std::string TemporaryStem(const fs::path& path) {
+  return fmt::format(".{}{}", path.stem().string().substr(0, 180), kTemporaryMark);  // names end at 255 bytes
+}
+
 // ".NAME.lumi-tmp-PID-N.EXT"
 fs::path TemporaryFor(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
-  const std::string stem = path.stem().string().substr(0, 180);  // names end at 255 bytes
-  return path.parent_path() /
-         fmt::format(".{}{}{}-{}{}", stem, kTemporaryMark, ::getpid(), counter++, path.extension().string());
+  const std::string ending = path.extension().string().substr(0, 30);
+  return path.parent_path() / fmt::format("{}{}-{}{}", TemporaryStem(path), ::getpid(), counter++, ending);
 }
 
 bool IsTemporary(const fs::path& path) {
@@ -68,6 +83,35 @@ void WriteBytes(const fs::path& shown, const fs::path& path, const char* data, s
   if (file.Close() != 0) throw CannotWrite(shown, errno);
 }
 
+// Whether the process that a temporary's name says is there. A number that another process has by now keeps it for a
+// day.
+bool MayBeOfALivingProcess(const fs::path& temporary) {
+  const std::string name = temporary.filename().string();
+  const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();
+  long pid = 0;
+  std::from_chars(digits, name.data() + name.size(), pid);
+  if (pid <= 0 || (::kill(static_cast<pid_t>(pid), 0) != 0 && errno == ESRCH)) return false;
+  std::error_code error;
+  const auto written = fs::last_write_time(temporary, error);
+  return error || fs::file_time_type::clock::now() - written < std::chrono::hours(24);
+}
+
+void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporaries) {
+  const FileDescriptor here(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (here.get() < 0 || (::flock(here.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)) return;  // in use
+  std::error_code ignored;
+  for (const fs::path& temporary : temporaries)
+    if (!MayBeOfALivingProcess(temporary)) fs::remove(temporary, ignored);
+}
+
+void Flush(const fs::path& path, int (*flush)(int)) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // What may not be opened or knows no such thing (EINVAL: some network file systems) is as safe as it gets.
+  if (file.get() < 0 && (errno == EACCES || errno == EPERM)) return;
+  if (file.get() >= 0 && flush(file.get()) == 0) return;
+  if (errno != EINVAL && errno != EROFS && errno != ENOSYS && errno != EOPNOTSUPP) throw CannotWrite(path, errno);
+}
+
 }  // namespace
 
 void WriteFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
@@ -82,6 +126,7 @@ void WriteFileAtomically(const fs::path& path, const std::function<void(const fs
     if (error) throw CannotWrite(path, error.value());
   }
   const fs::path temporary = TemporaryFor(path);
+  const FolderInUse in_use(path.parent_path());
   try {
     write(temporary);
     if (!fs::is_regular_file(temporary, error)) throw MachineError("nothing was written", {}, path);
@@ -102,19 +147,80 @@ void WriteTextAtomically(const fs::path& path, const std::string& text) {
   WriteBytesAtomically(path, text.data(), text.size());
 }
 
+FolderInUse::FolderInUse(const fs::path& folder)
+    : fd_(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  while (fd_ >= 0 && ::flock(fd_, LOCK_SH) != 0 && errno == EINTR) {
+  }
+}
+
+FolderInUse::~FolderInUse() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
 void RemoveStaleTemporaries(const fs::path& folder) {
   std::error_code error;
-  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (!IsTemporary(it->path())) continue;
-    const std::string name = it->path().filename().string();
-    const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();
-    long pid = 0;
-    std::from_chars(digits, name.data() + name.size(), pid);
-    if (pid <= 0 || (::kill(static_cast<pid_t>(pid), 0) != 0 && errno == ESRCH)) {
-      std::error_code ignored;
-      fs::remove(it->path(), ignored);
+  std::map<fs::path, std::vector<fs::path>> found;  // by folder
+  for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error), end;
+       !error && it != end; it.increment(error))
+    if (IsTemporary(it->path())) found[it->path().parent_path()].push_back(it->path());
+  for (const auto& [in, temporaries] : found) RemoveStale(in, temporaries);
+}
+
+void RemoveStaleTemporariesOf(const fs::path& file) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const std::string start = TemporaryStem(file);
+  std::error_code error;
+  std::vector<fs::path> temporaries;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::string name = it->path().filename().string();
+    if (name.starts_with("..")) name.erase(0, 1);  // a temporary's own: a video on its way into one
+    if (name.starts_with(start) && it->path().extension() == file.extension()) temporaries.push_back(it->path());
+  }
+  if (!temporaries.empty()) RemoveStale(folder, temporaries);
+}
+
+void FlushToDisk(const fs::path& folder, const std::vector<fs::path>& written) {
+  // One file after the other; of many, all that the file system holds at once.
+  constexpr std::size_t kFewFiles = 64;
+  std::set<fs::path> files, folders;
+  const auto add_folders_above = [&](fs::path path) {
+    while (path != folder && path.has_parent_path() && folders.insert(path = path.parent_path()).second) {
+    }
+  };
+  std::error_code error;
+  for (const fs::path& path : written) {
+    const fs::file_type type = fs::symlink_status(path, error).type();
+    if (type == fs::file_type::not_found || error) continue;
+    add_folders_above(path);
+    if (type == fs::file_type::regular) files.insert(path);
+    if (type != fs::file_type::directory) continue;
+    folders.insert(path);
+    for (fs::recursive_directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
+      if (it->is_directory(error) && !it->is_symlink(error)) folders.insert(it->path());
+      if (it->is_regular_file(error) && !it->is_symlink(error)) files.insert(it->path());
     }
   }
+  folders.insert(folder);
+  folders.insert(fs::absolute(folder).lexically_normal().parent_path());  // the folder's own name
+  if (files.size() > kFewFiles) {
+    Flush(folder, ::syncfs);
+    return;
+  }
+  for (const fs::path& file : files) Flush(file, ::fsync);
+  for (const fs::path& each : folders) Flush(each, ::fsync);
+}
+
+bool RestartedSince(const fs::path& folder) {
+  std::error_code error;
+  const fs::path note = folder / kRunOfMachine;
+  return fs::exists(note, error) && ReadText(note) != RunOfMachine();
+}
+
+void NoteRunOfMachine(const fs::path& folder) {
+  const fs::path note = folder / kRunOfMachine;
+  std::error_code error;
+  if (const std::string run = RunOfMachine(); !fs::exists(note, error) || ReadText(note) != run)
+    WriteTextAtomically(note, run);
 }
 
 std::string ReadText(const fs::path& path, std::size_t max_bytes) {
@@ -173,6 +279,7 @@ FolderLock::FolderLock(const fs::path& folder) : path_(folder / "LOCK") {
     ::close(std::exchange(fd_, -1));
     throw CannotWrite(path_, reason);
   }
+  RemoveStaleTemporaries(folder);
 }
 
 FolderLock::~FolderLock() {
@@ -187,15 +294,24 @@ void RequireOurFolder(const fs::path& folder, const std::string& marker) {
   if (status.type() == fs::file_type::not_found) return;
   if (status.type() != fs::file_type::directory)
     throw UsageError(fmt::format("{} is there already and is no folder", folder.string()), "choose another output");
-  if (fs::exists(folder / "lumigraph.json", error) || fs::exists(folder / marker, error)) return;
+  if (fs::exists(folder / "lumigraph.json", error) || fs::exists(folder / marker, error)) {
+    RemoveStaleTemporaries(folder);
+    return;
+  }
   fs::directory_iterator it(folder, error);
   if (error) throw MachineError(fmt::format("cannot be listed: {}", error.message()), "choose another output", folder);
   for (; it != fs::directory_iterator(); it.increment(error)) {
     if (it->path().filename() == "LOCK" || IsTemporary(it->path())) continue;
+    if (fs::is_directory(folder / "provenance", error))
+      throw UsageError(
+          fmt::format("{} holds what a run of another program of this suite has left ({}): nothing was touched",
+                      folder.string(), it->path().filename().string()),
+          "run that program again, remove the folder, or choose another");
     throw UsageError(fmt::format("{} holds files that are not ours ({}): nothing was touched", folder.string(),
                                  it->path().filename().string()),
                      "choose a folder that is new or empty");
   }
+  RemoveStaleTemporaries(folder);
 }
 
 }  // namespace lumi

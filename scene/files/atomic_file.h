@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace lumi {
 
@@ -18,14 +19,43 @@ void WriteTextAtomically(const std::filesystem::path& path, const std::string& t
 // As WriteTextAtomically, for any bytes.
 void WriteBytesAtomically(const std::filesystem::path& path, const void* data, std::size_t size);
 
-// Removes the temporaries that killed processes left in a folder and below it (those whose process is gone).
+// Held while a temporary stands in a folder, so that no other program takes it for one that a killed run left: a shared
+// flock on the folder, which is seen from other containers and gone with the process. WriteFileAtomically holds one;
+// whoever lets another program write a temporary holds one, too. Where the file system knows no locks it does nothing.
+class FolderInUse {
+ public:
+  explicit FolderInUse(const std::filesystem::path& folder);
+  ~FolderInUse();
+  FolderInUse(const FolderInUse&) = delete;
+  FolderInUse& operator=(const FolderInUse&) = delete;
+
+ private:
+  int fd_ = -1;
+};
+
+// Removes the temporaries that killed processes left in a folder and below it. What another run writes at this moment
+// stays: where a folder is in use (see above) or the process that a name says is there. A process of that number that
+// is another one by now does not keep a file for longer than a day.
 void RemoveStaleTemporaries(const std::filesystem::path& folder);
+// Those of one file, beside it.
+void RemoveStaleTemporariesOf(const std::filesystem::path& file);
+
+// Waits until files, folders with all that is in them, and the names of both are on the disk, so that losing power
+// loses none of them. `written` lies in `folder`; what is not there is passed over. Throws MachineError where the disk
+// refuses.
+void FlushToDisk(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& written);
+
+// Files that a later run goes on from, and that are not flushed: whether the machine was restarted since
+// NoteRunOfMachine. Losing power may have damaged what was written then: it is looked at before it is used.
+bool RestartedSince(const std::filesystem::path& folder);
+void NoteRunOfMachine(const std::filesystem::path& folder);
 
 // The whole file; throws InputError when it cannot be read or is larger than max_bytes.
 std::string ReadText(const std::filesystem::path& path, std::size_t max_bytes = std::size_t(1) << 30);
 
 // A lock on a folder (LOCK file with the owner's process id, flock: gone with the process, also after kill -9).
-// Throws MachineError naming the other process where it is taken.
+// Throws MachineError naming the other process where it is taken. Whoever gets it also removes what killed runs left
+// (RemoveStaleTemporaries).
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& folder);  // creates the folder
@@ -40,7 +70,7 @@ class FolderLock {
 
 // An output folder that may be written into: absent, empty (but for a lock or temporaries of ours), or one that this
 // suite made (it holds a lumigraph.json or `marker`). Anything else is somebody's own: throws UsageError, nothing
-// touched.
+// touched. What killed runs left in one that may be written into is removed.
 void RequireOurFolder(const std::filesystem::path& folder, const std::string& marker = "lumigraph.json");
 
 }  // namespace lumi

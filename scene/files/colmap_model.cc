@@ -11,6 +11,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/byte_cursor.h"
+#include "scene/files/file_name.h"
 #include "scene/files/text_scan.h"
 #include "scene/program/error.h"
 
@@ -70,10 +71,7 @@ void CheckImage(const fs::path& file, const RawModel& model, RawImage& image) {
   image.cam_from_world.rotation.normalize();
   if (image.name.empty()) throw fail("has no name");
   // Names become paths, for writing too: they stay below the photos' folder.
-  const fs::path name(image.name);
-  if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end() ||
-      image.name.find('\0') != std::string::npos)
-    throw fail(fmt::format("the name \"{}\" leads out of the photos' folder", image.name));
+  if (!StaysWithin(image.name)) throw fail(fmt::format("the name \"{}\" leads out of the photos' folder", image.name));
   if (!model.cameras.contains(image.camera))
     throw fail(fmt::format("names camera {}, which is not there", image.camera));
 }

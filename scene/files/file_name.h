@@ -15,4 +15,11 @@ inline std::string LowerExtension(const std::filesystem::path& path) {
   return e;
 }
 
+// Whether a name that a file gives stays in the folder it is looked for in, for reading and writing.
+inline bool StaysWithin(const std::string& name) {
+  const std::filesystem::path path(name);
+  return !name.empty() && name.find('\0') == std::string::npos && !path.is_absolute() &&
+         std::find(path.begin(), path.end(), "..") == path.end();
+}
+
 }  // namespace lumi

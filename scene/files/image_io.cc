@@ -86,11 +86,24 @@ cv::Mat AsMat(const Image8& image) {
 }  // namespace
 
 bool HasImageExtension(const fs::path& path) {
-  static constexpr std::array kExtensions{".jpg",  ".jpeg", ".jpe", ".png", ".exr", ".tif", ".tiff", ".heic", ".heif",
-                                          ".avif", ".webp", ".bmp", ".ppm", ".pgm", ".pnm", ".tga",  ".jp2",  ".hdr"};
+  if (HasRawExtension(path)) return true;
+  static constexpr std::array kExtensions{".jpg",  ".jpeg", ".jpe", ".png",  ".exr",  ".tif", ".tiff",
+                                          ".heic", ".heif", ".hif", ".avif", ".webp", ".bmp", ".ppm",
+                                          ".pgm",  ".pnm",  ".tga", ".jp2",  ".hdr"};
   const std::string e = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
 }
+
+bool HasRawExtension(const fs::path& path) {
+  // Of OpenImageIO's own list those that are photographs.
+  static constexpr std::array kExtensions{".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff",
+                                          ".iiq", ".kdc", ".mef", ".mos", ".mrw", ".nef", ".nrw", ".orf", ".pef",
+                                          ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
+  const std::string e = LowerExtension(path);
+  return std::find(kExtensions.begin(), kExtensions.end(), e) != kExtensions.end();
+}
+
+bool CanReadRaw() { return LoadCodecs().can_read_raw(); }
 
 ImageInfo ReadImageInfo(const fs::path& path) { return LoadCodecs().read_info(path); }
 
@@ -105,24 +118,24 @@ ImageF ReadImageF(const fs::path& path) {
   return LoadCodecs().read_float(path);
 }
 
-void WriteImage(const fs::path& path, const Image8& image, int jpeg_quality) {
+void WriteImage(const fs::path& path, const Image8& image, int jpeg_quality, int orientation) {
   if (image.empty()) throw std::invalid_argument("WriteImage: empty image");
   if (IsJpeg(path) && (image.channels == 2 || image.channels == 4)) {  // JPEG holds no alpha
     Image8 opaque(image.width, image.height, image.channels - 1);
     for (std::size_t i = 0, j = 0; i < image.data.size(); ++i)
       if (i % static_cast<std::size_t>(image.channels) + 1 != static_cast<std::size_t>(image.channels))
         opaque.data[j++] = image.data[i];
-    return WriteImage(path, opaque, jpeg_quality);
+    return WriteImage(path, opaque, jpeg_quality, orientation);
   }
   const PictureFormat format = IsJpeg(path)                     ? PictureFormat::kJpeg
                                : LowerExtension(path) == ".png" ? PictureFormat::kPng
                                                                 : PictureFormat::kOther;
-  Write(path, {image.width, image.height, image.channels, false, image.data.data(), format, jpeg_quality});
+  Write(path, {image.width, image.height, image.channels, false, image.data.data(), format, jpeg_quality, orientation});
 }
 
 void WriteImage(const fs::path& path, const ImageF& image) {
   if (image.empty()) throw std::invalid_argument("WriteImage: empty image");
-  Write(path, {image.width, image.height, image.channels, true, image.data.data(), PictureFormat::kOther, 0});
+  Write(path, {image.width, image.height, image.channels, true, image.data.data(), PictureFormat::kOther, 0, 1});
 }
 
 Image8 Resize(const Image8& image, int width, int height) {

@@ -14,6 +14,8 @@
 #include <string>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi::json_fields {
@@ -32,7 +34,8 @@ class Fields {
     return it == object_.end() || it->is_null() ? nullptr : &*it;
   }
   InputError Wrong(const char* key, const char* expected) const {
-    return InputError(file_, fmt::format("{}{} is not {}", where_, key, expected));
+    return Find(key) != nullptr ? InputError(file_, fmt::format("{}{} is not {}", where_, key, expected))
+                                : InputError(file_, fmt::format("the key \"{}{}\" is missing", where_, key));
   }
 
   std::optional<double> Number(const char* key) const {
@@ -94,11 +97,9 @@ inline void RequireFormat(const Fields& fields, const std::filesystem::path& fil
 
 inline Json ParseJson(const std::filesystem::path& file) {
   try {
-    return Json::parse(ReadText(file));
+    return Json::parse(ReadJsonText(file));
   } catch (const nlohmann::json::exception& e) {
-    std::string what = e.what();
-    if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);
-    throw InputError(file, "is no valid JSON: " + what);
+    throw InputError(file, "is " + JsonProblem(e.what()));
   }
 }
 

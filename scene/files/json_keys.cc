@@ -1,14 +1,38 @@
 #include "scene/files/json_keys.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+// Whether a number is one that T holds: the library casts, whatever comes of it.
+template <typename T>
+bool Holds(const Json& value) {
+  if constexpr (std::integral<T> && !std::same_as<T, bool>) {
+    using Limits = std::numeric_limits<T>;
+    if (value.is_number_float()) {  // 2^digits and its negative are exact in double
+      const double number = value.get<double>(), beyond = std::ldexp(1.0, Limits::digits);
+      return number < beyond && number >= (std::is_signed_v<T> ? -beyond : 0);
+    }
+    if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= static_cast<std::uint64_t>(Limits::max());
+    if (value.is_number_integer()) return std::in_range<T>(value.get<std::int64_t>());
+  } else if constexpr (std::same_as<T, std::vector<int>>) {
+    if (value.is_array()) return std::all_of(value.begin(), value.end(), Holds<int>);
+  }
+  return true;  // or of another type, which the library says
+}
 
 Json& At(const std::shared_ptr<void>& node) { return *static_cast<Json*>(node.get()); }
 
@@ -17,17 +41,18 @@ Json& At(const std::shared_ptr<void>& node) { return *static_cast<Json*>(node.ge
 JsonKeys::JsonKeys() : node_(std::make_shared<Json>(Json::object())) {}
 
 std::optional<JsonKeys> JsonKeys::Parse(const std::string& text) {
+  if (JsonBeyondLimits(text)) return std::nullopt;
   auto node = std::make_shared<Json>(Json::parse(text, nullptr, false));
   return node->is_object() ? std::optional(JsonKeys(std::move(node), false)) : std::nullopt;
 }
 
 JsonKeys JsonKeys::Read(const std::filesystem::path& file, const std::string& what) {
   try {
-    auto node = std::make_shared<Json>(Json::parse(ReadText(file, 1 << 24)));
+    auto node = std::make_shared<Json>(Json::parse(ReadJsonText(file, 1 << 24)));
     if (!node->is_object()) throw InputError(file, "not " + what + ": no JSON object");
     return {std::move(node), false};
   } catch (const Json::exception& e) {
-    throw InputError(file, "not " + what + ": " + e.what());
+    throw InputError(file, "not " + what + ": " + JsonProblem(e.what()));
   }
 }
 
@@ -57,7 +82,11 @@ JsonKeys& JsonKeys::operator()(const char* key, T& value) {
     At(node_)[key] = value;
   } else if (!Lacks(key)) {
     try {
-      value = At(node_).at(key).get<T>();
+      const Json& there = At(node_).at(key);
+      if (Holds<T>(there))
+        value = there.get<T>();
+      else
+        complete_ = false;
     } catch (const Json::exception&) {  // of another type
       complete_ = false;
     }

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -18,9 +20,9 @@ constexpr int kMostPx = 32768;
 
 nlohmann::json ParsePath(const std::filesystem::path& file) {
   try {
-    return nlohmann::json::parse(ReadText(file));
+    return nlohmann::json::parse(ReadJsonText(file));
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(file, std::string("not a camera path: ") + e.what());
+    throw InputError(file, "not a camera path: " + JsonProblem(e.what()));
   }
 }
 
@@ -30,8 +32,8 @@ bool HasMatrices(const nlohmann::json& j) {
   return key.is_object() && key.contains("P");
 }
 
-Matrix34d ReadMatrix(const nlohmann::json& j) {
-  const auto numbers = j.get<std::array<double, 12>>();
+Matrix34d ReadMatrix(const nlohmann::json& k, const char* name, const std::string& where) {
+  const auto numbers = JsonAt<std::array<double, 12>>(k, name, where);
   Matrix34d P;
   for (int i = 0; i < 12; ++i) P(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   return P;
@@ -43,14 +45,14 @@ nlohmann::ordered_json RowByRow(const Matrix34d& P) {
   return numbers;
 }
 
-MatrixKey ReadKey(const nlohmann::json& k) {
+MatrixKey ReadKey(const nlohmann::json& k, const std::string& where) {
   MatrixKey key;
-  key.time_s = k.at("time_s").get<double>();
-  key.P = ReadMatrix(k.at("P"));
+  key.time_s = JsonAt<double>(k, "time_s", where);
+  key.P = ReadMatrix(k, "P", where);
   if (k.contains("filmed") && k.contains("steady"))
-    key.filmed = ReadMatrix(k["filmed"]), key.steady = ReadMatrix(k["steady"]);
-  key.view = k.value("view", "");
-  key.view_scale = k.value("view_scale", 1.0);
+    key.filmed = ReadMatrix(k, "filmed", where), key.steady = ReadMatrix(k, "steady", where);
+  key.view = JsonOr<std::string>(k, "view", "", where);
+  key.view_scale = JsonOr(k, "view_scale", 1.0, where);
   if (k.contains("anchors_px"))
     for (const auto& a : k.at("anchors_px")) {
       const auto n = a.get<std::array<double, 4>>();
@@ -69,22 +71,24 @@ MatrixPath ReadMatrixPath(const std::filesystem::path& file) {
   try {
     if (!HasMatrices(j) || j.value("format", "") != kMatrixPathFormat)
       throw InputError(file, "not a path of matrices: \"format\": \"lumigraph-path\" with a P in each key");
-    if (j.at("version").get<int>() > kMatrixPathVersion)
-      throw InputError(file, fmt::format("a camera path of version {}; this program reads up to {}",
-                                         j["version"].get<int>(), kMatrixPathVersion));
-    path.fps = j.value("fps", 30.0);
-    path.width_px = j.at("width").get<int>();
-    path.height_px = j.at("height").get<int>();
-    path.model = j.value("model", "");
-    path.view_scale = j.value("view_scale", 1.0);
-    path.cropped = j.value("cropped", false);
+    if (const int version = JsonAt<int>(j, "version"); version > kMatrixPathVersion)
+      throw InputError(
+          file, fmt::format("a camera path of version {}; this program reads up to {}", version, kMatrixPathVersion));
+    path.fps = JsonOr(j, "fps", 30.0);
+    path.width_px = JsonAt<int>(j, "width");
+    path.height_px = JsonAt<int>(j, "height");
+    path.model = JsonOr<std::string>(j, "model", "");
+    path.view_scale = JsonOr(j, "view_scale", 1.0);
+    path.cropped = JsonOr(j, "cropped", false);
     if (j.contains("object_px")) {
-      const auto box = j.at("object_px").get<std::array<double, 4>>();
+      const auto box = JsonAt<std::array<double, 4>>(j, "object_px");
       path.object_px.assign(box.begin(), box.end());
     }
-    for (const auto& k : j["keys"]) path.keys.push_back(ReadKey(k));
-  } catch (const nlohmann::json::exception& e) {
+    for (const auto& k : j["keys"]) path.keys.push_back(ReadKey(k, fmt::format("keys[{}].", path.keys.size())));
+  } catch (const JsonFault& e) {
     throw InputError(file, std::string("not a path of matrices: ") + e.what());
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(file, "not a path of matrices: " + JsonProblem(e.what()));
   }
   for (std::size_t i = 0; i < path.keys.size(); ++i) {
     const MatrixKey& key = path.keys[i];

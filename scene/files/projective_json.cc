@@ -4,6 +4,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "scene/files/file_name.h"
 #include "scene/files/json_fields.h"
 
 namespace lumi {
@@ -59,7 +60,8 @@ const Json& RequiredArray(const Fields& fields, const char* key) {
 View ReadView(const Fields& fields) {
   View view;
   const auto name = fields.Text("name");
-  if (!name || name->empty() || name->find('\0') != std::string::npos) throw fields.Wrong("name", "a photo's name");
+  if (!name || name->empty()) throw fields.Wrong("name", "a photo's name");
+  if (!StaysWithin(*name)) throw fields.Wrong("name", "a photo's name: it leads out of the photos' folder");
   view.name = *name;
   view.size_px = {fields.Integer("width_px").value_or(0), fields.Integer("height_px").value_or(0)};
   view.P = Required<12>(fields, "P").reshaped<Eigen::RowMajor>(3, 4);
@@ -161,7 +163,7 @@ void WriteProjectiveJson(const Scene& scene, const fs::path& file) {
     try {
       text += (i ? ",\n" : "\n") + line.dump();
     } catch (const nlohmann::json::exception&) {
-      throw DataError("a photo's name is not UTF-8 and cannot be written into JSON", "rename the photos", file);
+      throw DataError("the photo's name is not UTF-8 and cannot be written into JSON", "rename it", view.name);
     }
   }
   text += "],\n\"points\":[";

@@ -91,7 +91,12 @@ std::string Fingerprint(const fs::path& path) {
 }
 
 void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {
-  WriteTextAtomically(ProvenancePath(scene_folder, p.stage), JsonKeys(p).Text(2) + "\n");
+  std::vector<fs::path> written;
+  for (const auto& [name, fingerprint] : p.outputs) written.push_back(scene_folder / name);
+  if (!written.empty()) FlushToDisk(scene_folder, written);
+  const fs::path record = ProvenancePath(scene_folder, p.stage);
+  WriteTextAtomically(record, JsonKeys(p).Text(2) + "\n");
+  FlushToDisk(scene_folder, {record});
 }
 
 std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std::string& stage) {
@@ -120,7 +125,8 @@ bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::str
   if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty())
     return no(difference);
   for (const auto& [name, fingerprint] : before.outputs)
-    if (Fingerprint(scene_folder / name) != fingerprint)
+    if (fingerprint == kChangedLater ? !fs::exists(scene_folder / name, error)
+                                     : Fingerprint(scene_folder / name) != fingerprint)
       return no(fmt::format("output {} is not as it was written", name));
   if (why) why->clear();
   return true;

@@ -23,8 +23,13 @@ struct Provenance {
 // larger ones. A folder: of the sorted names and fingerprints of its files. "absent" where there is nothing.
 std::string Fingerprint(const std::filesystem::path& path);
 
+// In place of an output's fingerprint: a file that later stages change. It has to be there.
+inline constexpr const char* kChangedLater = "changed by later stages";
+
 // What STAGE recorded in that folder; none where it has not, or where that cannot be read.
 std::optional<Provenance> ReadProvenance(const std::filesystem::path& scene_folder, const std::string& stage);
+// Comes last: the outputs are on the disk, also after losing power, before the record says that they are there
+// (FlushToDisk).
 void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance& provenance);
 
 // Whether stage `wanted` has nothing to do: version, options and inputs equal, recorded outputs still as written.

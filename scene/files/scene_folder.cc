@@ -11,13 +11,16 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/evaluation_proxy.h"
+#include "scene/files/file_name.h"
 #include "scene/files/image_io.h"
 #include "scene/files/json_fields.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/projective_json.h"
 #include "scene/files/transforms_json.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -68,6 +71,7 @@ struct Manifest {
     std::optional<double> time_s;
     std::optional<int> frame_index;
     double gain = 1;
+    int orientation = 1;
   };
   std::map<std::string, ViewEntry> views;
 };
@@ -83,7 +87,7 @@ Manifest ReadManifest(const fs::path& file) {
   m.frame = *known;
   if (const auto up = fields.Vector<3>("up")) {
     if (!(up->norm() > 0)) throw fields.Wrong("up", "a direction");
-    m.up = up->normalized();
+    m.up = up->stableNormalized();  // of any length
   }
   if (const Json* n = fields.Find("normalisation")) {
     const Fields normalisation(*n, file, "normalisation.");
@@ -92,7 +96,7 @@ Manifest ReadManifest(const fs::path& file) {
     if (!(s.scale > 0)) throw normalisation.Wrong("scale", "positive");
     if (const auto q = normalisation.Vector<4>("rotation_xyzw")) {
       if (!(q->norm() > 0)) throw normalisation.Wrong("rotation_xyzw", "a quaternion");
-      s.rotation = Eigen::Quaterniond(q->normalized().eval());
+      s.rotation = Eigen::Quaterniond(q->stableNormalized().eval());
     }
     s.translation = normalisation.Vector<3>("translation").value_or(Eigen::Vector3d::Zero());
     m.normalized_from_world = s;
@@ -102,7 +106,7 @@ Manifest ReadManifest(const fs::path& file) {
   m.active_proxy = fields.Text("active_proxy").value_or("");
   CheckProxyName(file, m.active_proxy);
   m.images = fields.Text("images").value_or("images");
-  if (m.images.find('\0') != std::string::npos) throw fields.Wrong("images", "a path");
+  // The folder may stand beside the scene's; what the views name does not lead out of it.
   if (const Json* views = fields.Array("views"))
     for (std::size_t i = 0; i < views->size(); ++i) {
       const Fields view((*views)[i], file, fmt::format("views[{}].", i));
@@ -113,6 +117,8 @@ Manifest ReadManifest(const fs::path& file) {
       entry.frame_index = view.Integer("frame_index");
       entry.gain = view.Number("gain").value_or(1);
       if (!(entry.gain > 0)) throw view.Wrong("gain", "positive");
+      entry.orientation = view.Integer("orientation").value_or(1);
+      if (!IsOrientation(entry.orientation)) throw view.Wrong("orientation", "1 to 8");
       if (!m.views.emplace(*name, entry).second) throw InputError(file, fmt::format("view \"{}\" comes twice", *name));
     }
   return m;
@@ -144,6 +150,7 @@ Scene ReadOwnScene(const fs::path& folder) {
     view.time_s = entry->second.time_s;
     view.frame_index = entry->second.frame_index;
     view.gain = entry->second.gain;
+    view.orientation = entry->second.orientation;
   }
   if (!manifest.up || !manifest.normalized_from_world) UpdateFrameOfReference(scene);
   if (manifest.up) scene.up = *manifest.up;
@@ -189,16 +196,25 @@ Scene ReadWorkspace(const fs::path& path, const fs::path& model) {
 
 // --- Photos and cameras ------------------------------------------------------------------------------------------
 
-void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
-  std::vector<Eigen::Vector2i> sizes(scene.views.size());
-  {
-    Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
-    ParallelEach(scene.views.size(), 1, [&](std::size_t i) {
-      const ImageInfo info = ReadImageInfo(scene.ImagePath(scene.views[i]));
-      sizes[i] = {info.width, info.height};
-      progress.Step();
-    });
-  }
+// Photos that say themselves how they are held, where the scene does not.
+void TakeOrientations(Scene& scene, const std::vector<ImageInfo>& photos) {
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    if (scene.views[i].orientation == 1) scene.views[i].orientation = photos[i].orientation;
+}
+
+std::vector<ImageInfo> ReadPhotoInfos(const Scene& scene, ProgressSink& sink) {
+  std::vector<ImageInfo> photos(scene.views.size());
+  Progress progress(sink, "checking photos", static_cast<long>(scene.views.size()));
+  ParallelEach(scene.views.size(), 1, [&](std::size_t i) {
+    photos[i] = ReadImageInfo(scene.ImagePath(scene.views[i]));
+    progress.Step();
+  });
+  return photos;
+}
+
+void FitCamerasToPhotos(Scene& scene, const std::vector<ImageInfo>& photos, bool rescale, ProgressSink& sink) {
+  std::vector<Eigen::Vector2i> sizes;
+  for (const ImageInfo& photo : photos) sizes.emplace_back(photo.width, photo.height);
   const auto camera_size = [&](std::size_t i) { return SizePx(scene, scene.views[i]); };
   const auto fits = [&](std::size_t i) { return sizes[i] == camera_size(i); };
   std::vector<Eigen::Vector2d> factors(scene.views.size(), Eigen::Vector2d::Ones());
@@ -215,7 +231,8 @@ void FitCamerasToPhotos(Scene& scene, bool rescale, ProgressSink& sink) {
             scene.ImagePath(view),
             fmt::format("the photo is {} x {} pixels, its camera is for {} x {}: it is turned by 90 degrees",
                         sizes[i].x(), sizes[i].y(), size.x(), size.y()),
-            "turn the photo back (what its EXIF data say of its orientation is not applied)");
+            "turn its pixels back: cameras are those of the pixels as they are stored, whatever EXIF's orientation "
+            "says");
       if (!rescale)
         throw InputError(
             scene.ImagePath(view),
@@ -295,8 +312,14 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   if (!skipped.empty())
     progress.Message(
         fmt::format("{} photos of the file are absent and were left out, {} first", skipped.size(), skipped.front()));
-  if (!ours) UpdateFrameOfReference(scene);
-  if (options.check_photos || options.rescale_cameras) FitCamerasToPhotos(scene, options.rescale_cameras, progress);
+  if (options.check_photos || options.rescale_cameras) {
+    const std::vector<ImageInfo> photos = ReadPhotoInfos(scene, progress);
+    if (!ours) TakeOrientations(scene, photos);
+    if (!ours) UpdateFrameOfReference(scene);
+    FitCamerasToPhotos(scene, photos, options.rescale_cameras, progress);
+  } else if (!ours) {
+    UpdateFrameOfReference(scene);
+  }
   const bool distorted =
       scene.frame == Frame::kMetric && std::any_of(scene.views.begin(), scene.views.end(),
                                                    [&](const View& v) { return !scene.CameraOf(v).IsPinhole(); });
@@ -304,6 +327,14 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
     scene = UndistortPhotos(scene, options.cache_folder.empty() ? CacheFolder(scene) : options.cache_folder / "images",
                             progress);
   return scene;
+}
+
+// The photos' folder as the manifest has it: by the names as they stand first, for an images/ that is a link.
+static fs::path ImagesOf(const Scene& scene, const fs::path& folder) {
+  if (scene.image_folder.empty()) return "images";
+  const fs::path named = Lexical(scene.image_folder).lexically_relative(Lexical(folder));
+  if (StaysWithin(named.string())) return named;
+  return Canonical(scene.image_folder).lexically_relative(Canonical(folder));
 }
 
 void WriteManifest(const Scene& scene, const fs::path& folder) {
@@ -318,25 +349,20 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
                            {"translation", ToJson(n.translation)}};
   if (scene.period_s) json["period_s"] = *scene.period_s;
   json["active_proxy"] = scene.active_proxy;
-  const fs::path images = scene.image_folder.empty()
-                              ? fs::path("images")
-                              : Canonical(scene.image_folder).lexically_relative(Canonical(folder));
-  json["images"] = images.generic_string();
+  json["images"] = ImagesOf(scene, folder).generic_string();
   json["views"] = Json::array();
   for (const View& view : scene.views) {
     Json entry{{"name", view.name}};
     if (view.time_s) entry["time_s"] = *view.time_s;
     if (view.frame_index) entry["frame_index"] = *view.frame_index;
     entry["gain"] = view.gain;
+    if (view.orientation != 1) entry["orientation"] = view.orientation;
     json["views"].push_back(std::move(entry));
   }
-  std::string text;
-  try {
-    text = json.dump(1);
-  } catch (const nlohmann::json::exception&) {
-    throw DataError("a photo's name is not UTF-8 and cannot be written into a manifest", "rename the photos", folder);
-  }
-  WriteTextAtomically(folder / kManifestName, text + "\n");
+  for (const View& view : scene.views)
+    if (!IsUtf8(view.name))
+      throw DataError("the photo's name is not UTF-8 and cannot be written into a manifest", "rename it", view.name);
+  WriteTextAtomically(folder / kManifestName, json.dump(1) + "\n");
 }
 
 void WriteScene(const Scene& scene, const fs::path& folder) {
@@ -370,17 +396,35 @@ std::vector<std::string> ListProxies(const fs::path& scene_folder) {
   return names;
 }
 
-Mesh LoadProxy(const Scene& scene, const std::string& name) {
+bool IsMeshFile(const std::string& name) {
+  const std::string ending = LowerExtension(name);
+  return ending == ".ply" || ending == ".obj";
+}
+
+fs::path ProxyFile(const Scene& scene, const std::string& name) {
   const std::string wanted = name.empty() ? scene.active_proxy : name;
   const std::vector<std::string> names = ListProxies(scene.folder);
-  const bool for_evaluation = IsForEvaluation(wanted) && Exists(ProxyPath(scene.folder, wanted));
-  if (!for_evaluation && std::find(names.begin(), names.end(), wanted) == names.end()) {
-    const std::string hint =
-        names.empty() ? "lumi-proxy makes one" : fmt::format("there are: {}", fmt::join(names, ", "));
-    if (wanted.empty()) throw UsageError(fmt::format("{} has no active proxy", scene.folder.string()), hint);
-    throw UsageError(fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted), hint);
+  if (std::find(names.begin(), names.end(), wanted) != names.end() ||
+      (IsForEvaluation(wanted) && Exists(ProxyPath(scene.folder, wanted))))
+    return ProxyPath(scene.folder, wanted);
+  if (IsMeshFile(wanted)) {
+    if (Exists(wanted)) return wanted;
+    throw InputError(wanted, "no such file", "--proxy takes the name of one of the scene's proxies, or a mesh file");
   }
-  return ReadMesh(ProxyPath(scene.folder, wanted));
+  const std::string what = wanted.empty() ? fmt::format("{} has no active proxy", scene.folder.string())
+                                          : fmt::format("{} has no proxy \"{}\"", scene.folder.string(), wanted);
+  if (!names.empty())
+    throw UsageError(what, fmt::format("there are: {}; or name a file: --proxy MESH.ply", fmt::join(names, ", ")));
+  if (Exists(scene.folder / kManifestName))
+    throw UsageError(what, fmt::format("lumi-proxy auto {} makes one; or name a file: --proxy MESH.ply, or let "
+                                       "lumi-render do without: --proxy per-view",
+                                       scene.folder.string()));
+  throw UsageError(what, fmt::format("make a scene with one: lumi-pipeline {} -o SCENE; or name a file: --proxy "
+                                     "MESH.ply (lumi-proxy delaunay {} -o MESH.ply makes one), or let lumi-render do "
+                                     "without: --proxy per-view",
+                                     scene.folder.string(), scene.folder.string()));
 }
+
+Mesh LoadProxy(const Scene& scene, const std::string& name) { return ReadMesh(ProxyFile(scene, name)); }
 
 }  // namespace lumi

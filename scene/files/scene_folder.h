@@ -28,14 +28,16 @@ struct OpenOptions {
 };
 
 // path: a folder with lumigraph.json; one with a COLMAP model in it, in sparse/ or in sparse/0/, photos in images/
-// beside any of these or right in it; the model's own folder; transforms.json or a folder with one. up and
-// normalized_from_world are stored in ours and estimated for others'. Throws InputError (corrupt, newer version, photo
+// beside any of these or right in it; the model's own folder; transforms.json or a folder with one. up,
+// normalized_from_world and the photos' orientations are stored in ours; for others' they are estimated, and read from
+// the photos (with check_photos). Throws InputError (corrupt, newer version, photo
 // absent, a camera that does not fit its photo) or UsageError (no scene there, with what was looked for). A scene of
 // ours may be quasi-affine or projective: a caller that needs cameras says so with RequireMetric (scene/model/scene.h).
 Scene OpenScene(const std::filesystem::path& path, const OpenOptions& options, ProgressSink& progress);
 
 // lumigraph.json and sparse/, or projective.json where the scene is not metric (the manifest says which of them counts,
-// where an earlier scene left the other). Photos are not copied; scene.image_folder must be folder/images or outside.
+// where an earlier scene left the other). Photos are not copied; scene.image_folder must lie in `folder`: one elsewhere
+// is refused when the scene is read.
 void WriteScene(const Scene& scene, const std::filesystem::path& folder);
 // lumigraph.json alone (active_proxy, up ...): sparse/ stays.
 void WriteManifest(const Scene& scene, const std::filesystem::path& folder);
@@ -57,7 +59,11 @@ std::filesystem::path FindMask(const std::filesystem::path& folder, const std::s
 // Proxies: SCENE/proxies/NAME.ply. ListProxies leaves out those made for an evaluation (evaluation_proxy.h).
 std::filesystem::path ProxyPath(const std::filesystem::path& scene_folder, const std::string& name);
 std::vector<std::string> ListProxies(const std::filesystem::path& scene_folder);
-// By name, or the active one for an empty name. Throws UsageError naming those that exist.
+// Whether the name of a proxy is that of a mesh file: PLY or OBJ.
+bool IsMeshFile(const std::string& name);
+// By name, the active one for an empty name, or a mesh file anywhere. Throws UsageError naming those that exist and
+// what else works, InputError for a file that is not there.
+std::filesystem::path ProxyFile(const Scene& scene, const std::string& name);
 Mesh LoadProxy(const Scene& scene, const std::string& name);
 
 }  // namespace lumi

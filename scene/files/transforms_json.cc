@@ -15,8 +15,11 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/json_limits.h"
+#include "scene/files/json_problem.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -69,6 +72,14 @@ struct Reader {
     return {};
   }
 
+  // Ours: other writers of these files leave it to the photos.
+  int Orientation(const Json& frame) const {
+    const double value = Number(frame, frame, "orientation").value_or(1);
+    if (!(value >= 1 && value <= 8) || value != std::floor(value))
+      throw Fail(fmt::format("orientation = {} is none: 1 to 8", value));
+    return static_cast<int>(value);
+  }
+
   int Side(double value, const char* key) const {
     if (!(value >= 1 && value <= (1 << 20)) || value != std::floor(value))
       throw Fail(fmt::format("{} = {} is no size", key, value));
@@ -98,7 +109,9 @@ struct Reader {
     auto fx = focal("fl_x", "camera_angle_x", width), fy = focal("fl_y", "camera_angle_y", height);
     if (!fx) fx = fy;
     if (!fy) fy = fx;
-    if (!fx) throw Fail("has neither fl_x nor camera_angle_x");
+    if (!fx)
+      throw Fail(
+          "the keys \"fl_x\" (focal length, pixels) and \"camera_angle_x\" are missing, at the top and at the frame");
     const double cx = number("cx").value_or(width / 2.0), cy = number("cy").value_or(height / 2.0);
     const auto k = [&](const char* key) { return number(key).value_or(0.0); };
     const std::string model = Text(frame, root, "camera_model");
@@ -141,7 +154,9 @@ struct Reader {
       throw fail("is no rotation and translation");
     const Eigen::Matrix3d world_from_cam = R_gl * kFlip.asDiagonal();
     const Eigen::Quaterniond nearest(NearestRotation(world_from_cam));
-    return Rigid3{nearest.normalized(), m.col(3)}.Inverse();
+    const Rigid3 pose = Rigid3{nearest.normalized(), m.col(3)}.Inverse();
+    if (!pose.translation.allFinite()) throw fail("leads beyond what numbers can hold");
+    return pose;
   }
 };
 
@@ -156,6 +171,16 @@ std::optional<fs::path> FindPhoto(const fs::path& folder, const std::string& fil
   return std::nullopt;
 }
 
+// What file_path leads to, from the folder of the JSON or the one above it; empty: out of both.
+fs::path NameFor(const fs::path& folder, const fs::path& photo) {
+  const fs::path name = photo.lexically_normal().lexically_relative(folder);
+  auto part = name.begin();
+  if (part != name.end() && *part == "..") ++part;
+  return name.empty() || (part != name.end() && *part == "..") ? fs::path() : name;
+}
+
+fs::path FolderOf(const fs::path& json) { return fs::absolute(json).lexically_normal().parent_path(); }
+
 fs::path CommonFolder(const fs::path& a, const fs::path& b) {
   fs::path common;
   for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) common /= *i;
@@ -167,16 +192,14 @@ fs::path CommonFolder(const fs::path& a, const fs::path& b) {
 Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped) {
   Json root;
   try {
-    root = Json::parse(ReadText(path));
+    root = Json::parse(ReadJsonText(path));
   } catch (const nlohmann::json::exception& e) {
-    std::string what = e.what();
-    if (const auto bracket = what.find("] "); bracket != std::string::npos) what.erase(0, bracket + 2);
-    throw InputError(path, "is no valid JSON: " + what);
+    throw InputError(path, "is " + JsonProblem(e.what()));
   }
   const Reader reader{path};
   const auto frames = root.is_object() ? root.find("frames") : root.end();
   if (!root.is_object() || frames == root.end() || !frames->is_array()) throw InputError(path, "has no frames");
-  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  const fs::path folder = FolderOf(path);
   fs::path image_folder = folder;
   std::vector<std::pair<fs::path, View>> found;
   std::map<std::tuple<CameraModel, int, int, std::vector<double>>, CameraId> cameras;  // equal ones become one
@@ -187,6 +210,11 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
     const std::string file_path = reader.Text(frame, frame, "file_path");
     if (file_path.empty() || file_path.find('\0') != std::string::npos)
       throw InputError(path, fmt::format("frames[{}] has no file_path", i));
+    if (NameFor(folder, folder / file_path).empty())
+      throw InputError(
+          path,
+          fmt::format("frames[{}].file_path \"{}\" leads out of the file's folder and the one above it", i, file_path),
+          "put the photos beside the file");
     const auto photo = FindPhoto(folder, file_path);
     if (!photo) {
       if (skipped) skipped->push_back(file_path);
@@ -195,6 +223,7 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
     View view;
     view.cam_from_world = reader.ReadPose(frame, file_path);
     view.time_s = reader.Number(frame, frame, "time");
+    view.orientation = reader.Orientation(frame);
     const Camera camera = reader.ReadCamera(frame, root, *photo);
     const auto [known, added] = cameras.try_emplace({camera.model, camera.width_px, camera.height_px, camera.params},
                                                     CameraId{static_cast<std::int32_t>(scene.cameras.size())});
@@ -223,7 +252,7 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
   if (scene.frame != Frame::kMetric)
     throw DataError("a scene without metric cameras cannot be a transforms.json", "upgrade it to a metric scene first",
                     path);
-  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  const fs::path folder = FolderOf(path);
   const auto put_camera = [](Json& object, const Camera& c) {
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
     object["camera_model"] = c.IsPinhole()                            ? "PINHOLE"
@@ -248,10 +277,15 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
   root["frames"] = Json::array();
   for (const View& view : scene.views) {
     Json frame;
-    const fs::path photo = fs::absolute(scene.ImagePath(view)).lexically_normal();
-    const fs::path relative = photo.lexically_relative(folder);
-    const bool below = !relative.empty() && *relative.begin() != "..";
-    frame["file_path"] = (below ? relative : photo).generic_string();
+    const fs::path photo = fs::absolute(scene.ImagePath(view));
+    fs::path name = NameFor(folder, photo);
+    if (name.empty()) name = NameFor(fs::weakly_canonical(folder), fs::weakly_canonical(photo));  // one is a link
+    if (name.empty())
+      throw DataError("the photo lies neither in the folder of the transforms.json nor in the one above it",
+                      "copy the photos beside it", scene.ImagePath(view));
+    if (!IsUtf8(name.string()))
+      throw DataError("the photo's name is not UTF-8 and cannot be written as JSON", "rename it", view.name);
+    frame["file_path"] = name.generic_string();
     if (!one) put_camera(frame, scene.CameraOf(view));
     const Rigid3 world_from_cam = view.cam_from_world.Inverse();
     const Eigen::Matrix3d R_gl = world_from_cam.R() * kFlip.asDiagonal();
@@ -260,15 +294,10 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
     matrix.push_back({0.0, 0.0, 0.0, 1.0});
     frame["transform_matrix"] = std::move(matrix);
     if (view.time_s) frame["time"] = *view.time_s;
+    if (view.orientation != 1) frame["orientation"] = view.orientation;
     root["frames"].push_back(std::move(frame));
   }
-  std::string text;
-  try {
-    text = root.dump(1);
-  } catch (const nlohmann::json::exception&) {
-    throw DataError("a photo's name is not UTF-8 and cannot be written as JSON", "rename the photos", path);
-  }
-  WriteTextAtomically(path, text + "\n");
+  WriteTextAtomically(path, root.dump(1) + "\n");
 }
 
 }  // namespace lumi

@@ -132,6 +132,14 @@ void LinkOrCopy(const fs::path& from, const fs::path& to) {
   });
 }
 
+bool CanBeRead(const fs::path& photo) {
+  try {
+    return !ReadImage8(photo).empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 Image8 Undistorted(const Image8& photo, const Maps& maps) {
   Image8 result(maps.xy.cols, maps.xy.rows, photo.channels);
   const cv::Mat source(photo.height, photo.width, CV_8UC(photo.channels), const_cast<std::uint8_t*>(photo.data.data()));
@@ -182,10 +190,14 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
   // Photos by camera: its maps are made once and shared.
   std::map<std::int32_t, std::vector<std::size_t>> views_of;
   Record record(image_folder / ".undistorted");
+  const bool doubtful = RestartedSince(image_folder);
+  NoteRunOfMachine(image_folder);
   Progress progress(sink, "undistorting photos", static_cast<long>(scene.views.size()));
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const View& view = scene.views[i];
-    if (record.IsDone(view.name, Key(scene.ImagePath(view), scene.CameraOf(view)), result.ImagePath(result.views[i])))
+    const fs::path done = result.ImagePath(result.views[i]);
+    if (record.IsDone(view.name, Key(scene.ImagePath(view), scene.CameraOf(view)), done) &&
+        (!doubtful || CanBeRead(done)))
       progress.Step();
     else
       views_of[view.camera.value].push_back(i);
@@ -210,7 +222,8 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
     progress.Step();
   };
   std::vector<std::size_t> alone;  // photos with a camera of their own go side by side, each with its own maps
-  for (const auto& [id, views] : views_of) {
+  for (const auto& [id, views_of_camera] : views_of) {
+    const auto& views = views_of_camera;  // clang 14 hands no structured binding on to a lambda
     const auto camera = static_cast<std::size_t>(id);
     const bool pinhole = scene.cameras[camera].IsPinhole();
     if (views.size() == 1 && !pinhole) {

@@ -8,25 +8,35 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
 
-// The photos' own up (-y of each camera), robustly: the mean, then once more over those within 60 degrees of it, so
-// that a few portrait shots do not tilt the scene.
+// The photos' own up (the side of each that its orientation says), robustly: the mean, then once more over those within
+// 60 degrees of it, so that a few portrait shots whose files do not say so do not tilt the scene. That mean leans where
+// all photos look down from one side; what they have to their right is level. Least squares between the two, as in a
+// Gaussian prior and its likelihood: by how far the mean of photos is from up, and a held camera from level.
 Eigen::Vector3d EstimateUp(const Scene& scene) {
   constexpr double kCosOutlier = 0.5;
-  std::vector<Eigen::Vector3d> ups;
-  for (const View& view : scene.views) ups.push_back(-view.cam_from_world.R().row(1).transpose());
+  constexpr double kPitchRad = 0.35, kRollRad = 0.05;  // standard deviations: 20 and 3 degrees
+  std::vector<Rigid3> held;
+  for (const View& view : scene.views) held.push_back(UprightPose(view.cam_from_world, view.orientation));
+  const auto up = [](const Rigid3& pose) { return Eigen::Vector3d(-pose.R().row(1)); };
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& u : ups) mean += u;
+  for (const Rigid3& pose : held) mean += up(pose);
   if (!(mean.norm() > 1e-9)) return -Eigen::Vector3d::UnitY();
   mean.normalize();
   Eigen::Vector3d robust = Eigen::Vector3d::Zero();
-  for (const auto& u : ups)
-    if (u.dot(mean) > kCosOutlier) robust += u;
-  return robust.norm() > 1e-9 ? Eigen::Vector3d(robust.normalized()) : mean;
+  Eigen::Matrix3d weight = Eigen::Matrix3d::Identity() / (kPitchRad * kPitchRad);
+  for (const Rigid3& pose : held) {
+    if (!(up(pose).dot(mean) > kCosOutlier)) continue;
+    robust += up(pose);
+    const Eigen::Vector3d right = pose.R().row(0);
+    weight += right * right.transpose() / (kRollRad * kRollRad);
+  }
+  return (weight.inverse() * (robust.norm() > 1e-9 ? robust : mean)).normalized();
 }
 
 // Of a view of a frame that is not metric; nullopt at infinity, where P has no centre too.

@@ -49,6 +49,7 @@ struct View {
       Eigen::Vector2i::Zero();  // other frames: the photo's (metric ones: the camera's, see SizePx)
   std::optional<double> time_s;
   std::optional<int> frame_index;                     // in the video it came from
+  int orientation = 1;                                // EXIF's, 1 to 8: which side of the stored pixels is up
   double gain = 1.0;                                  // this photo's exposure relative to the scene's
   std::shared_ptr<const PhotoGrids> grids;            // what was read off its pixels; nullptr: nothing
   std::shared_ptr<const PhotoCorrection> correction;  // of its pixels where they are read; nullptr: none

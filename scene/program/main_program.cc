@@ -1,16 +1,28 @@
 #include "scene/program/main_program.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <new>
+#include <system_error>
 
+#include "scene/program/command_line_problem.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
+#include "scene/program/printable.h"
 #include "scene/program/version.h"
 
 namespace lumi {
 namespace {
+
+constexpr const char* kOutOfMemory = "out of memory";
+constexpr const char* kUseLess = "use smaller photos or fewer of them";
+constexpr const char* kPleaseReport = "please report it with the command line";
 
 void PrintJson(const std::string& name, const JsonKeys& keys) {
   JsonKeys json;
@@ -18,8 +30,10 @@ void PrintJson(const std::string& name, const JsonKeys& keys) {
   std::fputs((json.Text(2) + "\n").c_str(), stdout);
 }
 
-int Report(const std::string& name, bool json, ExitCode code, const std::string& message, const std::string& file,
-           const std::string& hint) {
+int Report(const std::string& name, bool json, ExitCode code, const std::string& said, const std::string& about,
+           const std::string& try_this) {
+  // One line, whatever a file is called.
+  const std::string message = Printable(said), file = Printable(about), hint = Printable(try_this);
   std::string line = name + ": ";
   if (!file.empty() && message.find(file) == std::string::npos) line += file + ": ";
   line += message;
@@ -34,6 +48,35 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   return static_cast<int>(code);
 }
 
+// What is said where memory runs out inside a function of a library that may not throw: there is no way back from
+// there. Made before, so that saying it takes none.
+std::string g_last_words, g_last_json;
+std::terminate_handler g_terminate_before = nullptr;
+
+void OnTerminate() {
+  try {
+    if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    std::fputs(g_last_words.c_str(), stderr);
+    std::fputs(g_last_json.c_str(), stdout);
+    std::fflush(stdout);
+    ::_exit(static_cast<int>(ExitCode::kMachine));
+  } catch (...) {
+  }
+  if (g_terminate_before) g_terminate_before();
+  std::abort();
+}
+
+void PrepareLastWords(const std::string& name, bool json) {
+  g_last_words = fmt::format("{}: {} ({})\n", name, kOutOfMemory, kUseLess);
+  if (json) {
+    JsonKeys error, whole;
+    error.Say("code", static_cast<int>(ExitCode::kMachine)).Say("message", kOutOfMemory).Say("hint", kUseLess);
+    g_last_json = whole.Say("schema", name).Say("version", kVersion).Say("error", error).Text(2) + "\n";
+  }
+  if (!g_terminate_before) g_terminate_before = std::set_terminate(OnTerminate);
+}
+
 }  // namespace
 
 Program::Program(std::string name, std::string description)
@@ -43,7 +86,7 @@ Program::Program(std::string name, std::string description)
       sink_(MakeStderrProgress(true)) {
   app_->set_version_flag("--version", name_ + " " + kVersion);
   options_.Flag("--json", json_, "Print a summary as JSON on stdout; messages go to stderr");
-  options_.Flag("--quiet", quiet_, "No progress, no remarks");
+  options_.Flag("--quiet", quiet_, "No progress, no remarks; figures that are asked for in one line");
   options_.Add("--threads", threads_, "Threads to use; 0 = all cores").Range(0, 4096).Default();
   options_.Add("--seed", seed_, "Seed of everything random").Default();
   app_->fallthrough();
@@ -64,30 +107,41 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
     if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
-    return Report(name_, json, ExitCode::kUsage, e.what(), "", "see " + name_ + " --help");
+    const CommandLineProblem problem = Explain(*app_, e);
+    return Report(name_, json, ExitCode::kUsage, problem.message, "", problem.hint);
+  } catch (const std::bad_alloc&) {
+    return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   }
-  sink_ = MakeStderrProgress(quiet_);
-  SetThreadCount(threads_);
   try {
+    PrepareLastWords(name_, json_);
+    sink_ = MakeStderrProgress(quiet_);
+    SetThreadCount(threads_);
     const std::function<Answer()>* what = &body;
     for (const auto& [command, does] : commands_)
       if (command.given()) what = &does;
     const Answer answer = (*what)();
     if (json_)
       PrintJson(name_, answer.keys);
-    else if (!answer.text.empty() && !quiet_)
-      std::fputs((answer.text + "\n").c_str(), stdout);
+    else if (const std::string& text = quiet_ ? answer.result : answer.text; !text.empty())
+      std::fputs((text + "\n").c_str(), stdout);
     if (std::fflush(stdout) != 0) throw MachineError("cannot write to standard output");
     return 0;
   } catch (const Error& e) {
     return Report(name_, json_, e.code(), e.what(), e.file().string(), e.hint());
   } catch (const std::bad_alloc&) {
-    return Report(name_, json_, ExitCode::kMachine, "out of memory", "", "use smaller photos or fewer of them");
+    return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   } catch (const std::filesystem::filesystem_error& e) {
     return Report(name_, json_, ExitCode::kMachine, e.code().message(), e.path1().string(), "");
+  } catch (const std::system_error& e) {
+    if (e.code() != std::errc::resource_unavailable_try_again && e.code() != std::errc::not_enough_memory)
+      return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", kPleaseReport);
+    return Report(name_, json_, ExitCode::kMachine, std::string("no thread can be started: ") + e.what(), "",
+                  "use fewer threads: --threads 1");
   } catch (const std::exception& e) {
-    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "",
-                  "please report it with the command line");
+    // OpenCV's own allocations fail with an exception of its own.
+    if (std::string(e.what()).find("OutOfMemoryError") != std::string::npos)
+      return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
+    return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", kPleaseReport);
   }
 }
 

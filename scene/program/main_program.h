@@ -7,7 +7,8 @@
 //     return program.Run(argc, argv, [&] { return RunX(o, program.progress()); });   // returns XSummary
 //   }
 //
-// XSummary has ListKeys (scene/files/json_keys.h), what --json prints, and Describe, what a person reads.
+// XSummary has ListKeys (scene/files/json_keys.h), what --json prints, and Describe, what a person reads; where it has
+// ResultLine, too, that line is printed under --quiet.
 #pragma once
 
 #include <functional>

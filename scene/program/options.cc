@@ -1,14 +1,17 @@
 #include "scene/program/options.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <map>
 
+#include "scene/program/command_line_problem.h"
 #include "scene/program/error.h"
 
 namespace lumi {
 namespace {
-
-enum class AnyChoice {};
 
 // What is wrong with a word is wrong with the command line.
 template <typename F>
@@ -22,6 +25,19 @@ auto Checked(std::string name, F take) {
   };
 }
 
+// Words that an option takes: listed in its help, and in what is said of another word.
+void TakeOneOf(CLI::Option& option, const std::vector<std::string>& words) {
+  option.type_name(fmt::format("{}", fmt::join(words, "|")));
+  option.check(CLI::Validator(
+      [words](const std::string& given) -> std::string {
+        if (std::ranges::count(words, given) > 0) return {};
+        const std::string meant = Nearest(given, words);
+        return fmt::format("takes {}, not {}{}", fmt::join(words, ", "), given,
+                           meant.empty() ? "" : "; did you mean " + meant + "?");
+      },
+      ""));
+}
+
 }  // namespace
 
 Option& Option::Required() { return option_->required(), *this; }
@@ -30,7 +46,7 @@ Option& Option::Default(const std::string& text) { return option_->default_str(t
 Option& Option::Range(int least, int most) { return option_->check(CLI::Range(least, most)), *this; }
 Option& Option::Range(double least, double most) { return option_->check(CLI::Range(least, most)), *this; }
 Option& Option::Positive() { return option_->check(CLI::PositiveNumber), *this; }
-Option& Option::OneOf(const std::vector<std::string>& words) { return option_->check(CLI::IsMember(words)), *this; }
+Option& Option::OneOf(const std::vector<std::string>& words) { return TakeOneOf(*option_, words), *this; }
 Option& Option::Values(int count) { return option_->expected(count), *this; }
 Option& Option::Commas() { return option_->delimiter(','), *this; }
 Option& Option::Pairs() { return option_->type_size(2), *this; }
@@ -67,11 +83,16 @@ Option Options::Call(const std::string& names, std::function<void(int)> take, co
 }
 Option Options::Choice(const std::string& names, std::function<void(int)> set, const std::string& help,
                        const std::vector<std::pair<std::string, int>>& choices) {
-  std::map<std::string, AnyChoice> words;
-  for (const auto& [word, value] : choices) words[word] = static_cast<AnyChoice>(value);
-  return Grouped(app_->add_option_function<AnyChoice>(
-                         names, [set = std::move(set)](const AnyChoice& value) { set(static_cast<int>(value)); }, help)
-                     ->transform(CLI::CheckedTransformer(words)));
+  std::map<std::string, int> value_of;
+  std::vector<std::string> words;
+  for (const auto& [word, value] : choices) {
+    value_of[word] = value;
+    words.push_back(word);
+  }
+  CLI::Option* option = app_->add_option_function<std::string>(
+      names, [set = std::move(set), value_of](const std::string& word) { set(value_of.at(word)); }, help);
+  TakeOneOf(*option, words);
+  return Grouped(option);
 }
 Option Options::Pass(const std::string& name, std::vector<std::string>& arguments, const std::string& help) {
   return Call(

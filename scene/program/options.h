@@ -1,5 +1,5 @@
 // The options of a program or of one of its commands: a name, what it sets, its line of help. The command line's
-// library is known to options.cc and main_program.cc alone.
+// library is known to options.cc, command_line_problem.cc and main_program.cc alone.
 //
 //   options.Add("--faces", request.faces, "Faces wanted, >= 1").Default();
 //   options.Add("--format", o.format, "Of the pictures").OneOf({"png", "jpg"});

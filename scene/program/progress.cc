@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "scene/program/interrupt.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace {
@@ -78,7 +79,7 @@ class Stderr : public ProgressSink {
     if (quiet_) return;
     if (drawn_) Print("\r\033[K");
     drawn_ = false;
-    Print(fmt::format("{}\n", line));
+    Print(Printable(line) + "\n");
   }
 
  private:

@@ -26,7 +26,8 @@ namespace {
 
 constexpr std::size_t kTailLines = 40;
 constexpr int kPollMs = 200;
-constexpr double kGraceSeconds = 5;  // from SIGTERM to SIGKILL
+constexpr double kGraceSeconds = 5;            // from SIGTERM to SIGKILL
+constexpr std::size_t kLongestLine = 1 << 16;  // what goes on without an end is no line: it is cut
 
 // Splits a byte stream into lines; a carriage return ends a line too (progress that redraws itself).
 class LineSplitter {
@@ -34,12 +35,11 @@ class LineSplitter {
   template <typename F>
   void Feed(const char* data, std::size_t n, F&& emit) {
     for (std::size_t i = 0; i < n; ++i) {
-      if (data[i] == '\n' || data[i] == '\r') {
+      if (data[i] == '\n' || data[i] == '\r' || line_.size() == kLongestLine) {
         if (!line_.empty()) emit(line_);
         line_.clear();
-      } else {
-        line_.push_back(data[i]);
       }
+      if (data[i] != '\n' && data[i] != '\r') line_.push_back(data[i]);
     }
   }
   template <typename F>
@@ -69,6 +69,22 @@ struct Pipe {
     if (read >= 0) close(read);
   }
 };
+
+std::vector<std::string> EnvironmentWith(const std::map<std::string, std::string>& more) {
+  std::vector<std::string> environment;
+  for (char** e = environ; *e; ++e) {
+    const std::string entry(*e);
+    if (!more.count(entry.substr(0, entry.find('=')))) environment.push_back(entry);
+  }
+  for (const auto& [key, value] : more) environment.push_back(key + "=" + value);
+  return environment;
+}
+
+// Whether a child has ended; its status stays to be read.
+bool HasEnded(pid_t pid) {
+  siginfo_t info{};
+  return waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid;
+}
 
 }  // namespace
 
@@ -103,12 +119,7 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   const auto program = FindProgram(argv.at(0));
   if (!program) throw MachineError("cannot find the program " + argv[0], "install it, or put it in PATH");
 
-  std::vector<std::string> environment;
-  for (char** e = environ; *e; ++e) {
-    const std::string entry(*e);
-    if (!options.environment.count(entry.substr(0, entry.find('=')))) environment.push_back(entry);
-  }
-  for (const auto& [key, value] : options.environment) environment.push_back(key + "=" + value);
+  std::vector<std::string> environment = EnvironmentWith(options.environment);
   std::vector<char*> env, args;
   for (auto& e : environment) env.push_back(e.data());
   env.push_back(nullptr);
@@ -164,6 +175,11 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
     pollfd fds[2] = {{out_open ? out.read : -1, POLLIN, 0}, {err_open ? err.read : -1, POLLIN, 0}};
     const int ready = poll(fds, 2, kPollMs);
     if (ready < 0 && errno != EINTR) break;
+    // It has ended, and all that it said is read: what still holds the pipes is a process that it left behind.
+    if (ready == 0 && HasEnded(pid)) {
+      kill(-pid, SIGKILL);
+      break;
+    }
     if (ready <= 0) continue;
     if (fds[0].revents) {
       const ssize_t n = read(out.read, buffer.data(), buffer.size());

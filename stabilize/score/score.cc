@@ -6,7 +6,7 @@
 #include <cmath>
 #include <deque>
 
-#include "scene/files/video.h"
+#include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
@@ -16,7 +16,6 @@ namespace lumi::score {
 namespace {
 
 constexpr std::size_t kBatch = 16;      // frames of each video in memory
-constexpr double kSnap_s = 1.1e-3;      // containers round times to milliseconds
 constexpr int kShortestShot = 5;        // frames
 constexpr int kMostBridged = 15;        // frames without features, over which the path is found again
 constexpr double kStillPx = 0.1;        // of a path: what measuring a video of a tripod adds up to
@@ -37,9 +36,10 @@ Image8 GreyOf(const Image8& rgb) {
 // One video while it is read.
 class Meter {
  public:
-  explicit Meter(const std::filesystem::path& file) : reader_(file), jitter_(reader_.fps()) {
+  explicit Meter(const std::filesystem::path& file)
+      : reader_(file), clock_(ReadUsableTimes(file)), jitter_(clock_.fps()) {
     score_.file = file;
-    score_.fps = reader_.fps();
+    score_.fps = clock_.fps();
   }
 
   // The next frames into `pictures`; fewer at the end.
@@ -80,6 +80,7 @@ class Meter {
   int frames() const { return path_.frames(); }
   long frame_count_hint() const { return reader_.frame_count_hint(); }
   bool truncated() const { return reader_.truncated(); }
+  std::vector<std::string> remarks() const { return reader_.remarks(); }
 
   // Frames of the whole video; those that are left are not looked at.
   int CountAll() {
@@ -143,13 +144,8 @@ class Meter {
                                   rgb.height, score_.width_px, score_.height_px),
                       "cut the video there", score_.file);
     }
-    // Whole frames of the stated rate, unless it is none.
-    const double interval_s = 1 / score_.fps, step = frame.index > 0 ? (frame.time_s - stated_s_) / interval_s : 0;
-    const double whole = std::max(1.0, std::round(step));
-    if (frame.index > 0) time_s_ += interval_s * (std::abs(step - whole) * interval_s < kSnap_s ? whole : step);
-    stated_s_ = frame.time_s;
     pictures.push_back(GreyOf(rgb));
-    batch_times_s_.push_back(time_s_);
+    batch_times_s_.push_back(clock_.TimeOf(frame.time_s));
   }
 
   void Add(const Image8& grey, double time_s) {
@@ -187,12 +183,12 @@ class Meter {
   Image8 last_seen_;                 // the last frame on the path
   int last_break_ = -kShortestShot;  // the last frame that does not follow the one before, by a cut or by failing
   VideoReader reader_;
+  VideoClock clock_;
   CornerFollower corners_;
   JitterMeter jitter_;
   MeasuredPath path_;
   VideoScore score_;
   std::vector<double> batch_times_s_;
-  double stated_s_ = 0, time_s_ = 0;
   int matches_ = 0;
   double cropping_sum_ = 0, distortion_sum_ = 0, kept_sum_ = 0;
 };
@@ -239,6 +235,7 @@ ScoreResult Score(const ScoreOptions& options, ProgressSink& sink) {
     if (lengths[i] < kLeastCommon * lengths[0])
       throw DataError(fmt::format("has {} frames, the input {}: is it made from it?", lengths[i], lengths[0]),
                       "compare videos of the same frames", file);
+    for (const std::string& remark : meters[i].remarks()) result.warnings.push_back(remark);
     if (meters[i].truncated()) result.warnings.push_back(file.filename().string() + ": is cut off");
     if (lengths[i] != lengths[0])
       result.warnings.push_back(fmt::format("{}: has {} frames, the input {}: the first {} are compared",

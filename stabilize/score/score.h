@@ -51,8 +51,8 @@ struct ScoreResult {
   double seconds = 0;
 };
 
-// Throws InputError (no video, no video stream), DataError (one frame; less than half as long as the input; frames of
-// another size in the middle; nothing to follow in the input), Interrupted.
+// Throws InputError (no video, no video stream), DataError (one frame; times that are missing or fall; less than half
+// as long as the input; frames of another size in the middle; nothing to follow in the input), Interrupted.
 ScoreResult Score(const ScoreOptions& options, ProgressSink& progress);
 
 }  // namespace lumi::score

@@ -48,6 +48,8 @@ TEST(Architecture, HeavyLibrariesStayInTheirStage) {
               ElementsAre(StartsWith("scene/a.cc:1: CGAL")));
   EXPECT_THAT(RulesBrokenBy("proxy/a.cc", "#include <GLFW/glfw3.h>\n"),
               ElementsAre(StartsWith("proxy/a.cc:1: OpenGL")));
+  EXPECT_THAT(RulesBrokenBy("scene/files/a.cc", "#include <libavcodec/avcodec.h>\n"),
+              ElementsAre(StartsWith("scene/files/a.cc:1: FFmpeg")));
   EXPECT_THAT(RulesBrokenBy("scene/a.h", "#include <opencv2/core.hpp>\n"),
               ElementsAre(StartsWith("scene/a.h:1: headers of scene")));
   for (const char* frame : {"#include <CLI/CLI.hpp>\n", "#include \"scene/program/main_program.h\"\n"})

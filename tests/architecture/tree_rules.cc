@@ -69,7 +69,7 @@ const std::vector<Rule>& Rules() {
        }},
       {"headers of scene show Eigen and the standard library only",
        [](const SourceLine& l) {
-         return l.folder == "scene" && l.IsHeader() && l.file != kJsonFields &&
+         return l.folder == "scene" && l.IsHeader() && l.file != kJsonFields && !l.Below("scene/files/openimageio/") &&
                 StartsWithAny(l.include, {"opencv2/", "OpenImageIO/", "nlohmann/", "fmt/", "CLI/", "tbb/", "spdlog/",
                                           "sqlite3", "embree"});
        }},
@@ -85,6 +85,7 @@ const std::vector<Rule>& Rules() {
       Confined("OpenGL", {"GL/", "GLFW/", "EGL/", "epoxy/", "imgui", "backends/imgui"}, {"render/"}),
       Confined("Embree", {"embree", "cmake/embree"}, {"render/", "simulate/"}),
       Confined("Ceres", {"ceres/"}, {"calibrate/", "reconstruct/", "timeperiodic/", "stabilize/"}),
+      Confined("FFmpeg", {"libav", "libsw"}, {"scene/files/ffmpeg/"}),
       Confined("SQLite", {"sqlite3"}, {"reconstruct/"}),
       {"a library neither prints nor exits",
        [](const SourceLine& l) {

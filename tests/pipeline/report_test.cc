@@ -208,6 +208,37 @@ TEST(CamerasFromAbove, HasNoNanWhereAllCamerasAreAtOnePlaceOrLookDown) {
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
 }
 
+// A portrait photo as a phone stores it, on its side: thumbnails of it, of what was rendered in its place and of their
+// difference stand upright.
+TEST(ContactSheet, PicturesStandUprightAsTheirPhotosWereHeld) {
+  const TemporaryFolder folder;
+  Image8 stored(64, 48, 3, 20);
+  for (int y = 0; y < 48; ++y)  // the sky: on the left as it is stored
+    for (int x = 0; x < 16; ++x) stored.At(x, y, 2) = 240;
+  for (const char* name : {"photo.png", "render.png", "difference.png"}) WriteImage(folder / name, stored);
+  const auto thumbnails = MakeThumbnails(
+      {{"photo", folder / "photo.png", folder / "render.png", folder / "difference.png", 6}}, 24, SilentProgress());
+  ASSERT_EQ(thumbnails.size(), 1U);
+  ASSERT_EQ(thumbnails[0].pictures.size(), 3U);
+  for (const Image8& picture : thumbnails[0].pictures) {
+    EXPECT_EQ(picture.width, 24);
+    EXPECT_EQ(picture.height, 32);
+    EXPECT_GT(picture.At(12, 2, 2), 200);
+    EXPECT_LT(picture.At(12, 29, 2), 60);
+  }
+}
+
+// The whole way: the manifest's orientation reaches the sheet.
+TEST(Report, OfPortraitPhotosHasAnUprightSheet) {
+  Fixture f;
+  Scene scene = OpenScene(f.scene, {}, SilentProgress());
+  const int cell = 320;
+  for (View& view : scene.views) view.orientation = 6;
+  WriteManifest(scene, f.scene);
+  const Image8 sheet = ReadImage8(WriteReport(f.input, SilentProgress()).contact_sheet);
+  EXPECT_GT(sheet.height, 2 * cell);  // two rows of pictures higher than wide
+}
+
 TEST(ContactSheet, SetsPicturesInRows) {
   const auto picture = [](int w, int h, std::uint8_t v) { return Image8(w, h, 3, v); };
   std::vector<SheetThumbnails> rows(2);

@@ -142,7 +142,7 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
     RunDelaunay({folder / "workspace", "mesh", {}, false}, 4, SilentProgress());
     FAIL();
   } catch (const UsageError& e) {
-    EXPECT_THAT(e.hint(), HasSubstr("--output"));
+    EXPECT_THAT(e.hint(), HasSubstr("-o FILE.ply"));
   }
   EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .proxy_minutes = {}, .candidates = {}},
                        SilentProgress()),

@@ -38,8 +38,12 @@ class GivenCameraTest : public testing::Test {
     options_.input = folder_ / "photos";
     options_.camera_yaml = folder_ / "camera.yaml";
     capture_.folder = options_.input;
-    for (const char* name : {"a.png", "b.png"})
-      capture_.photos.push_back({name, kWidthPx, kHeightPx, {}, {}, {}, false});
+    for (const char* name : {"a.png", "b.png"}) {
+      InputPhoto& added = capture_.photos.emplace_back();
+      added.name = name;
+      added.width_px = kWidthPx;
+      added.height_px = kHeightPx;
+    }
     Image8 photo(kWidthPx, kHeightPx, 3);
     for (int y = 0; y < kHeightPx; ++y)
       for (int x = 0; x < kWidthPx; ++x) {

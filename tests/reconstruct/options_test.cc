@@ -44,6 +44,9 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_TRUE(wrong([](auto& o) { o.rig = Rig::kRing, o.grid_plane = 0; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid; }));  // positions may stand in the names
   EXPECT_TRUE(wrong([](auto& o) { o.poses = "p", o.all_frames = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.clips = true, o.all_frames = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.clips = true, o.backend = Backend::kFactorization; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.clips = true; }));
   EXPECT_TRUE(wrong([](auto& o) { o.reference = "truth"; }));             // with nothing to measure
   EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.poses = "p"; }));  // nothing is estimated
   EXPECT_TRUE(wrong([](auto& o) { o.tradeoff = true, o.rig = Rig::kRing; }));
@@ -69,6 +72,7 @@ TEST(ReconstructOptions, EveryOptionThatChangesTheResultChangesTheRecord) {
   EXPECT_TRUE(differs([](auto& o) { o.search_focal = true; }));
   EXPECT_TRUE(differs([](auto& o) { o.intrinsics = {1, 2, 3, 4}; }));
   EXPECT_TRUE(differs([](auto& o) { o.all_frames = true; }));
+  EXPECT_TRUE(differs([](auto& o) { o.clips = true; }));
   EXPECT_FALSE(differs([](auto& o) { o.threads = 3; }));
   EXPECT_FALSE(differs([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));  // measured beside the scene
 }

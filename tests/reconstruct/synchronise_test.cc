@@ -74,5 +74,33 @@ TEST(Synchronise, StillScenesAndShortVideosSayNothing) {
   EXPECT_THROW(Synchronise({still, still}, {"a.mp4", "b.mp4"}), DataError);
 }
 
+TEST(CommonClock, TakesWhatIsOnItAsItIsAndTheRestByStraightLines) {
+  const std::vector<double> values{0, 3, 5, 4, 8};
+  EXPECT_EQ(OnCommonClock({0, 1, 2, 3, 4}, values), values);
+  EXPECT_EQ(OnCommonClock({0, 1, 2, 4}, {0, 3, 5, 4}), (std::vector<double>{0, 3, 5, 4.5, 4}));
+  const std::vector<double> between = OnCommonClock({0, 1.2, 2.4, 3.6}, {0, 3, 5, 4}),
+                            expected{0, 3, 3 + 2 * 0.8 / 1.2, 4.5, 4};
+  ASSERT_EQ(between.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(between[i], expected[i], 1e-12) << i;
+  EXPECT_EQ(OnCommonClock({0}, {7}), (std::vector<double>{7}));
+  EXPECT_TRUE(OnCommonClock({}, {}).empty());
+}
+
+TEST(Synchronise, AVariableRateFindsItsPlaceOnTheCommonClock) {
+  const std::vector<double> motion = RandomMotion(400);
+  std::vector<MotionSignal> signals = Watch(motion, {12, 0}, 250, 0.1);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> step(2.0 / 3, 4.0 / 3);
+  std::vector<double> frames{0}, change{0};
+  while (frames.back() < 250) {
+    frames.push_back(frames.back() + step(random));
+    const double at = 37 + frames.back(), below = std::floor(at), share = at - below;
+    const auto i = static_cast<std::size_t>(below);
+    change.push_back((1 - share) * motion[i] + share * motion[i + 1]);
+  }
+  signals.push_back({OnCommonClock(frames, change), 30});
+  EXPECT_EQ(Synchronise(signals, {"a.mp4", "b.mp4", "phone.mp4"}).offsets, (std::vector<int>{12, 0, 37}));
+}
+
 }  // namespace
 }  // namespace lumi

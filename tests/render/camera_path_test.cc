@@ -10,6 +10,7 @@
 #include "render/path/nerfstudio_path.h"
 #include "render/path/path_editing.h"
 #include "scene/geometry/angle.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -94,6 +95,36 @@ TEST(CameraPath, ThroughAScenesPhotosStaysNearThem) {
     for (const View& view : c.scene.views) nearest = std::min(nearest, (view.CentreInWorld() - v.centre).norm());
     EXPECT_LT(nearest, 1.0);
   }
+}
+
+// Half the photos held upright: the film through them does not roll from one to the next.
+TEST(CameraPath, PortraitPhotosAreVisitedUpright) {
+  test::Capture c = test::MakeCapture(12, 64);
+  const CameraPath before = PathThroughPhotos(c.scene, 3, 30);
+  for (std::size_t i = 0; i < c.scene.views.size(); i += 2) {
+    View& view = c.scene.views[i];
+    view.cam_from_world = StoredPose(view.cam_from_world, 6);
+    view.orientation = 6;
+  }
+  const Eigen::Vector2i stored = SizePx(c.scene, c.scene.views[0]);
+  ASSERT_GT(stored.x(), stored.y());
+  EXPECT_EQ(FilmSize(c.scene), stored);  // as many of one kind as of the other: wide
+  const CameraPath mixed = PathThroughPhotos(c.scene, 3, 30);
+  ASSERT_EQ(mixed.keys.size(), before.keys.size());
+  for (std::size_t i = 0; i < mixed.keys.size(); ++i) {
+    EXPECT_LT(mixed.keys[i].cam_from_world.rotation.angularDistance(before.keys[i].cam_from_world.rotation), 1e-6);
+    EXPECT_NEAR(mixed.keys[i].vertical_fov_rad, before.keys[i].vertical_fov_rad, 1e-9);
+  }
+  // All of them: a film higher than wide, which shows what they show.
+  for (std::size_t i = 1; i < c.scene.views.size(); i += 2) {
+    View& view = c.scene.views[i];
+    view.cam_from_world = StoredPose(view.cam_from_world, 8);
+    view.orientation = 8;
+  }
+  EXPECT_EQ(FilmSize(c.scene), Eigen::Vector2i(stored.y(), stored.x()));
+  const Camera& camera = c.scene.CameraOf(c.scene.views[0]);
+  EXPECT_NEAR(PathThroughPhotos(c.scene, 3, 30).keys[0].vertical_fov_rad,
+              2 * std::atan(0.5 * camera.width_px / camera.FocalPx().x()), 1e-9);
 }
 
 TEST(CameraPath, ASinglePhotoAndNoneAreHandled) {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "render/viewer/navigation.h"
+#include "scene/model/orientation.h"
 #include "tests/render/gl_test_scene.h"
 #include "tests/render/viewer_state.h"
 
@@ -24,6 +25,26 @@ TEST(Navigation, AWindowOfThePhotosSizeHasThePhotosCamera) {
     const RenderView photo = MakeRenderView(w.scene, view);
     EXPECT_LT((window.P - photo.P).norm(), kTolerance * photo.P.norm());
     EXPECT_LT((window.centre - photo.centre).norm(), kTolerance);
+  }
+}
+
+// Stored on its side, looked through upright: level, and in a window of the upright photo's size each pixel is the
+// photo's, turned.
+TEST(Navigation, APortraitPhotosCameraStandsUpright) {
+  test::World w = test::MakeWorld(6, 120);
+  View& view = w.scene.views[2];
+  const double roll = Navigator(StateOfView(w.scene, {2}), w.scene.up, 1).Roll();
+  view.cam_from_world = StoredPose(view.cam_from_world, 6);
+  view.orientation = 6;
+  const ViewState state = StateOfView(w.scene, {2});
+  EXPECT_NEAR(Navigator(state, w.scene.up, 1).Roll(), roll, kTolerance);
+  const Camera& c = w.scene.CameraOf(view);
+  const RenderView window = MakeWindowView(state, c.height_px, c.width_px), photo = MakeRenderView(w.scene, view);
+  for (const Eigen::Vector3d& x : {Eigen::Vector3d(0, 0, 3), Eigen::Vector3d(0.4, -0.3, 2.8)}) {
+    const auto in_window = Project(window.P, x), in_photo = Project(photo.P, x);
+    ASSERT_TRUE(in_window && in_photo);
+    EXPECT_NEAR(in_window->x(), c.height_px - in_photo->y(), 1e-6);
+    EXPECT_NEAR(in_window->y(), in_photo->x(), 1e-6);
   }
 }
 

@@ -6,10 +6,14 @@ lumi_test(test_scene_files
     files_fuzz_test.cc
     files_image_io_test.cc
     files_mesh_io_test.cc
+    files_picture_info_test.cc
     files_provenance_test.cc
     projective_json_test.cc
     files_scene_folder_test.cc
     files_transforms_json_test.cc
     files_undistort_test.cc
+    files_video_clock_test.cc
+    files_video_colours_test.cc
     files_video_test.cc
-  LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO opencv_core)
+    files_video_times_test.cc
+  LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO PkgConfig::LCMS opencv_core)

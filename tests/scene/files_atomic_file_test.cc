@@ -2,7 +2,11 @@
 
 #include <sys/wait.h>
 
+#include <chrono>
+#include <cstdlib>
+
 #include "files_test_util.h"
+#include "scene/files/temporary_folder.h"
 
 namespace lumi::test {
 namespace {
@@ -57,6 +61,96 @@ TEST(AtomicFile, TemporariesOfDeadProcessesAreRemovedAndThoseOfLivingOnesKept) {
   RemoveStaleTemporaries(folder.path());
   EXPECT_EQ(CountFiles(folder.path()), 2u);
   EXPECT_TRUE(fs::exists(folder / "c.jpg"));
+}
+
+// A process number that nobody has.
+pid_t GonePid() {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  ::waitpid(child, nullptr, 0);
+  return child;
+}
+
+std::string TemporaryOf(const std::string& name, pid_t pid) {
+  return "." + name + ".lumi-tmp-" + std::to_string(pid) + "-0.jpg";
+}
+
+TEST(AtomicFile, ATemporaryInAFolderThatIsInUseIsKeptWhoeverWritesIt) {
+  const TempFolder folder;
+  Write(folder / "sub" / TemporaryOf("a", GonePid()), "x");  // of another container, as far as can be told
+  {
+    const FolderInUse in_use(folder / "sub");
+    RemoveStaleTemporaries(folder.path());
+    EXPECT_EQ(CountFiles(folder / "sub"), 1u);
+  }
+  RemoveStaleTemporaries(folder.path());
+  EXPECT_EQ(CountFiles(folder / "sub"), 0u);
+}
+
+TEST(AtomicFile, WhileAFileIsWrittenItsFolderIsInUse) {
+  const TempFolder folder;
+  Write(folder / TemporaryOf("other", GonePid()), "x");
+  WriteFileAtomically(folder / "file", [&](const fs::path& temporary) {
+    RemoveStaleTemporaries(folder.path());
+    EXPECT_EQ(CountFiles(folder.path()), 1u);
+    Write(temporary, "y");
+  });
+}
+
+TEST(AtomicFile, AProcessNumberThatWasGivenAnewKeepsATemporaryForADay) {
+  const TempFolder folder;
+  const fs::path old = folder / TemporaryOf("old", ::getpid());
+  Write(old, "x");
+  fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
+  Write(folder / TemporaryOf("new", ::getpid()), "x");
+  RemoveStaleTemporaries(folder.path());
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_EQ(CountFiles(folder.path()), 1u);
+}
+
+TEST(AtomicFile, TheTemporariesOfOneFileAreFoundBesideIt) {
+  const TempFolder folder;
+  const pid_t gone = GonePid();
+  for (const std::string& name : {TemporaryOf("a", gone), "." + TemporaryOf("a", gone), TemporaryOf("ab", gone)})
+    Write(folder / name, "x");
+  RemoveStaleTemporariesOf(folder / "a.jpg");
+  EXPECT_EQ(CountFiles(folder.path()), 1u);
+  EXPECT_TRUE(fs::exists(folder / TemporaryOf("ab", gone)));
+}
+
+TEST(AtomicFile, WhoLocksAFolderRemovesWhatKilledRunsLeftInIt) {
+  const TempFolder folder;
+  Write(folder / "images" / TemporaryOf("a", GonePid()), "x");
+  const FolderLock lock(folder.path());
+  EXPECT_EQ(CountFiles(folder / "images"), 0u);
+}
+
+TEST(FlushToDisk, TakesFilesFoldersAndNamesThatAreNotThere) {
+  const TempFolder folder;
+  for (int i = 0; i < 100; ++i) Write(folder / "images" / (std::to_string(i) + ".jpg"), "x");
+  Write(folder / "file", "x");
+  FlushToDisk(folder.path(), {folder / "file", folder / "absent"});
+  FlushToDisk(folder.path(), {folder / "file", folder / "images"});
+  FlushToDisk(folder.path() / "", {folder / "file"});
+}
+
+TEST(TemporaryFolder, RemovesThoseThatKilledProcessesLeftLongAgo) {
+  const TempFolder among;
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  ::setenv("TMPDIR", among.path().c_str(), 1);
+  const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(2);
+  for (const char* name : {"lumigraph-abandoned", "lumigraph-new", "other"}) Write(among / name / "file", "x");
+  const TemporaryFolder used;
+  for (const fs::path& old : {among / "lumigraph-abandoned", among / "other", used.path()})
+    fs::last_write_time(old, long_ago);
+  {
+    const TemporaryFolder another;
+    EXPECT_FALSE(fs::exists(among / "lumigraph-abandoned"));
+    for (const fs::path& there : {among / "lumigraph-new", among / "other", used.path()})
+      EXPECT_TRUE(fs::exists(there));
+  }
+  before ? ::setenv("TMPDIR", kept.c_str(), 1) : ::unsetenv("TMPDIR");
 }
 
 TEST(ReadText, RefusesWhatIsAbsentAFolderOrTooLarge) {

@@ -7,6 +7,7 @@
 #include "scene/files/colmap_model.h"
 #include "scene/files/evaluation_proxy.h"
 #include "scene/files/mesh_io.h"
+#include "scene/model/orientation.h"
 
 namespace lumi::test {
 namespace {
@@ -30,6 +31,7 @@ TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   scene.views[1].time_s = 0.125;
   scene.views[1].frame_index = 7;
   scene.views[2].gain = 1.25;
+  scene.views[3].orientation = 6;
   scene.period_s = 2.5;
   scene.active_proxy = "auto";
   scene.up = Eigen::Vector3d(0.6, 0, 0.8);
@@ -41,6 +43,8 @@ TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   EXPECT_EQ(back.views[1].frame_index, 7);
   EXPECT_FALSE(back.views[0].time_s);
   EXPECT_EQ(back.views[2].gain, 1.25);
+  EXPECT_EQ(back.views[2].orientation, 1);
+  EXPECT_EQ(back.views[3].orientation, 6);
   EXPECT_EQ(back.period_s, 2.5);
   EXPECT_EQ(back.active_proxy, "auto");
   EXPECT_LT((back.up - scene.up).norm(), kReadBack);
@@ -102,6 +106,7 @@ TEST(SceneFolder, KeysOfLaterVersionsAreIgnoredAndBrokenOnesRefusedByName) {
   refused("/active_proxy", "../../etc", "active_proxy");
   refused("/views", 3, "views is not an array");
   refused("/views/1/gain", 0, "views[1].gain is not positive");
+  refused("/views/1/orientation", 9, "views[1].orientation is not 1 to 8");
   refused("/views/1/frame_index", 1.5, "views[1].frame_index");
   refused("/views/1/name", nullptr, "views[1].name");
   refused("/views/1/name", whole["views"][0]["name"], "comes twice");
@@ -136,6 +141,22 @@ TEST(SceneFolder, WorkspacesOpenInEveryLayoutWithoutBeingWrittenTo) {
     EXPECT_LT((opened.up + Eigen::Vector3d::UnitY()).norm(), kUpAngle);
     EXPECT_GT(opened.normalized_from_world.scale, 0);
   }
+}
+
+// Photos as a phone stores them, held upright: the workspace's cameras are those of the stored pixels, its up is theirs.
+TEST(SceneFolder, AWorkspacesUpIsThatOfItsPhotosAsTheyAreHeld) {
+  const TempFolder folder;
+  Scene scene = SmallScene(20);
+  scene.image_folder = folder / "images";
+  const Eigen::Vector3d up = scene.up;
+  for (View& v : scene.views) {
+    v.cam_from_world = StoredPose(v.cam_from_world, 6);
+    WriteImage(scene.ImagePath(v), ColorfulImage(64, 48), 92, 6);
+  }
+  WriteColmapModel(scene, folder / "sparse");
+  const Scene opened = Open(folder.path());
+  EXPECT_LT((opened.up - up).norm(), 1e-6);
+  for (const View& v : opened.views) EXPECT_EQ(v.orientation, 6) << v.name;
 }
 
 TEST(SceneFolder, AWorkspaceMadeOfLinksOpens) {

@@ -59,6 +59,7 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
       scene.image_folder = folder / "photos";
       for (const View& v : scene.views) WriteImage(scene.ImagePath(v), ColorfulImage(64, 48));
       scene.views[1].time_s = 0.25;
+      scene.views[2].orientation = 8;
       WriteTransformsJson(scene, folder / file);
       const Scene back = ReadTransformsJson(folder / file);
       ASSERT_EQ(back.views.size(), scene.views.size());
@@ -71,6 +72,7 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
         EXPECT_LT((*back.CameraOf(back.views[i]).Project(x) - *scene.CameraOf(scene.views[i]).Project(x)).norm(),
                   kTransformRounding * 64);
         EXPECT_EQ(back.views[i].time_s, scene.views[i].time_s);
+        EXPECT_EQ(back.views[i].orientation, scene.views[i].orientation);
       }
       EXPECT_EQ(back.cameras.size(), 2u);
     }

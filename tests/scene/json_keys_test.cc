@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "scene/files/json_limits.h"
+
 namespace lumi {
 namespace {
 
@@ -66,6 +68,53 @@ TEST(JsonKeys, WhatIsMissingOrOfAnotherTypeStaysAsItWasAndIsTold) {
   EXPECT_FALSE(torn.Into(whole));
   EXPECT_FALSE(JsonKeys::Parse("[1]").has_value());
   EXPECT_FALSE(JsonKeys::Parse("{ torn").has_value());
+}
+
+struct Sizes {
+  std::size_t size = 1;
+  std::vector<int> row = {2};
+};
+void ListKeys(JsonKeys& j, Sizes& s) { j("size", s.size, "row", s.row); }
+
+TEST(JsonKeys, ANumberThatItsMemberCannotHoldIsOfAnotherType) {
+  for (const char* text : {R"({"count": 4294967297})", R"({"count": -4294967297})", R"({"count": 1e300})"}) {
+    Tree tree;
+    EXPECT_FALSE(JsonKeys::Parse(text)->Into(tree)) << text;
+    EXPECT_EQ(tree.count, 7) << text;
+  }
+  Sizes sizes;
+  EXPECT_FALSE(JsonKeys::Parse(R"({"size": -1, "row": [1, 4294967297]})")->Into(sizes));
+  EXPECT_EQ(sizes.size, 1U);
+  EXPECT_EQ(sizes.row, std::vector<int>{2});
+  EXPECT_TRUE(JsonKeys::Parse(R"({"size": 18446744073709551615, "row": [2147483647, -2147483648]})")->Into(sizes));
+  EXPECT_EQ(sizes.size, std::numeric_limits<std::size_t>::max());
+  EXPECT_EQ(sizes.row, (std::vector<int>{std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}));
+}
+
+std::string Repeated(const std::string& text, std::size_t times) {
+  std::string all;
+  for (std::size_t i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+// A megabyte of brackets would overflow the stack where the tree is copied or printed.
+TEST(JsonLimits, WhatIsNestedTooDeeplyIsRefusedBeforeItIsParsed) {
+  const auto nested = [](std::size_t levels) { return Repeated("[", levels) + Repeated("]", levels); };
+  EXPECT_EQ(JsonBeyondLimits(nested(kDeepestJson)), nullptr);
+  EXPECT_NE(JsonBeyondLimits(nested(kDeepestJson + 1)), nullptr);
+  EXPECT_FALSE(JsonKeys::Parse("{\"inner\": " + nested(1000000) + "}").has_value());
+  // Side by side, in texts and in comments they are not nested.
+  EXPECT_EQ(JsonBeyondLimits("[" + Repeated("[],{},", 1000) + "1]"), nullptr);
+  EXPECT_EQ(JsonBeyondLimits("[\"" + Repeated("[\\\"{", 1000) + "\"]"), nullptr);
+  EXPECT_EQ(JsonBeyondLimits("// it's \" " + Repeated("[", 1000) + "\n/* \" " + Repeated("{", 1000) + "*/ {}"),
+            nullptr);
+  EXPECT_NE(JsonBeyondLimits("// it's \" \n" + nested(1000)), nullptr);
+}
+
+TEST(JsonLimits, AnObjectOfTooManyKeysIsRefused) {
+  EXPECT_EQ(JsonBeyondLimits("[" + Repeated("{\"a:b\": {\"c\": 1}},", kMostJsonKeys) + "1]"), nullptr);
+  EXPECT_EQ(JsonBeyondLimits("{" + Repeated("\"a\":1,", kMostJsonKeys)), nullptr);
+  EXPECT_NE(JsonBeyondLimits("{" + Repeated("\"a\":1,", kMostJsonKeys + 1)), nullptr);
 }
 
 TEST(JsonKeys, NumbersThatAreNotFiniteAreNull) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace {
@@ -61,6 +64,87 @@ TEST(Program, HelpAndVersionAreNoErrors) {
   EXPECT_EQ(o.code, 0);
   EXPECT_NE(o.out.find("--threads"), std::string::npos);
   EXPECT_EQ(Start({"--version"}, [] { return "{}"; }).code, 0);
+}
+
+// ---- what is wrong with a line
+
+// A program with options and two commands.
+Outcome StartWithOptions(std::vector<std::string> args) {
+  args.insert(args.begin(), "lumi-test");
+  std::vector<char*> argv;
+  for (auto& a : args) argv.push_back(a.data());
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Program program("lumi-test", "a test");
+  int width = 0, faces = 0;
+  std::string input, show;
+  enum class Kind { kRound, kSquare } kind = Kind::kRound;
+  program.options().Add("INPUT", input, "What");
+  program.options().Add("-w,--width", width, "Pixels").Range(1, 100);
+  program.options().Add("--show", show, "What is shown").OneOf({"color", "tessellation"});
+  program.options().Add("--kind", kind, "Of what", {{"round", Kind::kRound}, {"square", Kind::kSquare}});
+  Options simplify = program.Command("simplify", "Fewer", [] { return Answer(JsonKeys(), "fewer"); });
+  simplify.Add("--faces", faces, "How many");
+  program.Command("info", "Says", [] { return Answer(JsonKeys(), "said"); });
+  Outcome o;
+  o.code = program.Run(static_cast<int>(argv.size()), argv.data(), [&] {
+    Answer answer(JsonKeys(), "width " + std::to_string(width) + "\nand more");
+    answer.result = kind == Kind::kSquare ? "square" : "";
+    return answer;
+  });
+  o.out = testing::internal::GetCapturedStdout();
+  o.err = testing::internal::GetCapturedStderr();
+  return o;
+}
+
+TEST(CommandLine, NamesTheOptionThatIsNoneAndTheOneThatWasMeant) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"in", "--widht", "320"}, "--widht is no option of lumi-test (did you mean --width? see lumi-test --help)"},
+      {{"in", "--Width=3"}, "--Width is no option of lumi-test (did you mean --width? see lumi-test --help)"},
+      {{"in", "-q"}, "-q is no option of lumi-test (see lumi-test --help)"},
+      {{"in", "--frobnicate"}, "--frobnicate is no option of lumi-test (see lumi-test --help)"},
+      {{"in", "--faces", "3"}, "--faces is no option of lumi-test (it is one of lumi-test simplify)"},
+      {{"simplify", "--face", "3"},
+       "--face is no option of lumi-test simplify (did you mean --faces? see lumi-test simplify --help)"},
+      {{"simplify", "--widt", "3"}, "did you mean --width?"},
+      {{"in", "out"}, "\"out\" is one argument too many (see lumi-test --help)"},
+      {{"in", "--width"}, "--width takes a value (INT), and none follows it (see lumi-test --help)"},
+      {{"in", "--width", "wide"}, "--width takes 1 to 100, not wide (see lumi-test --help)"},
+      {{"simplify", "--faces", "few"}, "--faces takes a whole number, not few (see lumi-test simplify --help)"},
+      {{"in", "--show", "tesselation"},
+       "--show: takes color, tessellation, not tesselation; did you mean tessellation?"},
+      {{"in", "--kind", "sqare"}, "--kind: takes round, square, not sqare; did you mean square?"},
+      {{"in", "--kind", "0"}, "--kind: takes round, square, not 0"}};
+  for (const auto& [args, said] : cases) {
+    const Outcome o = StartWithOptions(args);
+    EXPECT_EQ(o.code, 2) << said;
+    EXPECT_NE(o.err.find(said), std::string::npos) << said << "\n" << o.err;
+    EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  }
+}
+
+TEST(CommandLine, HelpListsTheWordsThatAnOptionTakes) {
+  const Outcome o = StartWithOptions({"--help"});
+  EXPECT_NE(o.out.find("--kind round|square"), std::string::npos) << o.out;
+  EXPECT_NE(o.out.find("--show color|tessellation"), std::string::npos) << o.out;
+  EXPECT_EQ(o.out.find("->"), std::string::npos) << o.out;
+}
+
+TEST(CommandLine, QuietPrintsWhatWasAskedFor) {
+  EXPECT_EQ(StartWithOptions({"in", "--quiet"}).out, "");
+  EXPECT_EQ(StartWithOptions({"in", "--kind", "square", "--quiet"}).out, "square\n");
+  EXPECT_EQ(StartWithOptions({"in", "--kind", "square"}).out, "width 0\nand more\n");
+}
+
+TEST(Program, AFailureIsOneLineWhateverAFileIsCalled) {
+  const Outcome o = Start({"--json"}, []() -> std::string { throw InputError("two\nlines\xff.jpg", "is cut off"); });
+  EXPECT_EQ(o.err, "lumi-test: two\\nlines\\xff.jpg: is cut off\n");
+  EXPECT_EQ(nlohmann::json::parse(o.out)["error"]["file"], "two\\nlines\\xff.jpg");
+  EXPECT_EQ(Printable("gr\xc3\xbc\xc3\x9f e"), "gr\xc3\xbc\xc3\x9f e");
+  EXPECT_TRUE(IsUtf8("gr\xc3\xbc\xc3\x9f"));
+  // Cut off, longer than need be, a surrogate, beyond the last character.
+  for (const char* text : {"\xc3", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "caf\xe9"})
+    EXPECT_FALSE(IsUtf8(text)) << Printable(text);
 }
 
 }  // namespace

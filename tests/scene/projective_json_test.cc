@@ -196,7 +196,7 @@ TEST(ProjectiveJson, WrongValuesAreRefusedByName) {
   refused("/frame", "metric", "metric");
   refused("/plane_at_infinity", {0, 0, 0, 0}, "plane_at_infinity is not a plane");
   refused("/plane_at_infinity", {0, 0, 1}, "plane_at_infinity is not an array");
-  refused("/views", nullptr, "views is not there");
+  refused("/views", nullptr, "\"views\" is missing");
   refused("/views", nlohmann::json::array(), "views names a view that is not there");
   refused("/views/1/name", "", "views[1].name");
   refused("/views/1/name", whole["views"][0]["name"], "comes twice");
@@ -205,7 +205,7 @@ TEST(ProjectiveJson, WrongValuesAreRefusedByName) {
   refused("/views/1/P", {1, 2, 3}, "views[1].P is not an array of the right length");
   refused("/views/1/P", {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, "views[1].P is no projection matrix");
   refused("/views/1/P/5", nullptr, "views[1].P is not made of numbers");
-  refused("/points/2/X", nullptr, "points[2].X is not there");
+  refused("/points/2/X", nullptr, "\"points[2].X\" is missing");
   refused("/points/2/X", {0, 0, 0, 0}, "points[2].X is no point");
   refused("/points/2/X", {1, 1, 1, -1}, "points[2].X has no w > 0");
   refused("/points/2/color", {1, 2, 256}, "points[2].color");

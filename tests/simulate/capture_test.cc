@@ -13,6 +13,7 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "simulate/examples.h"
 
@@ -119,7 +120,12 @@ TEST_F(Capture, IsMadeAnewWhereSomethingChanged) {
   WriteSceneJson();
   Simulate(Options(4), SilentProgress());
   EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 4u);
-  EXPECT_FALSE(Simulate(Options(3), SilentProgress()).reused);
+  // Not in place of one made with other options, unless that is asked for.
+  EXPECT_THROW(Simulate(Options(3), SilentProgress()), UsageError);
+  EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 4u);
+  SimulateOptions three = Options(3);
+  three.replace = true;
+  EXPECT_FALSE(Simulate(three, SilentProgress()).reused);
   EXPECT_EQ(FilesIn(root_ / "capture" / "images"), 3u);  // nothing of the larger one is left
   EXPECT_EQ(FilesIn(root_ / "capture" / "truth" / "depth"), 3u);
   WriteSceneJson(R"("effects": {"vignetting": 0.2})");
@@ -177,6 +183,31 @@ TEST_F(Capture, BlurOfOnePhotoInSeveralIsTrueToItsList) {
   options.blur_every = 0;
   Simulate(options, SilentProgress());
   EXPECT_FALSE(fs::exists(options.output / "truth" / "blur.csv"));
+}
+
+TEST_F(Capture, PortraitPhotosAreStoredOnTheirSideAndSaySo) {
+  WriteSceneJson();
+  std::string json = ReadText(root_ / "scene.json");
+  json.replace(json.find("\"png\""), 5, "\"jpg\"");
+  WriteTextAtomically(root_ / "scene.json", json);
+  SimulateOptions options = Options();
+  options.portrait_every = 2;
+  Simulate(options, SilentProgress());
+  OpenOptions as_they_are;
+  as_they_are.undistort = false;
+  const Scene scene = OpenScene(root_ / "capture", as_they_are, SilentProgress());
+  ASSERT_EQ(scene.views.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const View& view = scene.views[i];
+    EXPECT_EQ(view.orientation, i % 2 == 1 ? 6 : 1);
+    EXPECT_EQ(ReadImageInfo(scene.ImagePath(view)).orientation, view.orientation);
+    // Level as it was held.
+    const Eigen::Vector3d up = view.cam_from_world.R().transpose() * UpInCamera(view.orientation);
+    EXPECT_GT(up.z(), 0.7) << view.name;
+  }
+  Scene estimated = scene;
+  UpdateFrameOfReference(estimated);
+  EXPECT_GT(estimated.up.z(), std::cos(0.02));
 }
 
 TEST_F(Capture, WithSkewIsPhotosAndTrueCamerasOnly) {

@@ -98,6 +98,44 @@ INSTANTIATE_TEST_SUITE_P(
                     "materials": [{"name": "a"}, {"name": "a"}]})",
                 "materials: there are two named \"a\""}));
 
+std::string Nested(int groups, const std::string& inside) {
+  std::string json = inside;
+  for (int i = 0; i < groups; ++i) json = R"({"kind": "group", "objects": [)" + json + "]}";
+  return json;
+}
+const std::string kBall = R"({"kind": "sphere", "radius": 1, "material": "m"})";
+const std::string kMany = R"("copies": {"count": [100, 100, 10], "step": [1, 1, 1]})";
+
+// A few bytes that ask for more than memory or the stack hold, and numbers that are none.
+INSTANTIATE_TEST_SUITE_P(
+    Limits, BadScene,
+    ::testing::Values(
+        BadCase{Object(R"({"kind": "group", )" + kMany +
+                       R"(, "objects": [{"kind": "sphere", "radius": 1, "material": "m", )" + kMany + "}]}"),
+                "objects[1]: the scene has more than 100000 objects"},
+        BadCase{Object(R"({"kind": "sphere", "radius": 1, "material": "m", "name": ")" + std::string(3000, 'x') +
+                       "\", " + kMany + "}"),
+                "objects[1]: the scene has more than 100000 objects"},
+        BadCase{Object(Nested(40, kBall)), "groups are nested more than 32 deep"},
+        BadCase{Object(Nested(1000, kBall)), "is nested too deeply"},
+        BadCase{
+            R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": [{"kind": "ring", "radius": 1, "views": 150000},
+                    {"kind": "ring", "radius": 1, "views": 150000}]})",
+            "path: has more than 200000 views"},
+        BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}], "path": {"kind": "grid", "centre": [0, 0, 0],
+                    "columns": 1000, "rows": 1000}})",
+                "path.rows: times columns must be at most 200000"},
+        BadCase{With(R"("background": {"color": "#-1-1-1"})"), "background.color: must be a colour"},
+        BadCase{With(R"("background": {"color": [1e300, 0, 0]})"), "background.color: is brighter than can be held"},
+        BadCase{Object(R"({"kind": "mesh", "file": ")" + std::string(5000, 'x') + R"(", "material": "m"})"),
+                "objects[1].file: there is no file"},
+        BadCase{With(R"("name": "../../photo")"), "name: must be fit for a file's name"},
+        BadCase{With("\"name\": \"" + std::string(300, 'x') + "\""), "name: must be fit for a file's name"}));
+
+TEST(SceneDescription, GroupsInGroupsAreReadAsDeepAsAnybodyNestsThem) {
+  EXPECT_EQ(ParseScene(Object(Nested(20, kBall)), "scene.json", ".").objects.size(), 2U);
+}
+
 TEST(SceneDescription, SeveralCamerasTakeTurns) {
   const SceneDescription scene = ParseScene(R"({
     "cameras": [{"name": "wide", "size": [8, 6], "fov_deg": 80}, {"name": "long", "size": [6, 8], "fov_deg": 20}],

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "stabilize/path_problem.h"
 #include "tests/stabilize/walks.h"
@@ -17,10 +18,11 @@ struct Shifted {
   std::vector<WantedFrame> wanted;
   std::vector<Matrix34d> P;
 };
-Shifted Shift(int frames, const std::function<Eigen::Vector2d(int)>& shift) {
+// times: of the frames, in frames.
+Shifted ShiftAt(const std::vector<double>& times, const std::function<Eigen::Vector2d(double)>& shift) {
   Shifted s;
   const auto X = PointsIn({-1, -0.6, 1}, {1, 0.6, 2}, 12, 5);
-  for (int t = 0; t < frames; ++t) {
+  for (const double t : times) {
     Matrix34d P = Matrix34d::Zero();
     P.leftCols<3>().setIdentity();
     P.block<2, 1>(0, 2) = shift(t);
@@ -30,6 +32,30 @@ Shifted Shift(int frames, const std::function<Eigen::Vector2d(int)>& shift) {
   }
   return s;
 }
+std::vector<double> WholeFrames(int frames) {
+  std::vector<double> times;
+  for (int t = 0; t < frames; ++t) times.push_back(t);
+  return times;
+}
+Shifted Shift(int frames, const std::function<Eigen::Vector2d(double)>& shift) {
+  return ShiftAt(WholeFrames(frames), shift);
+}
+// Frames that each stand for the time up to the middle between them and their neighbours.
+PathProblemOptions OnTimes(Shifted& s, const std::vector<double>& times, double cutoff_hz) {
+  for (std::size_t t = 0; t < times.size(); ++t) s.wanted[t].weight = TimeStoodFor(times, t);
+  PathProblemOptions options;
+  options.smoothness = SmoothnessOf(cutoff_hz, kFps);
+  options.times = times;
+  return options;
+}
+// Steps of 2/3 to 4/3 of a frame, by which the times leave whole frames further and further; `share` of that.
+std::vector<double> Jittered(int frames, double share, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> step(2.0 / 3, 4.0 / 3);
+  std::vector<double> times{0};
+  for (int t = 1; t < frames; ++t) times.push_back(times.back() + 1 + share * (step(random) - 1));
+  return times;
+}
 double ShiftOf(const Matrix34d& P) { return P(0, 2) / P(2, 2); }
 
 TEST(PathProblem, IsTheLowPassItSaysItIs) {
@@ -37,7 +63,7 @@ TEST(PathProblem, IsTheLowPassItSaysItIs) {
     for (const double hz : {0.05, 0.3, 1.0, 2.0}) {
       constexpr int kFrames = 901, kMiddle = 450;  // ends far from the middle
       const double amplitude = 0.02;
-      const Shifted s = Shift(kFrames, [&](int t) {
+      const Shifted s = Shift(kFrames, [&](double t) {
         return Eigen::Vector2d(amplitude * std::cos(2 * std::numbers::pi * hz * (t - kMiddle) / kFps), 0);
       });
       PathProblemOptions options;
@@ -181,6 +207,54 @@ TEST(PathProblem, RefusesNumbersThatDoNotFitAndReturnsWithoutTargets) {
   EXPECT_THROW(SolvePathProblem(s.wanted, options, P), std::invalid_argument);
   EXPECT_FALSE(SolvePathProblem(std::vector<WantedFrame>(5), {}, P).usable);
   for (std::size_t t = 0; t < 5; ++t) EXPECT_EQ(P[t], s.P[t]);
+}
+
+TEST(TimeStoodFor, IsOneAtEvenStepsAndTheWholeOfTheTime) {
+  const std::vector<double> even = WholeFrames(7), uneven = {0, 0.7, 2, 3.1, 3.8};
+  for (std::size_t t = 0; t < even.size(); ++t) EXPECT_EQ(TimeStoodFor(even, t), 1);
+  EXPECT_NEAR(TimeStoodFor(uneven, 0), 0.7, 1e-15);
+  EXPECT_NEAR(TimeStoodFor(uneven, 2), 1.2, 1e-15);
+  EXPECT_EQ(TimeStoodFor({5}, 0), 1);
+}
+
+TEST(PathProblem, LowPassesOnTheFramesOwnTimes) {
+  // A cosine of the cutoff in frames of 20 to 40 ms, in frames of which one of 300 was dropped, and twice as dense in
+  // one half of the film as in the other: half of it is left, where taking them for evenly spaced leaves 0.3 to 0.7.
+  constexpr double kCutoff = 0.3, kAmplitude = 0.02;
+  constexpr int kFrames = 901;
+  std::vector<double> dropped = WholeFrames(kFrames);
+  for (int t = 850; t > 0; t -= 300) dropped.erase(dropped.begin() + t);
+  std::vector<double> denser;
+  for (double t = 0; t < kFrames; t += t < kFrames / 2 ? 1 : 0.5) denser.push_back(t);
+  for (const auto& times : {Jittered(kFrames, 1, 3), dropped, denser})
+    for (const double share : {0.35, 0.5, 0.65}) {
+      const auto middle = static_cast<std::size_t>(share * static_cast<double>(times.size()));
+      Shifted s = ShiftAt(times, [&](double t) {
+        const double angle = 2 * std::numbers::pi * kCutoff * (t - times[middle]) / kFps;
+        return Eigen::Vector2d(kAmplitude * std::cos(angle), 0);
+      });
+      std::vector<Matrix34d> P = s.P;
+      ASSERT_TRUE(SolvePathProblem(s.wanted, OnTimes(s, times, kCutoff), P).usable);
+      EXPECT_NEAR(ShiftOf(P[middle]) / kAmplitude, 0.5, 0.01) << times.size() << " " << share;
+    }
+}
+
+TEST(HardCase, APathOfTimesWhoseJitterGoesToNothingIsThatOfEvenTimes) {
+  constexpr int kFrames = 121;
+  const auto shake = [](double t) { return Eigen::Vector2d(0.02 * std::sin(0.9 * t), 0.01 * std::cos(0.31 * t)); };
+  Shifted even = Shift(kFrames, shake);
+  std::vector<Matrix34d> P = even.P;
+  ASSERT_TRUE(SolvePathProblem(even.wanted, OnTimes(even, WholeFrames(kFrames), 0.3), P).usable);
+  for (double share = 1e-2; share >= 1e-15; share /= 10) {
+    const std::vector<double> times = Jittered(kFrames, share, 9);
+    Shifted jittered = ShiftAt(times, shake);
+    std::vector<Matrix34d> Q = jittered.P;
+    ASSERT_TRUE(SolvePathProblem(jittered.wanted, OnTimes(jittered, times, 0.3), Q).usable) << share;
+    // The shake's own speed, 0.02 a frame, times what the times are off, which adds up over 120 frames; the solver
+    // stops at 1e-7 of the cost.
+    for (std::size_t t = 0; t < P.size(); ++t)
+      EXPECT_NEAR(ShiftOf(Q[t]), ShiftOf(P[t]), 0.1 * share + 1e-8) << share << " " << t;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "scene/geometry/angle.h"
 #include "stabilize/jitter.h"
@@ -181,6 +182,43 @@ TEST(HardCase, ASteadyTurnAndASteadyWalkPassUnchanged) {
                                120, [](double u) { return Pan(0.7 * (u - 0.5)); }, kStill),
                            Forward(120, kStill), Sideways(120, kStill), Around(120, 60, kStill)})
     EXPECT_LT(LargestDistancePx(walk, Stabilized(walk, With(MotionModel::kSmooth)), walk.ideal), 0.1);
+}
+
+// The frames of a walk that are kept, at the times at which they were taken.
+Walk Kept(const Walk& walk, const std::vector<std::size_t>& frames) {
+  Walk kept = walk;
+  kept.ideal.clear(), kept.shaky.clear(), kept.seen.clear();
+  for (const std::size_t t : frames) {
+    kept.ideal.push_back(walk.ideal[t]);
+    kept.shaky.push_back(walk.shaky[t]);
+    kept.seen.push_back(walk.seen[t]);
+  }
+  return kept;
+}
+
+TEST(HardCase, FramesThatWereDroppedAreGapsInTimeAndLeaveTheRestOfThePathAsItIs) {
+  constexpr int kFrames = 300;
+  const Walk walk = Wander(kFrames);
+  const auto whole = Stabilized(walk, With(MotionModel::kSmooth));
+  std::mt19937 random(4);
+  for (const int every : {300, 3}) {  // one of 300; one of three, at random
+    std::vector<std::size_t> frames;
+    for (std::size_t t = 0; t < kFrames; ++t)
+      if (every == 300 ? t != 151 : random() % 3 != 0) frames.push_back(t);
+    const Walk kept = Kept(walk, frames);
+    Scene told = Told(kept);
+    for (std::size_t k = 0; k < frames.size(); ++k) told.views[k].time_s = static_cast<double>(frames[k]) / kFps;
+    StabilizeReport report;
+    const auto path = InWalk(
+        Stabilize(ReadFilmedScene(told, std::nullopt), With(MotionModel::kSmooth), report, SilentProgress()), {});
+    std::vector<Matrix34d> same;
+    for (const std::size_t t : frames) same.push_back(whole[t]);
+    // Where the frames are taken for evenly spaced, a speed jumps at each gap, and the path bends there: by a pixel and
+    // more for one frame, by 20 for a hundred.
+    EXPECT_LT(LargestDistancePx(kept, path, same), every == 300 ? 0.25 : 6) << every;
+    EXPECT_GT(report.shake_before_px, 3) << every;  // windows of two seconds hold gaps, and are measured
+    EXPECT_LT(report.shake_after_px, 0.3) << every;
+  }
 }
 
 }  // namespace

@@ -222,6 +222,71 @@ Signals SignalsOf(int frames, const std::function<double(double)>& value) {
   return signals;
 }
 
+// Frames at times of their own, in frames: steps of 2/3 to 4/3 (20 to 40 ms), `share` of that.
+std::vector<double> Jittered(int frames, double share, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> step(2.0 / 3, 4.0 / 3);
+  std::vector<double> times{0};
+  for (int i = 1; i < frames; ++i) times.push_back(times.back() + 1 + share * (step(random) - 1));
+  return times;
+}
+
+TEST(PeriodHardCase, AVariableRateTellsThePeriodOnItsOwnTimes) {
+  for (const double period : {15.37, 6.283}) {
+    PaintedVideo video;
+    video.period = period;
+    const std::vector<double> times = Jittered(video.frames, 1, 11);
+    video.turns = [&](double i) { return times[static_cast<std::size_t>(i)] / period; };
+    const PeriodEstimate e = PeriodOf(StackOf(video.Frames(), 30, times));
+    EXPECT_NEAR(e.period_frames, period, kAccuracy * period);
+    EXPECT_LT(e.sigma_frames, kAccuracy * period);
+    EXPECT_TRUE(e.slips.empty()) << period;
+    EXPECT_FALSE(e.drifts) << period;
+  }
+}
+
+TEST(PeriodHardCase, AFrameThatWasDroppedAndSaysSoIsNoSlip) {
+  PaintedVideo video;
+  auto frames = video.Frames();
+  std::vector<double> times;
+  for (int i = 0; i < video.frames; ++i)
+    if (i != 137) times.push_back(i);
+  frames.erase(frames.begin() + 137);
+  const PeriodEstimate e = PeriodOf(StackOf(frames, 30, times));
+  EXPECT_NEAR(e.period_frames, video.period, kAccuracy * video.period);
+  EXPECT_TRUE(e.slips.empty());
+}
+
+TEST(PeriodHardCase, OnePeriodAndAHalfOfAVariableRateIsEnoughToAboutAFrame) {
+  PaintedVideo video;
+  video.period = 22;
+  video.frames = 34;
+  const std::vector<double> times = Jittered(video.frames, 1, 5);
+  video.turns = [&](double i) { return times[static_cast<std::size_t>(i)] / 22; };
+  const PeriodEstimate e = PeriodOf(StackOf(video.Frames(), 30, times));
+  EXPECT_TRUE(e.few_cycles);
+  EXPECT_NEAR(e.period_frames, 22, 0.7);
+}
+
+TEST(PeriodHardCase, TimesWhoseJitterGoesToNothingGiveThePeriodOfEvenTimes) {
+  constexpr double kTurns = 2 * std::numbers::pi, kPeriod = 15.37;
+  constexpr int kFrames = 300;
+  const auto value = [](double t) {
+    return std::cos(kTurns * t / kPeriod + 0.3) + 0.4 * std::cos(3 * kTurns * t / kPeriod) + 0.05 * std::sin(17.3 * t);
+  };
+  const PeriodEstimate even = EstimatePeriod(SignalsOf(kFrames, value), {}, {});
+  for (double share = 1; share >= 1e-15; share /= 10) {
+    const std::vector<double> times = Jittered(kFrames, share, 7);
+    Signals signals = SignalsOf(kFrames, [&](double i) { return value(times[static_cast<std::size_t>(i)]); });
+    signals.time = Eigen::Map<const Eigen::VectorXd>(times.data(), kFrames);
+    const PeriodEstimate e = EstimatePeriod(signals, {}, {});
+    // Its own error where jitter is large; then what the search stops at (1e-5 cycles over the video).
+    EXPECT_NEAR(e.period_frames, even.period_frames, 2e-2 * share + 1e-5 * kPeriod) << share;
+    EXPECT_NEAR(e.explained, even.explained, 0.01 * std::min(1.0, 10 * share) + 1e-6) << share;
+    EXPECT_EQ(e.harmonics, even.harmonics) << share;
+  }
+}
+
 TEST(PeriodHardCase, BladesThatBecomeAlikeHaveTheWholePeriodOrHalfOfItAndNoOther) {
   constexpr double kTurns = 2 * std::numbers::pi, kPeriod = 15.37;
   bool half = false;

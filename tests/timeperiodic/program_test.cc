@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
@@ -53,6 +54,36 @@ TEST(PeriodProgram, PrintsThePeriodOfACompressedVideoAndPlotsIt) {
       RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "18", "--count", "10", "--json"});
   EXPECT_EQ(aliased.exit_code, 1);
   EXPECT_THAT(json::parse(aliased.out)["error"]["message"].get<std::string>(), HasSubstr("aliased"));
+}
+
+TEST(PeriodProgram, OfAVariableRateAndOfADroppedFrameIsThatOfTheScene) {
+  const TemporaryFolder folder;
+  constexpr double kPeriod_s = 15.37 / 30;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> step_s(0.02, 0.04);
+  std::vector<double> jittered{0}, dropped;
+  while (jittered.size() < 240) jittered.push_back(jittered.back() + step_s(random));
+  for (int i = 0; i < 300; ++i)
+    if (i != 151) dropped.push_back(i / 30.0);
+  for (const auto& times_s : {jittered, dropped}) {
+    PaintedVideo painted;
+    painted.width = 96, painted.height = 72, painted.frames = static_cast<int>(times_s.size());
+    painted.turns = [&](double i) { return times_s[static_cast<std::size_t>(i)] / kPeriod_s; };
+    const fs::path video = folder / "phone.mp4";
+    VideoWriter writer(video, 30);
+    for (int i = 0; i < painted.frames; ++i) writer.Add(painted.Frame(i), times_s[static_cast<std::size_t>(i)]);
+    writer.Finish();
+    const ProgramResult run = RunProgram({"lumi-timeperiodic", "period", video, "--json"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("unevenly spaced"));
+    const json j = json::parse(run.out);
+    EXPECT_NEAR(j["period_s"].get<double>(), kPeriod_s, 5e-4 * kPeriod_s);
+    EXPECT_TRUE(j["slips"].empty());
+    // Counted between frames 3 and 157: their times, not their numbers.
+    const ProgramResult counted =
+        RunProgram({"lumi-timeperiodic", "period", video, "--frames", "3", "157", "--count", "9", "--json"});
+    EXPECT_NEAR(json::parse(counted.out)["period_s"].get<double>(), (times_s[157] - times_s[3]) / 9, 1e-4);
+  }
 }
 
 TEST(PeriodProgram, MeasuresWhatThePeriodCosts) {
@@ -148,6 +179,11 @@ TEST(CalibrateProgram, WritesMasksToBeLookedAt) {
   EXPECT_EQ(ReadImageInfo(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png").width, 128);
   const ProgramResult again = RunProgram(command);
   EXPECT_TRUE(json::parse(again.out)["reused"].get<bool>());
+  // Not where what it made is gone.
+  fs::remove_all(scene / "timeperiodic" / "masks");
+  const ProgramResult anew = RunProgram(command);
+  EXPECT_FALSE(json::parse(anew.out)["reused"].get<bool>());
+  EXPECT_TRUE(fs::exists(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png"));
 }
 
 TEST(PeriodProgram, CountsThePendulumWithinAFrame) {

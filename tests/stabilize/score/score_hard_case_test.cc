@@ -1,4 +1,5 @@
 // Videos that are easily scored wrongly, and videos that cannot be scored.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -125,12 +126,17 @@ TEST_F(ScoreHardCase, ACutIsNoMovement) {
 TEST_F(ScoreHardCase, SomethingLargeThatMovesIsNotTheCamera) {
   plane_.frame_from_plane = [](int i) { return Shift(2 * std::sin(kTwoPi * i / 30), 0); };
   plane_.elsewhere = [](int, double x, double) { return x < 0.4 * 192; };
-  const ScoreResult result = Of(plane_.Write(folder_ / "moving.mp4"));
-  double worst_px = 0;
-  for (int i = 0; i < 60; ++i)
-    worst_px = std::max(
-        worst_px, std::abs(result.videos[0].path.x_px[static_cast<std::size_t>(i)] - 2 * std::sin(kTwoPi * i / 30)));
-  EXPECT_LT(worst_px, 0.6);  // of 180 px that the thing goes
+  // The error of one texture is a matter of luck: 0.6 to 1.5 px over these.
+  constexpr double kWorst_px = 2;  // of 180 px that the thing goes
+  for (const std::uint32_t texture : {1U, 11U, 21U, 31U}) {
+    plane_.world = [texture](int) { return texture; };
+    const ScoreResult result = Of(plane_.Write(folder_ / fmt::format("moving-{}.mp4", texture)));
+    double worst_px = 0;
+    for (int i = 0; i < 60; ++i)
+      worst_px = std::max(
+          worst_px, std::abs(result.videos[0].path.x_px[static_cast<std::size_t>(i)] - 2 * std::sin(kTwoPi * i / 30)));
+    EXPECT_LT(worst_px, kWorst_px) << texture;
+  }
 }
 
 TEST_F(ScoreHardCase, OddSizesAndOtherSizesAreMeasuredAgainstTheirOwn) {

@@ -7,9 +7,10 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <opencv2/videoio.hpp>
 
 #include "scene/files/codecs.h"
+#include "scene/files/openimageio/color_profile.h"
+#include "scene/files/openimageio/picture_info.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -23,6 +24,7 @@ constexpr int kMaxSide = 65500;
 // and a header that lies must not get gigabytes.
 constexpr std::int64_t kManyPixels = std::int64_t(1) << 24;
 constexpr std::int64_t kPixelsPerByte = 2000;
+constexpr std::int64_t kManyValues = 4 * kManyPixels, kValuesPerByte = 4 * kPixelsPerByte;  // of all channels
 constexpr int kMaxChannels = 64;
 // PNG: a fifth of the default's (6, filters off) time on photographs, for a fifth more bytes.
 constexpr int kPngCompression = 2;
@@ -42,6 +44,20 @@ void LimitThreads() {
   static_cast<void>(done);
 }
 
+// What the library knows the format by. In a file's name it takes a '?' for the beginning of arguments.
+std::string FormatName(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  return path.string().find('?') == std::string::npos || ending.size() < 2 ? path.string() : ending.substr(1);
+}
+
+std::unique_ptr<OIIO::ImageInput> OpenInput(const fs::path& path, const OIIO::ImageSpec& config) {
+  const std::string format = FormatName(path);
+  if (format == path.string()) return OIIO::ImageInput::open(format, &config);
+  auto in = OIIO::ImageInput::create(format);
+  OIIO::ImageSpec spec;
+  return in && in->open(path.string(), spec, config) ? std::move(in) : nullptr;
+}
+
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   LimitThreads();
   std::error_code error;
@@ -49,7 +65,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file, also where transparent
-  auto in = OIIO::ImageInput::open(path.string(), &config);
+  auto in = OpenInput(path, config);
   if (!in) {
     const std::string why = OneLine(OIIO::geterror());
     throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
@@ -60,11 +76,13 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
       spec.depth > 1)
     throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width,
                                        spec.height, spec.nchannels));
-  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height;
+  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height, values = pixels * spec.nchannels;
   if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error));
-      !error && pixels > kManyPixels && pixels / kPixelsPerByte > bytes)
-    throw InputError(path, fmt::format("claims {} x {} pixels in {} bytes: the file is cut off or corrupt", spec.width,
-                                       spec.height, bytes));
+      !error && ((pixels > kManyPixels && pixels / kPixelsPerByte > bytes) ||
+                 (values > kManyValues && values / kValuesPerByte > bytes)))
+    throw InputError(path,
+                     fmt::format("claims {} x {} pixels with {} channels in {} bytes: the file is cut off or corrupt",
+                                 spec.width, spec.height, spec.nchannels, bytes));
   return in;
 }
 
@@ -113,32 +131,35 @@ Image8 ToImage8(const Image<T>& source, const std::array<int, 4>& from, int chan
 
 ImageInfo ReadInfo(const fs::path& path) {
   const auto in = Open(path);
-  const OIIO::ImageSpec& spec = in->spec();
-  ImageInfo info;
-  info.width = spec.width;
-  info.height = spec.height;
-  info.channels = spec.nchannels;
-  info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
-  if (const float f = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0); f > 0 && std::isfinite(f))
-    info.focal_35mm = f;
-  for (const char* name : {"Exif:DateTimeOriginal", "DateTime"})
-    if (const std::string time(spec.get_string_attribute(name)); !time.empty() && !info.capture_time)
-      info.capture_time = time;
-  return info;
+  return PictureInfo(in->spec(), in->format_name(), path);
 }
 
-Image8 Read8(const fs::path& path, int channels) {
-  const auto in = Open(path);
-  const OIIO::ImageSpec spec = in->spec();
+bool CanReadRawFiles() {
+  // "bmp,cineon,dds,...": the formats that this OpenImageIO was built with.
+  LimitThreads();
+  const std::string formats(OIIO::get_string_attribute("format_list"));
+  return ("," + formats + ",").find(",raw,") != std::string::npos;
+}
+
+Image8 Pixels8(OIIO::ImageInput& in, const fs::path& path, int channels) {
+  const OIIO::ImageSpec spec = in.spec();
   const auto from = ChannelsOf(spec);
   if (spec.format == OIIO::TypeDesc::UINT8) {
-    Image8 image = ReadPixels<std::uint8_t>(*in, path, OIIO::TypeDesc::UINT8);
+    Image8 image = ReadPixels<std::uint8_t>(in, path, OIIO::TypeDesc::UINT8);
     if (spec.nchannels == channels && (channels == 3 || from[3] == 3)) return image;
     return ToImage8(image, from, channels);
   }
   if (spec.format == OIIO::TypeDesc::UINT16)
-    return ToImage8(ReadPixels<std::uint16_t>(*in, path, OIIO::TypeDesc::UINT16), from, channels);
-  return ToImage8(ReadPixels<float>(*in, path, OIIO::TypeDesc::FLOAT), from, channels);
+    return ToImage8(ReadPixels<std::uint16_t>(in, path, OIIO::TypeDesc::UINT16), from, channels);
+  return ToImage8(ReadPixels<float>(in, path, OIIO::TypeDesc::FLOAT), from, channels);
+}
+
+Image8 Read8(const fs::path& path, int channels) {
+  const auto in = Open(path);
+  const std::string profile = EmbeddedProfile(in->spec(), in->format_name(), path);
+  Image8 image = Pixels8(*in, path, channels);
+  ToSrgb(profile, image);
+  return image;
 }
 
 ImageF ReadF(const fs::path& path) {
@@ -153,6 +174,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   if (!picture.is_float) {
     spec.attribute("oiio:UnassociatedAlpha", 1);
     spec.attribute("oiio:ColorSpace", "sRGB");
+    if (picture.orientation != 1) spec.attribute("Orientation", picture.orientation);
   }
   if (picture.format == PictureFormat::kJpeg) {
     spec.attribute("Compression", fmt::format("jpeg:{}", std::clamp(picture.jpeg_quality, 1, 100)));
@@ -161,7 +183,9 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
     spec.attribute("png:compressionLevel", kPngCompression);
     spec.attribute("png:filter", kPngFilterSub);
   }
-  auto out = OIIO::ImageOutput::create(path.string());
+  // Or the time of day would be in it: the same picture is the same bytes.
+  if (path.extension() == ".exr") spec.attribute("DateTime", "1970:01:01 00:00:00");
+  auto out = OIIO::ImageOutput::create(FormatName(path));
   if (!out) {
     OIIO::geterror();
     throw UsageError(
@@ -186,25 +210,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   }
 }
 
-struct OpenCvDecoder : VideoDecoder {
-  cv::VideoCapture capture;
-  bool Grab() override { return capture.grab(); }
-  bool Retrieve(cv::Mat& bgr) override { return capture.retrieve(bgr); }
-  double TimeMs() override { return capture.get(cv::CAP_PROP_POS_MSEC); }
-};
-
-std::unique_ptr<VideoDecoder> OpenVideo(const fs::path& path, VideoClaims* claims) {
-  auto decoder = std::make_unique<OpenCvDecoder>();
-  decoder->capture.open(path.string(), cv::CAP_FFMPEG);
-  if (!decoder->capture.isOpened()) return nullptr;
-  claims->fps = decoder->capture.get(cv::CAP_PROP_FPS);
-  claims->frames = decoder->capture.get(cv::CAP_PROP_FRAME_COUNT);
-  claims->width = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_WIDTH));
-  claims->height = static_cast<int>(decoder->capture.get(cv::CAP_PROP_FRAME_HEIGHT));
-  return decoder;
-}
-
-constexpr Codecs kCodecs{ReadInfo, Read8, ReadF, Write, OpenVideo};
+constexpr Codecs kCodecs{ReadInfo, CanReadRawFiles, Read8, ReadF, Write};
 
 }  // namespace
 }  // namespace lumi

@@ -1,0 +1,91 @@
+#include "reconstruct/clips.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "reconstruct/multi_camera.h"
+#include "reconstruct/video_frames.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kNeighboursInClip = 10;    // on each side, each; beyond them at distances 16, 32 ...
+constexpr std::size_t kMatchedAcrossClips = 40;  // of each clip, with as many of each other one
+constexpr const char* kClipSetting = "clip ";    // before the clip's name, as a photo's camera
+
+// As a photo under another name: the same file.
+void Link(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path());
+  fs::remove(to, error);
+  fs::create_hard_link(from, to, error);
+  if (!error) return;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (error) throw MachineError("cannot be written: " + error.message(), "is the disk full?", to);
+}
+
+}  // namespace
+
+Capture ExtractClips(const ReconstructOptions& options, const fs::path& work_folder, std::vector<std::string>* reused,
+                     ProgressSink& sink) {
+  const std::vector<fs::path> videos = SynchronisedVideos(options.input);
+  if (videos.size() < 2)
+    throw UsageError(fmt::format("--clips: {} is no folder of two or more videos", options.input.string()),
+                     "give a folder that holds the clips and no photos");
+  Capture all;
+  all.folder = work_folder / "clips";
+  std::map<std::string, int> stems;  // a.mp4 and a.mov are two clips
+  for (const fs::path& video : videos) ++stems[video.stem().string()];
+  std::size_t known = 0;
+  for (const fs::path& video : videos) {
+    ReconstructOptions one = options;
+    one.input = video;
+    const std::string stem = video.stem().string(), name = stems[stem] > 1 ? video.filename().string() : stem;
+    std::vector<std::string> kept;
+    const Capture clip = ExtractKeyframes(one, work_folder / "clip-keyframes" / name, &kept, sink);
+    known += kept.size();
+    all.video_frames += clip.video_frames;
+    for (InputPhoto photo : clip.photos) {
+      const fs::path frame = clip.folder / photo.name;
+      photo.name = name + "/" + photo.name;
+      photo.camera = kClipSetting + name;
+      photo.time_s.reset();
+      photo.frame_index.reset();
+      Link(frame, all.folder / photo.name);
+      all.photos.push_back(std::move(photo));
+    }
+    sink.Message(fmt::format("{}: {} keyframes of {} frames", name, clip.photos.size(), clip.video_frames));
+  }
+  if (known == videos.size()) reused->push_back("keyframes");
+  std::ranges::sort(all.photos, [](const InputPhoto& a, const InputPhoto& b) { return a.name < b.name; });
+  return all;
+}
+
+std::vector<std::pair<int, int>> ClipPairs(const Capture& capture) {
+  std::map<std::string, std::vector<int>> clips;
+  for (std::size_t i = 0; i < capture.photos.size(); ++i) {
+    if (!capture.photos[i].camera.starts_with(kClipSetting)) return {};
+    clips[capture.photos[i].camera].push_back(static_cast<int>(i));
+  }
+  std::vector<std::pair<int, int>> pairs;
+  for (auto clip = clips.begin(); clip != clips.end(); ++clip) {
+    const std::vector<int>& frames = clip->second;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      for (std::size_t d = 1; i + d < frames.size(); d = d < kNeighboursInClip ? d + 1 : d < 16 ? 16 : 2 * d)
+        pairs.emplace_back(frames[i], frames[i + d]);
+    for (auto other = std::next(clip); other != clips.end(); ++other) {
+      const std::size_t n = std::min(kMatchedAcrossClips, frames.size()),
+                        m = std::min(kMatchedAcrossClips, other->second.size());
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < m; ++j)
+          pairs.emplace_back(frames[i * frames.size() / n], other->second[j * other->second.size() / m]);
+    }
+  }
+  return pairs;
+}
+
+}  // namespace lumi

@@ -1,0 +1,26 @@
+// Several hand-held videos of one place, taken one after the other: keyframes of each, as photos of one capture.
+// (Videos that fixed cameras took at once are multi_camera.h's.)
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "reconstruct/options.h"
+#include "reconstruct/photos.h"
+
+namespace lumi {
+
+// Keyframes of every video right in options.input, called CLIP/frame_000123.jpg, in work_folder/clips. They carry no
+// times: the clips' clocks have nothing in common. Photos of a clip share a camera (PlanCameras tells them by their
+// lens setting). Throws DataError where a clip's camera does not move, UsageError where there are fewer than two.
+Capture ExtractClips(const ReconstructOptions& options, const std::filesystem::path& work_folder,
+                     std::vector<std::string>* reused, ProgressSink& sink);
+
+// Which photos to match where there are too many to match each with all others, by index: neighbours in a clip (also
+// at distances that double), and some of each clip, evenly, with some of each other. Empty: a capture that is not of
+// clips.
+std::vector<std::pair<int, int>> ClipPairs(const Capture& capture);
+
+}  // namespace lumi

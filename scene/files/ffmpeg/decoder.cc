@@ -1,0 +1,174 @@
+#include "scene/files/ffmpeg/decoder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "scene/files/ffmpeg/input.h"
+#include "scene/files/ffmpeg/to_rgb.h"
+#include "scene/program/error.h"
+
+namespace lumi::ffmpeg {
+namespace {
+
+constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // of a frame: 16384 x 8192
+constexpr int kMostErrors = 1000;                           // in a row, of the decoder: a damaged file's end
+constexpr int kMostThreads = 16;                            // each holds a frame; FFmpeg warns of more
+constexpr double kFewMissing = 0.1;                         // of a file's presentation times
+
+class Decoder : public VideoDecoder {
+ public:
+  Decoder(const std::filesystem::path& path, int threads) : input_(path), packet_(av_packet_alloc()) {
+    const AVCodecParameters& stream = *input_.video().codecpar;
+    const AVCodec* codec = avcodec_find_decoder(stream.codec_id);
+    const auto refuse = [&](const std::string& why) {
+      throw InputError(path, fmt::format("is not a video that can be read: {}", why),
+                       "re-encode it: ffmpeg -i IN OUT.mp4");
+    };
+    if (!codec) refuse(fmt::format("this FFmpeg has no decoder of {}", avcodec_get_name(stream.codec_id)));
+    context_.reset(avcodec_alloc_context3(codec));
+    int error = avcodec_parameters_to_context(context_.get(), &stream);
+    context_->pkt_timebase = input_.video().time_base;
+    context_->thread_count = std::clamp(threads, 1, kMostThreads);
+    context_->max_pixels = kMaxPixels;
+    if (error >= 0) error = avcodec_open2(context_.get(), codec, nullptr);
+    if (error < 0) refuse(Words(error));
+    claims_ = input_.Claims();
+    const Turn stated = input_.StatedTurn();
+    claims_.width = stated.transpose ? stream.height : stream.width;
+    claims_.height = stated.transpose ? stream.width : stream.height;
+    // The first frame says what the container may not: its colours, a turn of its own. Without one, Grab is at the end.
+    if (!Decode()) return;
+    ahead_ = true;
+    const AVFrameSideData* own = av_frame_get_side_data(frame_.get(), AV_FRAME_DATA_DISPLAYMATRIX);
+    const bool turned = own && own->size >= 9 * sizeof(std::int32_t);
+    to_rgb_.emplace(path, *frame_, turned ? TurnOf(reinterpret_cast<const std::int32_t*>(own->data)) : stated,
+                    std::max(1, threads));
+    claims_.width = to_rgb_->width();
+    claims_.height = to_rgb_->height();
+    claims_.remarks = to_rgb_->Remarks();
+  }
+
+  bool Grab() override { return std::exchange(ahead_, false) || Decode(); }
+  double StatedTime_s() override { return input_.Seconds(stamp_); }
+  Image8 Picture() override { return to_rgb_->Convert(*frame_); }
+  const VideoClaims& claims() override { return claims_; }
+
+ private:
+  // Packets that cannot be decoded are passed over; a file that is cut off ends where it is.
+  bool Decode() {
+    for (int errors = 0; errors < kMostErrors;) {
+      const int got = avcodec_receive_frame(context_.get(), frame_.get());
+      if (got >= 0 && frame_->width > 0 && frame_->height > 0) {
+        TakeStamp();
+        return true;
+      }
+      if (got == AVERROR_EOF) return false;
+      if (got != AVERROR(EAGAIN)) {
+        ++errors;
+        continue;
+      }
+      const bool more = input_.Read(*packet_);
+      if (more) NoteStamp(*packet_);
+      if (avcodec_send_packet(context_.get(), more ? packet_.get() : nullptr) < 0) ++errors;
+    }
+    return false;
+  }
+
+  // Some containers (AVI, most of MPEG) say when frames are decoded, and of few or none when they are shown. The times
+  // of decoding, in their order, are then those of showing but for a delay, which is the same for all. The decoder
+  // itself has no time for its last frames.
+  void NoteStamp(const AVPacket& packet) {
+    any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
+    if (!any_key_ || (packet.flags & AV_PKT_FLAG_DISCARD)) return;
+    ++stamps_;
+    without_pts_ += packet.pts == AV_NOPTS_VALUE;
+    if (packet.dts != AV_NOPTS_VALUE) dts_.push_back(packet.dts);
+  }
+  void TakeStamp() {
+    if (!by_dts_) by_dts_ = without_pts_ > kFewMissing * stamps_ && static_cast<int>(dts_.size()) == stamps_;
+    stamp_ = frame_->best_effort_timestamp;
+    if (dts_.empty()) return;
+    if (*by_dts_) stamp_ = dts_.front();
+    dts_.pop_front();
+  }
+
+  Input input_;
+  PacketPtr packet_;
+  CodecPtr context_;
+  FramePtr frame_{av_frame_alloc()};
+  std::optional<ToRgb> to_rgb_;
+  VideoClaims claims_;
+  bool ahead_ = false;                   // frame_ is decoded and not grabbed yet
+  std::int64_t stamp_ = AV_NOPTS_VALUE;  // of frame_
+  std::deque<std::int64_t> dts_;         // of packets that are decoded and not shown
+  int stamps_ = 0, without_pts_ = 0;
+  bool any_key_ = false;
+  std::optional<bool> by_dts_;  // decided with the first frame
+};
+
+struct Stamp {
+  double pts_s = 0, dts_s = 0;
+};
+
+// Packets come in the order of decoding. Frames are shown in that of their presentation times, as long as the file's
+// clock goes on; where it is set back (two recordings in one file), what follows is shown after what came before.
+void AppendShown(std::vector<Stamp>& run, std::vector<double>& stated_s) {
+  std::vector<double> times;
+  for (const Stamp& s : run)
+    if (!std::isnan(s.pts_s)) times.push_back(s.pts_s);
+  if (const auto missing = static_cast<double>(run.size() - times.size());
+      missing > kFewMissing * static_cast<double>(run.size())) {
+    times.clear();  // by the times of decoding, as the decoder above
+    for (const Stamp& s : run)
+      if (!std::isnan(s.dts_s)) times.push_back(s.dts_s);
+  }
+  std::sort(times.begin(), times.end());
+  times.resize(run.size(), std::numeric_limits<double>::quiet_NaN());
+  stated_s.insert(stated_s.end(), times.begin(), times.end());
+  run.clear();
+}
+
+}  // namespace
+
+std::unique_ptr<VideoDecoder> OpenDecoder(const std::filesystem::path& path, int threads) {
+  return std::make_unique<Decoder>(path, threads);
+}
+
+PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
+  constexpr double kClockSetBack_s = 0.5;  // more than frames are ever reordered by, where decoding times are missing
+  Input input(path);
+  const PacketPtr packet(av_packet_alloc());
+  PacketTimes times;
+  times.claims = input.Claims();
+  std::vector<Stamp> run;
+  double last_dts_s = NAN, latest_pts_s = NAN, first_key_s = NAN;
+  bool any_key = false;
+  while (input.Read(*packet)) {
+    const Stamp s{input.Seconds(packet->pts), input.Seconds(packet->dts)};
+    // Nothing is shown that comes before the first key frame, nor what comes after it and would be shown before it.
+    if (!any_key && (packet->flags & AV_PKT_FLAG_KEY)) {
+      any_key = true;
+      first_key_s = s.pts_s;
+    }
+    if (!any_key || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // the latter by an edit list
+    const bool set_back = std::isnan(s.dts_s) ? s.pts_s < latest_pts_s - kClockSetBack_s : s.dts_s < last_dts_s;
+    if (set_back) {
+      AppendShown(run, times.stated_s);
+      latest_pts_s = first_key_s = NAN;
+    }
+    if (s.pts_s < first_key_s) continue;
+    run.push_back(s);
+    last_dts_s = s.dts_s;
+    latest_pts_s = std::fmax(latest_pts_s, s.pts_s);  // either where the other is none
+  }
+  AppendShown(run, times.stated_s);
+  return times;
+}
+
+}  // namespace lumi::ffmpeg

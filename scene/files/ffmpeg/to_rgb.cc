@@ -1,0 +1,252 @@
+#include "scene/files/ffmpeg/to_rgb.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+extern "C" {
+#include <libavfilter/buffersink.h>
+#include <libavfilter/buffersrc.h>
+#include <libavutil/mastering_display_metadata.h>
+#include <libavutil/opt.h>
+#include <libavutil/pixdesc.h>
+}
+
+#include "scene/program/error.h"
+
+namespace lumi::ffmpeg {
+namespace {
+
+// From here on, where a file names no matrix, it is BT.709's, else BT.601's: as players take it.
+constexpr int kHdLines = 720, kHdColumns = 1280;
+constexpr int kScaling = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP;
+// Of HDR (ITU-R BT.2408): paper white, and how bright a display a film is made for that does not say.
+constexpr double kReferenceWhite = 203, kUsualPeak = 1000, kLargestPeak = 10000;
+
+// The deprecated formats "of JPEG" are the usual ones in full range.
+AVPixelFormat UsualFormat(int format, bool* full_range) {
+  static constexpr AVPixelFormat kOfJpeg[][2] = {{AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV420P},
+                                                 {AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUV422P},
+                                                 {AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUV444P},
+                                                 {AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUV440P},
+                                                 {AV_PIX_FMT_YUVJ411P, AV_PIX_FMT_YUV411P}};
+  for (const auto& [of_jpeg, usual] : kOfJpeg)
+    if (format == of_jpeg) {
+      *full_range = true;
+      return usual;
+    }
+  return static_cast<AVPixelFormat>(format);
+}
+
+// libswscale's table of coefficients; nothing where it has none.
+std::optional<int> ScalerMatrix(AVColorSpace matrix) {
+  switch (matrix) {
+    case AVCOL_SPC_BT709: return SWS_CS_ITU709;
+    case AVCOL_SPC_FCC: return SWS_CS_FCC;
+    case AVCOL_SPC_BT470BG:
+    case AVCOL_SPC_SMPTE170M: return SWS_CS_ITU601;
+    case AVCOL_SPC_SMPTE240M: return SWS_CS_SMPTE240M;
+    case AVCOL_SPC_BT2020_NCL: return SWS_CS_BT2020;
+    case AVCOL_SPC_RGB: return SWS_CS_DEFAULT;  // unused: such frames hold RGB
+    default: return std::nullopt;
+  }
+}
+
+const AVPixFmtDescriptor& Descriptor(AVPixelFormat format) { return *av_pix_fmt_desc_get(format); }
+bool IsRgb(AVPixelFormat format) { return Descriptor(format).flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL); }
+bool IsGrey(AVPixelFormat format) { return Descriptor(format).nb_components < 3; }
+
+// cd/m2 of the brightest pixel, as the film says.
+double PeakOf(const AVFrame& frame) {
+  double peak = 0;
+  if (const AVFrameSideData* d = av_frame_get_side_data(&frame, AV_FRAME_DATA_CONTENT_LIGHT_LEVEL))
+    peak = reinterpret_cast<const AVContentLightMetadata*>(d->data)->MaxCLL;
+  if (const AVFrameSideData* d = av_frame_get_side_data(&frame, AV_FRAME_DATA_MASTERING_DISPLAY_METADATA);
+      d && !(peak > 0))
+    if (const auto* m = reinterpret_cast<const AVMasteringDisplayMetadata*>(d->data); m->has_luminance)
+      peak = av_q2d(m->max_luminance);
+  return peak > kReferenceWhite && peak <= kLargestPeak ? peak : kUsualPeak;
+}
+
+void SetOption(void* object, const char* name, std::int64_t value) { av_opt_set_int(object, name, value, 0); }
+
+}  // namespace
+
+Colours ColoursOf(const AVFrame& frame) {
+  Colours c;
+  c.width = frame.width;
+  c.height = frame.height;
+  c.full_range = frame.color_range == AVCOL_RANGE_JPEG;
+  c.format = UsualFormat(frame.format, &c.full_range);
+  c.matrix = frame.colorspace;
+  c.transfer = frame.color_trc;
+  c.primaries = frame.color_primaries;
+  c.chroma = frame.chroma_location;
+  if (IsGrey(c.format) && frame.color_range == AVCOL_RANGE_UNSPECIFIED) c.full_range = true;
+  if (c.matrix == AVCOL_SPC_UNSPECIFIED || c.matrix == AVCOL_SPC_RESERVED ||
+      (c.matrix == AVCOL_SPC_RGB && !IsRgb(c.format)))
+    c.matrix = c.Hdr()                                         ? AVCOL_SPC_BT2020_NCL
+               : c.height >= kHdLines || c.width >= kHdColumns ? AVCOL_SPC_BT709
+                                                               : AVCOL_SPC_SMPTE170M;
+  return c;
+}
+
+ToRgb::ToRgb(std::filesystem::path path, const AVFrame& first, const Turn& turn, int threads)
+    : path_(std::move(path)),
+      turn_(turn),
+      width_(first.width),
+      height_(first.height),
+      threads_(threads),
+      peak_(PeakOf(first)) {
+  if (!av_pix_fmt_desc_get(static_cast<AVPixelFormat>(first.format)))
+    throw InputError(path_, "has frames of a kind that cannot be read");
+  Prepare(ColoursOf(first));
+}
+
+ToRgb::~ToRgb() = default;
+
+void ToRgb::Prepare(const Colours& colours) {
+  colours_ = colours;
+  scaler_.reset();
+  graph_.reset();
+  av_frame_unref(planes_.get());
+  const bool rgb = IsRgb(colours.format) || IsGrey(colours.format);
+  if (colours.Hdr() && !rgb)
+    PrepareToneMap();
+  else if (!rgb && !ScalerMatrix(colours.matrix)) {
+    const char* name = av_color_space_name(colours.matrix);
+    throw InputError(path_, fmt::format("names a colour matrix that cannot be decoded: {}", name ? name : "unknown"),
+                     "re-encode it: ffmpeg -i IN -vf zscale=m=709 OUT.mp4");
+  } else
+    PrepareScaler();
+}
+
+// To three planes: libswscale is several times as fast with them as with RGB side by side, and as accurate.
+void ToRgb::PrepareScaler() {
+  if (!sws_isSupportedInput(colours_.format))
+    throw InputError(path_,
+                     fmt::format("has pixels of a kind that cannot be converted: {}", Descriptor(colours_.format).name),
+                     "re-encode it: ffmpeg -i IN -pix_fmt yuv420p OUT.mp4");
+  scaler_.reset(sws_alloc_context());
+  SwsContext* s = scaler_.get();
+  SetOption(s, "srcw", colours_.width), SetOption(s, "srch", colours_.height);
+  SetOption(s, "dstw", width_), SetOption(s, "dsth", height_);
+  SetOption(s, "src_format", colours_.format), SetOption(s, "dst_format", AV_PIX_FMT_GBRP);
+  SetOption(s, "src_range", colours_.full_range), SetOption(s, "dst_range", 1);
+  SetOption(s, "sws_flags", kScaling), SetOption(s, "threads", threads_);
+  // Where a chroma sample is, in 256ths of a pixel: beside the left pixel and between the rows, where nothing is said.
+  if (const auto& d = Descriptor(colours_.format); d.log2_chroma_w || d.log2_chroma_h) {
+    const AVChromaLocation at = colours_.chroma;
+    const bool centred = at == AVCHROMA_LOC_CENTER || at == AVCHROMA_LOC_TOP || at == AVCHROMA_LOC_BOTTOM;
+    const int y = at == AVCHROMA_LOC_TOPLEFT || at == AVCHROMA_LOC_TOP         ? 0
+                  : at == AVCHROMA_LOC_BOTTOMLEFT || at == AVCHROMA_LOC_BOTTOM ? 256
+                                                                               : 128;
+    if (d.log2_chroma_w == 1) SetOption(s, "src_h_chr_pos", centred ? 128 : 0);
+    if (d.log2_chroma_h == 1) SetOption(s, "src_v_chr_pos", y);
+  }
+  const int error = sws_init_context(s, nullptr, nullptr);
+  if (error < 0) throw InputError(path_, fmt::format("its colours cannot be converted: {}", Words(error)));
+  const int* from = sws_getCoefficients(ScalerMatrix(colours_.matrix).value_or(SWS_CS_DEFAULT));
+  const bool full = colours_.full_range || IsRgb(colours_.format);
+  sws_setColorspaceDetails(s, from, full, sws_getCoefficients(SWS_CS_ITU709), 1, 0, 1 << 16, 1 << 16);
+}
+
+// PQ and HLG: to light with paper white at 1, to BT.709's primaries, what is brighter rolled off (Mobius; what is
+// dark stays linear), and to sRGB's code values. The curve is the same for all frames, as matching photos needs it.
+void ToRgb::PrepareToneMap() {
+  if (!avfilter_get_by_name("zscale") || !avfilter_get_by_name("tonemap"))
+    throw MachineError("is an HDR video, and this FFmpeg cannot make SDR of it: it lacks the filter zscale",
+                       "install an FFmpeg that has it, as Debian's, or convert the video first", path_);
+  const auto fail = [&](int error) {
+    throw InputError(path_, fmt::format("its HDR colours cannot be converted: {}", Words(error)),
+                     "convert it to SDR first");
+  };
+  graph_.reset(avfilter_graph_alloc());
+  graph_->nb_threads = threads_;
+  AVFilterContext* source = avfilter_graph_alloc_filter(graph_.get(), avfilter_get_by_name("buffer"), "in");
+  if (!source) fail(AVERROR(ENOMEM));
+  AVBufferSrcParameters* p = av_buffersrc_parameters_alloc();
+  p->format = colours_.format;
+  p->width = colours_.width;
+  p->height = colours_.height;
+  p->time_base = {1, 1000};
+#if LIBAVFILTER_VERSION_MAJOR >= 10
+  p->color_space = colours_.matrix;
+  p->color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+#endif
+  int error = av_buffersrc_parameters_set(source, p);
+  av_free(p);
+  if (error >= 0) error = avfilter_init_str(source, nullptr);
+  AVFilterContext* sink = nullptr;
+  if (error >= 0)
+    error =
+        avfilter_graph_create_filter(&sink, avfilter_get_by_name("buffersink"), "out", nullptr, nullptr, graph_.get());
+  const std::string chain = fmt::format(
+      "zscale=w={}:h={}:t=linear:npl={},format=gbrpf32le,zscale=p=bt709,tonemap=tonemap=mobius:desat=0:peak={},"
+      "zscale=t=iec61966-2-1,format=gbrp",
+      width_, height_, kReferenceWhite, peak_ / kReferenceWhite);
+  AVFilterInOut *in = avfilter_inout_alloc(), *out = avfilter_inout_alloc();
+  *out = {av_strdup("in"), source, 0, nullptr};
+  *in = {av_strdup("out"), sink, 0, nullptr};
+  if (error >= 0) error = avfilter_graph_parse_ptr(graph_.get(), chain.c_str(), &in, &out, nullptr);
+  avfilter_inout_free(&in);
+  avfilter_inout_free(&out);
+  if (error >= 0) error = avfilter_graph_config(graph_.get(), nullptr);
+  if (error < 0) fail(error);
+  source_ = source;
+  sink_ = sink;
+}
+
+std::vector<std::string> ToRgb::Remarks() const {
+  std::vector<std::string> remarks;
+  const std::string file = path_.filename().string();
+  if (turn_.skew)
+    remarks.push_back(fmt::format("{} asks to be turned by other than quarter turns: the nearest one is taken", file));
+  if (graph_)
+    remarks.push_back(fmt::format("{} is HDR ({}, peak {:.0f} cd/m2): tone-mapped to SDR with paper white at {} cd/m2",
+                                  file, colours_.transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG", peak_,
+                                  kReferenceWhite));
+  else if (const int depth = Descriptor(colours_.format).comp[0].depth; depth > 8)
+    remarks.push_back(fmt::format("{} has {} bits a channel: rounded to 8", file, depth));
+  return remarks;
+}
+
+Image8 ToRgb::Convert(AVFrame& frame) {
+  ForgetWords();
+  if (!av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format)))
+    throw InputError(path_, "has frames of a kind that cannot be read");
+  if (const Colours colours = ColoursOf(frame); colours != colours_) Prepare(colours);
+  frame.format = colours_.format;
+  frame.colorspace = colours_.matrix;
+  frame.color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+  int error = 0;
+  if (graph_) {
+    if (frame.color_primaries == AVCOL_PRI_UNSPECIFIED) frame.color_primaries = AVCOL_PRI_BT2020;
+    frame.pts = 0;
+    error = av_buffersrc_add_frame_flags(source_, &frame, AV_BUFFERSRC_FLAG_KEEP_REF);
+    av_frame_unref(planes_.get());
+    if (error >= 0) error = av_buffersink_get_frame(sink_, planes_.get());
+  } else {
+    error = sws_scale_frame(scaler_.get(), planes_.get(), &frame);
+  }
+  if (error < 0 || planes_->width != width_ || planes_->height != height_)
+    throw InputError(path_, fmt::format("a frame's colours cannot be converted: {}", Words(error)));
+  const auto plane = [&](int i) {
+    return cv::Mat(height_, width_, CV_8U, planes_->data[i], static_cast<std::size_t>(planes_->linesize[i]));
+  };
+  const cv::Mat red_green_blue[3] = {plane(2), plane(0), plane(1)};
+  Image8 picture(width(), height(), 3);
+  cv::Mat shown(height(), width(), CV_8UC3, picture.data.data());
+  if (turn_.transpose) {
+    cv::Mat merged;
+    cv::merge(red_green_blue, 3, merged);
+    cv::transpose(merged, shown);
+  } else {
+    cv::merge(red_green_blue, 3, shown);
+  }
+  if (turn_.flip_x || turn_.flip_y) cv::flip(shown, shown, turn_.flip_x && turn_.flip_y ? -1 : turn_.flip_x ? 1 : 0);
+  return picture;
+}
+
+}  // namespace lumi::ffmpeg

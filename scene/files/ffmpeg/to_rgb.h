@@ -1,0 +1,54 @@
+// Decoded frames become 8-bit RGB as they are shown.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/files/ffmpeg/input.h"
+
+namespace lumi::ffmpeg {
+
+// What the colours of a frame are: its own words, or the standard's default.
+struct Colours {
+  int width = 0, height = 0;
+  AVPixelFormat format = AV_PIX_FMT_NONE;
+  AVColorSpace matrix = AVCOL_SPC_UNSPECIFIED;
+  AVColorTransferCharacteristic transfer = AVCOL_TRC_UNSPECIFIED;
+  AVColorPrimaries primaries = AVCOL_PRI_UNSPECIFIED;
+  AVChromaLocation chroma = AVCHROMA_LOC_UNSPECIFIED;
+  bool full_range = false;
+  bool Hdr() const { return transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67; }
+  bool operator==(const Colours&) const = default;
+};
+Colours ColoursOf(const AVFrame& frame);
+
+class ToRgb {
+ public:
+  // Throws InputError where there is no way from this frame to RGB, MachineError where this FFmpeg lacks one.
+  ToRgb(std::filesystem::path path, const AVFrame& first, const Turn& turn, int threads);
+  ~ToRgb();
+  int width() const { return turn_.transpose ? height_ : width_; }
+  int height() const { return turn_.transpose ? width_ : height_; }
+  std::vector<std::string> Remarks() const;
+  // All frames come out in the first one's size.
+  Image8 Convert(AVFrame& frame);
+
+ private:
+  void Prepare(const Colours& colours);
+  void PrepareScaler();
+  void PrepareToneMap();
+  std::filesystem::path path_;
+  Turn turn_;
+  int width_ = 0, height_ = 0;  // before turning
+  int threads_ = 1;
+  double peak_ = 0;  // of HDR: cd/m2
+  Colours colours_;  // what scaler_ or graph_ is made for
+  ScalerPtr scaler_;
+  FramePtr planes_{av_frame_alloc()};  // what they give: kept, for memory that is given back costs as much as the work
+  GraphPtr graph_;
+  AVFilterContext *source_ = nullptr, *sink_ = nullptr;
+};
+
+}  // namespace lumi::ffmpeg

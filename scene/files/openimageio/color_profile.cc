@@ -1,0 +1,157 @@
+#include "scene/files/openimageio/color_profile.h"
+
+#include <lcms2.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMetaWithin = 1 << 20;  // bytes from the beginning in which HEIF's properties are searched
+constexpr int kSrgbCodes = 2;                 // a profile that moves no colour further is sRGB's
+
+struct ProfileCloser {
+  void operator()(void* profile) const { cmsCloseProfile(profile); }
+};
+using Profile = std::unique_ptr<void, ProfileCloser>;
+
+// Thread-safe: made without lcms' cache of the last colour.
+class Transform {
+ public:
+  explicit Transform(const std::string& bytes) {
+    const Profile from(cmsOpenProfileFromMem(bytes.data(), static_cast<cmsUInt32Number>(bytes.size())));
+    if (!from || cmsGetColorSpace(from.get()) != cmsSigRgbData) return;
+    const Profile srgb(cmsCreate_sRGBProfile());
+    const auto make = [&](cmsUInt32Number format) {
+      return cmsCreateTransform(from.get(), format, srgb.get(), format, INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE);
+    };
+    rgb_ = make(TYPE_RGB_8);
+    rgba_ = make(TYPE_RGBA_8);
+    if (rgb_ && IsIdentity()) Forget();
+  }
+  ~Transform() { Forget(); }
+  Transform(const Transform&) = delete;
+  Transform& operator=(const Transform&) = delete;
+
+  void Apply(Image8& image) const {
+    cmsHTRANSFORM transform = image.channels == 4 ? rgba_ : image.channels == 3 ? rgb_ : nullptr;
+    if (!transform) return;
+    for (int y = 0; y < image.height; ++y)
+      cmsDoTransform(transform, image.Row(y), image.Row(y), static_cast<cmsUInt32Number>(image.width));
+  }
+
+ private:
+  bool IsIdentity() const {
+    constexpr int kSteps = 9;
+    Image8 lattice(kSteps * kSteps, kSteps, 3);
+    for (int r = 0; r < kSteps; ++r)
+      for (int g = 0; g < kSteps; ++g)
+        for (int b = 0; b < kSteps; ++b) {
+          const std::array<int, 3> color{r, g, b};
+          for (int c = 0; c < 3; ++c)
+            lattice.At(g * kSteps + b, r, c) =
+                static_cast<std::uint8_t>(color[static_cast<std::size_t>(c)] * 255 / (kSteps - 1));
+        }
+    Image8 moved = lattice;
+    Apply(moved);
+    for (std::size_t i = 0; i < moved.data.size(); ++i)
+      if (std::abs(moved.data[i] - lattice.data[i]) > kSrgbCodes) return false;
+    return true;
+  }
+  void Forget() {
+    for (cmsHTRANSFORM* transform : {&rgb_, &rgba_}) {
+      if (*transform) cmsDeleteTransform(*transform);
+      *transform = nullptr;
+    }
+  }
+
+  cmsHTRANSFORM rgb_ = nullptr, rgba_ = nullptr;
+};
+
+// The photos of a capture share a profile.
+const Transform& TransformFor(const std::string& profile) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<Transform>> made;
+  const std::lock_guard lock(mutex);
+  auto& transform = made[profile];
+  if (!transform) transform = std::make_unique<Transform>(profile);
+  return *transform;
+}
+
+std::string DisplayP3() {
+  const cmsCIExyY white{0.3127, 0.3290, 1};
+  const cmsCIExyYTRIPLE primaries{{0.680, 0.320, 1}, {0.265, 0.690, 1}, {0.150, 0.060, 1}};
+  constexpr std::array<double, 5> kSrgbCurve{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+  cmsToneCurve* curve = cmsBuildParametricToneCurve(nullptr, 4, kSrgbCurve.data());
+  const std::array<cmsToneCurve*, 3> curves{curve, curve, curve};
+  const Profile profile(cmsCreateRGBProfile(&white, &primaries, curves.data()));
+  cmsFreeToneCurve(curve);
+  cmsUInt32Number size = 0;
+  if (!profile || !cmsSaveProfileToMem(profile.get(), nullptr, &size)) return {};
+  std::string bytes(size, '\0');
+  return cmsSaveProfileToMem(profile.get(), bytes.data(), &size) ? bytes : std::string();
+}
+
+std::uint32_t BigEndian(const std::string& bytes, std::size_t at, std::size_t n) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < n; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return value;
+}
+
+// The contents of the boxes of one kind among those in [begin, end) of an ISO base media file.
+std::vector<std::pair<std::size_t, std::size_t>> Boxes(const std::string& bytes, std::size_t begin, std::size_t end,
+                                                       std::string_view kind) {
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  while (begin + 8 <= end) {
+    const std::size_t size = BigEndian(bytes, begin, 4);
+    if (size < 8 || size > end - begin) break;  // the pictures themselves come last and may be cut off here
+    if (bytes.compare(begin + 4, 4, kind) == 0) found.emplace_back(begin + 8, begin + size);
+    begin += size;
+  }
+  return found;
+}
+
+// HEIF: meta / iprp / ipco / colr, ISO 23008-12. Of several (a depth map has its own) the first that is a profile.
+std::string HeifProfile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kMetaWithin, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
+  bool display_p3 = false;
+  for (const auto& [meta, meta_end] : Boxes(bytes, 0, bytes.size(), "meta"))
+    for (const auto& [iprp, iprp_end] : Boxes(bytes, meta + 4, meta_end, "iprp"))
+      for (const auto& [ipco, ipco_end] : Boxes(bytes, iprp, iprp_end, "ipco"))
+        for (const auto& [colr, colr_end] : Boxes(bytes, ipco, ipco_end, "colr")) {
+          if (colr + 8 > colr_end) continue;
+          const std::string kind = bytes.substr(colr, 4);
+          if (kind == "prof" || kind == "rICC") return bytes.substr(colr + 4, colr_end - colr - 4);
+          constexpr std::uint32_t kP3 = 12, kSrgbCurve = 13;  // ISO 23091-2
+          display_p3 |=
+              kind == "nclx" && BigEndian(bytes, colr + 4, 2) == kP3 && BigEndian(bytes, colr + 6, 2) == kSrgbCurve;
+        }
+  return display_p3 ? DisplayP3() : std::string();
+}
+
+}  // namespace
+
+std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& format, const fs::path& path) {
+  if (format == "raw") return {};  // developed to sRGB
+  const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
+  if (icc && icc->type().basetype == OIIO::TypeDesc::UINT8)
+    return {static_cast<const char*>(icc->data()), icc->type().size()};
+  return format == "heif" ? HeifProfile(path) : std::string();
+}
+
+void ToSrgb(const std::string& profile, Image8& image) {
+  if (!profile.empty()) TransformFor(profile).Apply(image);
+}
+
+}  // namespace lumi

@@ -1,0 +1,25 @@
+// What is wrong with a command line, in the user's words: which option, and which one was probably meant.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class ParseError;
+}  // namespace CLI
+
+namespace lumi {
+
+struct CommandLineProblem {
+  std::string message, hint;
+};
+
+// Of a line that `app` has just refused.
+CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error);
+
+// The word of `known` that is nearest to `word` by letters left out, added, changed or swapped (leading dashes and case
+// aside), or the only one that begins with it; empty where none is near.
+std::string Nearest(const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace lumi

@@ -1,0 +1,246 @@
+// Each call on a file that a program makes fails once, and so does each kind of allocation: the program says so in one
+// line, ends with the contract's exit code, leaves nothing half-written and nothing of the user's changed, and a second
+// run makes what an undisturbed one makes.
+#include "tests/support/fault_run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <memory>
+
+#include "scene/files/atomic_file.h"
+#include "tests/support/bad_input.h"
+#include "tests/support/same_outputs.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Every call on a file, and so many call stacks that allocate (there are thousands); or a few of each.
+constexpr std::size_t kMostStacks = 150;
+std::size_t MostFaults(FaultKind kind) {
+  if (FewFaults()) return kind == FaultKind::kWrite ? 3 : 1;
+  return kind == FaultKind::kMemory ? kMostStacks : std::numeric_limits<std::size_t>::max();
+}
+
+// What a program is run on, and what it may touch.
+struct FaultCase {
+  std::vector<std::string> argv;    // "@" is the folder of the run
+  std::vector<std::string> inputs;  // paths in it that are only read
+  // Files that hold something else while a chain of steps is under way: each is whole all the same.
+  std::vector<std::string> in_steps = {};
+  std::string counts_work = {};  // a file that says what this run did: one that goes on does less
+  bool refuses_photos = false;   // what cannot be opened is a photo that is named and left out
+  bool is_slow = false;          // seconds a run: with few faults only those of writing
+};
+
+class FaultInjection : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    const fs::path capture = Template() / "capture";
+    Make({"lumi-simulate", "--example", "desk", "--views", "4", "--width", "64", "-o", capture.string()});
+    // A scene with proxies of its own, and a workspace as COLMAP leaves one.
+    fs::copy(capture, Template() / "scene", fs::copy_options::recursive);
+    fs::remove_all(Template() / "scene/truth");
+    Make({"lumi-proxy", "hull", (Template() / "scene").string(), "--silhouettes",
+          (capture / "truth/silhouettes").string(), "--activate"});
+    fs::create_directories(Template() / "workspace");
+    fs::copy(capture / "images", Template() / "workspace/images", fs::copy_options::recursive);
+    fs::copy(capture / "sparse", Template() / "workspace/sparse", fs::copy_options::recursive);
+    // Photos with enough to see for COLMAP, and what it found in them.
+    const fs::path taken = Template() / "taken", scene = *folder_ / "reconstructed";
+    Make({"lumi-simulate", "--example", "desk", "--views", "4", "--width", "240", "-o", taken.string()});
+    Make({"lumi-reconstruct", (taken / "images").string(), "-o", scene.string(), "--poses",
+          (taken / "truth/sparse").string(), "--quality", "low"});
+    fs::copy(scene / "colmap/database.db", Template() / "database.db");
+    Make({"lumi-simulate", "--example", "boards", "--width", "320", "-o", (*folder_ / "boards").string()});
+    fs::copy(*folder_ / "boards/images", Template() / "boards");
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static void Make(const std::vector<std::string>& argv) {
+    const ProgramResult made = RunProgram(argv);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  static fs::path Template() { return *folder_ / "template"; }
+  static fs::path Work() { return *folder_ / "work"; }
+
+  // The folder as it is before the run.
+  static void Reset() {
+    fs::remove_all(Work());
+    fs::copy(Template(), Work(), fs::copy_options::recursive);
+  }
+  static std::vector<std::string> Arguments(const FaultCase& c) {
+    std::vector<std::string> argv = c.argv;
+    for (std::string& a : argv)
+      if (a.starts_with("@")) a = Work().string() + a.substr(1);
+    // One thread: the calls then come in one order.
+    for (const char* more : {"--threads", "1", "--quiet"}) argv.emplace_back(more);
+    return argv;
+  }
+
+  void Sweep(const FaultCase& c, FaultKind kind) {
+    const std::vector<std::string> argv = Arguments(c);
+    Reset();
+    const auto before = ComparableFiles(Work());
+    const FaultRun counted = RunWithFault(argv, kind, 0, Work());
+    ASSERT_EQ(counted.result.exit_code, 0) << counted.result.err;
+    const auto wanted = ComparableFiles(Work());
+    EXPECT_FALSE(counted.points.empty());
+    int failed = 0, harmless = 0;
+    for (const long at : SomePoints(counted.points, MostFaults(kind))) {
+      Reset();
+      std::map<std::string, std::string> inputs;
+      for (const std::string& input : c.inputs) inputs[input] = Contents(Work() / input);
+      const FaultRun run = RunWithFault(argv, kind, at, Work());
+      SCOPED_TRACE("fault " + std::to_string(at) + ": " + run.failed + "\n" + run.result.err);
+      if (run.failed.empty()) continue;
+      ++failed;
+      for (const auto& [input, contents] : inputs) EXPECT_EQ(Contents(Work() / input), contents) << input;
+      // Where memory runs out inside a library's function that may not throw, the next run removes what is left.
+      if (kind != FaultKind::kMemory) {
+        EXPECT_EQ(TemporariesIn(Work()), "");
+      }
+      const auto found = ComparableFiles(Work());
+      if (run.result.exit_code == 0) {
+        ++harmless;
+        if (!(c.refuses_photos && kind == FaultKind::kRead)) {
+          EXPECT_EQ(FirstDifference(wanted, found), "");
+        }
+        continue;
+      }
+      ExpectOneLine(run.result, argv[0], kind);
+      ExpectWhole(c, before, wanted, found);
+      const ProgramResult again = RunProgram(argv);
+      EXPECT_EQ(again.exit_code, 0) << again.err;
+      EXPECT_EQ(TemporariesIn(Work()), "");
+      auto after = ComparableFiles(Work());
+      if (!c.counts_work.empty()) after[c.counts_work] = wanted.at(c.counts_work);
+      EXPECT_EQ(FirstDifference(wanted, after), "");
+      if (HasFailure()) break;  // the first is enough to begin with
+    }
+    std::cout << c.argv[0] << " " << c.argv[1] << ": " << failed << " faults of " << counted.points.size() << ", "
+              << harmless << " of them harmless\n";
+  }
+
+  static void ExpectOneLine(const ProgramResult& result, const std::string& program, FaultKind kind) {
+    EXPECT_TRUE(result.exit_code == 4 || (result.exit_code == 3 && kind == FaultKind::kRead)) << result.exit_code;
+    const std::vector<std::string> lines = result.ErrorLines();
+    ASSERT_FALSE(lines.empty());
+    EXPECT_THAT(lines.back(), testing::StartsWith(program + ": "));
+    EXPECT_EQ(std::ranges::count_if(lines, [&](const auto& line) { return line.starts_with(program + ": "); }), 1);
+    if (kind == FaultKind::kMemory) {
+      EXPECT_THAT(lines.back(), testing::HasSubstr("memory"));
+    }
+  }
+
+  // Every file is as it was, or as an undisturbed run leaves it.
+  static void ExpectWhole(const FaultCase& c, const std::map<std::string, std::string>& before,
+                          const std::map<std::string, std::string>& wanted,
+                          const std::map<std::string, std::string>& found) {
+    const auto is = [](const auto& files, const auto& file) {
+      const auto it = files.find(file.first);
+      return it != files.end() && it->second == file.second;
+    };
+    for (const auto& file : found) {
+      const bool in_steps = std::ranges::any_of(
+          c.in_steps, [&](const std::string& name) { return file.first.find(name) != std::string::npos; });
+      const fs::path path = Work() / file.first;
+      if (path.parent_path().filename() == "provenance" && ReadText(path).find("unfinished") != std::string::npos)
+        continue;
+      EXPECT_TRUE(in_steps || is(before, file) || is(wanted, file)) << file.first << " is neither old nor new";
+    }
+  }
+
+  void SweepAll(const FaultCase& c) {
+    for (const FaultKind kind : {FaultKind::kWrite, FaultKind::kRead, FaultKind::kMemory})
+      if (!HasFailure() && !(c.is_slow && FewFaults() && kind != FaultKind::kWrite)) Sweep(c, kind);
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+};
+std::unique_ptr<TemporaryFolder> FaultInjection::folder_;
+
+// Losing power after the record is on the disk loses none of the outputs that it names.
+TEST_F(FaultInjection, TheRecordOfAStageComesAfterItsOutputsAreOnTheDisk) {
+  const auto flushed_before = [](const FaultRun& run, const fs::path& record, const std::string& call) {
+    const auto& calls = run.calls;
+    const auto last = std::find(calls.rbegin(), calls.rend(), "rename " + record.string());
+    const auto flush = std::find(calls.rbegin(), calls.rend(), call);
+    return last != calls.rend() && flush != calls.rend() && last < flush;
+  };
+  Reset();
+  const FaultRun few = RunWithFault(
+      Arguments(
+          {{"lumi-proxy", "hull", "@/scene", "--silhouettes", "@/capture/truth/silhouettes", "--name", "again"}, {}}),
+      FaultKind::kWrite, 0, Work());
+  for (const char* written : {"proxies/again.ply", "proxies/again.json", "proxies"})
+    EXPECT_TRUE(flushed_before(few, Work() / "scene/provenance/proxy-again.json",
+                               "fsync " + (Work() / "scene" / written).lexically_normal().string()))
+        << written << "\n"
+        << testing::PrintToString(few.calls);
+  const FaultRun many = RunWithFault(
+      Arguments({{"lumi-simulate", "--example", "desk", "--views", "24", "--width", "16", "-o", "@/new"}, {}}),
+      FaultKind::kWrite, 0, Work());
+  EXPECT_TRUE(flushed_before(many, Work() / "new/provenance/simulate.json", "syncfs " + (Work() / "new").string()));
+}
+
+TEST_F(FaultInjection, Simulate) {
+  SweepAll({{"lumi-simulate", "--example", "desk", "--views", "2", "--width", "32", "-o", "@/new"}, {"capture"}});
+}
+TEST_F(FaultInjection, ProxyPlane) { SweepAll({{"lumi-proxy", "plane", "@/scene", "--activate"}, {"scene/images"}}); }
+TEST_F(FaultInjection, ProxyPlanes) { SweepAll({{"lumi-proxy", "planes", "@/scene"}, {"scene/images"}}); }
+TEST_F(FaultInjection, ProxyDelaunay) { SweepAll({{"lumi-proxy", "delaunay", "@/scene"}, {"scene/images"}}); }
+TEST_F(FaultInjection, ProxyHull) {
+  SweepAll({{"lumi-proxy", "hull", "@/scene", "--silhouettes", "@/capture/truth/silhouettes", "--name", "again"},
+            {"scene/images", "capture"}});
+}
+TEST_F(FaultInjection, ProxySimplify) {
+  SweepAll({{"lumi-proxy", "simplify", "@/scene", "--from", "hull", "--faces", "100"}, {"scene/images"}});
+}
+TEST_F(FaultInjection, ProxySilhouettes) {
+  SweepAll({{"lumi-proxy", "silhouettes", "@/scene", "--masks", "@/capture/truth/silhouettes"},
+            {"scene/images", "capture"}});
+}
+TEST_F(FaultInjection, ProxyImport) {
+  SweepAll({{"lumi-proxy", "import", "@/capture/truth/mesh.ply", "@/scene"}, {"scene/images", "capture"}});
+}
+TEST_F(FaultInjection, RenderHoldout) {
+  SweepAll({{"lumi-render", "@/scene", "-o", "@/holdout", "--holdout", "2"}, {"scene"}, {"render.json"}});
+}
+TEST_F(FaultInjection, RenderFrames) {
+  SweepAll({{"lumi-render", "@/scene", "-o", "@/frames", "--seconds", "0.1", "--width", "48"},
+            {"scene"},
+            {"render.json"},
+            "frames/render.json"});
+}
+TEST_F(FaultInjection, RenderVideo) {
+  SweepAll({{"lumi-render", "@/scene", "-o", "@/film.mp4", "--seconds", "0.1", "--width", "48"}, {"scene"}});
+}
+TEST_F(FaultInjection, Reconstruct) {
+  SweepAll({{"lumi-reconstruct", "@/taken/images", "-o", "@/new", "--poses", "@/taken/truth/sparse", "--database",
+             "@/database.db"},
+            {"taken", "database.db"},
+            {"provenance/"}});
+}
+TEST_F(FaultInjection, Calibrate) {
+  SweepAll({{"lumi-calibrate", "@/boards", "--board", "9x6", "--square-mm", "25", "-o", "@/new/camera.yaml"},
+            {"boards"},
+            {},
+            "",
+            true,
+            true});
+}
+TEST_F(FaultInjection, PipelineFromAWorkspace) {
+  SweepAll({{"lumi-pipeline", "@/workspace", "-o", "@/new", "--proxy", "plane", "--holdout", "0", "--no-video"},
+            {"workspace"},
+            {"lumigraph.json", "provenance/"}});
+}
+
+}  // namespace
+}  // namespace lumi

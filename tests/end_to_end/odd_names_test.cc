@@ -1,0 +1,123 @@
+// Photos may be called anything that a file may be called.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/colmap_model.h"
+#include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/printable.h"
+#include "tests/support/bad_input.h"
+#include "tests/support/simulated_capture.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const std::vector<std::string>& OddNames() {
+  static const std::vector<std::string> names = {"a photo of us.PNG",
+                                                 "O'Hara's \"best\" & <last>.jpg",
+                                                 "line\nbreak.png",
+                                                 "-rf.jpg",
+                                                 "10:30 C:drive.PNG",
+                                                 "100% %d %s.JPG",
+                                                 std::string(251, 'n') + ".png",
+                                                 "caf\xe9.jpg",  // Latin 1
+                                                 "gr\xc3\xbc\xc3\x9f"
+                                                 "e.png",
+                                                 " outer.jpg",
+                                                 "twin.jpg",
+                                                 "TWIN.jpg",
+                                                 "#1 what? $HOME;*.png",
+                                                 "same.jpg",
+                                                 "same.png"};
+  return names;
+}
+
+std::vector<fs::path> PhotosOf(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+json JsonOf(std::vector<std::string> argv) {
+  argv.emplace_back("--json");
+  const ProgramResult done = RunProgram(argv);
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  return json::parse(done.out, nullptr, false);
+}
+
+TEST(OddNames, GoThroughReconstructionProxyRenderAndReport) {
+  const SimulatedCapture capture("desk", static_cast<int>(OddNames().size()), 480);
+  const fs::path photos = capture / "photos", scene = capture / "scene";
+  fs::create_directories(photos);
+  const std::vector<fs::path> files = PhotosOf(capture.photos());
+  ASSERT_EQ(files.size(), OddNames().size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const bool jpeg = OddNames()[i].ends_with(".jpg") || OddNames()[i].ends_with(".JPG");
+    const fs::path temporary = capture / (jpeg ? "photo.jpg" : "photo.png");
+    WriteImage(temporary, ReadImage8(files[i]), 95);
+    fs::rename(temporary, photos / OddNames()[i]);
+  }
+  const std::string before = Contents(photos);
+  const json done = JsonOf({"lumi-pipeline", photos.string(), "-o", scene.string(), "--proxy", "plane", "--holdout",
+                            "5", "--width", "64", "--seconds", "0.2", "--quality", "low"});
+  EXPECT_EQ(Contents(photos), before);
+  ASSERT_TRUE(done.is_object());
+  EXPECT_EQ(done["stages"][0]["summary"]["images_registered"], files.size()) << done["stages"][0].dump(1);
+
+  const Scene opened = OpenScene(scene, {}, SilentProgress());
+  std::set<std::string> names;
+  for (const View& view : opened.views) {
+    names.insert(view.name);
+    EXPECT_TRUE(IsUtf8(view.name)) << view.name;
+    EXPECT_LE(fs::path(view.name).filename().string().size(), 200U);
+  }
+  // Most keep their names; what cannot be listed or written is escaped.
+  for (const char* kept : {"a photo of us.PNG", "-rf.jpg", "10:30 C:drive.PNG", "100% %d %s.JPG", "TWIN.jpg",
+                           "twin.jpg", "same.jpg", "same.png", "line=0Abreak.png", "caf=E9.jpg", "=20outer.jpg"})
+    EXPECT_TRUE(names.contains(kept)) << kept;
+
+  // Two that differ by their ending alone are two pictures.
+  const fs::path out = capture / "out";
+  for (const char* name : {"same.jpg", "same.png"})
+    JsonOf({"lumi-render", scene.string(), "-o", out.string(), "--view", name, "--width", "32"});
+  EXPECT_TRUE(fs::exists(out / "same.jpg.png"));
+  EXPECT_TRUE(fs::exists(out / "same.png.png"));
+  // A name before a number.
+  EXPECT_EQ(
+      JsonOf({"lumi-render", scene.string(), "-o", out.string(), "--view", "3", "--width", "32"})["views"][0]["name"],
+      opened.views[3].name);
+  EXPECT_TRUE(fs::exists(scene / "report.html"));
+}
+
+// COLMAP's list of pairs parts names at blanks; it is used for more photos than are matched each with each.
+TEST(OddNames, WithBlanksAreMatchedInAListOfPairs) {
+  constexpr int kMoreThanExhaustive = 204;
+  const SimulatedCapture capture("desk", kMoreThanExhaustive, 160);
+  const fs::path scene = capture / "scene", photos = capture / "photos", poses = capture / "poses";
+  Scene known = ReadColmapModel(capture.path() / "sparse");
+  fs::create_directories(photos);
+  for (View& view : known.views) {
+    const std::string name = "photo " + view.name;
+    fs::copy_file(capture.photos() / view.name, photos / name);
+    view.name = name;
+  }
+  WriteColmapModel(known, poses);
+  const json done = JsonOf(
+      {"lumi-reconstruct", photos.string(), "-o", scene.string(), "--poses", poses.string(), "--max-features", "256"});
+  ASSERT_TRUE(done.is_object());
+  EXPECT_EQ(done["images_registered"], kMoreThanExhaustive);
+  EXPECT_GT(done["points"].get<int>(), 100);
+  EXPECT_EQ(OpenScene(scene, {}, SilentProgress()).views.front().name, known.views.front().name);
+}
+
+}  // namespace
+}  // namespace lumi

@@ -1,0 +1,37 @@
+// Runs a program of the suite with one fault: the Nth of its calls on files below a folder fails (fault_injection.cc,
+// preloaded), or its Nth allocation.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/child_program.h"
+
+namespace lumi {
+
+enum class FaultKind {
+  kWrite,  // open for writing, write, rename, mkdir, fsync, link, truncate, mmap for writing: ENOSPC, EIO, EMFILE
+  kRead,   // open for reading, mmap for reading: EMFILE, ENOMEM
+  kMemory  // operator new: std::bad_alloc
+};
+
+struct FaultRun {
+  ProgramResult result;
+  std::string failed;  // the call that failed and its file; empty: none did
+  // Without a fault (at = 0): what can fail, by number. Calls on files all; of allocations the first of each call
+  // stack.
+  std::vector<long> points;
+  std::vector<std::string> calls;  // the same, each with its file: "rename /a/b"
+};
+
+// The program itself is meant, none that it starts. at = 0: nothing fails, calls are counted.
+FaultRun RunWithFault(const std::vector<std::string>& argv, FaultKind kind, long at, const std::filesystem::path& below,
+                      std::map<std::string, std::string> environment = {});
+
+// So many of the points, spread evenly with first and last; all of them where there are no more.
+std::vector<long> SomePoints(const std::vector<long>& points, std::size_t most);
+// Whether a few faults are enough: the environment variable LUMI_FEW_FAULTS is set.
+bool FewFaults();
+
+}  // namespace lumi

@@ -1,0 +1,92 @@
+#include "tests/support/same_outputs.h"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+bool IsTime(const std::string& key) {
+  return key.find("seconds") != std::string::npos || key.ends_with("_s") || key == "ms" || key.ends_with("_ms") ||
+         key.find("ms_per_frame") != std::string::npos || key == "peak_memory_mb" || key == "percent" ||
+         key.ends_with("_percent");
+}
+// Of files that hold times, hashes differ.
+bool IsHashOfTimes(const std::string& key, const json& value) {
+  if (!value.is_string()) return false;
+  static const std::regex kSizeTimeAndHash("[0-9]+--?[0-9]+-[0-9a-f]+");
+  return value.get<std::string>().find("-files-") != std::string::npos ||
+         std::regex_match(value.get<std::string>(), kSizeTimeAndHash) ||
+         (key.ends_with(".json") || key.ends_with(".summary") || key.ends_with(".html"));
+}
+
+json WithoutTimes(const json& value) {
+  if (value.is_array()) {
+    json kept = json::array();
+    for (const json& element : value) kept.push_back(WithoutTimes(element));
+    return kept;
+  }
+  if (value.is_string()) {  // JSON in a string: a stage's summary among the options of a report
+    const json inner = json::parse(value.get<std::string>(), nullptr, false);
+    return inner.is_object() ? WithoutTimes(inner) : value;
+  }
+  if (!value.is_object()) return value;
+  json kept = json::object();
+  for (const auto& [key, inner] : value.items())
+    if (!IsTime(key) && key != "reused") kept[key] = IsHashOfTimes(key, inner) ? json("a hash") : WithoutTimes(inner);
+  return kept;
+}
+
+std::string Comparable(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  if (!bytes.empty() && bytes.front() == '{')
+    if (const json parsed = json::parse(bytes, nullptr, false); parsed.is_object()) bytes = WithoutTimes(parsed).dump();
+  return std::to_string(bytes.size()) + "-" + std::to_string(std::hash<std::string>{}(bytes));
+}
+
+}  // namespace
+
+std::map<std::string, std::string> ComparableFiles(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    if (name.starts_with('.') || name == "colmap") it.disable_recursion_pending();
+    if (name.starts_with('.') || name == "LOCK" || name == "pipeline-times.txt" || name == "frames.txt" || it->path().extension() == ".html" ||
+        !it->is_regular_file())
+      continue;
+    files[it->path().lexically_relative(folder).generic_string()] = Comparable(it->path());
+  }
+  return files;
+}
+
+std::string FirstDifference(const std::map<std::string, std::string>& wanted,
+                            const std::map<std::string, std::string>& found) {
+  for (const auto& [name, hash] : wanted) {
+    const auto it = found.find(name);
+    if (it == found.end()) return name + " is not there";
+    if (it->second != hash) return name + " differs";
+  }
+  for (const auto& [name, hash] : found)
+    if (!wanted.contains(name)) return name + " is there, too";
+  return {};
+}
+
+std::string TemporariesIn(const fs::path& folder) {
+  std::string names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (const std::string name = it->path().filename().string(); name.find(".lumi-tmp-") != std::string::npos)
+      names += it->path().string() + "\n";
+  return names;
+}
+
+}  // namespace lumi

@@ -1,0 +1,21 @@
+// Whether two runs wrote the same: byte for byte but for how long they took.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace lumi {
+
+// What each file below a folder holds, by its path in it, as a hash; times in JSON are left out (and hashes of files
+// that hold times). Not among them: hidden files, reports in HTML, records of time, LOCK, and COLMAP's working folder.
+std::map<std::string, std::string> ComparableFiles(const std::filesystem::path& folder);
+
+// The first difference in words; empty where there is none.
+std::string FirstDifference(const std::map<std::string, std::string>& wanted,
+                            const std::map<std::string, std::string>& found);
+
+// Temporaries below a folder: what a run that has ended must not leave.
+std::string TemporariesIn(const std::filesystem::path& folder);
+
+}  // namespace lumi
