@@ -84,7 +84,7 @@ std::optional<CameraModel> CameraModelFromName(std::string_view name) {
 }
 
 std::optional<CameraModel> CameraModelFromId(int id) {
-  if (id < 0 || id + 1 >= static_cast<int>(kCameraModels.size())) return std::nullopt;
+  if (id < 0 || id >= static_cast<int>(kCameraModels.size()) - 1) return std::nullopt;
   return static_cast<CameraModel>(id);
 }
 
