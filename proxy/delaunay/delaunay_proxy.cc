@@ -13,6 +13,7 @@
 #include "proxy/delaunay/surface.h"
 #include "proxy/delaunay/tetrahedra.h"
 #include "scene/geometry/median.h"
+#include "scene/model/orientation.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
@@ -82,6 +83,24 @@ struct Workspace {
   std::vector<ProxyPoint> points;
 };
 
+// The side that the photos have above, on average; those more than 60 degrees from it do not count. It leans from
+// against gravity towards where all photos look down from, and the floor with it: away from the cameras it falls below
+// what stands there. A level floor comes out just below a table's top and cuts into it.
+Eigen::Vector3d MeanPhotoUp(const Scene& scene) {
+  const auto mean = [&](const Eigen::Vector3d& around, double least_cosine) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const View& view : scene.views) {
+      const Eigen::Vector3d up = -UprightPose(view.cam_from_world, view.orientation).R().row(1).transpose();
+      if (up.dot(around) >= least_cosine) sum += up;
+    }
+    return sum;
+  };
+  const Eigen::Vector3d all = mean(scene.up, -2);
+  if (!(all.norm() > 1e-9)) return scene.up;
+  const Eigen::Vector3d near = mean(all.normalized(), 0.5);
+  return near.norm() > 1e-9 ? near.normalized() : all.normalized();
+}
+
 // Points of the backdrop: a dome around the origin, cut off at the floor. A floor below all cameras and nearly all
 // points is where unseen ground in the foreground most likely is.
 std::vector<Eigen::Vector3d> Backdrop(const Workspace& w, const Eigen::Vector3d& up, const DelaunayOptions& options) {
@@ -121,7 +140,7 @@ Workspace Prepare(const Scene& scene, const std::vector<ProxyView>& views, std::
   for (const ProxyPoint& p : points) w.positions.push_back(p.x_in_world - w.centre);
   for (const ProxyView& v : views) w.eyes.push_back(v.render.centre - w.centre);
   w.points = std::move(points);
-  const std::vector<Eigen::Vector3d> backdrop = Backdrop(w, scene.up, options);
+  const std::vector<Eigen::Vector3d> backdrop = Backdrop(w, MeanPhotoUp(scene), options);
   if (options.backing > 0) {
     const std::vector<double> spacing = MeanNeighbourDistance(w.positions, 6);
     for (std::size_t p = 0; p < w.points.size(); ++p) {

@@ -28,9 +28,8 @@ constexpr int kViews = 12;
 // COLMAP on photos this small is good to a third of a pixel; these bounds are five times what was measured.
 constexpr double kCentreRmsPercent = 1.0;
 constexpr double kRotationRmsDeg = 0.5;
-// The two runs' cameras differ by COLMAP's own randomness: of 30 runs on photos this small three ended in another minimum
-// (1.6 px of reprojection error instead of 0.26), and held-out PSNR was between 16.1 and 19.6 dB.
-constexpr double kSamePsnrDb = 4.0;
+// The two runs' cameras differ by COLMAP's own randomness.
+constexpr double kSamePsnrDb = 2.0;
 
 std::vector<std::string> Command(const fs::path& input, const fs::path& output,
                                  const std::vector<std::string>& more = {}, int holdout = 4) {
