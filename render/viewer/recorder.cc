@@ -9,7 +9,6 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
-#include "scene/program/subprocess.h"
 
 namespace lumi {
 
@@ -42,8 +41,6 @@ static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
 Recorder::Recorder(const fs::path& wanted, double fps) : wanted_(wanted), fps_(fps) {
   if (wanted.extension() != ".mp4")
     throw UsageError("a video is an .mp4, not " + wanted.filename().string(), "name it FILE.mp4");
-  if (!FindProgram("ffmpeg"))
-    throw MachineError("ffmpeg is needed to write a video and is not installed", "install the package ffmpeg", wanted);
   thread_ = std::thread([this] { Work(); });
 }
 
@@ -92,7 +89,6 @@ void Recorder::Cancel() {
 }
 
 void Recorder::Work() {
-  // VideoWriter's process lives as long as the thread that feeds it: this one feeds and finishes.
   const fs::path hidden =
       wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
   RemoveStaleTemporariesOf(wanted_);

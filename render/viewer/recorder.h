@@ -25,7 +25,7 @@ inline void ListKeys(JsonKeys& j, Video& v) { j("file", v.file, "frames", v.fram
 
 class Recorder {
  public:
-  // Throws MachineError where there is no ffmpeg, UsageError for a rate or a name that is none.
+  // Throws UsageError for a rate or a name that is none.
   Recorder(const std::filesystem::path& wanted, double fps);
   ~Recorder();  // without Finish: cancelled
   Recorder(const Recorder&) = delete;

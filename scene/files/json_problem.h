@@ -4,9 +4,11 @@
 
 #include <array>
 #include <concepts>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace lumi {
 
@@ -44,7 +46,9 @@ T JsonAt(const Json& object, const std::string& key, const std::string& where = 
     return *it;
   } else {
     bool fits = true;
-    if constexpr (std::integral<T> && !std::same_as<T, bool>) fits = it->is_number_integer();
+    if constexpr (std::integral<T> && !std::same_as<T, bool>)  // the library itself cuts what does not fit
+      fits = it->is_number_unsigned() ? std::in_range<T>(it->template get<std::uint64_t>())
+                                      : it->is_number_integer() && std::in_range<T>(it->template get<std::int64_t>());
     if constexpr (std::floating_point<T>) fits = it->is_number();
     if constexpr (requires { std::tuple_size<T>::value; })
       fits = it->is_array() && it->size() >= std::tuple_size<T>::value;

@@ -149,7 +149,6 @@ TEST_F(ViewerWindow, FollowsAScript) {
 }
 
 TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
-  if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   std::ofstream(file("clip.mp4")) << "a user's own";
   const std::string script =
@@ -196,7 +195,6 @@ TEST_F(ViewerWindow, APathIsMadeSavedAndRecorded) {
 }
 
 TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLastsAsLong) {
-  if (!FindProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   const fs::path out = folder_ / "out";
   fs::create_directories(out);
   const std::string script = "wait; jump 1; key-add; jump 5; key-add 60; record-start " + (out / "long.mp4").string() +

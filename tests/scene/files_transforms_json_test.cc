@@ -81,11 +81,9 @@ TEST(TransformsJson, WhatIsWrittenComesBackWhereverThePhotosLie) {
 TEST(TransformsJson, FramesWithoutPhotoAreLeftOutAndNamed) {
   const TempFolder folder;
   WriteImage(folder / "a.png", ColorfulImage(8, 8));
-  Write(
-      folder / "t.json",
-      fmt::format(
-          R"({{"fl_x": 50, "frames": [{{"file_path": "gone.png"}}, {{"file_path": "a.png", "transform_matrix": {}}}]}})",
-          kIdentity));
+  Write(folder / "t.json", fmt::format(R"({{"fl_x": 50, "frames": [{{"file_path": "gone.png"}}, )"
+                                       R"({{"file_path": "a.png", "transform_matrix": {}}}]}})",
+                                       kIdentity));
   std::vector<std::string> skipped;
   EXPECT_EQ(ReadTransformsJson(folder / "t.json", &skipped).views.size(), 1u);
   EXPECT_EQ(skipped, std::vector<std::string>{"gone.png"});

@@ -42,10 +42,9 @@ TEST(JsonKeys, WhatWasWrittenIsReadBack) {
   tree.normal = {1, -2, 3e-300};
   tree.other = *JsonKeys::Parse(R"({"b": [1, {"c": null}], "a": 2})");
   const std::string text = JsonKeys(tree).Text();
-  EXPECT_EQ(
-      text,
-      R"({"count":3,"ratio":0.3333333333333333,"closed":true,"file":"a/b.ply","leaves":[{"name":"x \"y\"","error_px":0.5},{"name":"z","error_px":null}],)"
-      R"("normal":[1.0,-2.0,3e-300],"twice":6,"other":{"b":[1,{"c":null}],"a":2}})");
+  EXPECT_EQ(text, R"({"count":3,"ratio":0.3333333333333333,"closed":true,"file":"a/b.ply",)"
+                  R"("leaves":[{"name":"x \"y\"","error_px":0.5},{"name":"z","error_px":null}],)"
+                  R"("normal":[1.0,-2.0,3e-300],"twice":6,"other":{"b":[1,{"c":null}],"a":2}})");
   Tree again;
   EXPECT_TRUE(JsonKeys::Parse(text)->Into(again));
   EXPECT_EQ(JsonKeys(again).Text(), text);

@@ -60,8 +60,8 @@ std::map<std::string, std::string> ComparableFiles(const fs::path& folder) {
   for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
     if (name.starts_with('.') || name == "colmap") it.disable_recursion_pending();
-    if (name.starts_with('.') || name == "LOCK" || name == "pipeline-times.txt" || name == "frames.txt" || it->path().extension() == ".html" ||
-        !it->is_regular_file())
+    if (name.starts_with('.') || name == "LOCK" || name == "pipeline-times.txt" || name == "frames.txt" ||
+        it->path().extension() == ".html" || !it->is_regular_file())
       continue;
     files[it->path().lexically_relative(folder).generic_string()] = Comparable(it->path());
   }
