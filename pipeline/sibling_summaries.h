@@ -26,12 +26,27 @@ inline void ListKeys(JsonKeys& j, ComparedBackend& c) {
     c.rotation_rms_deg);
   j("mean_reprojection_error_px", c.mean_reprojection_error_px, "seconds", c.seconds);
 }
+struct StandingCamera {
+  std::string name;
+  int points = 0, offered = 0;
+  double spread = 0, angle_deg = 0;
+  std::optional<double> sigma_percent;
+  bool placed_anew = false;
+  std::string remark;
+};
+inline void ListKeys(JsonKeys& j, StandingCamera& s) {
+  j("name", s.name, "points", s.points, "offered", s.offered, "spread", s.spread, "angle_deg", s.angle_deg);
+  j("sigma_percent", s.sigma_percent);
+  if (j.reading() ? j.Has("placed_anew") : s.placed_anew) j("placed_anew", s.placed_anew);
+  j.IfAny("remark", s.remark);
+}
 struct CamerasSummary {
   int images_total = 0, images_registered = 0;
   double mean_reprojection_error_px = 0, colmap_seconds = 0, seconds = 0;
   std::string backend, structure = "points";
   std::optional<int> cut_frame;
   std::vector<MissingPhoto> missing;
+  std::vector<StandingCamera> standings;
   std::vector<int> components;
   std::optional<ComparedBackend> compared_with;
 };
@@ -42,7 +57,8 @@ inline void ListKeys(JsonKeys& j, CamerasSummary& s) {
     s.seconds);
   j("backend", s.backend, "structure", s.structure)
       .IfAny("cut_frame", s.cut_frame)
-      .IfAny("compared_with", s.compared_with);
+      .IfAny("compared_with", s.compared_with)
+      .IfAny("standings", s.standings);
 }
 
 // lumi-timeperiodic calibrate.

@@ -25,16 +25,16 @@ constexpr double kFarOff = 4;
 
 }  // namespace
 
-void AdjustWithFrames(Scene& scene, const std::vector<PlacedFrame>& placed, bool lens_known, const ColmapJob& job) {
-  std::vector<const PlacedFrame*> usable;
-  for (const PlacedFrame& p : placed)
+void AdjustWithFrames(Scene& scene, const std::vector<PlacedCamera>& placed, bool lens_known, const ColmapJob& job) {
+  std::vector<const PlacedCamera*> usable;
+  for (const PlacedCamera& p : placed)
     if (p.ok) usable.push_back(&p);
   const std::size_t keyframes = scene.views.size();
   const std::size_t more = std::min(usable.size(), kAdjustedCameras > keyframes ? kAdjustedCameras - keyframes : 0);
   if (more == 0) return;
   Scene extended = scene;
   for (std::size_t i = 0; i < more; ++i) {
-    const PlacedFrame& p = *usable[(2 * i + 1) * usable.size() / (2 * more)];
+    const PlacedCamera& p = *usable[(2 * i + 1) * usable.size() / (2 * more)];
     const auto index = static_cast<std::int32_t>(extended.views.size());
     View view;
     view.name = fmt::format("~{:06d}", i);  // sorts after any frame's

@@ -8,12 +8,12 @@
 #include <map>
 #include <mutex>
 #include <numeric>
-#include <opencv2/calib3d.hpp>
 #include <set>
 #include <string>
 
 #include "reconstruct/adjust_frames.h"
 #include "reconstruct/colmap_database.h"
+#include "reconstruct/place_camera.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/geometry/median.h"
@@ -30,116 +30,11 @@ constexpr std::size_t kNeighbours = 2;
 // angle between two, which is at most 0.7.
 constexpr double kMatchRatio = 0.8;
 constexpr float kLeastSimilarity = 0.7648f;
-// A frame is placed by at least so many points that agree within the error (COLMAP's own bound is 30 of 12 px).
-constexpr int kMinInliers = 20;
-constexpr double kMaxErrorPx = 4;
-constexpr int kRansacRounds = 1000;
-constexpr double kRansacConfidence = 0.9999;
 
-using Sightings = std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>>;  // of each frame: point, pixel
-using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;              // keypoint -> point
+using Sightings = std::vector<std::vector<Sighting>>;                      // of each frame
+using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;  // keypoint -> point
 
-using Placed = PlacedFrame;
-
-// Points and pixels as OpenCV's solvers take them: the lens taken away, coordinates relative to the points' middle.
-struct Correspondences {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  cv::Matx33d K;
-  std::vector<cv::Point3d> world;
-  std::vector<cv::Point2d> pixels;  // K's principal point and these share one origin, so no conversion is due
-  std::vector<std::size_t> source;  // position in what was seen
-};
-
-Correspondences Prepare(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen,
-                        const std::vector<Point>& points, const Camera& camera) {
-  Correspondences c;
-  const Eigen::Matrix3d K = camera.K();
-  c.K = cv::Matx33d(K(0, 0), K(0, 1), K(0, 2), K(1, 0), K(1, 1), K(1, 2), K(2, 0), K(2, 1), K(2, 2));
-  for (const auto& [point, x] : seen)
-    c.middle += points[static_cast<std::size_t>(point)].x_in_world / static_cast<double>(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const auto n = camera.Normalized(seen[i].second);
-    if (!n) continue;
-    const Eigen::Vector3d X = points[static_cast<std::size_t>(seen[i].first)].x_in_world - c.middle;
-    const Eigen::Vector2d x = (K * n->homogeneous()).head<2>();
-    c.world.emplace_back(X.x(), X.y(), X.z());
-    c.pixels.emplace_back(x.x(), x.y());
-    c.source.push_back(i);
-  }
-  return c;
-}
-
-// Which correspondences a pose agrees with.
-std::vector<int> Agreeing(const Correspondences& c, const cv::Vec3d& rotation, const cv::Vec3d& translation) {
-  cv::Matx33d R;
-  cv::Rodrigues(rotation, R);
-  std::vector<int> agreeing;
-  for (std::size_t i = 0; i < c.world.size(); ++i) {
-    const cv::Vec3d X = R * cv::Vec3d(c.world[i].x, c.world[i].y, c.world[i].z) + translation;
-    if (!(X[2] > 0)) continue;
-    const cv::Vec3d x = c.K * X;
-    if (std::hypot(x[0] / x[2] - c.pixels[i].x, x[1] / x[2] - c.pixels[i].y) <= kMaxErrorPx)
-      agreeing.push_back(static_cast<int>(i));
-  }
-  return agreeing;
-}
-
-// Levenberg-Marquardt over the points that agree, twice: the second round takes in those that the first brought near.
-Placed Polish(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const Correspondences& c,
-              cv::Vec3d rotation, cv::Vec3d translation) {
-  constexpr int kRounds = 2;
-  Placed placed;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<int> agreeing = Agreeing(c, rotation, translation);
-    placed.inliers = static_cast<int>(agreeing.size());
-    if (placed.inliers < kMinInliers) return placed;
-    std::vector<cv::Point3d> world;
-    std::vector<cv::Point2d> pixels;
-    for (const int i : agreeing) {
-      world.push_back(c.world[static_cast<std::size_t>(i)]);
-      pixels.push_back(c.pixels[static_cast<std::size_t>(i)]);
-    }
-    cv::solvePnPRefineLM(world, pixels, c.K, cv::noArray(), rotation, translation);
-  }
-  const Eigen::Vector3d r(rotation[0], rotation[1], rotation[2]), t(translation[0], translation[1], translation[2]);
-  if (!r.allFinite() || !t.allFinite()) return placed;
-  const std::vector<int> agreeing = Agreeing(c, rotation, translation);
-  placed.inliers = static_cast<int>(agreeing.size());
-  if (placed.inliers < kMinInliers) return placed;
-  const double angle = r.norm();
-  placed.cam_from_world.rotation =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, r / angle)) : Eigen::Quaterniond::Identity();
-  placed.cam_from_world.translation = t - placed.cam_from_world.rotation * c.middle;
-  for (const int i : agreeing) placed.observations.push_back(seen[c.source[static_cast<std::size_t>(i)]]);
-  placed.ok = true;
-  return placed;
-}
-
-// Pose from points and their pixels under a lens that is known: RANSAC over P3P, then least squares.
-Placed Resection(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points,
-                 const Camera& camera) {
-  const Correspondences c = Prepare(seen, points, camera);
-  Placed placed;
-  placed.inliers = static_cast<int>(c.world.size());
-  if (placed.inliers < kMinInliers) return placed;
-  cv::Vec3d rotation, translation;
-  std::vector<int> inliers;
-  if (!cv::solvePnPRansac(c.world, c.pixels, c.K, cv::noArray(), rotation, translation, false, kRansacRounds,
-                          static_cast<float>(kMaxErrorPx), kRansacConfidence, inliers, cv::SOLVEPNP_P3P)) {
-    placed.inliers = 0;
-    return placed;
-  }
-  return Polish(seen, c, rotation, translation);
-}
-
-// Pose near a given one.
-Placed Refine(const std::vector<std::pair<std::int32_t, Eigen::Vector2d>>& seen, const std::vector<Point>& points,
-              const Camera& camera, const Rigid3& start) {
-  const Correspondences c = Prepare(seen, points, camera);
-  const Eigen::AngleAxisd turn(start.rotation);
-  const Eigen::Vector3d r = turn.angle() * turn.axis(), t = start * c.middle;
-  return Polish(seen, c, cv::Vec3d(r.x(), r.y(), r.z()), cv::Vec3d(t.x(), t.y(), t.z()));
-}
+using Placed = PlacedCamera;
 
 // Fixes what RANSAC took for another pose: far things under a long lens look nearly alike from two places. A frame's
 // neighbours in time are near in space, so their poses are tried as starts; the one that more points agree with stays,
@@ -164,7 +59,7 @@ void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vecto
     }
     const auto distance_of = [&](const Placed& p) { return (p.cam_from_world.OriginInSource() - middle).norm(); };
     for (const Placed* n : neighbours) {
-      const Placed other = Refine(seen[f], points, camera, n->cam_from_world);
+      const Placed other = PlaceCameraNear(seen[f], points, camera, n->cam_from_world);
       if (!other.ok) continue;
       const Placed& now = smoothed[f];
       const bool as_good = static_cast<double>(other.inliers) >= kTie * now.inliers;
@@ -182,7 +77,7 @@ std::vector<Placed> PlaceFrames(const Sightings& seen, const std::vector<Point>&
   std::vector<Placed> placed(seen.size());
   Progress progress(sink, "placing all frames", static_cast<long>(seen.size()));
   ParallelEach(seen.size(), 1, [&](std::size_t f) {
-    placed[f] = Resection(seen[f], points, camera);
+    placed[f] = PlaceCamera(seen[f], points, camera);
     progress.Step();
   });
   Smooth(placed, seen, points, camera);
@@ -352,7 +247,7 @@ void RegisterAllFrames(Scene& scene, const Capture& all_frames, const Features& 
              features[f] == 0
                  ? std::string("blurred or textureless (no features)")
                  : fmt::format("too few points of the keyframes in it ({} agree, {} are needed; {} features)",
-                               placed[f].inliers, kMinInliers, features[f]),
+                               placed[f].inliers, kMinPointsOfPose, features[f]),
              "film more slowly there, or ask for more --keyframes"});
       continue;
     }

@@ -56,6 +56,7 @@ struct ColmapDatabase::Impl {
     }
     return pairs;
   }
+  std::vector<std::pair<int, int>> MatchesIn(const char* table, std::int64_t image1, std::int64_t image2) const;
 };
 
 ColmapDatabase::ColmapDatabase(const std::filesystem::path& path, Access access) : impl_(std::make_unique<Impl>()) {
@@ -166,17 +167,18 @@ Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Col
   return descriptors;
 }
 
-std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, std::int64_t image2) const {
-  Impl::Statement statement;
-  impl_->Prepare(statement, "SELECT rows, data FROM matches WHERE pair_id = ?");
+std::vector<std::pair<int, int>> ColmapDatabase::Impl::MatchesIn(const char* table, std::int64_t image1,
+                                                                 std::int64_t image2) const {
+  Statement statement;
+  Prepare(statement, fmt::format("SELECT rows, data FROM {} WHERE pair_id = ?", table).c_str());
   sqlite3_bind_int64(statement.s, 1, PairId(image1, image2));
   std::vector<std::pair<int, int>> matches;
-  if (!impl_->Step(statement)) return matches;
+  if (!Step(statement)) return matches;
   const std::int64_t rows = sqlite3_column_int64(statement.s, 0);
   const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 1));
   if (rows < 0 || rows > bytes || rows * 8 != bytes)
-    throw InputError(impl_->path, fmt::format("matches of images {} and {}: {} announced, {} bytes there", image1,
-                                              image2, rows, bytes));
+    throw InputError(
+        path, fmt::format("matches of images {} and {}: {} announced, {} bytes there", image1, image2, rows, bytes));
   const auto* data = static_cast<const char*>(sqlite3_column_blob(statement.s, 1));
   for (std::int64_t i = 0; i < rows; ++i) {
     std::uint32_t ij[2];
@@ -185,6 +187,13 @@ std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, st
     matches.emplace_back(static_cast<int>(ij[0]), static_cast<int>(ij[1]));
   }
   return matches;
+}
+
+std::vector<std::pair<int, int>> ColmapDatabase::Matches(std::int64_t image1, std::int64_t image2) const {
+  return impl_->MatchesIn("matches", image1, image2);
+}
+std::vector<std::pair<int, int>> ColmapDatabase::VerifiedMatches(std::int64_t image1, std::int64_t image2) const {
+  return impl_->MatchesIn("two_view_geometries", image1, image2);
 }
 
 std::vector<DatabaseCamera> ColmapDatabase::Cameras() const {

@@ -54,6 +54,8 @@ class ColmapDatabase {
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Descriptors(std::int64_t image_id) const;
   // Raw matches of a pair: positions in the keypoints of image1 and image2.
   std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
+  // Those of them that a pair's verified geometry explains.
+  std::vector<std::pair<int, int>> VerifiedMatches(std::int64_t image1, std::int64_t image2) const;
   std::vector<DatabaseCamera> Cameras() const;  // of models that scenes are kept in
   // The images of these numbers are called so from now on.
   void Rename(const std::map<std::int64_t, std::string>& name_of_image);

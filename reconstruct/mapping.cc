@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/colmap_database.h"
 #include "reconstruct/reprojection.h"
+#include "reconstruct/standing.h"
 #include "scene/files/colmap_model.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
@@ -153,6 +155,27 @@ std::string Distrust(const Scene& scene) {
   if (usual_deg < kMinMedianAngleDeg)
     return fmt::format("the photos were taken from nearly one place (rays meet at {:.2f} degrees)", usual_deg);
   return {};
+}
+
+StandingCameras KeepCamerasThatStand(Scene& scene, const CameraPlan& cameras, const Features& features,
+                                     const ColmapJob& job) {
+  const ColmapDatabase database(features.database);
+  VerifiedCameras verified = VerifyCameras(scene, VerifiedMatchesOf(scene, database));
+  StandingCameras standing{std::move(verified.standings), std::move(verified.left_out)};
+  if (!verified.changed) return standing;
+  std::set<std::string> anew;
+  for (const CameraStanding& s : standing.standings)
+    if (s.placed_anew) anew.insert(s.name);
+  job.sink.Message(
+      fmt::format("{} of {} cameras did not stand where their points have them: {} placed anew, {} left out",
+                  anew.size() + standing.left_out.size(), scene.views.size(), anew.size(), standing.left_out.size()));
+  const fs::path folder = scene.image_folder;
+  UpdatePointErrors(verified.scene);
+  scene = PolishCameras(verified.scene, cameras.known.has_value(), kPolishIterations, job);
+  scene.image_folder = folder;
+  standing.standings = MeasureStandings(scene, VerifiedMatchesOf(scene, database));
+  for (CameraStanding& s : standing.standings) s.placed_anew = anew.contains(s.name);
+  return standing;
 }
 
 Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job) {

@@ -28,6 +28,15 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
 // degree on a real camera). scene.points[].error_px must be set.
 Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job);
 
+// What VerifyCameras (standing.h) finds wrong with a mapping's scene is put right: cameras placed anew or left out, and
+// where any was, all polished once more. Of the scene as it then is.
+struct StandingCameras {
+  std::vector<CameraStanding> standings;
+  std::vector<MissingPhoto> left_out;
+};
+StandingCameras KeepCamerasThatStand(Scene& scene, const CameraPlan& cameras, const Features& features,
+                                     const ColmapJob& job);
+
 // What speaks against a model, as one line, or an empty string: too few points, or rays that hardly meet.
 std::string Distrust(const Scene& scene);
 

@@ -129,6 +129,12 @@ static void ListKeys(JsonKeys& j, Backend& backend) {
   if (j.reading()) backend = BackendNamed(name);
 }
 static void ListKeys(JsonKeys& j, MissingPhoto& m) { j("name", m.name, "reason", m.reason, "hint", m.hint); }
+static void ListKeys(JsonKeys& j, CameraStanding& s) {
+  j("name", s.name, "points", s.points, "offered", s.offered, "spread", s.spread, "angle_deg", s.angle_deg);
+  j("sigma_percent", s.sigma_percent);
+  if (j.reading() ? j.Has("placed_anew") : s.placed_anew) j("placed_anew", s.placed_anew);
+  j.IfAny("remark", s.remark);
+}
 static void ListKeys(JsonKeys& j, BackendComparison& c) {
   ListKeys(j, c.backend);
   j("views", c.views, "centre_rms_percent", c.centre_rms_percent, "rotation_rms_deg", c.rotation_rms_deg);
@@ -141,7 +147,10 @@ void ListKeys(JsonKeys& j, ReconstructSummary& s) {
   j("upgrade", s.upgrade).IfAny("upgrade_reason", s.upgrade_reason);
   if (s.upgrade != "metric") j("structure", s.structure);
   if (j.reading() ? j.Has("homography_frames") : s.homography_frames > 0) j("homography_frames", s.homography_frames);
-  j.IfAny("cut_frame", s.cut_frame).IfAny("warnings", s.warnings).IfAny("compared_with", s.comparison);
+  j.IfAny("cut_frame", s.cut_frame)
+      .IfAny("warnings", s.warnings)
+      .IfAny("compared_with", s.comparison)
+      .IfAny("standings", s.standings);
   j("points", s.points, "cameras", s.cameras, "camera_model", s.camera_model, "components", s.components, "component",
     s.component);
   if (j.reading() ? j.Has("keyframes") : s.keyframes > 0) j("keyframes", s.keyframes);
@@ -166,6 +175,10 @@ std::string Describe(const ReconstructSummary& s) {
         "s there",
         Name(c.backend), c.views, c.centre_rms_percent, c.rotation_rms_deg, c.mean_reprojection_error_px, c.seconds);
   }
+  for (const CameraStanding& c : s.standings)
+    if (c.placed_anew || !c.remark.empty())
+      lines += fmt::format("\n  camera {}{}{}{}", c.name, c.placed_anew ? ": placed anew" : "",
+                           c.remark.empty() ? "" : ": ", c.remark);
   for (const MissingPhoto& m : s.missing)
     lines += fmt::format("\n  without camera: {}: {} -> {}", m.name, m.reason, m.hint);
   if (s.components.size() > 1)

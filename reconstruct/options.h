@@ -105,6 +105,18 @@ struct MissingPhoto {
   std::string hint;  // what to shoot or try
 };
 
+// What holds a camera (standing.h).
+struct CameraStanding {
+  std::string name;
+  int points = 0;        // that two other photos hold, and that its pose shows where the matches have them
+  int offered = 0;       // of so many
+  double spread = 0;     // share of the photo, by an 8 x 8 grid, that shows some of them
+  double angle_deg = 0;  // under which other photos hold them, the median
+  std::optional<double> sigma_percent;  // standard deviation of its centre, of the cameras' extent; none: undetermined
+  bool placed_anew = false;             // its points contradicted where it stood first
+  std::string remark;                   // why it is named; empty: nothing speaks against it
+};
+
 // The other backend's cameras of the same capture, after the similarity that aligns them.
 struct BackendComparison {
   Backend backend = Backend::kColmap;  // the other one
@@ -118,6 +130,7 @@ struct ReconstructSummary {
   int images_total = 0;
   int images_registered = 0;
   std::vector<MissingPhoto> missing;
+  std::vector<CameraStanding> standings;  // COLMAP's cameras only; those that are named first, then the least certain
   double mean_reprojection_error_px = 0;
   Backend backend = Backend::kColmap;
   std::string upgrade = "metric";    // or quasi-affine, none

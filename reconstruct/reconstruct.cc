@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "reconstruct/all_frames.h"
@@ -24,6 +26,7 @@
 #include "reconstruct/near_pairs.h"
 #include "reconstruct/photos.h"
 #include "reconstruct/ring.h"
+#include "reconstruct/standing.h"
 #include "reconstruct/turntable.h"
 #include "reconstruct/unsuitable.h"
 #include "reconstruct/video_frames.h"
@@ -97,6 +100,10 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
   summary.missing =
       ExplainMissing(capture, ColmapDatabase(features.database), ViewNames(mapping.scene), mapping.other_parts);
   Scene scene = std::move(mapping.scene);
+  StandingCameras standing = KeepCamerasThatStand(scene, cameras, features, job);
+  summary.standings = std::move(standing.standings);
+  std::ranges::move(standing.left_out, std::back_inserter(summary.missing));
+  std::ranges::sort(summary.missing, {}, &MissingPhoto::name);
   const double fraction = static_cast<double>(scene.views.size()) / std::max(1, capture.total());
   if (fraction < options.min_registered)
     throw DataError(fmt::format("only {} of {} photos got a camera, {:.0f} % were asked for{}", scene.views.size(),
@@ -184,6 +191,7 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
   scene.image_folder = capture.folder;
   CopyPhotoFacts(capture, scene);
   ColorPoints(scene, sink);
+  summary.standings = MeasureStandings(scene, VerifiedMatchesOf(scene, ColmapDatabase(features.database)));
   summary.components = {static_cast<int>(scene.views.size())};
   return scene;
 }

@@ -27,6 +27,7 @@ constexpr int kThumbnailWidthPx = 320;
 constexpr std::size_t kMaxSheetRows = 16;  // spread evenly over what there is
 constexpr std::size_t kMaxMissingRows = 200;
 constexpr std::size_t kMaxGaps = 12;
+constexpr std::size_t kMaxStandingRows = 12;
 
 // As it says itself; defaults where there was no such stage.
 template <typename Summary>
@@ -142,6 +143,30 @@ std::string MissingHtml(const CamerasSummary& cameras) {
         "<p>COLMAP split the photos into parts that do not hang together; this scene is one of them (lumi-pipeline "
         "--component picks another).</p>\n";
   return html;
+}
+
+// The cameras that stand worst; they come in that order.
+std::string StandingHtml(const CamerasSummary& cameras) {
+  if (cameras.standings.empty()) return {};
+  std::vector<std::vector<std::string>> rows;
+  for (const StandingCamera& s : cameras.standings) {
+    if (rows.size() == kMaxStandingRows) break;
+    rows.push_back({EscapeHtml(s.name), fmt::format("{} of {}", s.points, s.offered),
+                    fmt::format("{:.0f} %", 100 * s.spread), fmt::format("{:.1f}", s.angle_deg),
+                    s.sigma_percent ? fmt::format("{:.3f}", *s.sigma_percent) : "?",
+                    EscapeHtml((s.placed_anew ? std::string("placed anew ") : std::string()) + s.remark)});
+  }
+  return HtmlTable({{"camera"},
+                    {"points that hold it", true},
+                    {"of the photo", true},
+                    {"angle, deg", true},
+                    {"uncertainty, % of the extent", true},
+                    {""}},
+                   rows) +
+         (cameras.standings.size() > rows.size()
+              ? fmt::format("<p>The {} least certain of {}; all are in report.json.</p>\n", rows.size(),
+                            cameras.standings.size())
+              : std::string());
 }
 
 std::string TimeHtml(const ReportInput& input) {
@@ -341,6 +366,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += HtmlSection("The two backends", BackendsHtml(cameras));
   body += HtmlSection("Space and time", SamplingHtml(input));
   body += HtmlSection("Photos without a camera", MissingHtml(cameras));
+  body += HtmlSection("The cameras that stand worst", StandingHtml(cameras));
   body += HtmlSection("Contact sheet", ContactSheetHtml(thumbnails));
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));
   body += HtmlSection("Time", TimeHtml(input));

@@ -41,7 +41,7 @@ class FramesAdjust : public ::testing::Test {
     }
     for (const Point& point : scene_.points) ASSERT_GE(point.track.size(), 2U);
     for (int f = 0; f < kFrames; ++f) {
-      PlacedFrame placed;
+      PlacedCamera placed;
       placed.ok = f % 10 != 3;
       placed.cam_from_world = Pose(f);
       placed.cam_from_world.translation += 0.003 * Any();
@@ -74,7 +74,7 @@ class FramesAdjust : public ::testing::Test {
   Camera truth_;
   std::vector<Eigen::Vector3d> points_;
   Scene scene_;
-  std::vector<PlacedFrame> placed_;
+  std::vector<PlacedCamera> placed_;
 };
 
 TEST_F(FramesAdjust, LensIsFoundAndOnlyKeyframesStay) {
@@ -100,7 +100,7 @@ TEST_F(FramesAdjust, ALensThatIsKnownStays) {
 }
 
 TEST_F(FramesAdjust, WithoutFramesNothingChanges) {
-  for (PlacedFrame& p : placed_) p.ok = false;
+  for (PlacedCamera& p : placed_) p.ok = false;
   const Scene before = scene_;
   ColmapProgram colmap(folder_.path() / "colmap.log", SilentProgress());
   AdjustWithFrames(scene_, placed_, false, {ReconstructOptions{}, folder_.path(), colmap, SilentProgress()});
