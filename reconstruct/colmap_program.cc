@@ -15,6 +15,11 @@
 namespace lumi {
 
 std::set<std::string> ParseColmapOptionNames(const std::string& help) {
+  // Bytes that are no text hold a "--x" now and then.
+  const auto no_text = [](char c) {
+    return std::iscntrl(static_cast<unsigned char>(c)) && !std::isspace(static_cast<unsigned char>(c));
+  };
+  if (std::ranges::any_of(help, no_text)) return {};
   std::set<std::string> names;
   for (std::size_t at = help.find("--"); at != std::string::npos; at = help.find("--", at + 2)) {
     if (at > 0 && !std::isspace(static_cast<unsigned char>(help[at - 1]))) continue;

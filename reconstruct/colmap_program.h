@@ -25,7 +25,7 @@ struct ColmapOption {
   bool required = true;  // false: left out where the installed version has no such option
 };
 
-// The option names in the text that `colmap COMMAND -h` prints.
+// The option names in the text that `colmap COMMAND -h` prints; none where it holds bytes that are no text.
 std::set<std::string> ParseColmapOptionNames(const std::string& help);
 // What an installed version calls 3.8's option `name`; nullopt where it has none.
 std::optional<std::string> InstalledOptionName(const std::string& name, const std::set<std::string>& installed);

@@ -67,5 +67,11 @@ TEST(ColmapOptions, OnlyOptionsAreRead) {
             5u);  // help, random_seed, image_list_path and two of Sift; not the `--project_path` in the prose
 }
 
+TEST(ColmapOptions, NoTextHasNone) {
+  EXPECT_TRUE(ParseColmapOptionNames(std::string(kHelp38) + '\x01').empty());
+  EXPECT_TRUE(ParseColmapOptionNames(std::string("\0 --x \0", 7)).empty());
+  EXPECT_FALSE(ParseColmapOptionNames("  --a\ttab\r\n").empty());
+}
+
 }  // namespace
 }  // namespace lumi
