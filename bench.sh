@@ -5,6 +5,7 @@
 #   ./bench.sh --data DIR    also on fountain, sceaux, fox, boards-stereo, boards-wide, shaky-sideways and shaky-rotation below DIR
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --only stabilize   only stabilisation: simulated walks, and below DIR the shaky videos, beside vid.stab's results
+#   ./bench.sh --only cameras     only cameras by our features beside COLMAP's: seconds a step, photos placed, errors (also of dinosaur below DIR)
 #   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
 #   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
@@ -16,10 +17,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -28,6 +29,7 @@ while [ $# -gt 0 ]; do
     --speed) only_speed=1; shift ;;
     --only)
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
+      if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
@@ -36,14 +38,23 @@ done
 
 install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
-if [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
+if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
+elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy bench_figures depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+  build release "${stabilisation[@]}" lumi-proxy bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 printf 'Built with %s; %s; %s cores.\n\n' "$(cat build/release/versions.txt)" "$(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1)" "$(nproc)"
-[ -n "$only_speed$only_stabilize$only_dense" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -n "$only_speed$only_stabilize$only_dense$only_cameras" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+cameras() {
+  printf '\n## Cameras by our features and by those of COLMAP\n\n'
+  "$bin/cameras_bench" --work "$work" ${data:+--data "$data"}
+}
+if [ -n "$only_cameras" ]; then
+  cameras
+  exit 0
+fi
 # Dense proxies beside the sparse mesh: held-out photos, none of which the proxies know; pixels that two photos see over
 # the dense one. Then depth against the truth.
 dense_figure() { grep -o "\"$2\": *[0-9.]*" <<<"$1" | head -n 1 | grep -o '[0-9.]*$' | cut -c1-"${3:-6}"; }
@@ -282,6 +293,7 @@ sharpness() {
 }
 [ -n "$only_speed$only_quality" ] || sharpness
 if [ -z "$only_speed$only_quality" ]; then
+  cameras
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
   printf '\nStandard deviations against the spread over 100 simulated sets, and ray-traced boards:\n\n```\n'

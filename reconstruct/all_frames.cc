@@ -13,6 +13,7 @@
 
 #include "reconstruct/adjust_frames.h"
 #include "reconstruct/colmap_database.h"
+#include "reconstruct/own_features.h"
 #include "reconstruct/place_camera.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
@@ -119,6 +120,18 @@ fs::path DatabaseOfAll(const std::vector<std::string>& frames, const Capture& al
   for (const auto& frame : frames) names += frame + "\n";
   WriteTextAtomically(list, names);
   if (frames.empty()) return database;
+  // Their descriptors are compared with the keyframes': by the same program.
+  if (keyframe_features.own) {
+    const std::set<std::string> wanted(frames.begin(), frames.end());
+    PhotosToSearch search;
+    search.folder = all_frames.folder;
+    search.cameras.shared = true;
+    search.limits = limits;
+    search.task = "features of all frames";
+    for (const InputPhoto& photo : all_frames.photos)
+      if (wanted.count(photo.name)) search.photos.push_back(photo);
+    if (FindOwnFeatures(search, database, job)) return database;
+  }
   const std::vector<ColmapOption> extract = {
       {"database_path", database.string()},
       {"image_path", all_frames.folder.string()},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "scene/program/error.h"
@@ -45,6 +46,42 @@ struct ColmapDatabase::Impl {
   }
   void Execute(const char* sql) const {
     if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
+  }
+  // All that `body` writes, or nothing.
+  template <typename Body>
+  void Transact(const Body& body) const {
+    Execute("BEGIN IMMEDIATE");
+    try {
+      body();
+      Execute("COMMIT");
+    } catch (...) {
+      sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
+      throw;
+    }
+  }
+  static void Bind(Statement& statement, int at, const void* data, std::size_t bytes) {
+    // Nothing is an empty blob, as with COLMAP, and not NULL.
+    if (bytes == 0)
+      sqlite3_bind_zeroblob(statement.s, at, 0);
+    else
+      sqlite3_bind_blob64(statement.s, at, data, bytes, SQLITE_STATIC);
+  }
+  // The next row of an INSERT.
+  void Write(Statement& statement) const {
+    Step(statement);
+    sqlite3_reset(statement.s);
+    sqlite3_clear_bindings(statement.s);
+  }
+  std::int64_t AddCamera(const Camera& camera, bool focal_is_known) const {
+    Statement insert;
+    Prepare(insert, "INSERT INTO cameras(model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?)");
+    sqlite3_bind_int(insert.s, 1, static_cast<int>(camera.model));
+    sqlite3_bind_int(insert.s, 2, camera.width_px);
+    sqlite3_bind_int(insert.s, 3, camera.height_px);
+    Bind(insert, 4, camera.params.data(), camera.params.size() * sizeof(double));
+    sqlite3_bind_int(insert.s, 5, focal_is_known ? 1 : 0);
+    Write(insert);
+    return sqlite3_last_insert_rowid(db);
   }
   std::vector<DatabasePair> Pairs(const char* sql) const {
     Statement statement;
@@ -149,13 +186,12 @@ std::vector<Eigen::Vector2d> ColmapDatabase::Keypoints(std::int64_t image_id) co
   return keypoints;
 }
 
-Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> ColmapDatabase::Descriptors(
-    std::int64_t image_id) const {
-  constexpr std::int64_t kLength = 128;
+ByteDescriptors ColmapDatabase::Descriptors(std::int64_t image_id) const {
+  constexpr std::int64_t kLength = kByteDescriptorLength;
   Impl::Statement statement;
   impl_->Prepare(statement, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?");
   sqlite3_bind_int64(statement.s, 1, image_id);
-  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors(0, kLength);
+  ByteDescriptors descriptors(0, kLength);
   if (!impl_->Step(statement)) return descriptors;
   const std::int64_t rows = sqlite3_column_int64(statement.s, 0), cols = sqlite3_column_int64(statement.s, 1);
   const auto bytes = static_cast<std::int64_t>(sqlite3_column_bytes(statement.s, 2));
@@ -236,8 +272,7 @@ bool ColmapDatabase::HasRigs() const {
 }
 
 void ColmapDatabase::Rename(const std::map<std::int64_t, std::string>& name_of_image) {
-  impl_->Execute("BEGIN IMMEDIATE");
-  try {
+  impl_->Transact([&] {
     for (const auto& [image, name] : name_of_image) {
       Impl::Statement update;
       impl_->Prepare(update, "UPDATE images SET name = ? WHERE image_id = ?");
@@ -245,31 +280,14 @@ void ColmapDatabase::Rename(const std::map<std::int64_t, std::string>& name_of_i
       sqlite3_bind_int64(update.s, 2, image);
       impl_->Step(update);
     }
-    impl_->Execute("COMMIT");
-  } catch (...) {
-    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
-    throw;
-  }
+  });
 }
 
 void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,
                                 const std::map<std::int64_t, std::size_t>& camera_of_image) {
-  impl_->Execute("BEGIN IMMEDIATE");
-  try {
+  impl_->Transact([&] {
     std::vector<std::int64_t> ids;
-    for (const Camera& camera : cameras) {
-      Impl::Statement insert;
-      impl_->Prepare(insert,
-                     "INSERT INTO cameras(model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?)");
-      sqlite3_bind_int(insert.s, 1, static_cast<int>(camera.model));
-      sqlite3_bind_int(insert.s, 2, camera.width_px);
-      sqlite3_bind_int(insert.s, 3, camera.height_px);
-      sqlite3_bind_blob(insert.s, 4, camera.params.data(), static_cast<int>(camera.params.size() * sizeof(double)),
-                        SQLITE_TRANSIENT);
-      sqlite3_bind_int(insert.s, 5, focal_is_known ? 1 : 0);
-      impl_->Step(insert);
-      ids.push_back(sqlite3_last_insert_rowid(impl_->db));
-    }
+    for (const Camera& camera : cameras) ids.push_back(impl_->AddCamera(camera, focal_is_known));
     for (const auto& [image, index] : camera_of_image) {
       Impl::Statement update;
       impl_->Prepare(update, "UPDATE images SET camera_id = ? WHERE image_id = ?");
@@ -278,11 +296,84 @@ void ColmapDatabase::SetCameras(const std::vector<Camera>& cameras, bool focal_i
       impl_->Step(update);
     }
     impl_->Execute("DELETE FROM cameras WHERE camera_id NOT IN (SELECT camera_id FROM images)");
-    impl_->Execute("COMMIT");
-  } catch (...) {
-    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
-    throw;
+  });
+}
+
+std::int64_t ColmapDatabase::AddPhoto(const DatabasePhoto& photo) {
+  // COLMAP's row: place, and the affine map of the unit disc to the spot (FeatureKeypoint).
+  constexpr int kColumns = 6;
+  std::vector<float> keypoints;
+  for (const SiftFeature& f : photo.features) {
+    const double c = f.scale_px * std::cos(f.orientation_rad), s = f.scale_px * std::sin(f.orientation_rad);
+    for (const double v : {f.x_px.x(), f.x_px.y(), c, -s, s, c}) keypoints.push_back(static_cast<float>(v));
   }
+  const auto rows = static_cast<std::int64_t>(photo.features.size());
+  std::int64_t camera_id = photo.camera_id;
+  impl_->Transact([&] {
+    Impl::Statement image, points, descriptors;
+    if (photo.camera) camera_id = impl_->AddCamera(*photo.camera, false);
+    impl_->Prepare(image, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)");
+    sqlite3_bind_int64(image.s, 1, photo.id);
+    sqlite3_bind_text(image.s, 2, photo.name.data(), static_cast<int>(photo.name.size()), SQLITE_STATIC);
+    sqlite3_bind_int64(image.s, 3, camera_id);
+    impl_->Write(image);
+    const auto add = [&](Impl::Statement& insert, int columns, const void* data, std::size_t bytes) {
+      sqlite3_bind_int64(insert.s, 1, photo.id);
+      sqlite3_bind_int64(insert.s, 2, rows);
+      sqlite3_bind_int(insert.s, 3, columns);
+      Impl::Bind(insert, 4, data, bytes);
+      impl_->Write(insert);
+    };
+    impl_->Prepare(points, "INSERT INTO keypoints(image_id, rows, cols, data) VALUES(?, ?, ?, ?)");
+    add(points, kColumns, keypoints.data(), keypoints.size() * sizeof(float));
+    impl_->Prepare(descriptors, "INSERT INTO descriptors(image_id, rows, cols, data) VALUES(?, ?, ?, ?)");
+    add(descriptors, kByteDescriptorLength, photo.descriptors.data(),
+        static_cast<std::size_t>(photo.descriptors.size()));
+  });
+  return camera_id;
+}
+
+void ColmapDatabase::AddPairs(const std::vector<DatabaseMatches>& pairs) {
+  const auto blob = [](const std::vector<std::pair<int, int>>& matches) {
+    std::vector<std::uint32_t> data;
+    for (const auto& [i, j] : matches)
+      data.insert(data.end(), {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
+    return data;
+  };
+  const auto bind = [](Impl::Statement& insert, std::int64_t pair, const std::vector<std::uint32_t>& data) {
+    sqlite3_bind_int64(insert.s, 1, pair);
+    sqlite3_bind_int64(insert.s, 2, static_cast<std::int64_t>(data.size() / 2));
+    sqlite3_bind_int(insert.s, 3, 2);
+    Impl::Bind(insert, 4, data.data(), data.size() * sizeof(std::uint32_t));
+  };
+  impl_->Transact([&] {
+    Impl::Statement raw, verified;
+    impl_->Prepare(raw, "INSERT OR REPLACE INTO matches(pair_id, rows, cols, data) VALUES(?, ?, ?, ?)");
+    impl_->Prepare(verified,
+                   "INSERT OR REPLACE INTO two_view_geometries(pair_id, rows, cols, data, config, F, E, H, qvec, tvec) "
+                   "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const DatabaseMatches& p : pairs) {
+      const std::int64_t id = PairId(p.image1, p.image2);
+      const auto matches = blob(p.matches), inliers = blob(p.geometry.inliers);
+      bind(raw, id, matches);
+      impl_->Write(raw);
+      bind(verified, id, inliers);
+      sqlite3_bind_int(verified.s, 5, static_cast<int>(p.geometry.label));
+      // Row by row; no pose (COLMAP's own matcher leaves it at zero, too).
+      using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+      const RowMajor F = p.geometry.F, E = p.geometry.E, H = p.geometry.H;
+      const Eigen::Matrix<double, 7, 1> pose = Eigen::Matrix<double, 7, 1>::Zero();
+      const auto numbers = [&](int at, const double* data, std::size_t count) {
+        Impl::Bind(verified, at, data, inliers.empty() ? 0 : count * sizeof(double));
+      };
+      numbers(6, F.data(), 9);
+      numbers(7, E.data(), 9);
+      numbers(8, H.data(), 9);
+      numbers(9, pose.data(), 4);
+      numbers(10, pose.data(), 3);
+      impl_->Write(verified);
+    }
+  });
 }
 
 }  // namespace lumi

@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "reconstruct/pair_geometry.h"
 #include "scene/model/camera.h"
+#include "scene/tracks/sift.h"
 
 namespace lumi {
 
@@ -32,6 +35,23 @@ struct DatabasePair {
   int matches = 0;
 };
 
+// A photo with its features, as it is written.
+struct DatabasePhoto {
+  std::int64_t id = 0;
+  std::int64_t camera_id = 0;    // where it has no camera of its own
+  std::optional<Camera> camera;  // of its own, whose focal length is guessed
+  std::string name;
+  std::vector<SiftFeature> features;
+  ByteDescriptors descriptors;
+};
+
+// A pair that was matched, as it is written: positions in the keypoints of image1 and image2, image1 < image2.
+struct DatabaseMatches {
+  std::int64_t image1 = 0, image2 = 0;
+  std::vector<std::pair<int, int>> matches;
+  PairGeometry geometry;  // of what is left after verification
+};
+
 class ColmapDatabase {
  public:
   // kOurs: what a killed run left in the journal is recovered, SetCameras works. kTheirs: nothing is written, not even
@@ -51,7 +71,7 @@ class ColmapDatabase {
   // Pixels of an image's features, COLMAP's convention (the upper-left pixel's centre at (0.5, 0.5)).
   std::vector<Eigen::Vector2d> Keypoints(std::int64_t image_id) const;
   // SIFT descriptors of an image's features, shape (features, 128), as COLMAP rounds them: 512 times a unit vector.
-  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Descriptors(std::int64_t image_id) const;
+  ByteDescriptors Descriptors(std::int64_t image_id) const;
   // Raw matches of a pair: positions in the keypoints of image1 and image2.
   std::vector<std::pair<int, int>> Matches(std::int64_t image1, std::int64_t image2) const;
   // Those of them that a pair's verified geometry explains.
@@ -66,6 +86,11 @@ class ColmapDatabase {
                   const std::map<std::int64_t, std::size_t>& camera_of_image);
   // The parameters of one, whose focal length counts as known from now on.
   void SetFocalLength(std::int64_t camera_id, const Camera& camera);
+
+  // What a killed run leaves is whole photos, and whole batches of pairs: one transaction a call. Databases with rigs
+  // (HasRigs) want more rows than these two write. AddPhoto returns the camera's id.
+  std::int64_t AddPhoto(const DatabasePhoto& photo);
+  void AddPairs(const std::vector<DatabaseMatches>& pairs);
 
  private:
   struct Impl;

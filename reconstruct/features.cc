@@ -8,6 +8,7 @@
 
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/given_camera.h"
+#include "reconstruct/own_features.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/provenance.h"
@@ -38,12 +39,13 @@ struct FeatureSettings {
   std::string masks;
   bool shared_camera = false;
   std::string camera_model, camera_params, database;
+  std::string finder;  // "own", "colmap"
   bool operator==(const FeatureSettings&) const = default;
 };
 void ListKeys(JsonKeys& j, FeatureSettings& s) {
   j("max_image_size_px", s.max_image_size_px, "max_features", s.max_features, "masks", s.masks, "shared_camera",
     s.shared_camera);
-  j("camera_model", s.camera_model, "camera_params", s.camera_params, "database", s.database);
+  j("camera_model", s.camera_model, "camera_params", s.camera_params, "database", s.database, "finder", s.finder);
 }
 struct FeatureKey {
   FeatureSettings settings;
@@ -52,7 +54,7 @@ struct FeatureKey {
 void ListKeys(JsonKeys& j, FeatureKey& k) { j("settings", k.settings, "photos", k.photos); }
 
 FeatureKey KeyOf(const Capture& capture, const CameraPlan& cameras, const FeatureLimits& limits,
-                 const ReconstructOptions& options, const fs::path& user_database) {
+                 const ReconstructOptions& options, const fs::path& user_database, bool own) {
   FeatureKey key;
   key.settings = {limits.max_image_size_px,
                   limits.max_features,
@@ -60,7 +62,8 @@ FeatureKey KeyOf(const Capture& capture, const CameraPlan& cameras, const Featur
                   cameras.shared,
                   std::string(Name(cameras.known ? cameras.known->model : cameras.model)),
                   cameras.known ? ParamsText(*cameras.known) : "",
-                  user_database.empty() ? "" : Fingerprint(user_database)};
+                  user_database.empty() ? "" : Fingerprint(user_database),
+                  own ? "own" : "colmap"};
   for (const InputPhoto& photo : capture.photos) key.photos[photo.name] = Fingerprint(capture.folder / photo.name);
   return key;
 }
@@ -294,7 +297,34 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
   if (listed) listed->Finish();
 }
 
+// Neighbours in the order of names, as COLMAP's sequential matcher has them with quadratic_overlap.
+std::vector<std::pair<int, int>> Neighbours(int n) {
+  std::vector<std::pair<int, int>> pairs;
+  for (int a = 0; a < n; ++a) {
+    std::set<int> others;
+    for (int i = 1; i < kSequentialOverlap; ++i) others.insert(a + i);
+    for (int i = 0; i < kSequentialOverlap; ++i) others.insert(a + (1 << i));
+    for (const int b : others)
+      if (b < n) pairs.emplace_back(a, b);
+  }
+  return pairs;
+}
+
+// Which photos are matched, by index.
+std::vector<std::pair<int, int>> PairsToMatch(const Capture& capture, const std::vector<std::pair<int, int>>& known,
+                                              const ReconstructOptions& options) {
+  const auto n = static_cast<int>(capture.photos.size());
+  if (UseSequentialMatching(options, capture))
+    return options.matching == Matching::kAuto && !known.empty() ? known : Neighbours(n);
+  std::vector<std::pair<int, int>> pairs;
+  for (int a = 0; a < n; ++a)
+    for (int b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
+  return pairs;
+}
+
 }  // namespace
+
+bool UseOwnFeatures(const ReconstructOptions& options) { return options.finder == FeatureFinder::kOwn; }
 
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options) {
   CameraPlan plan;
@@ -354,10 +384,14 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   const fs::path key_file = work_folder / "features.json";
   const FeatureLimits limits = LimitsFor(options, capture.photos.size());
   std::set<std::string> names;
-  for (const InputPhoto& photo : capture.photos) names.insert(photo.name);
+  std::vector<std::string> in_order;
+  for (const InputPhoto& photo : capture.photos) in_order.push_back(photo.name);
+  names.insert(in_order.begin(), in_order.end());
   const fs::path user_database = UserDatabase(capture, options, names);
 
-  const FeatureKey key = KeyOf(capture, cameras, limits, options, user_database);
+  // What a user's database lacks is found by the program that made it.
+  bool own = user_database.empty() && UseOwnFeatures(options);
+  const FeatureKey key = KeyOf(capture, cameras, limits, options, user_database, own);
   std::error_code ec;
   if (!Serves(key_file, key) || !ColmapDatabase::IsDatabase(features.database) ||
       !SurvivedRestart(work_folder, features.database, sink)) {
@@ -375,20 +409,31 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   NoteRunOfMachine(work_folder);
   WriteTextAtomically(key_file, JsonKeys(key).Text(1));
   std::string list;
-  for (const InputPhoto& photo : capture.photos) list += photo.name + "\n";
+  for (const std::string& name : in_order) list += name + "\n";
   WriteTextAtomically(work_folder / kPhotoList, list);
 
+  StepClock clock;
   std::size_t known = 0;
   if (fs::exists(features.database, ec)) known = CountKnown(features.database, names);
   if (known == names.size()) {
     features.reused.push_back("features");
   } else {
-    Extract(capture, cameras, limits, features.database, job);
+    own = own && FindOwnFeatures({.folder = capture.folder,
+                                  .photos = capture.photos,
+                                  .masks = options.masks,
+                                  .cameras = cameras,
+                                  .limits = limits},
+                                 features.database, job);
+    if (!own) Extract(capture, cameras, limits, features.database, job);
     known = CountKnown(features.database, names);
     if (known == 0)
-      throw DataError(fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()),
-                      "see the log", colmap.log_file());
+      throw DataError(
+          own ? fmt::format("none of the {} photos could be read", names.size())
+              : fmt::format("COLMAP could read none of the {} photos ({})", names.size(), colmap.LastComplaint()),
+          "see the log", colmap.log_file());
+    features.steps.push_back(clock.Lap("features"));
   }
+  features.own = own && !ColmapDatabase(features.database).HasRigs();
   if (cameras.known)
     SetKnownCamera(*cameras.known, features.database);
   else if (user_database.empty()) {
@@ -398,10 +443,15 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
 
   const auto matched = ColmapDatabase(features.database).MatchedPairs().size();
   const bool exhausted = matched >= known * (known - 1) / 2;
-  if (exhausted || (!user_database.empty() && matched > 0 && features.reused.size() == 1))
+  if (exhausted || (!user_database.empty() && matched > 0 && features.reused.size() == 1)) {
     features.reused.push_back("matches");
-  else
-    Match(capture, pairs, features.database, job);
+  } else {
+    if (features.own)
+      MatchOwnFeatures(in_order, PairsToMatch(capture, pairs, options), features.database, job);
+    else
+      Match(capture, pairs, features.database, job);
+    features.steps.push_back(clock.Lap("matching"));
+  }
   return features;
 }
 

@@ -33,12 +33,17 @@ FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos);
 
 bool UseSequentialMatching(const ReconstructOptions& options, const Capture& capture);
 
+// Whether features are found and matched here, and not by COLMAP.
+bool UseOwnFeatures(const ReconstructOptions& options);
+
 // In the work folder: the photos' names, for COLMAP's image_list_path.
 constexpr const char* kPhotoList = "photos.txt";
 
 struct Features {
   std::filesystem::path database;
   std::vector<std::string> reused;
+  std::vector<StepTime> steps;  // features, matching: where they were not reused
+  bool own = false;             // found here, not by COLMAP
 };
 
 // Throws DataError when no photo gave features. work_folder: SCENE/colmap. pairs: by index, what to match instead of

@@ -21,6 +21,21 @@ void SetFocal(ReconstructOptions& options, const std::string& text) {
   }
 }
 
+// --features takes a number (factorization) or a name (colmap).
+void SetFeatures(ReconstructOptions& options, const std::string& text) {
+  options.finder = text == "own"      ? FeatureFinder::kOwn
+                   : text == "colmap" ? FeatureFinder::kColmap
+                                      : FeatureFinder::kAuto;
+  if (text == "auto" || options.finder != FeatureFinder::kAuto) return;
+  try {
+    std::size_t used = 0;
+    options.features = std::stoi(text, &used);
+    if (used != text.size()) throw std::invalid_argument(text);
+  } catch (const std::exception&) {
+    throw UsageError("takes auto, own, colmap, or a number of features");
+  }
+}
+
 // What is estimated, and how.
 void AddEstimation(Options& app, ReconstructOptions& o) {
   app.Add("INPUT", o.input,
@@ -46,9 +61,11 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
           "factorization: intrinsics that the last adjustment may move: none, focal, or centre (and focal). auto: "
           "focal where EXIF gave it, else none",
           {{"auto", Refine::kAuto}, {"none", Refine::kNone}, {"focal", Refine::kFocal}, {"centre", Refine::kCentre}});
-  app.Add("--features", o.features,
-          "factorization: tracks aimed at in a frame of a video (0: 800), or features a photo (0: 2048)")
-      .Default();
+  app.Call(
+      "--features", [&](const std::string& text) { SetFeatures(o, text); },
+      "colmap: who finds and matches features: own (lumi-reconstruct) or colmap; auto: colmap. factorization: a "
+      "number, "
+      "of tracks aimed at in a frame of a video (0: 800), or of features a photo (0: 2048)");
   app.Add("--window", o.window_frames, "factorization: frames that are factorised at once; 0: 20").Default();
   app.Flag("!--no-adjust", o.adjust, "factorization: without bundle adjustment");
   app.Add("--camera", o.camera_yaml, "camera.yaml (OpenCV/ROS): known intrinsics, held fixed");

@@ -184,6 +184,7 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
   std::error_code ec;
   fs::remove_all(sparse, ec);
   fs::create_directories(sparse);
+  StepClock clock;
   const auto n = capture.photos.size();
   const std::string refine = cameras.known ? "0" : "1";
   std::vector<ColmapOption> arguments = {
@@ -247,7 +248,9 @@ Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Featur
     throw DataError(fmt::format("COLMAP joined only {} of {} photos", joined, n), ShootHint(n));
   if (const std::string distrust = Distrust(chosen); !distrust.empty())
     throw DataError(fmt::format("the photos do not fit together: {}", distrust), ShootHint(n));
+  mapping.steps.push_back(clock.Lap("mapping"));
   mapping.scene = PolishCameras(chosen, cameras.known.has_value(), kPolishIterations, job);
+  mapping.steps.push_back(clock.Lap("polishing"));
   mapping.scene.image_folder = capture.folder;
   return mapping;
 }

@@ -17,6 +17,7 @@ struct Mapping {
   std::vector<int> components;                     // photos of each part, the largest first
   int component = 0;                               // the one taken
   std::vector<std::set<std::string>> other_parts;  // names
+  std::vector<StepTime> steps;                     // mapping, polishing
 };
 
 // Throws DataError when there is no model that can be trusted.

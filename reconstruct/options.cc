@@ -37,6 +37,7 @@ std::string Validate(const ReconstructOptions& o) {
     if (o.component != 0) return "--component goes with --backend colmap";
     if (o.projective && o.require_metric)
       return "--projective stops before the metric frame that --require metric asks for";
+    if (o.finder != FeatureFinder::kAuto) return "--features own and --features colmap go with --backend colmap";
     if (o.homographies != Homographies::kAuto && !o.projective) return "--homographies goes with --projective";
     if (o.features < 0 || (o.features > 0 && o.features < 50)) return "--features is 50 or more";
     if (o.window_frames < 0 || o.window_frames == 1 || o.window_frames == 2) return "--window is 3 frames or more";
@@ -44,7 +45,7 @@ std::string Validate(const ReconstructOptions& o) {
     if (o.projective || o.homographies != Homographies::kAuto)
       return "--projective and --homographies go with --backend factorization";
     if (o.features != 0 || o.window_frames != 0 || !o.adjust || o.refine != Refine::kAuto)
-      return "--features, --window, --refine and --no-adjust go with --backend factorization";
+      return "--features N, --window, --refine and --no-adjust go with --backend factorization";
   }
   if (o.backend == Backend::kColmap && o.poses.empty() && o.rig == Rig::kNone && (o.focal_px || !o.intrinsics.empty()))
     return "--focal-px and --intrinsics go with --poses, --rig or --backend factorization; known intrinsics are given "
@@ -90,6 +91,7 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["masks"] = o.masks.empty() ? "" : Fingerprint(o.masks);
   text["database"] = o.database.empty() ? "" : Fingerprint(o.database);
   text["component"] = std::to_string(o.component);
+  if (o.finder != FeatureFinder::kAuto) text["finder"] = std::to_string(static_cast<int>(o.finder));
   text["matching"] = std::to_string(static_cast<int>(o.matching));
   text["quality"] = std::to_string(static_cast<int>(o.quality));
   text["max_image_size_px"] = std::to_string(o.max_image_size_px);
@@ -155,6 +157,7 @@ void ListKeys(JsonKeys& j, ReconstructSummary& s) {
     s.component);
   if (j.reading() ? j.Has("keyframes") : s.keyframes > 0) j("keyframes", s.keyframes);
   j.IfAny("focal_px", s.focal_px);
+  j.IfAny("steps", s.steps);
   j("reused", s.reused, "colmap_seconds", s.colmap_seconds, "seconds", s.seconds);
 }
 

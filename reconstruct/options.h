@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/step_time.h"
 #include "scene/files/json_keys.h"
 
 namespace lumi {
@@ -20,6 +21,7 @@ enum class Quality { kAuto, kLow, kMedium, kHigh };
 enum class PosesFormat { kUnset, kProjection, kCamFromWorld, kWorldFromCam };
 enum class PixelOrigin { kCorner, kCentre };  // where (0, 0) lies in the upper-left pixel
 enum class Rig { kNone, kRing, kGrid };
+enum class FeatureFinder { kAuto, kOwn, kColmap };
 enum class Homographies { kAuto, kAlways, kNever };
 
 struct ReconstructOptions {
@@ -44,9 +46,10 @@ struct ReconstructOptions {
   std::filesystem::path database;  // a COLMAP database to take features and matches from (copied); empty: look beside
   int component = 0;               // which part of a split scene, by size; 0 = the largest
   Matching matching = Matching::kAuto;
-  Quality quality = Quality::kAuto;  // sets the next two where they are 0
-  int max_image_size_px = 0;         // features are searched in photos shrunk to this
-  int max_features = 0;              // a photo
+  FeatureFinder finder = FeatureFinder::kAuto;  // of features and matches; auto: COLMAP
+  Quality quality = Quality::kAuto;             // sets the next two where they are 0
+  int max_image_size_px = 0;                    // features are searched in photos shrunk to this
+  int max_features = 0;                         // a photo
   SingleCamera single_camera = SingleCamera::kAuto;
   double min_registered = 0.0;  // fraction of the photos that must get a camera, in [0, 1]
   std::uint64_t seed = 0;
@@ -149,6 +152,7 @@ struct ReconstructSummary {
   int keyframes = 0;                // video only
   std::optional<double> focal_px;   // of the first camera
   std::vector<std::string> reused;  // what an earlier run or the user's database had done already
+  std::vector<StepTime> steps;      // estimated cameras, COLMAP's mapper: those that were done
   double colmap_seconds = 0;
   double seconds = 0;
 };

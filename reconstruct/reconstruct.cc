@@ -95,6 +95,8 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
   const Features features = FindAndMatchFeatures(capture, cameras, job, ClipPairs(capture));
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
   Mapping mapping = MapScene(capture, cameras, features, job);
+  summary.steps = features.steps;
+  summary.steps.insert(summary.steps.end(), mapping.steps.begin(), mapping.steps.end());
   summary.components = mapping.components;
   summary.component = mapping.component;
   summary.missing =

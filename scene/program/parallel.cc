@@ -4,9 +4,14 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <vector>
 
 namespace lumi {
 namespace {
@@ -29,6 +34,32 @@ void ParallelFor(std::size_t count, std::size_t grain, const std::function<void(
   if (count == 0) return;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain > 0 ? grain : 1),
                     [&](const tbb::blocked_range<std::size_t>& r) { body(r.begin(), r.end()); });
+}
+
+void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& make,
+                     const std::function<void(std::size_t)>& take) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> ended{false};
+  std::mutex taking;
+  std::vector<char> made(count, 0);
+  std::size_t taken = 0;
+  const auto work = [&] {
+    try {
+      for (std::size_t i; !ended && (i = next++) < count;) {
+        // What `make` runs in parallel itself may not begin another of these workers while it waits.
+        tbb::this_task_arena::isolate([&] { make(i); });
+        const std::lock_guard lock(taking);
+        made[i] = 1;
+        for (; !ended && taken < count && made[taken]; ++taken) take(taken);
+      }
+    } catch (...) {
+      ended = true;
+      throw;
+    }
+  };
+  const auto workers = static_cast<std::size_t>(ThreadCount());
+  tbb::parallel_for(
+      std::size_t{0}, std::min(workers, count), [&](std::size_t) { work(); }, tbb::simple_partitioner());
 }
 
 }  // namespace lumi

@@ -7,24 +7,16 @@
 #include <cmath>
 #include <numeric>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/features2d.hpp>
-#include <opencv2/imgproc.hpp>
 
-#include "scene/files/opencv_pixels.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/stopwatch.h"
 #include "scene/tracks/match_descriptors.h"
+#include "scene/tracks/sift.h"
 
 namespace lumi {
 namespace {
 
-// OpenCV's SIFT doubles the photo first and takes a doubled photo's pixel u for u / 2; bilinear doubling puts it at
-// u / 2 - 1/4. (cv::SIFT has a switch for this from 4.8 on, off by default.)
-constexpr double kSiftShiftPx = -0.25;
-// Features nearer than this are one place with two orientations: the first is kept.
-constexpr double kSamePlacePx = 0.5;
-constexpr int kDescriptor = 128;
 constexpr double kConfidence = 0.9999;
 constexpr int kRansacIterations = 5000;
 // Features of a photo that choose its partners, and matches among them below which two photos show nothing in common.
@@ -34,7 +26,7 @@ constexpr int kPreemptiveMatches = 4;
 struct Features {
   std::vector<Eigen::Vector2d> x_px;  // of the photo itself
   std::vector<std::array<std::uint8_t, 3>> color;
-  Descriptors descriptors;  // kDescriptor columns (RootSIFT, Arandjelovic and Zisserman 2012)
+  Descriptors descriptors;  // RootSIFT
   double scale = 1;         // scaled photo / photo
   Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
 };
@@ -51,66 +43,14 @@ Features FindFeatures(const FrameSource& source, int i, const MatchPhotosOptions
   const Image8& rgb = loaded.image;
   Features f;
   f.size_px = {rgb.width, rgb.height};
-  const cv::Mat view(rgb.height, rgb.width, rgb.channels == 3 ? CV_8UC3 : CV_8UC1,
-                     const_cast<std::uint8_t*>(rgb.data.data()));
-  cv::Mat grey;
-  if (rgb.channels == 3)
-    cv::cvtColor(view, grey, cv::COLOR_RGB2GRAY);
-  else
-    grey = view;
-  // SIFT's pyramid has nothing to say of a few pixels, and OpenCV's does not bear them.
-  constexpr int kMinSide = 16;
-  f.scale = std::min(1.0, static_cast<double>(o.max_size_px) / std::max(rgb.width, rgb.height));
-  const int width = static_cast<int>(std::lround(rgb.width * f.scale)),
-            height = static_cast<int>(std::lround(rgb.height * f.scale));
-  if (std::min(width, height) < kMinSide) return f;
-  if (f.scale < 1) cv::resize(grey, grey, cv::Size(width, height), 0, 0, cv::INTER_AREA);
-  const Eigen::Vector2d back(static_cast<double>(rgb.width) / width, static_cast<double>(rgb.height) / height);
-
-  std::vector<cv::KeyPoint> points;
-  const auto sift = cv::SIFT::create(0);
-  sift->detect(grey, points);
-  // Strongest first, ties by place: the order of detection depends on the number of threads.
-  std::sort(points.begin(), points.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) {
-    return std::tie(b.response, a.pt.y, a.pt.x, a.angle, a.size) <
-           std::tie(a.response, b.pt.y, b.pt.x, b.angle, b.size);
-  });
-  std::vector<cv::KeyPoint> kept;
-  std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) / 16 + 1);
-  for (const cv::KeyPoint& p : points) {
-    if (static_cast<int>(kept.size()) >= o.max_features) break;
-    const Eigen::Vector2d x_px =
-        FromOpenCvPixel(Eigen::Vector2d(p.pt.x, p.pt.y).array() + kSiftShiftPx).cwiseProduct(back);
-    if (!(x_px.x() >= 0 && x_px.y() >= 0 && x_px.x() < rgb.width && x_px.y() < rgb.height)) continue;
-    const int u = static_cast<int>(x_px.x()), v = static_cast<int>(x_px.y());
-    if (!loaded.mask.empty() && loaded.mask.At(u, v, 0) == 0) continue;
-    // Places in cells of 4 x 4 pixels; a hash that meets others costs a comparison only.
-    const auto cell = [&](int dx, int dy) {
-      const int cx = static_cast<int>(p.pt.x) / 4 + dx, cy = static_cast<int>(p.pt.y) / 4 + dy;
-      return static_cast<std::size_t>(static_cast<long>(cy + 1) * (width / 4 + 2) + cx + 1) % at.size();
-    };
-    bool taken = false;
-    for (int dy = -1; dy <= 1 && !taken; ++dy)
-      for (int dx = -1; dx <= 1 && !taken; ++dx)
-        for (const std::size_t k : at[cell(dx, dy)])
-          taken = taken || std::hypot(kept[k].pt.x - p.pt.x, kept[k].pt.y - p.pt.y) < kSamePlacePx;
-    if (taken) continue;
-    at[cell(0, 0)].push_back(kept.size());
-    kept.push_back(p);
-    f.x_px.push_back(x_px);
+  SiftFeatures sift = FindSift(rgb, loaded.mask, {.max_features = o.max_features, .max_size_px = o.max_size_px});
+  f.scale = sift.scale;
+  f.descriptors = std::move(sift.descriptors);
+  for (const SiftFeature& feature : sift.features) {
+    const int u = static_cast<int>(feature.x_px.x()), v = static_cast<int>(feature.x_px.y());
+    f.x_px.push_back(feature.x_px);
     f.color.push_back(
         {rgb.At(u, v, 0), rgb.At(u, v, rgb.channels == 3 ? 1 : 0), rgb.At(u, v, rgb.channels == 3 ? 2 : 0)});
-  }
-  if (kept.empty()) return f;
-  cv::Mat descriptors;
-  const std::size_t before = kept.size();
-  sift->compute(grey, kept, descriptors);
-  if (kept.size() != before) throw std::logic_error("SIFT dropped keypoints of its own");
-  f.descriptors.resize(descriptors.rows, kDescriptor);
-  for (int k = 0; k < descriptors.rows; ++k) {
-    const Eigen::Map<const Eigen::Matrix<float, 1, kDescriptor>> d(descriptors.ptr<float>(k));
-    const float sum = d.cwiseAbs().sum();
-    f.descriptors.row(k) = sum > 0 ? Eigen::Matrix<float, 1, kDescriptor>((d.cwiseMax(0) / sum).cwiseSqrt()) : d;
   }
   return f;
 }

@@ -91,7 +91,7 @@ World Drive(int views, std::mt19937& random) {
     const Eigen::Vector3d at(0.05 * std::sin(0.7 * i), 0, 1.2 * i);
     poses.push_back(LookAt(at, at + Eigen::Vector3d(0.02 * std::cos(i), 0, 1), -Eigen::Vector3d::UnitY()));
   }
-  std::vector<Eigen::Vector3d> points = Cloud(1200, {12, 4, 60}, random);
+  std::vector<Eigen::Vector3d> points = Cloud(1500, {12, 4, 60}, random);
   for (Eigen::Vector3d& x : points) x.z() += 40;
   std::erase_if(points, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 1.5; });
   return Watch(poses, points, 40, 4, random);
@@ -166,9 +166,9 @@ TEST(CameraStanding, PlantedCamerasAreFound) {
   for (int trial = 0; trial < 100; ++trial) {
     std::mt19937 random(static_cast<unsigned>(trial));
     const bool ring = trial % 2 == 0;
-    World world = ring ? Ring(12, random) : Drive(16, random);
+    World world = ring ? Ring(12, random) : Drive(20, random);
     const std::vector<View> truth = world.scene.views;
-    const double extent = ring ? 8 : 19;
+    const double extent = ring ? 8 : 23;
     const std::size_t v = random() % truth.size();
     std::size_t other = v;
     View& view = world.scene.views[v];

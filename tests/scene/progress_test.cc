@@ -45,6 +45,46 @@ TEST(Progress, TimeLeftIsProportional) {
   EXPECT_GE(sink.left, 3 * 0.15);
 }
 
+TEST(ParallelInOrder, TakesEachInTurnAndPassesExceptionsOn) {
+  for (const int threads : {1, 3, 0}) {
+    SetThreadCount(threads);
+    std::vector<std::atomic<int>> made(400);
+    std::vector<std::size_t> taken;
+    ParallelInOrder(
+        made.size(),
+        [&](std::size_t i) {
+          // Work that is split further, of different lengths.
+          ParallelFor(1 + i % 7, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) std::this_thread::sleep_for(std::chrono::microseconds(20));
+          });
+          ++made[i];
+        },
+        [&](std::size_t i) {
+          EXPECT_EQ(made[i], 1);
+          taken.push_back(i);
+        });
+    std::vector<std::size_t> all(made.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    EXPECT_EQ(taken, all);
+
+    taken.clear();
+    const auto fail_at = [](std::size_t at) {
+      return [at](std::size_t i) {
+        if (i == at) throw std::runtime_error("no more");
+      };
+    };
+    EXPECT_THROW(ParallelInOrder(100, fail_at(30), [&](std::size_t i) { taken.push_back(i); }), std::runtime_error);
+    all.resize(taken.size());
+    EXPECT_EQ(taken, all);
+    EXPECT_LE(taken.size(), 30U);
+    EXPECT_THROW(ParallelInOrder(
+                     100, [](std::size_t) {}, fail_at(30)),
+                 std::runtime_error);
+    ParallelInOrder(0, fail_at(0), fail_at(0));
+  }
+  SetThreadCount(0);
+}
+
 TEST(ParallelFor, CoversTheRangeOnceAndPassesExceptionsOn) {
   std::vector<std::atomic<int>> hits(5000);
   ParallelFor(hits.size(), 7, [&](std::size_t begin, std::size_t end) {
