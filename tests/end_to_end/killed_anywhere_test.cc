@@ -125,7 +125,7 @@ TEST_F(KilledAnywhere, ByColmapTheCamerasAreTheSame) {
   const std::vector<Rigid3> wanted = poses();
   fs::remove_all(scene);
   double worst = 0;
-  KillAndGoOn(argv, scene, undisturbed.seconds, 15, [&] {
+  KillAndGoOn(argv, scene, undisturbed.seconds, 100, [&] {
     const std::vector<Rigid3> found = poses();
     ASSERT_EQ(found.size(), wanted.size());
     worst = std::max(worst, ComparePoses(found, wanted).centre_rms_percent);
