@@ -8,6 +8,7 @@
 #   ./bench.sh --only cameras     only cameras by our features beside COLMAP's: seconds a step, photos placed, errors (also of dinosaur below DIR)
 #   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
 #   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
+#   ./bench.sh --only flush       only what waiting for the disk costs the pipeline
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -17,7 +18,7 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush=''
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help) sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
@@ -30,6 +31,7 @@ while [ $# -gt 0 ]; do
     --only)
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
       if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
+      if [ "${2:-}" = flush ]; then only_flush=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
@@ -39,14 +41,14 @@ done
 install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
+elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render fault_injection
 elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
 printf 'Built with %s; %s; %s cores.\n\n' "$(cat build/release/versions.txt)" "$(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1)" "$(nproc)"
-[ -n "$only_speed$only_stabilize$only_dense$only_cameras" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
 cameras() {
   printf '\n## Cameras by our features and by those of COLMAP\n\n'
   "$bin/cameras_bench" --work "$work" ${data:+--data "$data"}
@@ -55,6 +57,33 @@ if [ -n "$only_cameras" ]; then
   cameras
   exit 0
 fi
+[ -n "$only_speed$only_stabilize$only_dense" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+# The whole pipeline on 24 photos, waiting for the disk before each record and (a library preloaded) not: the least of three runs in
+# turns, and the seconds that were waited.
+flush_cost() {
+  local photos=$work/flush-desk scene=$work/flush-scene log=$work/flush.log library=$PWD/$bin/../tests/libfault_injection.so round how begin seconds waited
+  local -A least=([timed]=1e9 [off]=1e9)
+  [ -d "$photos/truth" ] || "$bin/lumi-simulate" --example desk --views 24 --width 640 -o "$photos" --quiet
+  for round in 1 2 3; do
+    for how in timed off; do
+      rm -rf "$scene" "$log"
+      begin=$(date +%s.%N)
+      LD_PRELOAD=$library LUMI_FLUSH=$how LUMI_FAULT_LOG=$log "$bin/lumi-pipeline" "$photos/images" -o "$scene" --poses "$photos/truth/sparse" --quiet >/dev/null
+      seconds=$(awk -v a="$begin" -v b="$(date +%s.%N)" 'BEGIN { print b - a }')
+      least[$how]=$(awk -v a="${least[$how]}" -v b="$seconds" 'BEGIN { print a < b ? a : b }')
+      [ "$how" = off ] || waited=$(awk '$1 == "flushed" { sum += $2; n += 1 } END { printf "%.3f %d", sum / 1e6, n }' "$log")
+    done
+  done
+  rm -rf "$scene" "$log"
+  printf '\n## Waiting for the disk: the pipeline on 24 photos\n\n| waiting s | not waiting s | waited s | flushes | share of the run %% |\n|---|---|---|---|---|\n'
+  awk -v with="${least[timed]}" -v without="${least[off]}" -v waited="${waited% *}" -v n="${waited#* }" \
+    'BEGIN { printf "| %.1f | %.1f | %.2f | %d | %.2f |\n", with, without, waited, n, 100 * waited / with }'
+}
+if [ -n "$only_flush" ]; then
+  flush_cost
+  exit 0
+fi
+[ -n "$only_speed$only_stabilize$only_dense$only_quality" ] || flush_cost
 # Dense proxies beside the sparse mesh: held-out photos, none of which the proxies know; pixels that two photos see over
 # the dense one. Then depth against the truth.
 dense_figure() { grep -o "\"$2\": *[0-9.]*" <<<"$1" | head -n 1 | grep -o '[0-9.]*$' | cut -c1-"${3:-6}"; }

@@ -279,16 +279,14 @@ class Run {
   }
 
   void MakeSilhouettes() {
-    const fs::path folder = summary_.scene / "silhouettes";
-    std::vector<std::string> arguments;
-    std::map<std::string, fs::path> inputs{{"images", summary_.scene / "images"},
-                                           {"sparse", summary_.scene / "sparse"}};
-    if (!options_.silhouette_rule.empty()) arguments = {"--rule", options_.silhouette_rule};
-    if (!options_.silhouettes.empty()) arguments = {"--masks", (inputs["masks"] = options_.silhouettes).string()};
-    if (!options_.silhouette_background.empty())
-      arguments = {"--background", (inputs["background"] = options_.silhouette_background).string()};
-    StartRecorded("silhouettes", "lumi-proxy", inputs, {folder}, {"silhouettes", summary_.scene.string()},
-                  std::move(arguments));
+    std::vector<std::string> arguments{"silhouettes", summary_.scene.string()};
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+    };
+    add("--rule", options_.silhouette_rule);
+    add("--masks", options_.silhouettes.string());
+    add("--background", options_.silhouette_background.string());
+    Start("silhouettes", "lumi-proxy", std::move(arguments));
   }
 
   // The proxy that was made becomes NAME-FACES beside it, and that one is active.

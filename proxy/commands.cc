@@ -19,6 +19,7 @@
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 
@@ -106,25 +107,8 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
   return made;
 }
 
-// Of kinds whose figures can be read back: a run that has nothing to do says what the one before said.
-template <typename Figures>
-static Made<Figures> MakeAndKeep(const ProxyTarget& target, const std::string& kind,
-                                 std::map<std::string, std::string> options, ProgressSink& progress,
-                                 const std::function<Mesh(const Scene&, Figures&)>& make) {
-  std::optional<Figures> figures;
-  Made<Figures> made{MakeProxy(target, kind, std::move(options), {}, progress,
-                               [&](const Scene& scene) -> BuiltProxy {
-                                 Figures& f = figures.emplace();
-                                 Mesh mesh = make(scene, f);
-                                 return {std::move(mesh), f};
-                               }),
-                     figures};
-  if (target.output.empty()) TakeFigures(made.file.parent_path().parent_path(), made);  // SCENE/proxies/NAME.ply
-  return made;
-}
-
 Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress) {
-  return MakeAndKeep<PlaneSummary>(target, "plane", {}, progress, [](const Scene& scene, PlaneSummary& figures) {
+  return MakeAndKeep<PlaneSummary>(target, "plane", {}, {}, progress, [](const Scene& scene, PlaneSummary& figures) {
     return BuildPlaneProxy(scene, {}, &figures);
   });
 }
@@ -132,7 +116,7 @@ Made<PlaneSummary> RunPlane(const ProxyTarget& target, ProgressSink& progress) {
 Made<DelaunaySummary> RunDelaunay(const ProxyTarget& target, double merge_px, ProgressSink& progress) {
   DelaunayOptions options;
   options.merge_px = merge_px;
-  return MakeAndKeep<DelaunaySummary>(target, "delaunay", OptionValues(options), progress,
+  return MakeAndKeep<DelaunaySummary>(target, "delaunay", OptionValues(options), {}, progress,
                                       [&](const Scene& scene, DelaunaySummary& figures) {
                                         return BuildDelaunayProxy(scene, options, progress, &figures);
                                       });
@@ -147,6 +131,10 @@ std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene) {
     median[a] = Quantile(std::move(values), 0.5);
   }
   return median;
+}
+
+static std::string CleanAsText(const CleanOptions& c) {
+  return fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px);
 }
 
 Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target, ProgressSink& progress) {
@@ -164,7 +152,7 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
       {"max_mended", fmt::format("{}", h.max_mended)},
       {"max_left_out", fmt::format("{}", h.max_left_out)},
       {"prefer", h.prefer == HullPreference::kTight ? "tight" : "cover"},
-      {"clean", fmt::format("{} {} {} {} {}", c.close_px, c.grow_px, c.min_part_px, c.min_radius_px, c.min_hole_px)}};
+      {"clean", CleanAsText(c)}};
   std::optional<HullFigures> figures;
   Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,
                                    [&](const Scene& scene) -> BuiltProxy {
@@ -189,15 +177,44 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
   return made;
 }
 
+static Provenance SilhouettesWanted(const Scene& scene, const SilhouetteSource& source, const CleanOptions& c) {
+  Provenance wanted;
+  wanted.stage = "silhouettes";
+  wanted.version = kVersion;
+  std::string numbers;
+  if (source.colour)
+    numbers += fmt::format("colour {} {} {}", source.colour->x(), source.colour->y(), source.colour->z());
+  if (source.box_px)
+    numbers += fmt::format("box {} {} {} {}", (*source.box_px)[0], (*source.box_px)[1], (*source.box_px)[2],
+                           (*source.box_px)[3]);
+  wanted.options = {{"rule", source.rule},
+                    {"given", numbers},
+                    {"border_colour", source.border_colour ? "yes" : "no"},
+                    {"alpha", source.alpha ? "yes" : "no"},
+                    {"threshold", fmt::format("{}", source.threshold)},
+                    {"clean", CleanAsText(c)}};
+  wanted.inputs = {{"images", Fingerprint(scene.image_folder)}, {"sparse", Fingerprint(scene.folder / "sparse")}};
+  if (!source.background.empty()) wanted.inputs["background"] = Fingerprint(source.background);
+  if (!source.masks.empty()) wanted.inputs["masks"] = Fingerprint(source.masks);
+  return wanted;
+}
+
 SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const SilhouetteSource& source,
                                   const CleanOptions& clean, const std::filesystem::path& output,
                                   ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = OpenForProxy(path, progress);
   std::optional<FolderLock> lock;
+  std::optional<StageRecord> record;
   if (output.empty()) {
     RequireKeepsProxies(scene);
     lock.emplace(scene.folder);
+    record.emplace(scene.folder, SilhouettesWanted(scene, source, clean));
+    if (auto before = record->Before<SilhouettesSummary>()) {
+      before->reused = true;
+      before->seconds = SecondsSince(start);
+      return *before;
+    }
   } else {
     RemoveStaleTemporaries(output);
   }
@@ -210,6 +227,7 @@ SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const Silho
     s.tiny += f.info.kind == SilhouetteKind::kTiny;
   }
   s.seconds = SecondsSince(start);
+  if (record) record->Keep(s, s.seconds, {"silhouettes"});
   return s;
 }
 

@@ -45,6 +45,23 @@ void TakeFigures(const std::filesystem::path& folder, Made<Figures>& made) {
     if (const auto kept = JsonKeys::Parse(ReadText(record))) made.figures = kept->As<Figures>();
 }
 
+// MakeProxy of a kind whose figures can be read back: a run that has nothing to do says what the one before said.
+template <typename Figures>
+Made<Figures> MakeAndKeep(const ProxyTarget& target, const std::string& kind,
+                          std::map<std::string, std::string> options, std::map<std::string, std::string> inputs,
+                          ProgressSink& progress, const std::function<Mesh(const Scene&, Figures&)>& make) {
+  std::optional<Figures> figures;
+  Made<Figures> made{MakeProxy(target, kind, std::move(options), std::move(inputs), progress,
+                               [&](const Scene& scene) -> BuiltProxy {
+                                 Figures& f = figures.emplace();
+                                 Mesh mesh = make(scene, f);
+                                 return {std::move(mesh), f};
+                               }),
+                     figures};
+  if (target.output.empty()) TakeFigures(made.file.parent_path().parent_path(), made);  // SCENE/proxies/NAME.ply
+  return made;
+}
+
 // Of the scene's points, coordinate by coordinate: a point in the middle of what is photographed. None without points.
 std::optional<Eigen::Vector3d> MedianPoint(const Scene& scene);
 

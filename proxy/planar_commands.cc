@@ -13,21 +13,17 @@ Made<BoxSummary> RunBox(const ProxyTarget& target, int sides, ProgressSink& prog
   BoxOptions options;
   options.sides = sides;
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  std::optional<BoxSummary> figures;
-  return {
-      MakeProxy(target, "box", {{"sides", std::to_string(sides)}}, {}, progress,
-                [&](const Scene& scene) {
-                  BoxSummary& summary = figures.emplace();
-                  Mesh mesh = BuildBoxProxy(scene, options, &summary);
-                  for (std::size_t w = 0; w < 4; ++w)
-                    if (summary.wall_points[w] == 0) {
-                      static constexpr const char* kNames[] = {"left", "right", "upper", "lower"};
-                      progress.Message(fmt::format(
-                          "warning: no points lie on the {} wall: it stands where the farthest ones end", kNames[w]));
-                    }
-                  return mesh;
-                }),
-      figures};
+  return MakeAndKeep<BoxSummary>(
+      target, "box", {{"sides", std::to_string(sides)}}, {}, progress, [&](const Scene& scene, BoxSummary& summary) {
+        Mesh mesh = BuildBoxProxy(scene, options, &summary);
+        for (std::size_t w = 0; w < 4; ++w)
+          if (summary.wall_points[w] == 0) {
+            static constexpr const char* kNames[] = {"left", "right", "upper", "lower"};
+            progress.Message(
+                fmt::format("warning: no points lie on the {} wall: it stands where the farthest ones end", kNames[w]));
+          }
+        return mesh;
+      });
 }
 
 Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& request, ProgressSink& progress) {
@@ -44,17 +40,19 @@ Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& re
     given = ReadPlanesJson(request.from);
     inputs["planes"] = Fingerprint(request.from);
   }
-  std::optional<PlanesFigures> figures;
-  return {MakeProxy(target, "planes", std::move(record), std::move(inputs), progress,
-                    [&](const Scene& scene) {
-                      Mesh mesh;
-                      figures.emplace().quads = given.quads.faces.size() / 2;
-                      if (request.from.empty() || !given.planes.empty())
-                        mesh = BuildPlanesProxy(scene, options, given.planes, &figures->found);
-                      Append(mesh, given.quads);
-                      return mesh;
-                    }),
-          figures};
+  return MakeAndKeep<PlanesFigures>(
+      target, "planes", std::move(record), std::move(inputs), progress,
+      [&](const Scene& scene, PlanesFigures& figures) {
+        Mesh mesh;
+        PlanesSummary found;
+        if (request.from.empty() || !given.planes.empty())
+          mesh = BuildPlanesProxy(scene, options, given.planes, &found);
+        Append(mesh, given.quads);
+        figures = {{}, found.points, found.points_on_planes, found.backdrop_added, given.quads.faces.size() / 2};
+        for (const FittedPlane& p : found.planes)
+          figures.planes.push_back({p.normal, p.offset, p.points.size(), p.rms});
+        return mesh;
+      });
 }
 
 }  // namespace lumi

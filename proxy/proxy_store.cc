@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -88,6 +89,20 @@ void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, c
     wrote(beside);
   }
   WriteProvenance(scene.folder, provenance);
+}
+
+std::optional<JsonKeys> StageRecord::KeptSummary() const {
+  std::error_code error;
+  if (!fs::exists(folder_ / SummaryName(), error) || !IsUpToDate(folder_, wanted_)) return std::nullopt;
+  return JsonKeys::Parse(ReadText(folder_ / SummaryName()));
+}
+
+void StageRecord::Write(const std::string& summary, double seconds, std::vector<std::string> outputs) {
+  WriteTextAtomically(folder_ / SummaryName(), summary);
+  outputs.push_back(SummaryName());
+  wanted_.seconds = seconds;
+  for (const std::string& output : outputs) wanted_.outputs[output] = Fingerprint(folder_ / output);
+  WriteProvenance(folder_, wanted_);
 }
 
 void Activate(Scene& scene, const std::string& name) {

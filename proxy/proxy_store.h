@@ -5,7 +5,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "scene/files/json_keys.h"
 #include "scene/files/provenance.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
@@ -36,6 +39,34 @@ std::filesystem::path FiguresPath(const std::filesystem::path& scene_folder, con
 // being made: after a kill the same kind is made again.
 void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
                 Provenance provenance);
+
+// The record of a stage that makes no mesh but files of the scene: with its summary beside it
+// (provenance/STAGE.summary), for a run that has nothing to do.
+class StageRecord {
+ public:
+  StageRecord(std::filesystem::path scene_folder, Provenance wanted)
+      : folder_(std::move(scene_folder)), wanted_(std::move(wanted)) {}
+  // What the run before said, where nothing changed since.
+  template <typename Summary>
+  std::optional<Summary> Before() const {
+    const std::optional<JsonKeys> kept = KeptSummary();
+    Summary summary;
+    return kept && kept->Into(summary) ? std::optional(std::move(summary)) : std::nullopt;
+  }
+  // `outputs`: paths in the scene.
+  template <typename Summary>
+  void Keep(const Summary& summary, double seconds, const std::vector<std::string>& outputs) {
+    Write(JsonKeys(summary).Text(2) + "\n", seconds, outputs);
+  }
+
+ private:
+  std::string SummaryName() const { return "provenance/" + wanted_.stage + ".summary"; }
+  std::optional<JsonKeys> KeptSummary() const;
+  void Write(const std::string& summary, double seconds, std::vector<std::string> outputs);
+
+  std::filesystem::path folder_;
+  Provenance wanted_;
+};
 
 // Makes NAME the scene's active proxy where it is not yet.
 void Activate(Scene& scene, const std::string& name);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 
 #include "scene/geometry/angle.h"
 
@@ -63,33 +64,39 @@ std::string Details(const DenseSummary& s) {
     out += "\nwithout depth: " + name + " shares too few points with other photos";
   return out;
 }
-void ListKeys(JsonKeys& j, DepthsSummary& s) { j("folder", s.folder, "depth", s.stereo, "seconds", s.seconds); }
+void ListKeys(JsonKeys& j, DepthsSummary& s) {
+  j("folder", s.folder, "depth", s.stereo, "reused", s.reused, "seconds", s.seconds);
+}
 std::string Describe(const DepthsSummary& s) {
-  std::string out = fmt::format("{}: depth maps of {} photos, {:.1f} s", s.folder.string(), s.stereo.photos, s.seconds);
+  std::string out = fmt::format("{}: depth maps of {} photos, {:.1f} s{}", s.folder.string(), s.stereo.photos,
+                                s.seconds, s.reused ? " (nothing had changed)" : "");
   for (const std::string& name : s.stereo.without)
     out += "\nwithout depth: " + name + " shares too few points with other photos";
   return out;
 }
 
 void ListKeys(JsonKeys& j, BoxSummary& s) {
-  j("points_used", s.points_on_walls, "points_total", s.points).Say("size", Eigen::Vector3d(s.high - s.low));
+  Eigen::Vector3d size = s.high - s.low;
+  j("points_used", s.points_on_walls, "points_total", s.points, "size", size);
+  if (j.reading()) s.high = s.low + size;  // where the box stands is not told
   j("wall_points", s.wall_points, "wall_rms", s.wall_rms);
 }
 
-static void ListKeys(JsonKeys& j, FittedPlane& p) {
-  j("normal", p.normal, "offset", p.offset).Say("points", p.points.size());
-  j("rms", p.rms);
+static void ListKeys(JsonKeys& j, PlaneFigures& p) {
+  j("normal", p.normal, "offset", p.offset, "points", p.points, "rms", p.rms);
 }
 void ListKeys(JsonKeys& j, PlanesFigures& s) {
-  j("planes", s.found.planes, "points_used", s.found.points_on_planes, "points_total", s.found.points, "backdrop_added",
-    s.found.backdrop_added, "quads", s.quads);
+  j("planes", s.planes, "points_used", s.points_on_planes, "points_total", s.points, "backdrop_added", s.backdrop_added,
+    "quads", s.quads);
 }
 
 void ListKeys(JsonKeys& j, MovingFigures& s) {
   MovingSummary& m = s.surface;
-  j("over", s.over, "photos", m.photos, "moments", m.moments, "depths", m.depths)
-      .Say("grid", std::array{m.columns, m.rows});
-  j("moving_samples", m.region);
+  std::array<int, 2> grid{m.columns, m.rows};
+  j("over", s.over, "photos", m.photos, "moments", m.moments, "depths", m.depths, "grid", grid, "moving_samples",
+    m.region);
+  m.columns = grid[0];
+  m.rows = grid[1];
   j("surface_samples", m.surface, "depth_nearest", m.nearest, "depth_median", m.median_depth, "depth_farthest",
     m.farthest, "agreement_gain", m.gain);
 }
@@ -102,8 +109,11 @@ static void ListKeys(JsonKeys& j, IcpResult& r) {
     r.iterations);
 }
 static void ListKeys(JsonKeys& j, Similarity3& s) {
-  j("scale", s.scale).Say("rotation_deg", kDegPerRad * Eigen::AngleAxisd(s.rotation).angle());
-  j("translation", s.translation);
+  const Eigen::AngleAxisd rotation(s.rotation);
+  double angle_deg = kDegPerRad * rotation.angle();
+  Eigen::Vector3d axis = rotation.axis();
+  j("scale", s.scale, "rotation_deg", angle_deg, "rotation_axis", axis, "translation", s.translation);
+  if (j.reading()) s.rotation = Eigen::AngleAxisd(angle_deg / kDegPerRad, axis.normalized());
 }
 static void ListKeys(JsonKeys& j, MeshFlaws& f) {
   j("not_finite_vertices", f.not_finite_vertices, "duplicate_vertices", f.duplicate_vertices, "duplicate_faces",
@@ -224,15 +234,21 @@ std::string Describe(const Made<SimplifyFigures>& s) {
 }
 
 static void ListKeys(JsonKeys& j, FoundSilhouette& f) {
-  j("name", f.name).Say("kind", Name(f.info.kind));
+  std::string kind = Name(f.info.kind);
+  j("name", f.name, "kind", kind);
+  if (j.reading())
+    for (const auto known :
+         {SilhouetteKind::kNormal, SilhouetteKind::kEmpty, SilhouetteKind::kFull, SilhouetteKind::kTiny})
+      if (Name(known) == kind) f.info.kind = known;
   j("pixels", f.info.pixels, "parts", f.info.parts, "holes", f.info.holes, "touches_border", f.info.touches_border);
 }
 void ListKeys(JsonKeys& j, SilhouettesSummary& s) {
-  j("folder", s.folder, "silhouettes", s.silhouettes, "empty", s.empty, "full", s.full, "tiny", s.tiny, "seconds",
-    s.seconds);
+  j("folder", s.folder, "silhouettes", s.silhouettes, "empty", s.empty, "full", s.full, "tiny", s.tiny, "reused",
+    s.reused, "seconds", s.seconds);
 }
 std::string Describe(const SilhouettesSummary& s) {
-  std::string out = fmt::format("{} silhouettes in {}, {:.2f} s", s.silhouettes.size(), s.folder.string(), s.seconds);
+  std::string out = fmt::format("{} silhouettes in {}, {:.2f} s{}", s.silhouettes.size(), s.folder.string(), s.seconds,
+                                s.reused ? " (nothing had changed)" : "");
   for (const FoundSilhouette& f : s.silhouettes)
     if (f.info.kind != SilhouetteKind::kNormal)
       out += fmt::format("\n{}: {}, {} pixels", f.name, Name(f.info.kind), f.info.pixels);

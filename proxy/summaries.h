@@ -39,8 +39,16 @@ struct Made : ProxySummary {
   std::optional<Figures> figures;
 };
 
+struct PlaneFigures {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset = 0;       // normal . x = offset, world
+  std::size_t points = 0;  // on it; 0: given, or the backdrop
+  double rms = 0;          // of their distances, in world units
+};
 struct PlanesFigures {
-  PlanesSummary found;
+  std::vector<PlaneFigures> planes;
+  std::size_t points = 0, points_on_planes = 0;
+  bool backdrop_added = false;
   std::size_t quads = 0;  // given
 };
 
@@ -67,6 +75,7 @@ struct ImportFigures {
 struct DepthsSummary {
   std::filesystem::path folder;
   StereoSummary stereo;
+  bool reused = false;
   double seconds = 0;
 };
 
@@ -105,6 +114,7 @@ struct SilhouettesSummary {
   std::filesystem::path folder;
   std::vector<FoundSilhouette> silhouettes;
   std::size_t empty = 0, full = 0, tiny = 0;
+  bool reused = false;
   double seconds = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -29,6 +30,7 @@ struct ColmapDatabase::Impl {
     const bool io = code == SQLITE_IOERR && sqlite3_extended_errcode(db) != SQLITE_IOERR_SHORT_READ;
     if (io || code == SQLITE_FULL || code == SQLITE_NOMEM || (ours && code == SQLITE_CANTOPEN))
       throw MachineError(fmt::format("cannot be read or written: {}", sqlite3_errmsg(db)), "is the disk full?", path);
+    ThrowIfMachineIsShort(path, sqlite3_system_errno(db));
     throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db)));
   }
 

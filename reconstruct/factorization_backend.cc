@@ -353,6 +353,7 @@ Scene FinishProjectiveScene(Scene scene, const ReconstructOptions& options, Reco
   CheckInterrupted();
   fs::remove(options.scene / "lumigraph.json");
   ReplaceFolder(fresh, options.scene / "images");
+  RemoveMasksOfEarlierRun(options.scene);
   scene.folder = options.scene;
   scene.image_folder = options.scene / "images";
   WriteScene(scene, options.scene);

@@ -5,6 +5,7 @@
 
 #include "reconstruct/reprojection.h"
 #include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/parallel_each.h"
 
@@ -87,6 +88,11 @@ void ColorPoints(Scene& scene, ProgressSink& sink) {
       scene.points[p].color[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(sum[p][c] / count[p]));
 }
 
+void RemoveMasksOfEarlierRun(const fs::path& scene) {
+  const auto record = ReadProvenance(scene, "reconstruct");
+  if (record && record->outputs.contains("masks")) fs::remove_all(scene / "masks");
+}
+
 Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink) {
   std::set<std::string> models;
   for (const View& view : scene.views) models.insert(std::string(Name(scene.CameraOf(view).model)));
@@ -112,7 +118,10 @@ Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSum
   CheckInterrupted();
   fs::remove(options.scene / "lumigraph.json");
   ReplaceFolder(fresh_images, options.scene / "images");
-  if (fs::exists(fresh_masks)) ReplaceFolder(fresh_masks, options.scene / "masks");
+  if (fs::exists(fresh_masks))
+    ReplaceFolder(fresh_masks, options.scene / "masks");
+  else
+    RemoveMasksOfEarlierRun(options.scene);
   pinhole.folder = options.scene;
   pinhole.image_folder = options.scene / "images";
   WriteScene(pinhole, options.scene);

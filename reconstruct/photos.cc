@@ -12,6 +12,7 @@
 
 #include "reconstruct/photo_names.h"
 #include "scene/files/image_io.h"
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -24,7 +25,7 @@ constexpr std::streamoff kTailBytes = 64;
 
 std::vector<std::uint8_t> ReadRange(const fs::path& path, std::streamoff from_end, std::streamoff from_begin,
                                     std::size_t n) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = OpenToRead(path);
   std::vector<std::uint8_t> bytes(n);
   if (from_end > 0) {
     file.seekg(0, std::ios::end);
@@ -181,9 +182,7 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
       if (!raw && !EndsAsItShould(path, head)) ReadImage8(path);  // throws for half a photograph
       photos[i] = AsPhoto(names[i], info);
       photos[i].needs_conversion = raw || !ColmapReads(head);
-    } catch (const Interrupted&) {
-      throw;
-    } catch (const Error& e) {
+    } catch (const InputError& e) {
       reasons[i] = e.what();
     }
     progress.Step();

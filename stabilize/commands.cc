@@ -1,17 +1,62 @@
 #include "stabilize/commands.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <map>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
+#include "scene/program/version.h"
 #include "stabilize/track_plot.h"
 #include "stabilize/view_area.h"
 
 namespace lumi {
+namespace fs = std::filesystem;
+
+static std::map<std::string, std::string> OptionValues(const StabilizeOptions& o) {
+  std::map<std::string, std::string> values{
+      {"model", std::string(Name(o.model))},
+      {"cutoff_hz", fmt::format("{}", o.cutoff_hz)},
+      {"similar_hz", fmt::format("{}", o.similar_hz)},
+      {"min_scale", fmt::format("{}", o.min_scale)},
+      {"window", std::to_string(2 * o.half_window + 1)},
+      {"iterations", std::to_string(o.iterations)},
+      {"points", std::to_string(o.points)},
+      {"border", o.crop ? "crop" : "fill"},
+      {"anchors", std::to_string(o.anchors)},
+  };
+  if (o.fps) values["fps"] = fmt::format("{}", *o.fps);
+  if (!o.object_px.empty())
+    values["object"] = fmt::format("{} in frame {}", fmt::join(o.object_px, ","), o.object_frame);
+  for (const Eigen::Vector2d& x : o.object_points_px) values["object_points"] += fmt::format("{},{} ", x.x(), x.y());
+  return values;
+}
+
+// How the path was made, kept in the scene that it is of (where that is one of this suite's and may be written to): a
+// path may lie anywhere, so the record has its name as seen from the scene.
+static void KeepRecord(const StabilizeCommandOptions& command, const StabilizeOptions& options, const Scene& scene,
+                       double seconds) {
+  constexpr std::size_t kLongestName = 100;
+  std::error_code ec;
+  if (!fs::exists(scene.folder / "lumigraph.json", ec) || ::access(scene.folder.c_str(), W_OK) != 0) return;
+  const fs::path folder = fs::canonical(scene.folder);
+  Provenance record;
+  record.stage = "stabilize-" + command.output.stem().string().substr(0, kLongestName);
+  record.version = kVersion;
+  record.options = OptionValues(options);
+  record.seconds = seconds;
+  for (const char* part : {"sparse", "projective.json"}) record.inputs[part] = Fingerprint(folder / part);
+  if (!command.before.empty()) record.inputs["continue"] = Fingerprint(command.before);
+  for (const fs::path& file : {command.output, command.plot})
+    if (!file.empty()) record.outputs[fs::canonical(file).lexically_relative(folder).string()] = Fingerprint(file);
+  const FolderLock lock(folder);
+  WriteProvenance(folder, record);
+}
 
 StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
@@ -35,6 +80,7 @@ StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSi
       P.push_back(film.InUnits(path.cropped ? CroppedInPixels(key.P, film.size_px, 1 / path.view_scale) : key.P));
     WriteTextAtomically(command.plot, TrackPlot(film, P, report.focus_of_expansion_px, {}));
   }
+  KeepRecord(command, options, scene, SecondsSince(start));
   const auto frame = [&](int t) { return film.frames[static_cast<std::size_t>(t)].name; };
   return {
       command.output, report, path.cropped, {frame(report.first_shown), frame(report.last_shown)}, SecondsSince(start)};

@@ -31,7 +31,13 @@ std::uint64_t HashOf(const Image8& image) {  // FNV-1a over bytes, enough to tel
 
 FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOptions& options, ProgressSink& sink) {
   VideoReader video(path);
-  const VideoClock clock(ReadUsableTimes(path));
+  const VideoTimes times = ReadUsableTimes(path);
+  const auto too_long = [&] {
+    return DataError(fmt::format("the video has more than {} frames", options.max_frames),
+                     "cut a part out of it that shows some 20 periods", path);
+  };
+  if (options.first_frames == 0 && times.time_s.size() > static_cast<std::size_t>(options.max_frames)) throw too_long();
+  const VideoClock clock(times);
   FrameStack stack;
   stack.fps = clock.fps();
   stack.video_width = video.width();
@@ -63,9 +69,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     if (frame->rgb.width != stack.video_width || frame->rgb.height != stack.video_height)
       throw InputError(path, fmt::format("frame {} has another size than the first", frame->index));
     if (options.first_frames > 0 && static_cast<int>(stack.time_s.size()) >= options.first_frames) break;
-    if (static_cast<int>(stack.time_s.size()) >= options.max_frames)
-      throw DataError(fmt::format("the video has more than {} frames", options.max_frames),
-                      "cut a part out of it that shows some 20 periods", path);
+    if (static_cast<int>(stack.time_s.size()) >= options.max_frames) throw too_long();
     stack.time_s.push_back(frame->time_s);
     batch.push_back(std::move(frame->rgb));
     if (batch.size() == kStackBatch) flush();

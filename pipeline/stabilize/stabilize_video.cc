@@ -259,7 +259,9 @@ class StabilizeRun {
     }
     fs::remove_all(scene / "colmap", ec);
     window.seconds = SecondsSince(start);
-    if (!window.alone) WriteTextAtomically(record, JsonKeys(WindowRecord{key, window}).Text(1) + "\n");
+    if (window.alone) return;
+    FlushToDisk(window.folder, {path});
+    WriteTextAtomically(record, JsonKeys(WindowRecord{key, window}).Text(1) + "\n");
   }
 
   // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short,

@@ -11,6 +11,7 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace {
@@ -104,6 +105,12 @@ Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
   return std::move(simple.mesh);
 }
 
+std::map<std::string, std::string> SeenBy(const Scene& scene) {
+  return {{"images", Fingerprint(scene.image_folder)},
+          {"masks", Fingerprint(scene.folder / "masks")},
+          {"silhouettes", Fingerprint(scene.folder / "silhouettes")}};
+}
+
 DenseRequest Seeded(DenseRequest request) {
   request.dense.stereo.seed = static_cast<std::uint32_t>(request.seed);
   return request;
@@ -117,9 +124,7 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   const Scene opened = OpenForProxy(target.scene, progress);
   std::map<std::string, std::string> options = OptionValues(request.dense);
   options["from"] = request.from_depth.empty() ? "stereo" : "depth";
-  std::map<std::string, std::string> inputs{{"images", Fingerprint(opened.image_folder)},
-                                            {"masks", Fingerprint(opened.folder / "masks")},
-                                            {"silhouettes", Fingerprint(opened.folder / "silhouettes")}};
+  std::map<std::string, std::string> inputs = SeenBy(opened);
   if (request.maps_without != 0) options["maps_without"] = std::to_string(request.maps_without);
   if (!request.from_depth.empty()) inputs["depth"] = Fingerprint(request.from_depth / "depth_maps");
   std::optional<TemporaryFolder> elsewhere;
@@ -144,6 +149,18 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
   return made;
 }
 
+// What COLMAP's layout is made of, beside the folder that maps wait in.
+static Provenance DepthsWanted(const Scene& scene, const DenseRequest& r) {
+  Provenance wanted;
+  wanted.stage = "depth-maps";
+  wanted.version = kVersion;
+  wanted.options = OptionValues(r.dense.stereo);
+  wanted.options["max_cost"] = fmt::format("{}", r.dense.fusion.max_cost);
+  wanted.inputs = SeenBy(scene);
+  wanted.inputs["sparse"] = Fingerprint(scene.folder / "sparse");
+  return wanted;
+}
+
 DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& given, ProgressSink& progress) {
   const DenseRequest request = Seeded(given);
   const auto start = std::chrono::steady_clock::now();
@@ -152,12 +169,19 @@ DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& give
   const Scene opened = OpenForProxy(target.scene, progress);
   std::optional<FolderLock> lock;
   std::optional<TemporaryFolder> elsewhere;
+  std::optional<StageRecord> record;
   DepthsSummary summary;
   fs::path planes = opened.folder / "stereo";
   if (target.output.empty()) {
     RequireKeepsProxies(opened);
     lock.emplace(opened.folder);
     summary.folder = planes;
+    record.emplace(opened.folder, DepthsWanted(opened, request));
+    if (auto before = record->Before<DepthsSummary>()) {
+      before->reused = true;
+      before->seconds = SecondsSince(start);
+      return *before;
+    }
   } else {
     RequireOurFolder(target.output, "fusion.cfg");
     summary.folder = target.output;
@@ -178,6 +202,9 @@ DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& give
   }
   WriteColmapLists(summary.folder, photos);
   summary.seconds = SecondsSince(start);
+  if (record)
+    record->Keep(summary, summary.seconds,
+                 {"stereo/depth_maps", "stereo/normal_maps", "stereo/fusion.cfg", "stereo/patch-match.cfg"});
   return summary;
 }
 

@@ -18,9 +18,10 @@
 namespace lumi {
 namespace {
 
-constexpr double kPairsAgree = 0.05;  // of the extent: an rms above is warned about
-constexpr double kFewFit = 0.7;       // of the points: less is warned about
-constexpr double kMostLost = 0.5;     // of the faces
+constexpr double kPairsAgree = 0.05;              // of the extent: an rms above is warned about
+constexpr double kFewFit = 0.7;                   // of the points: less is warned about
+constexpr std::size_t kImportBytesPerFace = 600;  // at most at once, as measured on a million faces
+constexpr double kMostLost = 0.5;                 // of the faces
 
 void RequireConsistent(const ImportRequest& r) {
   if (!(r.scale > 0) || !std::isfinite(r.scale)) throw UsageError("--scale must be a positive number");
@@ -87,82 +88,76 @@ Made<ImportFigures> RunImport(const ImportRequest& request, const ProxyTarget& t
                                              {"repair", request.repair ? "yes" : "no"}};
   std::map<std::string, std::string> inputs{{"mesh", Fingerprint(request.file)}};
   if (!request.correspond.empty()) inputs["pairs"] = Fingerprint(request.correspond);
-  std::optional<ImportFigures> figures;
-  return {
-      MakeProxy(
-          target, "import", std::move(options), std::move(inputs), progress,
-          [&](const Scene& scene) {
-            ImportFigures& f = figures.emplace();
-            const std::string name = request.file.string();
-            Mesh given = ReadMeshWithFlaws(request.file);
-            RepairedMesh repaired = RepairMesh(given);
-            if (repaired.mesh.faces.empty())
-              throw InputError(request.file, "has no face that could be drawn: " + repaired.flaws.Describe());
-            if (static_cast<double>(repaired.faces_lost) > kMostLost * static_cast<double>(given.faces.size()))
-              throw InputError(request.file,
-                               fmt::format("{} of its {} faces have vertices that are no numbers", repaired.faces_lost,
-                                           given.faces.size()),
-                               "save the mesh again");
+  return MakeAndKeep<ImportFigures>(
+      target, "import", std::move(options), std::move(inputs), progress, [&](const Scene& scene, ImportFigures& f) {
+        const std::string name = request.file.string();
+        Mesh given = ReadMeshWithFlaws(request.file, kImportBytesPerFace);
+        RepairedMesh repaired = RepairMesh(given);
+        if (repaired.mesh.faces.empty())
+          throw InputError(request.file, "has no face that could be drawn: " + repaired.flaws.Describe());
+        if (static_cast<double>(repaired.faces_lost) > kMostLost * static_cast<double>(given.faces.size()))
+          throw InputError(request.file,
+                           fmt::format("{} of its {} faces have vertices that are no numbers", repaired.faces_lost,
+                                       given.faces.size()),
+                           "save the mesh again");
 
-            Similarity3 scene_from_mesh;
-            if (!request.correspond.empty()) {
-              scene_from_mesh = ByPairs(request.correspond, f, progress);
-            } else {
-              scene_from_mesh.scale = request.scale * (request.unit.empty() ? 1 : MetresIn(request.unit));
-              if (!request.axes.empty()) {
-                const Eigen::Matrix3d axes = AxesFromText(request.axes, scene.up);
-                for (Eigen::Vector3d& v : repaired.mesh.vertices) v = axes * v;
-                if (axes.determinant() < 0)
-                  for (auto& face : repaired.mesh.faces)
-                    std::swap(face[1], face[2]);  // a mirror turns what is outside in
-              }
-            }
-            if (request.icp) {
-              f.icp = ByIcp(repaired.mesh, scene, scene_from_mesh);
-              scene_from_mesh = f.icp->scene_from_mesh;
-              if (f.icp->overlap < kFewFit)
-                progress.Message(
-                    fmt::format("warning: {:.0f} % of the points near {} fit it; is it where it belongs? lumi-proxy "
-                                "info says how far the points are off",
-                                100 * f.icp->overlap, name));
-            }
-            Apply(scene_from_mesh, repaired.mesh);
-            if (const auto wrong = Validate(repaired.mesh))
-              throw InputError(request.file, *wrong + " in the scene's frame");
+        Similarity3 scene_from_mesh;
+        if (!request.correspond.empty()) {
+          scene_from_mesh = ByPairs(request.correspond, f, progress);
+        } else {
+          scene_from_mesh.scale = request.scale * (request.unit.empty() ? 1 : MetresIn(request.unit));
+          if (!request.axes.empty()) {
+            const Eigen::Matrix3d axes = AxesFromText(request.axes, scene.up);
+            for (Eigen::Vector3d& v : repaired.mesh.vertices) v = axes * v;
+            if (axes.determinant() < 0)
+              for (auto& face : repaired.mesh.faces) std::swap(face[1], face[2]);  // a mirror turns what is outside in
+          }
+        }
+        if (request.icp) {
+          f.icp = ByIcp(repaired.mesh, scene, scene_from_mesh);
+          scene_from_mesh = f.icp->scene_from_mesh;
+          if (f.icp->overlap < kFewFit)
+            progress.Message(
+                fmt::format("warning: {:.0f} % of the points near {} fit it; is it where it belongs? lumi-proxy "
+                            "info says how far the points are off",
+                            100 * f.icp->overlap, name));
+        }
+        Apply(scene_from_mesh, repaired.mesh);
+        if (const auto wrong = Validate(repaired.mesh))
+          throw InputError(request.file, *wrong + " in the scene's frame");
 
-            const std::vector<ProxyView> views = MakeProxyViews(scene);
-            OrientParts(repaired, VotesOf(repaired, views));
-            if (!repaired.flaws.none()) {
-              if (!request.repair)
-                throw InputError(request.file, "is not sound: " + repaired.flaws.Describe(),
-                                 "without --no-repair that is mended");
-              progress.Message("repaired " + name + ": " + repaired.flaws.Describe());
-            }
-            Soundness sound = CheckSoundness(repaired.mesh);
-            if (sound.manifold &&
-                sound.degenerate_faces > 0) {  // moved, faces that were thin have lost their area to rounding
-              const RepairedMesh again = RepairMesh(repaired.mesh);
-              repaired.mesh = again.mesh;
-              repaired.flaws.zero_area_faces += again.flaws.zero_area_faces;
-              sound = CheckSoundness(repaired.mesh);
-            }
-            if (!sound.manifold || sound.degenerate_faces > 0)
-              throw DataError(name + " could not be repaired: " + sound.Describe(), "repair it where it was made");
+        const std::vector<ProxyView> views = MakeProxyViews(scene);
+        OrientParts(repaired, VotesOf(repaired, views));
+        if (!repaired.flaws.none()) {
+          if (!request.repair)
+            throw InputError(request.file, "is not sound: " + repaired.flaws.Describe(),
+                             "without --no-repair that is mended");
+          progress.Message("repaired " + name + ": " + repaired.flaws.Describe());
+        }
+        Soundness sound = CheckSoundness(repaired.mesh);
+        if (sound.manifold &&
+            sound.degenerate_faces > 0) {  // moved, faces that were thin have lost their area to rounding
+          const RepairedMesh again = RepairMesh(repaired.mesh);
+          repaired.mesh = again.mesh;
+          repaired.flaws.zero_area_faces += again.flaws.zero_area_faces;
+          sound = CheckSoundness(repaired.mesh);
+        }
+        if (!sound.manifold || sound.degenerate_faces > 0)
+          throw DataError(name + " could not be repaired: " + sound.Describe(), "repair it where it was made");
 
-            const MeshFit fit = MeasureFit(repaired.mesh, views, {});
-            f.placement = scene_from_mesh;
-            f.repaired = repaired.flaws;
-            f.parts = repaired.parts;
-            f.soundness = DescribeSurface(sound);
-            f.coverage = fit.coverage;
-            f.front_fraction = fit.front_fraction;
-            if (fit.coverage == 0)
-              progress.Message(
-                  "warning: no view sees " + name +
-                  "; is it in the scene's own units and frame (--unit, --scale, --axes, --correspond, --align icp)?");
-            return repaired.mesh;
-          }),
-      figures};
+        const MeshFit fit = MeasureFit(repaired.mesh, views, {});
+        f.placement = scene_from_mesh;
+        f.repaired = repaired.flaws;
+        f.parts = repaired.parts;
+        f.soundness = DescribeSurface(sound);
+        f.coverage = fit.coverage;
+        f.front_fraction = fit.front_fraction;
+        if (fit.coverage == 0)
+          progress.Message(
+              "warning: no view sees " + name +
+              "; is it in the scene's own units and frame (--unit, --scale, --axes, --correspond, --align icp)?");
+        return repaired.mesh;
+      });
 }
 
 }  // namespace lumi

@@ -78,24 +78,22 @@ Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& re
                                             {"moments", std::to_string(options.moments)},
                                             {"grid", std::to_string(options.grid)},
                                             {"smoothness", fmt::format("{}", options.smoothness)}};
-  std::optional<MovingFigures> figures;
-  return {MakeProxy(target, "moving", std::move(record), std::move(inputs), progress,
-                    [&](const Scene& scene) {
-                      const Mesh still =
-                          made ? BuildDelaunayProxy(scene, {}, progress) : LoadProxy(scene, request.over);
-                      const std::vector<MomentView> moments = PickMoments(scene, options);
-                      std::vector<MovingPhoto> photos(moments.size());
-                      {
-                        Progress reading(progress, "reading photos", static_cast<long>(photos.size()));
-                        ParallelEach(photos.size(), 4, [&](std::size_t i) {
-                          photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
-                          reading.Step();
-                        });
-                      }
-                      figures.emplace().over = request.over;
-                      return BuildMovingProxy(photos, still, options, progress, &figures->surface);
-                    }),
-          figures};
+  return MakeAndKeep<MovingFigures>(target, "moving", std::move(record), std::move(inputs), progress,
+                                    [&](const Scene& scene, MovingFigures& figures) {
+                                      const Mesh still = made ? BuildDelaunayProxy(scene, {}, progress)
+                                                              : LoadProxy(scene, request.over);
+                                      const std::vector<MomentView> moments = PickMoments(scene, options);
+                                      std::vector<MovingPhoto> photos(moments.size());
+                                      {
+                                        Progress reading(progress, "reading photos", static_cast<long>(photos.size()));
+                                        ParallelEach(photos.size(), 4, [&](std::size_t i) {
+                                          photos[i] = ReadMovingPhoto(scene, moments[i], options.photo_px);
+                                          reading.Step();
+                                        });
+                                      }
+                                      figures.over = request.over;
+                                      return BuildMovingProxy(photos, still, options, progress, &figures.surface);
+                                    });
 }
 
 }  // namespace lumi

@@ -16,6 +16,7 @@
 #include <map>
 #include <set>
 
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -226,7 +227,7 @@ void NoteRunOfMachine(const fs::path& folder) {
 std::string ReadText(const fs::path& path, std::size_t max_bytes) {
   std::error_code error;
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a file");
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenToRead(path);
   if (!in) throw InputError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   std::string text;
   // By the stated size first, then whatever there is (a pipe states none).

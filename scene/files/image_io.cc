@@ -9,6 +9,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/codecs.h"
 #include "scene/files/file_name.h"
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -64,7 +65,7 @@ bool JpegIsComplete(const std::string& bytes) {
 void RequireComplete(const fs::path& path) {
   // By content: names lie.
   char head[4] = {};
-  if (std::ifstream in(path, std::ios::binary); !in.read(head, sizeof head)) return;  // too short: the decoder says so
+  if (std::ifstream in = OpenToRead(path); !in.read(head, sizeof head)) return;  // too short: the decoder says so
   const std::string_view start(head, sizeof head);
   const bool jpeg = start.starts_with("\xFF\xD8\xFF"), png = start == "\x89PNG";
   if (!jpeg && !png) return;

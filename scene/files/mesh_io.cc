@@ -12,8 +12,10 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/byte_cursor.h"
 #include "scene/files/file_name.h"
+#include "scene/files/open_to_read.h"
 #include "scene/files/text_scan.h"
 #include "scene/program/error.h"
+#include "scene/program/memory.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -25,8 +27,11 @@ using text_scan::ToNumber;
 using text_scan::Trim;
 
 constexpr std::size_t kMaxMeshBytes = std::size_t(1) << 34;
+constexpr std::size_t kLargeMeshBytes = std::size_t(1) << 26;  // from here on it is asked whether there is room
 constexpr std::size_t kMaxHeaderLines = 4096;
 constexpr std::size_t kMaxIndex = std::numeric_limits<std::int32_t>::max();
+
+bool IsPly(std::string_view file) { return file.starts_with("ply\n") || file.starts_with("ply\r"); }
 
 std::string Quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 40)); }
 
@@ -415,12 +420,42 @@ std::string ToObj(const Mesh& mesh) {
 
 }  // namespace
 
-Mesh ReadMeshWithFlaws(const fs::path& path) {
-  const std::string file = ReadText(path, kMaxMeshBytes);
-  const bool ply = file.starts_with("ply\n") || file.starts_with("ply\r");
-  if (!ply && LowerExtension(path) == ".ply") throw InputError(path, "is no PLY file");
-  if (!ply && LowerExtension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
-  Mesh mesh = ply ? ReadPly(path, file) : ReadObj(path, file);
+// Bytes that reading takes and then the work with the mesh: of a PLY by its counts (polygons of four corners on
+// average), of an OBJ by its length.
+static std::uint64_t MemoryFor(const fs::path& path, std::uint64_t file_bytes, std::size_t work_bytes_per_face) {
+  constexpr std::uint64_t kVertex = sizeof(Eigen::Vector3d) + 3, kFace = 2 * 3 * sizeof(std::int32_t);
+  constexpr std::uint64_t kBytesOfObjFace = 40;  // of the file, with its share of the vertices
+  constexpr std::size_t kHead = 1 << 16;
+  std::string head(kHead, '\0');
+  std::ifstream in = OpenToRead(path);
+  in.read(head.data(), kHead);
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  std::uint64_t mesh_bytes = 3 * file_bytes, faces = file_bytes / kBytesOfObjFace;
+  if (IsPly(head)) {
+    mesh_bytes = 0;
+    std::string_view text = head;
+    for (const Element& e : ReadPlyHeader(path, text).elements) {
+      // More than the file can hold are refused later. A face has a length and three corners.
+      const std::uint64_t count = std::min<std::uint64_t>(e.count, file_bytes / 3);
+      if (e.name == "face") faces = count;
+      mesh_bytes += count * (e.name == "vertex" ? kVertex : e.name == "face" ? kFace : 0);
+    }
+  }
+  return std::max(file_bytes + mesh_bytes, mesh_bytes + faces * work_bytes_per_face);
+}
+
+Mesh ReadMeshWithFlaws(const fs::path& path, std::size_t work_bytes_per_face) {
+  std::error_code error;
+  if (const auto bytes = fs::file_size(path, error); !error && bytes > kLargeMeshBytes && bytes <= kMaxMeshBytes)
+    RequireMemory(MemoryFor(path, bytes, work_bytes_per_face), path,
+                  "simplify the mesh where it was made, or use a larger machine");
+  Mesh mesh = [&] {
+    const std::string file = ReadText(path, kMaxMeshBytes);
+    const bool ply = IsPly(file);
+    if (!ply && LowerExtension(path) == ".ply") throw InputError(path, "is no PLY file");
+    if (!ply && LowerExtension(path) != ".obj") throw InputError(path, "is neither a PLY nor an OBJ mesh");
+    return ply ? ReadPly(path, file) : ReadObj(path, file);
+  }();
   // OBJ may name vertices that come later, or never.
   Mesh finite = {std::vector<Eigen::Vector3d>(mesh.vertices.size(), Eigen::Vector3d::Zero()), std::move(mesh.faces),
                  std::move(mesh.colors)};
@@ -429,8 +464,8 @@ Mesh ReadMeshWithFlaws(const fs::path& path) {
   return finite;
 }
 
-Mesh ReadMesh(const fs::path& path) {
-  Mesh mesh = ReadMeshWithFlaws(path);
+Mesh ReadMesh(const fs::path& path, std::size_t work_bytes_per_face) {
+  Mesh mesh = ReadMeshWithFlaws(path, work_bytes_per_face);
   if (const auto wrong = Validate(mesh)) throw InputError(path, *wrong);
   return mesh;
 }

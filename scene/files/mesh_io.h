@@ -8,10 +8,11 @@
 namespace lumi {
 
 // Throws InputError: unreadable, counts beyond the file's size, NaN, indices out of range. Never allocates by a count
-// it has not checked.
-Mesh ReadMesh(const std::filesystem::path& path);
+// it has not checked. Throws MachineError, before it reads, where file and mesh would not fit into the memory there is.
+// `work_bytes_per_face`: what is done with the mesh takes so much beside.
+Mesh ReadMesh(const std::filesystem::path& path, std::size_t work_bytes_per_face = 0);
 // The same, with vertices that are not finite.
-Mesh ReadMeshWithFlaws(const std::filesystem::path& path);
+Mesh ReadMeshWithFlaws(const std::filesystem::path& path, std::size_t work_bytes_per_face = 0);
 // PLY (binary little endian, double) or OBJ by extension; atomic.
 void WriteMesh(const std::filesystem::path& path, const Mesh& mesh);
 

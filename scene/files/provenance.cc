@@ -9,6 +9,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -29,7 +30,7 @@ std::string FileFingerprint(const fs::path& path) {
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw Unreadable(path);
   if (size <= kWholeBytes) return fmt::format("{}-{}", size, Hash(ReadText(path)));
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenToRead(path);
   std::string ends(2 * kSampleBytes, '\0');
   in.read(ends.data(), kSampleBytes);
   in.seekg(-static_cast<std::streamoff>(kSampleBytes), std::ios::end);

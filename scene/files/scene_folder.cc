@@ -425,6 +425,9 @@ fs::path ProxyFile(const Scene& scene, const std::string& name) {
                                      scene.folder.string(), scene.folder.string()));
 }
 
-Mesh LoadProxy(const Scene& scene, const std::string& name) { return ReadMesh(ProxyFile(scene, name)); }
+Mesh LoadProxy(const Scene& scene, const std::string& name) {
+  constexpr std::size_t kBytesPerFaceToDraw = 200;  // with the tree that rays are traced in, as measured on a million
+  return ReadMesh(ProxyFile(scene, name), kBytesPerFaceToDraw);
+}
 
 }  // namespace lumi

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr unsigned kSeed = 7;
 constexpr double kSameCamerasPercent = 0.05;  // COLMAP's own randomness aside, nothing differs
+constexpr double kChildrenEnd_s = 300;  // they are told at once; on a loaded machine it takes them long
 
 int Kills(int all, int few) { return FewFaults() ? few : all; }
 
@@ -47,7 +48,7 @@ class KilledAnywhere : public testing::Test {
       if (all)
         for (const pid_t pid : ProcessesNaming(scene)) ::kill(pid, SIGKILL);
       const ProgramResult result = run.Wait();
-      ASSERT_TRUE(WaitForNoProcessNaming(scene));
+      ASSERT_TRUE(WaitForNoProcessNaming(scene, kChildrenEnd_s));
       if (result.exit_code == 0) {  // it was done before
         ++done;
         check();
@@ -55,7 +56,7 @@ class KilledAnywhere : public testing::Test {
         continue;
       }
       ASSERT_EQ(result.exit_code, 128 + SIGKILL) << result.err;
-      ++struck;
+      if (++struck % 10 == 0) std::cout << struck << " kills" << std::endl;
     }
     const ProgramResult last = RunProgram(argv);
     EXPECT_EQ(last.exit_code, 0) << last.err;
@@ -125,7 +126,7 @@ TEST_F(KilledAnywhere, ByColmapTheCamerasAreTheSame) {
   const std::vector<Rigid3> wanted = poses();
   fs::remove_all(scene);
   double worst = 0;
-  KillAndGoOn(argv, scene, undisturbed.seconds, 15, [&] {
+  KillAndGoOn(argv, scene, undisturbed.seconds, 100, [&] {
     const std::vector<Rigid3> found = poses();
     ASSERT_EQ(found.size(), wanted.size());
     worst = std::max(worst, ComparePoses(found, wanted).centre_rms_percent);

@@ -58,6 +58,29 @@ Scene WritePlateScene(const fs::path& folder, int width_px = 160) {
   return scene;
 }
 
+ImportRequest Importing(const fs::path& file) {
+  ImportRequest request;
+  request.file = file;
+  return request;
+}
+
+// At half the scene's scale, its front towards the cameras.
+Mesh WallMesh() {
+  Mesh wall;
+  wall.vertices = {{-5, -5, 2}, {5, -5, 2}, {5, 5, 2}, {-5, 5, 2}};
+  wall.faces = {{0, 2, 1}, {0, 3, 2}};
+  return wall;
+}
+
+void ExpectSaysTheSameAgain(json made, json again) {
+  EXPECT_EQ(again["reused"], true);
+  for (const char* differs : {"reused", "seconds"}) {
+    made.erase(differs);
+    again.erase(differs);
+  }
+  EXPECT_EQ(made.dump(), again.dump());
+}
+
 TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   const TemporaryFolder folder;
   Scene scene = WritePlateScene(folder / "scene");
@@ -80,7 +103,42 @@ TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
       AsJson(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
   EXPECT_EQ(moving["over"], "mesh");
   EXPECT_THAT(ListProxies(folder / "scene"), testing::UnorderedElementsAre("plane", "before-plane", "moving"));
-  EXPECT_EQ(AsJson(RunMoving(target, {}, SilentProgress()))["reused"], true);
+  ExpectSaysTheSameAgain(moving, AsJson(RunMoving(target, {}, SilentProgress())));
+}
+
+TEST(ProxyCommands, ARunThatHasNothingToDoSaysWhatTheOneBeforeSaid) {
+  const TemporaryFolder folder;
+  WritePlateScene(folder / "scene");
+  const auto target = [&](const char* name) { return ProxyTarget{folder / "scene", name, {}, false}; };
+  const auto planes = [&] { return AsJson(RunPlanes(target("planes"), {}, SilentProgress())); };
+  const json found = planes();
+  EXPECT_GT(found["planes"][0]["points"], 0);
+  ExpectSaysTheSameAgain(found, planes());
+  WriteMesh(folder / "wall.ply", WallMesh());
+  const auto import = [&] {
+    ImportRequest request = Importing(folder / "wall.ply");
+    request.scale = 2;
+    request.axes = "-x,y,-z";
+    return AsJson(RunImport(request, target("import"), SilentProgress()));
+  };
+  const json imported = import();
+  EXPECT_EQ(imported["placement"]["scale"], 2);
+  ExpectSaysTheSameAgain(imported, import());
+
+  SceneBuilder builder(5);
+  for (int i = 0; i < 12; ++i) builder.AddCamera({0.1, 0, 0.8 * i}, {0.1, 0, 0.8 * i + 5});
+  for (const double side : {-1.1, 1.1}) {
+    builder.AddSurface({{side, 0, 10}, {0, 1.4, 0}, {0, 0, 10}}, 200);
+    builder.AddSurface({{0, 1.2 * side, 10}, {1.1, 0, 0}, {0, 0, 10}}, 200);
+  }
+  Scene hallway = builder.Build();
+  hallway.image_folder = folder / "hallway" / "images";
+  UpdateFrameOfReference(hallway);
+  WriteScene(hallway, folder / "hallway");
+  const auto box = [&] { return AsJson(RunBox({folder / "hallway", "box", {}, false}, 6, SilentProgress())); };
+  const json walls = box();
+  EXPECT_GT(walls["size"][0], 1);
+  ExpectSaysTheSameAgain(walls, box());
 }
 
 TEST(ProxyCommands, FirstProxyBecomesActiveAndASecondRunReusesIt) {
@@ -155,26 +213,12 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
                UsageError);
 }
 
-ImportRequest Importing(const fs::path& file) {
-  ImportRequest request;
-  request.file = file;
-  return request;
-}
-
 struct Listener : ProgressSink {
   std::string said;
   void Report(const std::string&, long, long, double, double) override {}
   void Finish(const std::string&, long, double) override {}
   void Message(const std::string& line) override { said += line; }
 };
-
-// At half the scene's scale, its front towards the cameras.
-Mesh WallMesh() {
-  Mesh wall;
-  wall.vertices = {{-5, -5, 2}, {5, -5, 2}, {5, 5, 2}, {-5, 5, 2}};
-  wall.faces = {{0, 2, 1}, {0, 3, 2}};
-  return wall;
-}
 
 TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
   const TemporaryFolder folder;

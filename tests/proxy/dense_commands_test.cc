@@ -8,6 +8,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "tests/proxy/photographed_planes.h"
@@ -160,6 +161,13 @@ TEST_F(DenseProgram, ItsDepthMapsAreColmapsAndCanBeReadBack) {
     EXPECT_TRUE(fs::exists(path_ / "stereo" / folder / "photo14.png.geometric.bin"));
   EXPECT_THAT(ReadText(path_ / "stereo" / "fusion.cfg"), HasSubstr("photo19.png\n"));
   EXPECT_FALSE(fs::exists(path_ / "proxies"));
+  const auto record = ReadProvenance(path_, "depth-maps");
+  ASSERT_TRUE(record);
+  for (const auto& [file, hash] : record->outputs) EXPECT_EQ(hash, Fingerprint(path_ / file)) << file;
+  EXPECT_TRUE(record->outputs.contains("stereo/depth_maps"));
+  json again = Done(Dense({"--depth-only"}));
+  EXPECT_EQ(again["reused"], true);
+  EXPECT_EQ(again["depth"], depths["depth"]);
   const json made = Done(Dense({"--from-depth", (path_ / "stereo").string(), "--name", "theirs"}));
   EXPECT_EQ(made["depth"]["photos"], 10);
   EXPECT_GT(ShareOnSurfaces("theirs"), 0.9);

@@ -8,6 +8,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
@@ -61,6 +62,14 @@ TEST(HullCommands, SilhouettesByARuleMakeAHullThatASecondRunReuses) {
   EXPECT_EQ(found["silhouettes"].size(), 8u);
   EXPECT_EQ(found["empty"], 0);
   EXPECT_EQ(found["silhouettes"][0]["parts"], 1);
+  const auto record = ReadProvenance(folder / "scene", "silhouettes");
+  ASSERT_TRUE(record);
+  EXPECT_EQ(record->outputs.at("silhouettes"), Fingerprint(folder / "scene" / "silhouettes"));
+  json same = AsJson(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()));
+  EXPECT_EQ(same["reused"], true);
+  EXPECT_EQ(same["silhouettes"], found["silhouettes"]);
+  EXPECT_EQ(AsJson(RunSilhouettes(folder / "scene", source, {.grow_px = 1}, {}, SilentProgress()))["reused"], false);
+  EXPECT_EQ(AsJson(RunSilhouettes(folder / "scene", source, {}, {}, SilentProgress()))["reused"], false);
 
   const json hull = AsJson(RunHull({}, {folder / "scene", "hull", {}, false}, SilentProgress()));
   EXPECT_EQ(hull["closed"], true);

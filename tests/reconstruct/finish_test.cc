@@ -5,6 +5,7 @@
 
 #include "reconstruct/finish.h"
 #include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/temporary_folder.h"
 
 namespace lumi {
@@ -56,6 +57,34 @@ TEST(FinishScene, AMaskIsUndistortedAsItsPhotoIs) {
     }
   EXPECT_GT(told, 30000);
   EXPECT_LT(apart, told / 500);
+}
+
+TEST(FinishScene, ARunWithoutMasksLeavesNoneOfAnEarlierRun) {
+  const TemporaryFolder folder;
+  WriteImage(folder / "photos" / "a.png", Image8(60, 40, 3, 90));
+  Scene scene;
+  scene.image_folder = folder / "photos";
+  scene.cameras.push_back(Camera::Pinhole(60, 40, 50, 50, 30, 20));
+  View view;
+  view.name = "a.png";
+  view.camera = {0};
+  scene.views.push_back(view);
+  ReconstructOptions options;
+  options.scene = folder / "scene";
+  const auto finish = [&] {
+    ReconstructSummary summary;
+    FinishScene(scene, options, summary, SilentProgress());
+  };
+  const fs::path mask = folder / "scene" / "masks" / "a.png.png";
+  WriteImage(mask, Image8(60, 40, 1, 255));
+  finish();
+  EXPECT_TRUE(fs::exists(mask)) << "somebody's own";
+  Provenance record;
+  record.stage = "reconstruct";
+  record.outputs["masks"] = Fingerprint(folder / "scene" / "masks");
+  WriteProvenance(folder / "scene", record);
+  finish();
+  EXPECT_FALSE(fs::exists(folder / "scene" / "masks")) << "of the run with --masks before";
 }
 
 }  // namespace

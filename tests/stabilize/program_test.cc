@@ -7,6 +7,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/matrix_path.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "tests/stabilize/walks.h"
 #include "tests/support/child_program.h"
@@ -53,6 +54,11 @@ TEST(StabilizeProgram, WritesAPathThatTheRendererReadsAndAPlot) {
   EXPECT_EQ(read.keys[3].view, "frame_000003.png");
   EXPECT_LT(JitterPx(walk, InWalk(read, {})), 0.1);
   EXPECT_THAT(ReadText(folder / "tracks.svg"), HasSubstr("<svg"));
+  const auto record = ReadProvenance(scene, "stabilize-path");
+  ASSERT_TRUE(record);
+  EXPECT_EQ(record->options.at("model"), "linear");
+  for (const char* file : {"../path.json", "../tracks.svg"})
+    EXPECT_EQ(record->outputs.at(file), Fingerprint(scene / file)) << file;
   // The same bytes again, and a window that goes on from it.
   ASSERT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "again.json", "--model", "linear", "--border", "fill",
                         "--threads", "1"})

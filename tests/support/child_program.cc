@@ -84,7 +84,7 @@ ChildProgram::~ChildProgram() {
 }
 
 bool ChildProgram::Ended() {
-  if (!ended_) ended_ = ::waitpid(pid_, &status_, WNOHANG) == pid_;
+  if (!ended_) ended_ = ::wait4(pid_, &status_, WNOHANG, &usage_) == pid_;
   return ended_;
 }
 
@@ -113,6 +113,7 @@ ProgramResult ChildProgram::Wait(double limit_s) {
   ProgramResult result;
   result.seconds = Now() - start_s_;
   result.exit_code = WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+  result.peak_memory_mb = static_cast<double>(usage_.ru_maxrss) / 1024;
   result.out = Slurp(folder_ / "out");
   result.err = Slurp(folder_ / "err");
   return result;

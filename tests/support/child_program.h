@@ -2,6 +2,7 @@
 // way.
 #pragma once
 
+#include <sys/resource.h>
 #include <sys/types.h>
 
 #include <filesystem>
@@ -18,6 +19,7 @@ struct ProgramResult {
   int exit_code = 0;  // 128 + signal where one ended it
   std::string out, err;
   double seconds = 0;
+  double peak_memory_mb = 0;  // resident at once, of it or of the largest program that it waited for
 
   std::vector<std::string> ErrorLines() const;  // of err, without progress
 };
@@ -41,6 +43,7 @@ class ChildProgram {
   TemporaryFolder folder_;
   pid_t pid_ = -1;
   int status_ = 0;
+  struct rusage usage_ = {};
   bool ended_ = false;
   double start_s_ = 0;
 };

@@ -1,5 +1,6 @@
 // Preloaded into a program under test (LD_PRELOAD): one of its system calls on files below a folder fails, or one of
-// its allocations. See fault_run.h for the environment variables that say which.
+// its allocations. See fault_run.h for the environment variables that say which. Also for measuring (bench.sh): what
+// waiting for the disk costs.
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
@@ -15,6 +16,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -31,6 +33,9 @@ const char* g_below = "";
 std::size_t g_below_length = 0;
 long g_at = 0;  // which one fails; 0: none, they are counted
 int g_log = -1;
+// LUMI_FLUSH, for measuring: off: what waits for the disk does not wait; timed: the log says how long each took.
+enum class Flushing { kAsItIs, kOff, kTimed };
+Flushing g_flushing = Flushing::kAsItIs;
 std::atomic<long> g_count{0};
 std::atomic<bool> g_armed{false};  // memory: once the program's main part has begun
 
@@ -49,7 +54,32 @@ bool IsMeant() {
   return strcmp(slash ? slash + 1 : self, wanted) == 0;
 }
 
+// Of every program of the suite, the others that they start left alone.
+void BeginFlushing(const char* how, const char* log) {
+  char self[PATH_MAX] = {};
+  if (readlink("/proc/self/exe", self, sizeof self - 1) <= 0 || !strstr(self, "/lumi-")) return;
+  g_flushing = strcmp(how, "off") == 0 ? Flushing::kOff : Flushing::kTimed;
+  g_log = static_cast<int>(syscall(SYS_openat, AT_FDCWD, log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
+}
+
+// Calls `flush` on a file, or does as LUMI_FLUSH says.
+template <typename Flush>
+int Flushed(Flush* flush, int fd) {
+  if (g_flushing == Flushing::kAsItIs) return flush(fd);
+  if (g_flushing == Flushing::kOff) return 0;
+  timespec begin = {}, end = {};
+  clock_gettime(CLOCK_MONOTONIC, &begin);
+  const int result = flush(fd);
+  const int error = errno;
+  clock_gettime(CLOCK_MONOTONIC, &end);
+  Log("flushed", (end.tv_sec - begin.tv_sec) * 1000000L + (end.tv_nsec - begin.tv_nsec) / 1000, "us", "");
+  errno = error;
+  return result;
+}
+
 __attribute__((constructor)) void Begin() {
+  if (const char* flush = getenv("LUMI_FLUSH"), *log = getenv("LUMI_FAULT_LOG"); flush && log)
+    BeginFlushing(flush, log);
   const char *below = getenv("LUMI_FAULT_BELOW"), *kind = getenv("LUMI_FAULT_KIND"), *at = getenv("LUMI_FAULT_AT"),
              *log = getenv("LUMI_FAULT_LOG");
   if (!below || !kind || !at || !log || !IsMeant()) return;
@@ -187,15 +217,15 @@ int ftruncate64(int fd, off64_t size) noexcept {
 }
 int fsync(int fd) {
   REAL(fsync);
-  return FailsOn(Kind::kWrite, "fsync", fd) ? With(EIO) : real(fd);
+  return FailsOn(Kind::kWrite, "fsync", fd) ? With(EIO) : Flushed(real, fd);
 }
 int fdatasync(int fd) {
   REAL(fdatasync);
-  return FailsOn(Kind::kWrite, "fsync", fd) ? With(EIO) : real(fd);
+  return FailsOn(Kind::kWrite, "fsync", fd) ? With(EIO) : Flushed(real, fd);
 }
 int syncfs(int fd) noexcept {
   REAL(syncfs);
-  return FailsOn(Kind::kWrite, "syncfs", fd) ? With(EIO) : real(fd);
+  return FailsOn(Kind::kWrite, "syncfs", fd) ? With(EIO) : Flushed(real, fd);
 }
 int rename(const char* from, const char* to) noexcept {
   REAL(rename);

@@ -16,6 +16,7 @@ extern "C" {
 #include <libavutil/dovi_meta.h>
 }
 
+#include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
 namespace lumi::ffmpeg {
@@ -105,7 +106,10 @@ Input::Input(const std::filesystem::path& path) : path_(path) {
                      "was it cut off while being copied? ffmpeg -i may tell more");
   };
   file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file_ < 0) refuse(std::strerror(errno));
+  if (file_ < 0) {
+    ThrowIfMachineIsShort(path, errno);
+    refuse(std::strerror(errno));
+  }
   format_ = avformat_alloc_context();
   io_ = avio_alloc_context(static_cast<unsigned char*>(av_malloc(kBufferBytes)), kBufferBytes, 0, &file_, ReadFile,
                            nullptr, SeekFile);

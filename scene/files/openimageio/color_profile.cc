@@ -11,6 +11,8 @@
 #include <mutex>
 #include <optional>
 
+#include "scene/files/open_to_read.h"
+
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
@@ -121,7 +123,7 @@ std::vector<std::pair<std::size_t, std::size_t>> Boxes(const std::string& bytes,
 
 // HEIF: meta / iprp / ipco / colr, ISO 23008-12. Of several (a depth map has its own) the first that is a profile.
 std::string HeifProfile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = OpenToRead(path);
   std::string bytes(kMetaWithin, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));

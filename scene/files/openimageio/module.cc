@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 
 #include "scene/files/codecs.h"
+#include "scene/files/open_to_read.h"
 #include "scene/files/openimageio/color_profile.h"
 #include "scene/files/openimageio/picture_info.h"
 #include "scene/program/error.h"
@@ -65,8 +67,10 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file, also where transparent
+  errno = 0;
   auto in = OpenInput(path, config);
   if (!in) {
+    ThrowIfMachineIsShort(path, errno);
     const std::string why = OneLine(OIIO::geterror());
     throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "scene/files/open_to_read.h"
+
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
@@ -71,7 +73,7 @@ std::optional<GpsPosition> Gps(const OIIO::ImageSpec& spec) {
 
 // XMP is text, wherever the container keeps it; its tag is searched as such.
 std::string Projection(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = OpenToRead(path);
   std::string head(kXmpWithin, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));

@@ -1,0 +1,19 @@
+// How much memory there is. Linux promises more than it has and ends a program that takes it without a word: what will
+// take gigabytes asks first.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace lumi {
+
+// Bytes that this process may still take: what the machine has free, and what is left of a container's or a batch
+// job's limit (cgroup) and of `ulimit -v`. The largest number where the system does not say.
+std::uint64_t AvailableMemory();
+
+// Throws MachineError ("takes 9.3 GB of memory, and 3.1 GB are free") where there is less. Up to 256 MB nothing is
+// asked.
+void RequireMemory(std::uint64_t bytes, const std::filesystem::path& file, const std::string& hint);
+
+}  // namespace lumi
