@@ -9,6 +9,7 @@
 #   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
 #   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
 #   ./bench.sh --only flush       only what waiting for the disk costs the pipeline
+#   ./bench.sh --only video       only reading videos: frames a second of 1080p beside the decoder alone and OpenCV's reader
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -18,10 +19,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,17s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -32,6 +33,7 @@ while [ $# -gt 0 ]; do
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
       if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
       if [ "${2:-}" = flush ]; then only_flush=1; shift 2; continue; fi
+      if [ "${2:-}" = video ]; then only_video=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
     *) arguments+=("$1"); shift ;;
@@ -41,10 +43,11 @@ done
 install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
+elif [ -n "$only_video" ]; then build release video_bench
 elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render fault_injection
 elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
@@ -57,7 +60,7 @@ if [ -n "$only_cameras" ]; then
   cameras
   exit 0
 fi
-[ -n "$only_speed$only_stabilize$only_dense" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -n "$only_speed$only_stabilize$only_dense$only_video" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
 # The whole pipeline on 24 photos, waiting for the disk before each record and (a library preloaded) not: the least of three runs in
 # turns, and the seconds that were waited.
 flush_cost() {
@@ -196,6 +199,20 @@ fly_through() {
     -filter_complex "[0]$over_black[a];[1]$over_black[b];[a][b]psnr" -f null - 2>&1 | sed -n 's/.*average:\([^ ]*\) min:\([^ ]*\).*/PSNR between them \1 dB over all frames, \2 dB at the worst/p'
   rm -rf "$folder-pixel" "$folder-sparse"
 }
+# Of 1080p, 8 bits in H.264.
+video_reading() {
+  local clip=$work/video-1080p.mp4
+  [ -f "$clip" ] || {
+    ffmpeg -nostdin -y -loglevel error -f lavfi -i testsrc2=s=1920x1080:r=30:d=10 -vf noise=alls=6:allf=t -c:v libx264 -preset fast -crf 23 -pix_fmt yuv420p "$work/video-part.mp4"
+    mv "$work/video-part.mp4" "$clip"
+  }
+  printf '\n## Reading a video of 1080p\n\n'
+  "$bin/video_bench" "$clip"
+}
+if [ -n "$only_video" ]; then
+  video_reading
+  exit 0
+fi
 if [ -n "$only_dense" ]; then
   [ "$only_dense" = dense-cost ] || dense
   dense_costs
@@ -432,6 +449,7 @@ table 'The optimum in narrower registers' "$bin/optimum_bench" --widths
 table "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1
 table 'Sparse samples, CPU (2 threads)' "$bin/sparse_blend_bench" time views
 table 'Sparse samples, OpenGL' "$bin/gl_blend_bench"
+video_reading
 
 if [ ! -d "$work/desk-262" ]; then
   "$bin/lumi-simulate" --example desk -o "$work/desk-262"

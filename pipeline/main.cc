@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <charconv>
 
 #include "pipeline/pipeline.h"
@@ -118,9 +120,9 @@ int main(int argc, char** argv) {
   std::string stabilize;
   StabilizeVideoOptions steady;
   Options& app = program.options();
-  app.Add("INPUT", options.input,
+  app.Add("INPUT", options.inputs,
           "Folder of photos, a video, a COLMAP workspace (images + sparse), transforms.json or a folder with one, or a "
-          "scene")
+          "scene. Several videos: hand-held clips of one place")
       .Required();
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
   app.Add("--proxy", options.proxy, "How the proxy is made")
@@ -154,6 +156,11 @@ int main(int argc, char** argv) {
   AddStabilisation(app, stabilize, steady);
 
   return program.Run(argc, argv, [&]() -> Answer {
+    options.input = options.inputs.front();
+    if (options.inputs.size() > 1 && (options.periodic || !stabilize.empty()))
+      throw UsageError(fmt::format("{} takes one video, and {} were given",
+                                   options.periodic ? "--periodic" : "--stabilize", options.inputs.size()),
+                       "run it once for each");
     if (!stabilize.empty()) {
       steady.input = options.input;
       steady.output = options.output;

@@ -9,6 +9,7 @@ namespace lumi {
 
 struct PipelineOptions {
   std::filesystem::path input;                     // folder of photos, a video, a COLMAP workspace, or a scene of ours
+  std::vector<std::filesystem::path> inputs;       // several videos of one place, `input` the first; else that alone
   std::filesystem::path output;                    // the scene; may be empty where input is a scene of ours
   std::filesystem::path calibration;               // photos or a video of a checkerboard, or a camera.yaml; empty: none
   std::string board, square_mm;                    // passed on to lumi-calibrate as they are; empty: its defaults

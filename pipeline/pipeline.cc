@@ -28,9 +28,10 @@ constexpr int kFewestPhotosForHoldout = 4;  // below, leaving one out says littl
 // What the paths make necessary, before anything is started.
 void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
   if (kind == InputKind::kOurScene) return;
-  if (IsWithin(options.input, options.output))
-    throw UsageError(fmt::format("{} lies inside the output {}", options.input.string(), options.output.string()),
-                     "choose an output that does not contain the input");
+  for (const fs::path& input : options.inputs.size() > 1 ? options.inputs : std::vector{options.input})
+    if (IsWithin(input, options.output))
+      throw UsageError(fmt::format("{} lies inside the output {}", input.string(), options.output.string()),
+                       "choose an output that does not contain the input");
   std::error_code error;
   if (fs::is_directory(options.input, error) && IsWithin(options.output, options.input))
     throw UsageError(
@@ -140,6 +141,9 @@ class Run {
                       options_.input.string()),
           "give its folder of photos, with --poses none, to find the cameras anew");
     std::error_code error;
+    if (options_.inputs.size() > 1 && kind != InputKind::kCapture)
+      throw UsageError(fmt::format("{} is no video: several inputs are videos of one place", options_.input.string()),
+                       "give one scene or workspace");
     if (options_.periodic && (kind != InputKind::kCapture || fs::is_directory(options_.input, error)))
       throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()),
                        "give the video file");
@@ -191,7 +195,9 @@ class Run {
       Start("timeperiodic", "lumi-timeperiodic", std::move(arguments));
       return;
     }
-    std::vector<std::string> arguments{options_.input.string(), "-o", summary_.scene.string()};
+    std::vector<std::string> arguments{options_.input.string()};
+    for (std::size_t i = 1; i < options_.inputs.size(); ++i) arguments.push_back(options_.inputs[i].string());
+    arguments.insert(arguments.end(), {"-o", summary_.scene.string()});
     arguments.insert(arguments.end(), options_.reconstruct_arguments.begin(), options_.reconstruct_arguments.end());
     if (options_.rescale_cameras) arguments.emplace_back("--rescale-cameras");
     AddCamera(arguments);

@@ -7,6 +7,7 @@
 
 #include "reconstruct/multi_camera.h"
 #include "reconstruct/video_frames.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -30,21 +31,36 @@ void Link(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
+std::vector<fs::path> ClipsOf(const ReconstructOptions& options) {
+  if (options.inputs.size() < 2) return SynchronisedVideos(options.input);
+  for (const fs::path& clip : options.inputs) {
+    std::error_code error;
+    if (!fs::exists(clip, error)) throw InputError(clip, "no such file");
+    if (!fs::is_regular_file(clip, error) || !HasVideoExtension(clip))
+      throw UsageError(fmt::format("{} is no video: several inputs are videos of one place", clip.string()),
+                       "put photos into one folder and give that; the output is -o SCENE");
+  }
+  return options.inputs;
+}
+
 Capture ExtractClips(const ReconstructOptions& options, const fs::path& work_folder, std::vector<std::string>* reused,
                      ProgressSink& sink) {
-  const std::vector<fs::path> videos = SynchronisedVideos(options.input);
+  const std::vector<fs::path> videos = ClipsOf(options);
   if (videos.size() < 2)
     throw UsageError(fmt::format("--clips: {} is no folder of two or more videos", options.input.string()),
                      "give a folder that holds the clips and no photos");
   Capture all;
   all.folder = work_folder / "clips";
-  std::map<std::string, int> stems;  // a.mp4 and a.mov are two clips
+  // a.mp4 and a.mov are two clips, and so are two files of one name in two folders.
+  std::map<std::string, int> stems, names;
   for (const fs::path& video : videos) ++stems[video.stem().string()];
   std::size_t known = 0;
   for (const fs::path& video : videos) {
     ReconstructOptions one = options;
     one.input = video;
-    const std::string stem = video.stem().string(), name = stems[stem] > 1 ? video.filename().string() : stem;
+    const std::string stem = video.stem().string();
+    std::string name = stems[stem] > 1 ? video.filename().string() : stem;
+    if (const int same = ++names[name]; same > 1) name += fmt::format("={}", same);
     std::vector<std::string> kept;
     const Capture clip = ExtractKeyframes(one, work_folder / "clip-keyframes" / name, &kept, sink);
     known += kept.size();

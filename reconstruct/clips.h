@@ -12,7 +12,11 @@
 
 namespace lumi {
 
-// Keyframes of every video right in options.input, called CLIP/frame_000123.jpg, in work_folder/clips. They carry no
+// options.inputs where there are several, else the videos right in options.input. Throws UsageError where one of
+// several is no video.
+std::vector<std::filesystem::path> ClipsOf(const ReconstructOptions& options);
+
+// Keyframes of every clip, called CLIP/frame_000123.jpg, in work_folder/clips. They carry no
 // times: the clips' clocks have nothing in common. Photos of a clip share a camera (PlanCameras tells them by their
 // lens setting). Throws DataError where a clip's camera does not move, UsageError where there are fewer than two.
 Capture ExtractClips(const ReconstructOptions& options, const std::filesystem::path& work_folder,

@@ -38,9 +38,10 @@ void SetFeatures(ReconstructOptions& options, const std::string& text) {
 
 // What is estimated, and how.
 void AddEstimation(Options& app, ReconstructOptions& o) {
-  app.Add("INPUT", o.input,
+  app.Add("INPUT", o.inputs,
           "Folder of photos (searched recursively), a video, a folder of videos that fixed cameras took at once, a "
-          "transforms.json, or a folder with one or a COLMAP model beside its photos");
+          "transforms.json, or a folder with one or a COLMAP model beside its photos. Several videos: hand-held clips "
+          "of one place, as --clips");
   app.Add("-o,--output", o.scene, "Scene folder to write");
   app.Add(
       "--backend", o.backend,
@@ -167,6 +168,7 @@ int main(int argc, char** argv) {
   return program.Run(argc, argv, [&]() -> Answer {
     o.seed = program.seed();
     o.threads = program.threads();
+    if (!o.inputs.empty()) o.input = o.inputs.front();
     if (!o.tradeoff) return Reconstruct(o, program.progress());
     return ReconstructWithTradeoff(o, program.progress());
   });

@@ -92,6 +92,7 @@ fs::path MasksForColmap(const Capture& capture, const fs::path& masks, const fs:
   for (std::size_t i = 0; i < found.size(); ++i) {
     const InputPhoto& photo = capture.photos[i];
     found[i] = folder.Of(photos, photo.OriginalName());
+    if (found[i].empty() && !photo.original.empty()) found[i] = folder.Of(photos, photo.name);
     if (found[i].empty())
       none.push_back(photo.OriginalName());
     else

@@ -10,7 +10,8 @@ namespace lumi {
 
 // The mask of photo.jpg is photo.jpg.png (COLMAP's name), else photo.png, else another picture of either name, or a
 // picture called photo.jpg itself; upper and lower case do not count where no name fits exactly. Of a converted photo
-// (IMG.HEIC, for COLMAP IMG.HEIC.png) the names are those of the user's file. A mask of the upright photo is turned as
+// (IMG.HEIC, for COLMAP IMG.HEIC.png), or one that the scene has under another name, the names are those of the user's
+// file; else those that the scene has. A mask of the upright photo is turned as
 // the photo is stored.
 //
 // Returns the folder to read masks from: `masks` where all that belong to photos are called as COLMAP wants them, or

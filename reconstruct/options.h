@@ -65,6 +65,7 @@ struct ReconstructOptions {
   int keyframes = 0;        // how many; 0 = by parallax
   bool all_frames = false;  // every other frame is resectioned against the keyframes
 
+  std::vector<std::filesystem::path> inputs;  // several videos: clips; `input` is the first. Else empty or that alone
   bool clips = false;  // `input` is a folder of hand-held videos of one place, not taken at once: clips.h
 
   // Several videos of one scene, from fixed cameras.

@@ -55,9 +55,10 @@ bool LiesIn(const fs::path& inner, const fs::path& outer) {
 void RequireUsableOutput(const ReconstructOptions& options) {
   RequireOurFolder(options.scene, "provenance");
   std::error_code ec;
-  if (fs::exists(options.scene, ec) && LiesIn(options.input, options.scene))
-    throw UsageError(fmt::format("the input lies inside the output folder {}", options.scene.string()),
-                     "choose another output");
+  for (const fs::path& input : options.inputs.size() > 1 ? options.inputs : std::vector{options.input})
+    if (fs::exists(options.scene, ec) && LiesIn(input, options.scene))
+      throw UsageError(fmt::format("the input lies inside the output folder {}", options.scene.string()),
+                       "choose another output");
   if (fs::exists(options.scene / "truth", ec))
     throw UsageError(
         fmt::format("{} is a simulated capture with its truth; it would be overwritten", options.scene.string()),
@@ -69,7 +70,8 @@ Provenance WantedProvenance(const ReconstructOptions& options) {
   wanted.stage = kStage;
   wanted.version = kVersion;
   wanted.options = OptionsAsText(options);
-  wanted.inputs[fs::absolute(options.input).lexically_normal().string()] = Fingerprint(options.input);
+  for (const fs::path& input : options.inputs.size() > 1 ? options.inputs : std::vector{options.input})
+    wanted.inputs[fs::absolute(input).lexically_normal().string()] = Fingerprint(input);
   return wanted;
 }
 
@@ -260,13 +262,19 @@ Capture PhotosToUse(const ReconstructOptions& options, bool is_video, bool sever
 ReconstructSummary Reconstruct(const ReconstructOptions& given_options, ProgressSink& sink) {
   const Stopwatch watch;
   ReconstructOptions options = given_options;
-  TakeCamerasBeside(options, sink);
+  if (options.inputs.size() > 1) {
+    ClipsOf(options);
+    options.clips = true;
+  } else {
+    TakeCamerasBeside(options, sink);
+  }
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong, "see --help");
   std::error_code ec;
   for (const auto& path :
        {options.camera_yaml, options.masks, options.database, options.poses, options.grid_positions, options.times})
     if (!path.empty() && !fs::exists(path, ec)) throw InputError(path, "no such file or folder");
-  const bool is_video = fs::is_regular_file(options.input, ec);
+  const bool several_clips = options.inputs.size() > 1;
+  const bool is_video = !several_clips && fs::is_regular_file(options.input, ec);
   if (!fs::exists(options.input, ec)) throw InputError(options.input, "no such file or folder");
   const bool several_videos = !is_video && !options.clips && !SynchronisedVideos(options.input).empty();
   RequireThatTheyGoTogether(options, is_video, several_videos);

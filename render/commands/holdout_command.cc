@@ -1,7 +1,10 @@
 // lumi-render --holdout: photos that are left out, rendered from the others.
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "render/commands/render_job.h"
 #include "render/holdout/evaluation_proxy.h"
@@ -65,6 +68,22 @@ class HeldOutRenderers {
   std::optional<SeenPixels> seen_;
 };
 
+// Pictures of an earlier run's photos, which this one did not render: another N, another fold.
+void RemoveOthers(const std::filesystem::path& folder, const std::vector<HoldoutView>& views) {
+  if (folder.empty()) return;
+  std::set<std::string> made;
+  for (const HoldoutView& v : views)
+    for (const char* ending : {kRenderEnding, kDifferenceEnding}) made.insert(v.file + ending);
+  std::vector<std::filesystem::path> old;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    if ((name.ends_with(kRenderEnding) || name.ends_with(kDifferenceEnding)) && !made.contains(name))
+      old.push_back(it->path());
+  }
+  for (const std::filesystem::path& file : old) std::filesystem::remove(file, error);
+}
+
 }  // namespace
 
 void TakeEvaluationProxy(RenderJob& job) {
@@ -94,6 +113,7 @@ void RenderHeldOut(RenderJob& job) {
                EvaluateHoldout(
                    job.scene(), [&](ViewId photo) { return renderers.For(photo); }, h, job.sink)};
   const HoldoutSummary& errors = s.holdout->errors;
+  RemoveOthers(h.folder, errors.views);
   s.frames = static_cast<long>(errors.views.size());
   s.ms_per_frame = errors.ms_per_frame;
   s.coverage = errors.mean.coverage;

@@ -270,8 +270,8 @@ class HoldoutEvaluation {
 
     if (options_.folder.empty()) return;
     const std::string stem = v.file;
-    WriteImage(options_.folder / (stem + "_render.jpg"), rendered);
-    WriteImage(options_.folder / (stem + "_difference.jpg"), DifferenceImage(rendered, photo));
+    WriteImage(options_.folder / (stem + kRenderEnding), rendered);
+    WriteImage(options_.folder / (stem + kDifferenceEnding), DifferenceImage(rendered, photo));
   }
 
   HoldoutSummary Summary() {

@@ -35,6 +35,9 @@ struct HoldoutScore {
   std::optional<double> psnr_seen_db = {};
 };
 
+// What a held-out photo's pictures are called, after HoldoutView::file.
+inline constexpr const char *kRenderEnding = "_render.jpg", *kDifferenceEnding = "_difference.jpg";
+
 struct HoldoutView : HoldoutScore {
   ViewId photo;
   std::string name, nearest_name;

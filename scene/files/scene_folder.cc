@@ -106,7 +106,10 @@ Manifest ReadManifest(const fs::path& file) {
   m.active_proxy = fields.Text("active_proxy").value_or("");
   CheckProxyName(file, m.active_proxy);
   m.images = fields.Text("images").value_or("images");
-  // The folder may stand beside the scene's; what the views name does not lead out of it.
+  // A link that lies there is followed: it is whoever's who can write into the folder.
+  if (!StaysWithin(m.images))
+    throw InputError(file, fmt::format("images \"{}\" leads out of the scene's folder", m.images),
+                     "put the photos into its images/, or a link to them");
   if (const Json* views = fields.Array("views"))
     for (std::size_t i = 0; i < views->size(); ++i) {
       const Fields view((*views)[i], file, fmt::format("views[{}].", i));
@@ -334,7 +337,12 @@ static fs::path ImagesOf(const Scene& scene, const fs::path& folder) {
   if (scene.image_folder.empty()) return "images";
   const fs::path named = Lexical(scene.image_folder).lexically_relative(Lexical(folder));
   if (StaysWithin(named.string())) return named;
-  return Canonical(scene.image_folder).lexically_relative(Canonical(folder));
+  const fs::path resolved = Canonical(scene.image_folder).lexically_relative(Canonical(folder));
+  if (!StaysWithin(resolved.string()))
+    throw UsageError(fmt::format("the photos in {} lie outside of the scene's folder {}", scene.image_folder.string(),
+                                 folder.string()),
+                     "put them into its images/, or a link to them");
+  return resolved;
 }
 
 void WriteManifest(const Scene& scene, const fs::path& folder) {

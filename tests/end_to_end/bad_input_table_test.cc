@@ -206,6 +206,10 @@ class Cases {
     });
     scene("whose `lumigraph.json` is cut off",
           [](const fs::path& s) { fs::resize_file(s / "lumigraph.json", fs::file_size(s / "lumigraph.json") / 2); });
+    scene("whose `lumigraph.json` leads to photos elsewhere", [](const fs::path& s) {
+      WriteTextAtomically(s / "lumigraph.json",
+                          Replaced(s / "lumigraph.json", "\"images\": \"images\"", "\"images\": \"../photos\""));
+    });
     scene("whose `projective.json` leads to photos elsewhere", [](const fs::path& s) {
       Scene matrices = MakeSmallScene(s / "images", 5);
       for (View& v : matrices.views) {

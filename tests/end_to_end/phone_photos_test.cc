@@ -67,7 +67,7 @@ TEST(PhonePhotos, HeldUprightOrAcrossInTiffOrJpegWithMasksOfAnyName) {
 
   const ProgramResult result =
       RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--masks", masks.string(), "--holdout", "4",
-                  "--no-video", "--quality", "low", "--proxy-minutes", "0", "--json"});
+                  "--no-video", "--quality", "low", "--proxy", "plane", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Scene made = OpenScene(scene, {}, SilentProgress());
   ASSERT_GE(made.views.size(), kPhotos - 1U);
@@ -137,6 +137,26 @@ TEST(PhonePhotos, ClipsOfOnePlaceBecomeOneScene) {
   }
   EXPECT_GE(views_of["first"], 3);
   EXPECT_GE(views_of["second"], 3);
+  // Named one by one they are the same capture, and lumi-pipeline takes them so.
+  const ProgramResult named = RunProgram(
+      {"lumi-pipeline", (clips / "first.mp4").string(), (clips / "second.mp4").string(), "-o",
+       (folder / "named").string(), "--quality", "low", "--proxy", "plane", "--holdout", "0", "--no-video", "--json"});
+  ASSERT_EQ(named.exit_code, 0) << named.err;
+  const json cameras = json::parse(named.out)["stages"][0]["summary"];
+  EXPECT_EQ(cameras["images_total"], summary["images_total"]);
+  EXPECT_EQ(cameras["cameras"], 2);
+  ExpectRefusal(
+      {{"lumi-pipeline", (clips / "first.mp4").string(), folder.path().string(), "-o", (folder / "other").string()},
+       2,
+       {"is no video: several inputs are videos of one place"},
+       folder / "other",
+       {clips}});
+  ExpectRefusal({{"lumi-pipeline", (clips / "first.mp4").string(), (clips / "second.mp4").string(), "--stabilize",
+                  "smooth", "-o", (folder / "other.mp4").string()},
+                 2,
+                 {"--stabilize takes one video, and 2 were given"},
+                 folder / "other.mp4",
+                 {clips}});
   // As cameras on tripods they are none, and the message says what they may be.
   const ProgramResult refused =
       RunProgram({"lumi-reconstruct", clips.string(), "-o", (folder / "other").string(), "--quality", "low"});

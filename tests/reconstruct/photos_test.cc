@@ -168,6 +168,20 @@ TEST(Masks, AreFoundUnderEveryNameAndHandedOnUnderColmaps) {
   EXPECT_NE(f.said.all.find("1 of 7 photos have no mask and are used whole: g.jpg"), std::string::npos) << f.said.all;
 }
 
+TEST(Masks, OfPhotosThatTheSceneRenamedHaveEitherName) {
+  MaskFixture f;
+  f.Photo("caf=E9.jpg");    // caf\xe9.jpg, the byte of Latin 1
+  f.Photo("=20outer.jpg");  // " outer.jpg", whose mask has the scene's name
+  f.Photo("c.jpg");
+  f.capture.photos[0].original = "caf\xe9.jpg";
+  f.capture.photos[1].original = " outer.jpg";
+  for (const char* name : {"caf\xe9.jpg.png", "=20outer.jpg.png", "c.jpg.png"}) f.Mask(name);
+  const fs::path masks = f.Find();
+  for (const char* photo : {"caf=E9.jpg", "=20outer.jpg", "c.jpg"})
+    EXPECT_TRUE(fs::exists(masks / (std::string(photo) + ".png"))) << photo;
+  EXPECT_EQ(f.said.all.find("have no mask"), std::string::npos) << f.said.all;
+}
+
 TEST(Masks, NamedAsColmapWantsThemAreUsedWhereTheyLie) {
   MaskFixture f;
   f.Photo("a.jpg");

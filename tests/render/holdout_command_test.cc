@@ -196,6 +196,24 @@ TEST_F(HoldoutCommand, ProxiesAreComparedOverTheSamePixels) {
   EXPECT_THROW(Run(o), UsageError);
 }
 
+TEST_F(HoldoutCommand, PicturesOfAnEarlierRunsPhotosGo) {
+  WriteCapture(9);
+  RenderOptions o = HeldOut(4);
+  o.output = scene().parent_path() / "renders";
+  const auto renders = [&] {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(o.output))
+      count += entry.path().filename().string().ends_with("_render.jpg");
+    return count;
+  };
+  const HoldoutJson fourth = Run(o);
+  EXPECT_EQ(renders(), fourth["views"].size());
+  o.holdout = 3;
+  o.output = scene().parent_path() / "renders";
+  const HoldoutJson third = Run(o);
+  EXPECT_EQ(renders(), third["views"].size());
+}
+
 // Nothing hides a point from a photo there: fields of view alone say what is seen, in any frame of the world.
 TEST_F(HoldoutCommand, WithAProxyOfEachViewFieldsOfViewSayWhatIsSeen) {
   WriteCapture(9);

@@ -56,17 +56,32 @@ TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   ExpectSame(Open(folder / "lumigraph.json"), scene, kReadBack);
 }
 
-TEST(SceneFolder, AMovedSceneStillFindsItsPhotosInsideAndBesideIt) {
+TEST(SceneFolder, AMovedSceneStillFindsItsPhotos) {
   const TempFolder folder;
   Scene inside = SceneWithPhotos(folder / "a");
   WriteScene(inside, folder / "a");
-  Scene beside = SceneWithPhotos(folder / "photos-of-mine");
-  WriteScene(beside, folder / "scenes/b");
   fs::rename(folder.path(), folder.path().string() + "-moved");
   const fs::path moved = folder.path().string() + "-moved";
   EXPECT_EQ(Open(moved / "a").views.size(), 4u);
-  EXPECT_EQ(Open(moved / "scenes/b").views.size(), 4u);
   fs::rename(moved, folder.path());
+}
+
+TEST(SceneFolder, PhotosLieInTheScenesFolderOrWhereALinkInItLeads) {
+  const TempFolder folder;
+  Scene beside = SceneWithPhotos(folder / "photos-of-mine");
+  EXPECT_REFUSED(ExitCode::kUsage, "outside of the scene's folder", WriteScene(beside, folder / "scenes/b"));
+  fs::create_directories(folder / "a");
+  fs::create_directory_symlink(beside.image_folder, folder / "a/images");
+  beside.image_folder = folder / "a/images";
+  WriteScene(beside, folder / "a");
+  EXPECT_EQ(Open(folder / "a").views.size(), 4u);
+  const std::string manifest = Read(folder / "a/lumigraph.json");
+  for (const std::string elsewhere : {"../photos-of-mine", "images/../../photos-of-mine", "/etc", ""}) {
+    auto json = nlohmann::json::parse(manifest);
+    json["images"] = elsewhere;
+    Write(folder / "a/lumigraph.json", json.dump());
+    EXPECT_REFUSED(ExitCode::kCorruptInput, "leads out of the scene's folder", Open(folder / "a"));
+  }
 }
 
 TEST(SceneFolder, ANewerManifestIsRefusedByItsVersion) {
@@ -143,7 +158,8 @@ TEST(SceneFolder, WorkspacesOpenInEveryLayoutWithoutBeingWrittenTo) {
   }
 }
 
-// Photos as a phone stores them, held upright: the workspace's cameras are those of the stored pixels, its up is theirs.
+// Photos as a phone stores them, held upright: the workspace's cameras are those of the stored pixels, its up is
+// theirs.
 TEST(SceneFolder, AWorkspacesUpIsThatOfItsPhotosAsTheyAreHeld) {
   const TempFolder folder;
   Scene scene = SmallScene(20);
