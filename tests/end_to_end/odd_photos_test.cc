@@ -71,7 +71,7 @@ TEST(OddPhotos, SizesDepthsGreyAlphaTextAndABrokenOneInOneFolder) {
   const std::string before = Contents(photos);
 
   const ProgramResult result = RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--holdout", "0",
-                                           "--no-video", "--quality", "low", "--proxy", "plane", "--json"});
+                                           "--no-video", "--quality", "low", "--proxy-minutes", "0", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(Contents(photos), before);
   const json reconstruct = json::parse(result.out)["stages"][0]["summary"];

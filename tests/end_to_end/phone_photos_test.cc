@@ -67,7 +67,7 @@ TEST(PhonePhotos, HeldUprightOrAcrossInTiffOrJpegWithMasksOfAnyName) {
 
   const ProgramResult result =
       RunProgram({"lumi-pipeline", photos.string(), "-o", scene.string(), "--masks", masks.string(), "--holdout", "4",
-                  "--no-video", "--quality", "low", "--proxy", "plane", "--json"});
+                  "--no-video", "--quality", "low", "--proxy-minutes", "0", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Scene made = OpenScene(scene, {}, SilentProgress());
   ASSERT_GE(made.views.size(), kPhotos - 1U);
