@@ -106,6 +106,7 @@ PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) 
   Scene scene = OpenScene(o.scene, open, progress);
   const HeldOutBench bench(o.scene, std::max(kLeastHoldout, static_cast<int>(scene.views.size()) / kHeldOutViews),
                            kHeldOutWidth);
+  scene.image_folder = bench.folder() / "images";  // a link to the scene's own
   HeldOutByPeriod held_out = [&](double period_frames) {
     scene.period_s = period_frames / fps;
     WriteManifest(scene, bench.folder());
