@@ -205,45 +205,6 @@ TEST(VideoColours, PicturesAreFfmpegsOwn) {
   }
 }
 
-// Chroma lies where the file says, and frames of any size end with their last column and row.
-TEST(VideoColours, ChromaIsTakenFromWhereItLies) {
-  const struct {
-    const char* name;
-    int x, y;  // in 256ths of a pixel
-  } places[] = {{"left", 0, 128}, {"center", 128, 128}, {"topleft", 0, 0}, {"bottom", 128, 256}};
-  const Image8 picture = ColorfulImage(162, 122);
-  for (const char* format : {"yuv420p", "yuv420p10le"})
-    for (const auto& place : places) {
-      SCOPED_TRACE(std::string(place.name) + " " + format);
-      const TempFolder folder;
-      const fs::path file = folder / "v.mkv";
-      Encode(folder / "raw", {picture},
-             {"-vf",
-              std::string("scale=out_color_matrix=bt709:out_range=tv,format=") + format +
-                  ",setparams=colorspace=bt709:range=tv",
-              "-c:v", "libx264", "-qp", "0", "-chroma_sample_location", place.name, file.string()});
-      Ffmpeg(
-          {"-i", file.string(), "-vf",
-           "scale=flags=accurate_rnd+full_chroma_int+full_chroma_inp:in_color_matrix=bt709:in_range=tv:in_h_chr_pos=" +
-               std::to_string(place.x) + ":in_v_chr_pos=" + std::to_string(place.y) + ",format=rgb24",
-           (folder / "v.png").string()});
-      const Image8 theirs = ReadImage8(folder / "v.png"), ours = VideoReader(file).Next()->rgb;
-      int worst = 0;
-      for (std::size_t i = 0; i < ours.data.size(); ++i)
-        worst = std::max(worst, std::abs(ours.data[i] - theirs.data[i]));
-      EXPECT_LE(worst, 2);
-    }
-  for (const auto& [width, height] : {std::pair{97, 65}, {1, 1}, {3, 2}, {2, 3}}) {
-    SCOPED_TRACE(width);
-    const TempFolder folder;
-    Encode(folder / "raw", {Image8(width, height, 3, 180)},
-           {"-pix_fmt", "yuv420p", "-c:v", "ffv1", (folder / "v.mkv").string()});
-    const Image8 grey = VideoReader(folder / "v.mkv").Next()->rgb;
-    ASSERT_EQ(grey.data.size(), static_cast<std::size_t>(3 * width * height));
-    for (const std::uint8_t code : grey.data) EXPECT_NEAR(code, 180, 1);
-  }
-}
-
 // ---- HDR
 
 // A grey ramp over the signal's range, 10 bits.

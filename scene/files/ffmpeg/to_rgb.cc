@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <opencv2/core.hpp>
 
 extern "C" {
@@ -70,19 +69,6 @@ double PeakOf(const AVFrame& frame) {
   return peak > kReferenceWhite && peak <= kLargestPeak ? peak : kUsualPeak;
 }
 
-// Where a chroma sample is, from the upper left of its pixels: beside the left one and between the rows, where nothing
-// is said.
-struct ChromaPlace {
-  double x = 0, y = 0.5;
-};
-ChromaPlace PlaceOf(AVChromaLocation at) {
-  ChromaPlace place;
-  if (at == AVCHROMA_LOC_CENTER || at == AVCHROMA_LOC_TOP || at == AVCHROMA_LOC_BOTTOM) place.x = 0.5;
-  if (at == AVCHROMA_LOC_TOPLEFT || at == AVCHROMA_LOC_TOP) place.y = 0;
-  if (at == AVCHROMA_LOC_BOTTOMLEFT || at == AVCHROMA_LOC_BOTTOM) place.y = 1;
-  return place;
-}
-
 void SetOption(void* object, const char* name, std::int64_t value) { av_opt_set_int(object, name, value, 0); }
 
 }  // namespace
@@ -122,7 +108,6 @@ ToRgb::~ToRgb() = default;
 
 void ToRgb::Prepare(const Colours& colours) {
   colours_ = colours;
-  fast_.reset();
   scaler_.reset();
   graph_.reset();
   av_frame_unref(planes_.get());
@@ -133,29 +118,8 @@ void ToRgb::Prepare(const Colours& colours) {
     const char* name = av_color_space_name(colours.matrix);
     throw InputError(path_, fmt::format("names a colour matrix that cannot be decoded: {}", name ? name : "unknown"),
                      "re-encode it: ffmpeg -i IN -vf zscale=m=709 OUT.mp4");
-  } else if (!PrepareFast()) {
+  } else
     PrepareScaler();
-  }
-}
-
-// What most cameras write: frames of one size, 4:2:0 of 8 or 10 bits.
-bool ToRgb::PrepareFast() {
-  if (colours_.width != width_ || colours_.height != height_ ||
-      (colours_.format != AV_PIX_FMT_YUV420P && colours_.format != AV_PIX_FMT_YUV420P10))
-    return false;
-  // libswscale's coefficients are those of limited range, in 2^-16.
-  const int* k = sws_getCoefficients(ScalerMatrix(colours_.matrix).value_or(SWS_CS_DEFAULT));
-  constexpr double kOne = 1 << 16, kLumaCodes = 219, kChromaCodes = 224, kCodes = 255, kBlack = 16;
-  const double chroma = (colours_.full_range ? kChromaCodes / kCodes : 1) / kOne;
-  YuvMatrix matrix;
-  if (!colours_.full_range) matrix.scale = kCodes / kLumaCodes, matrix.black = kBlack;
-  matrix.red_v = chroma * k[0];
-  matrix.blue_u = chroma * k[1];
-  matrix.green_u = -chroma * k[2];
-  matrix.green_v = -chroma * k[3];
-  const ChromaPlace at = PlaceOf(colours_.chroma);
-  fast_.emplace(matrix, at.x, at.y);
-  return true;
 }
 
 // To three planes: libswscale is several times as fast with them as with RGB side by side, and as accurate.
@@ -171,11 +135,15 @@ void ToRgb::PrepareScaler() {
   SetOption(s, "src_format", colours_.format), SetOption(s, "dst_format", AV_PIX_FMT_GBRP);
   SetOption(s, "src_range", colours_.full_range), SetOption(s, "dst_range", 1);
   SetOption(s, "sws_flags", kScaling), SetOption(s, "threads", threads_);
+  // Where a chroma sample is, in 256ths of a pixel: beside the left pixel and between the rows, where nothing is said.
   if (const auto& d = Descriptor(colours_.format); d.log2_chroma_w || d.log2_chroma_h) {
-    constexpr double kPixel = 256;
-    const ChromaPlace at = PlaceOf(colours_.chroma);
-    if (d.log2_chroma_w == 1) SetOption(s, "src_h_chr_pos", static_cast<int>(kPixel * at.x));
-    if (d.log2_chroma_h == 1) SetOption(s, "src_v_chr_pos", static_cast<int>(kPixel * at.y));
+    const AVChromaLocation at = colours_.chroma;
+    const bool centred = at == AVCHROMA_LOC_CENTER || at == AVCHROMA_LOC_TOP || at == AVCHROMA_LOC_BOTTOM;
+    const int y = at == AVCHROMA_LOC_TOPLEFT || at == AVCHROMA_LOC_TOP         ? 0
+                  : at == AVCHROMA_LOC_BOTTOMLEFT || at == AVCHROMA_LOC_BOTTOM ? 256
+                                                                               : 128;
+    if (d.log2_chroma_w == 1) SetOption(s, "src_h_chr_pos", centred ? 128 : 0);
+    if (d.log2_chroma_h == 1) SetOption(s, "src_v_chr_pos", y);
   }
   const int error = sws_init_context(s, nullptr, nullptr);
   if (error < 0) throw InputError(path_, fmt::format("its colours cannot be converted: {}", Words(error)));
@@ -244,17 +212,11 @@ std::vector<std::string> ToRgb::Remarks() const {
   return remarks;
 }
 
-// Without a turn, side by side.
-void ToRgb::ConvertPlanes(AVFrame& frame, std::uint8_t* rgb) {
-  if (fast_) {
-    const std::array<const std::uint8_t*, 3> first{frame.data[0], frame.data[1], frame.data[2]};
-    const std::array<std::ptrdiff_t, 3> stride{frame.linesize[0], frame.linesize[1], frame.linesize[2]};
-    if (colours_.format == AV_PIX_FMT_YUV420P)
-      fast_->Convert(Planes420<std::uint8_t>{width_, height_, first, stride}, rgb);
-    else
-      fast_->Convert(Planes420<std::uint16_t>{width_, height_, first, stride}, rgb);
-    return;
-  }
+Image8 ToRgb::Convert(AVFrame& frame) {
+  ForgetWords();
+  if (!av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format)))
+    throw InputError(path_, "has frames of a kind that cannot be read");
+  if (const Colours colours = ColoursOf(frame); colours != colours_) Prepare(colours);
   frame.format = colours_.format;
   frame.colorspace = colours_.matrix;
   frame.color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
@@ -274,23 +236,14 @@ void ToRgb::ConvertPlanes(AVFrame& frame, std::uint8_t* rgb) {
     return cv::Mat(height_, width_, CV_8U, planes_->data[i], static_cast<std::size_t>(planes_->linesize[i]));
   };
   const cv::Mat red_green_blue[3] = {plane(2), plane(0), plane(1)};
-  cv::Mat merged(height_, width_, CV_8UC3, rgb);
-  cv::merge(red_green_blue, 3, merged);
-}
-
-Image8 ToRgb::Convert(AVFrame& frame) {
-  ForgetWords();
-  if (!av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format)))
-    throw InputError(path_, "has frames of a kind that cannot be read");
-  if (const Colours colours = ColoursOf(frame); colours != colours_) Prepare(colours);
   Image8 picture(width(), height(), 3);
   cv::Mat shown(height(), width(), CV_8UC3, picture.data.data());
   if (turn_.transpose) {
-    lying_.resize(picture.data.size());
-    ConvertPlanes(frame, lying_.data());
-    cv::transpose(cv::Mat(height_, width_, CV_8UC3, lying_.data()), shown);
+    cv::Mat merged;
+    cv::merge(red_green_blue, 3, merged);
+    cv::transpose(merged, shown);
   } else {
-    ConvertPlanes(frame, picture.data.data());
+    cv::merge(red_green_blue, 3, shown);
   }
   if (turn_.flip_x || turn_.flip_y) cv::flip(shown, shown, turn_.flip_x && turn_.flip_y ? -1 : turn_.flip_x ? 1 : 0);
   return picture;

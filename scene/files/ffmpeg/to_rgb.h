@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "scene/files/ffmpeg/input.h"
-#include "scene/files/ffmpeg/yuv420.h"
 
 namespace lumi::ffmpeg {
 
@@ -38,20 +37,16 @@ class ToRgb {
 
  private:
   void Prepare(const Colours& colours);
-  bool PrepareFast();
   void PrepareScaler();
   void PrepareToneMap();
-  void ConvertPlanes(AVFrame& frame, std::uint8_t* rgb);
   std::filesystem::path path_;
   Turn turn_;
   int width_ = 0, height_ = 0;  // before turning
   int threads_ = 1;
   double peak_ = 0;  // of HDR: cd/m2
-  Colours colours_;  // what fast_, scaler_ or graph_ is made for
-  std::optional<Yuv420ToRgb> fast_;
+  Colours colours_;  // what scaler_ or graph_ is made for
   ScalerPtr scaler_;
   FramePtr planes_{av_frame_alloc()};  // what they give: kept, for memory that is given back costs as much as the work
-  std::vector<std::uint8_t> lying_;    // a picture before it is turned by a quarter
   GraphPtr graph_;
   AVFilterContext *source_ = nullptr, *sink_ = nullptr;
 };
