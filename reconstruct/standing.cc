@@ -275,8 +275,9 @@ double TypicalAgreeing(const std::vector<Evidence>& evidence) {
   return Median(std::move(agreeing));
 }
 
-std::vector<CameraStanding> Describe(const Scene& scene, const std::vector<Evidence>& evidence) {
-  const double extent = Extent(scene);
+// Worst first.
+std::vector<CameraStanding> StandingsOf(const Scene& scene, const std::vector<Evidence>& evidence) {
+  const double extent = Extent(scene), typical = TypicalAgreeing(evidence);
   std::vector<CameraStanding> standings(scene.views.size());
   ParallelEach(scene.views.size(), 1,
                [&](std::size_t v) { standings[v] = StandingOf(scene, scene.views[v], evidence[v], extent); });
@@ -288,7 +289,7 @@ std::vector<CameraStanding> Describe(const Scene& scene, const std::vector<Evide
     if (s.offered >= kMinPointsOfPose && s.points < kRightShare * s.offered)
       s.remark =
           fmt::format("{} of the {} points that others hold are elsewhere in it", s.offered - s.points, s.offered);
-    else if (s.points < kMinPointsOfPose && TypicalAgreeing(evidence) >= kFewOfMany * std::max(1, s.points))
+    else if (s.points < kMinPointsOfPose && typical >= kFewOfMany * std::max(1, s.points))
       s.remark = fmt::format("only {} points that others hold agree with it", s.points);
     else if (s.sigma_percent && usual > 0 && *s.sigma_percent > kUncertain * usual)
       s.remark =
@@ -333,7 +334,19 @@ struct Verdict {
   bool unheld = false;
 };
 
-Verdict Judge(const Camera& camera, const Evidence& evidence, double typical) {
+// Which cameras have few observations at all beside the median one, of points held by two photos too: a photo that
+// shares many points with each neighbour and few with both of them is held, if less surely than most.
+std::vector<char> HaveFewObservations(const Scene& scene) {
+  std::vector<int> observations(scene.views.size(), 0);
+  for (const Point& point : scene.points)
+    for (const Observation& o : point.track) ++observations[static_cast<std::size_t>(o.view.value)];
+  const double typical = Median(std::vector<int>(observations));
+  std::vector<char> few;
+  for (const int n : observations) few.push_back(kFewOfMany * n <= typical);
+  return few;
+}
+
+Verdict Judge(const Camera& camera, const Evidence& evidence, bool few_observations, double typical) {
   Verdict verdict;
   const auto offered = static_cast<double>(evidence.seen.size());
   if (evidence.agreeing >= kMinPointsOfPose && evidence.agreeing >= kRightShare * offered) return verdict;
@@ -341,7 +354,8 @@ Verdict Judge(const Camera& camera, const Evidence& evidence, double typical) {
   if (placed.ok && placed.inliers > kClearlyMore * evidence.agreeing)
     verdict.anew = std::move(placed);
   else
-    verdict.unheld = evidence.agreeing < kMinPointsOfPose && typical >= kFewOfMany * std::max(1, evidence.agreeing);
+    verdict.unheld = few_observations && evidence.agreeing < kMinPointsOfPose &&
+                     typical >= kFewOfMany * std::max(1, evidence.agreeing);
   return verdict;
 }
 
@@ -402,7 +416,7 @@ std::vector<ViewMatches> VerifiedMatchesOf(const Scene& scene, const ColmapDatab
 }
 
 std::vector<CameraStanding> MeasureStandings(const Scene& scene, const std::vector<ViewMatches>& matches) {
-  return Describe(scene, Testimony(scene, matches));
+  return StandingsOf(scene, Testimony(scene, matches));
 }
 
 VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given_matches) {
@@ -412,9 +426,11 @@ VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given
   for (int round = 0; round < kStandingRounds; ++round) {
     const std::vector<Evidence> evidence = Testimony(scene, matches);
     const double typical = TypicalAgreeing(evidence);
+    const std::vector<char> few = HaveFewObservations(scene);
     std::vector<Verdict> verdicts(scene.views.size());
-    ParallelEach(scene.views.size(), 1,
-                 [&](std::size_t v) { verdicts[v] = Judge(scene.CameraOf(scene.views[v]), evidence[v], typical); });
+    ParallelEach(scene.views.size(), 1, [&](std::size_t v) {
+      verdicts[v] = Judge(scene.CameraOf(scene.views[v]), evidence[v], few[v], typical);
+    });
     std::map<std::size_t, PlacedCamera> anew;
     std::set<std::int32_t> unheld;
     for (std::size_t v = 0; v < verdicts.size(); ++v) {
@@ -442,7 +458,7 @@ VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given
     verified.changed = true;
     TriangulateAnew(scene);
   }
-  verified.standings = Describe(scene, Testimony(scene, matches));
+  verified.standings = StandingsOf(scene, Testimony(scene, matches));
   for (CameraStanding& s : verified.standings) s.placed_anew = anew_named.contains(s.name);
   verified.scene = std::move(scene);
   return verified;

@@ -257,6 +257,24 @@ TEST(CameraStanding, AFirstPhotoThatSharesLittle) {
   }
 }
 
+// A photo that shares hundreds of points with one neighbour, and few with any two, is named and stays.
+TEST(CameraStanding, APhotoWithTwoViewPointsStaysAndIsNamed) {
+  std::mt19937 random(5);
+  World world = Drive(24, random);
+  const auto last = static_cast<std::int32_t>(world.scene.views.size()) - 1;
+  for (Point& point : world.scene.points) {
+    const bool held = std::ranges::any_of(point.track, [&](const Observation& o) { return o.view.value == last; });
+    if (held) std::erase_if(point.track, [&](const Observation& o) { return o.view.value < last - 1; });
+  }
+  std::erase_if(world.scene.points, [](const Point& p) { return p.track.size() < 2; });
+  const VerifiedCameras verified = VerifyCameras(world.scene, world.matches);
+  EXPECT_TRUE(verified.left_out.empty());
+  EXPECT_EQ(verified.scene.views.size(), world.scene.views.size());
+  ASSERT_FALSE(verified.standings.empty());
+  EXPECT_EQ(verified.standings.front().name, world.scene.views.back().name);
+  EXPECT_NE(verified.standings.front().remark, "");
+}
+
 // Two or three photos: no point is held by two others, so nothing can be said, and nothing is.
 TEST(CameraStanding, FewPhotosAreLeftAsTheyAre) {
   for (const int views : {2, 3}) {
