@@ -1,6 +1,10 @@
 #include "scene/files/video.h"
 
+#include <malloc.h>
+
 #include <cmath>
+#include <random>
+#include <set>
 
 #include "files_test_util.h"
 
@@ -43,6 +47,36 @@ TEST(Video, FramesComeBackInOrderWithTheirTimes) {
   EXPECT_FALSE(reader.Skip());
   EXPECT_EQ(reader.frames_read(), 20);
   EXPECT_FALSE(reader.truncated());
+}
+
+// Whatever the memory held before: an encoder that reads what it has not written makes another film each time.
+TEST(Video, TheSameFramesAreTheSameBytes) {
+#if defined(__GLIBC__)
+  const TempFolder folder;
+  std::mt19937 random(1);
+  std::vector<Image8> frames;
+  for (int i = 0; i < 8; ++i) {
+    Image8& frame = frames.emplace_back(320, 240, 3);
+    for (int y = 0; y < frame.height; ++y)
+      for (int x = 0; x < frame.width; ++x)
+        for (int c = 0; c < 3; ++c)
+          frame.At(x, y, c) = static_cast<std::uint8_t>(
+              128 + 80 * std::sin(0.13 * (x + 3 * i) + c) * std::cos(0.07 * y - 0.2 * i) + random() % 16);
+  }
+  std::set<std::string> films;
+  for (const int fill : {0, 85, 170, 255}) {
+    ASSERT_EQ(mallopt(M_PERTURB, fill), 1);  // of memory as it is given out
+    const fs::path file = folder / (std::to_string(fill) + ".mp4");
+    VideoWriter writer(file, 25);
+    for (const Image8& frame : frames) writer.Add(frame);
+    writer.Finish();
+    films.insert(ReadText(file));
+  }
+  mallopt(M_PERTURB, 0);
+  EXPECT_EQ(films.size(), 1U);
+#else
+  GTEST_SKIP() << "this C library cannot fill the memory that it gives out";
+#endif
 }
 
 TEST(Video, ColoursKeepTheirOrder) {
