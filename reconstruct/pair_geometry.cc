@@ -1,11 +1,14 @@
 #include "reconstruct/pair_geometry.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "scene/geometry/constants.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/geometry/median.h"
 
@@ -19,12 +22,26 @@ constexpr double kMinEssentialShare = 0.95;
 constexpr double kMaxHomographyShare = 0.8;
 constexpr double kWatermarkBorder = 0.1;
 constexpr double kWatermarkShare = 0.7;
+// Of least squares over the inliers, which are counted anew each time: since OpenCV 4.7 the best sample is all that
+// USAC gives.
+constexpr int kPolishingRounds = 3;
+constexpr int kWeightingRounds = 4;
+constexpr double kCauchyScalePerSigma = 2.4;  // 95 % as efficient as least squares on Gaussian noise
+constexpr double kNearSigmas = 2.5;           // as far as right matches lie, but for one in a hundred
 
 struct Model {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   std::vector<char> inlier;
   int count = 0;
+  double typical_square = 0;  // the inliers' median squared error, px^2
+  double px = 1;              // a unit of the points that the matrix is of
 };
+
+struct Points {
+  std::vector<cv::Point2d> a, b;
+};
+
+Eigen::Vector2d At(const std::vector<cv::Point2d>& points, std::size_t i) { return {points[i].x, points[i].y}; }
 
 // A model of USAC's, its inliers counted anew by `squared_error` of each match: what is in the mask then does not
 // depend on how OpenCV scored it.
@@ -38,15 +55,18 @@ Model Checked(const cv::Mat& found, const PairGeometryOptions& o, std::size_t n,
   if (!std::isfinite(norm) || !(norm > 0)) return {};
   model.matrix /= norm;
   model.inlier.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    model.count += model.inlier[i] = squared_error(model.matrix, i) <= o.max_error_px * o.max_error_px;
+  std::vector<double> squares;
+  const double most = o.max_error_px * o.max_error_px;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double square = squared_error(model.matrix, i);
+    model.inlier[i] = square <= most;
+    if (model.inlier[i]) squares.push_back(square);
+  }
+  model.count = static_cast<int>(squares.size());
   if (model.count < o.min_inliers) return {};
+  model.typical_square = Median(std::move(squares));
   return model;
 }
-
-struct Points {
-  std::vector<cv::Point2d> a, b;
-};
 
 double SquaredSampson(const Eigen::Matrix3d& F, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const Eigen::Vector3d line_b = F * a.homogeneous(), line_a = F.transpose() * b.homogeneous();
@@ -58,8 +78,6 @@ double SquaredSampson(const Eigen::Matrix3d& F, const Eigen::Vector2d& a, const 
 double SquaredTransfer(const Eigen::Matrix3d& H, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return ((H * a.homogeneous()).hnormalized() - b).squaredNorm();
 }
-
-Eigen::Vector2d At(const std::vector<cv::Point2d>& points, std::size_t i) { return {points[i].x, points[i].y}; }
 
 cv::UsacParams Params(const PairGeometryOptions& o, double threshold) {
   cv::UsacParams params;
@@ -81,18 +99,99 @@ cv::Mat Guarded(const Estimate& estimate) {
   }
 }
 
+// `fit`: a matrix by least squares over points. Only those are given to it that lie as near as right matches do, and
+// only of these it is asked whether they lie nearer: the wrong ones among the inliers are anywhere within the largest
+// error, and would bend it.
+template <typename Fit, typename SquaredError>
+Model Polished(const cv::Mat& found, const Points& x, const PairGeometryOptions& o, const Fit& fit,
+               const SquaredError& squared_error) {
+  Model model = Checked(found, o, x.a.size(), squared_error);
+  const double most = std::pow(kNearSigmas * kSigmaPerMad, 2) * model.typical_square;
+  const auto cost_of = [&](const Model& m) {
+    double cost = 0;
+    for (std::size_t i = 0; i < x.a.size(); ++i) {
+      const double square = squared_error(m.matrix, i);
+      cost += square <= most ? square : most;
+    }
+    return cost;
+  };
+  double cost = model.count > 0 ? cost_of(model) : 0;
+  for (int round = 0; round < kPolishingRounds && model.count > 0; ++round) {
+    Points near;
+    for (std::size_t i = 0; i < x.a.size(); ++i)
+      if (squared_error(model.matrix, i) <= most) near.a.push_back(x.a[i]), near.b.push_back(x.b[i]);
+    Model better = Checked(Guarded([&] { return fit(near, model); }), o, x.a.size(), squared_error);
+    if (better.count == 0 || cost_of(better) >= cost) break;
+    cost = cost_of(better);
+    model = std::move(better);
+  }
+  return model;
+}
+
+// To mean 0 and a mean distance of sqrt(2) (Hartley 1997).
+Eigen::Matrix3d Normalisation(const std::vector<cv::Point2d>& points) {
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) middle += At(points, i) / static_cast<double>(points.size());
+  double distance = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    distance += (At(points, i) - middle).norm() / static_cast<double>(points.size());
+  const double scale = distance > 0 ? std::sqrt(2.0) / distance : 1;
+  Eigen::Matrix3d T;
+  T << scale, 0, -scale * middle.x(), 0, scale, -scale * middle.y(), 0, 0, 1;
+  return T;
+}
+
+// The eight-point algorithm, each match weighted so that Sampson's error is what is minimised, and less the farther it
+// lies (Cauchy's weights). values: what becomes of the singular values, largest first.
+template <typename Values>
+cv::Mat WeightedEightPoints(const Points& x, const Model& start, const Values& values) {
+  const Eigen::Matrix3d Ta = Normalisation(x.a), Tb = Normalisation(x.b);
+  const double cauchy = std::pow(kCauchyScalePerSigma * kSigmaPerMad, 2) * start.typical_square / std::pow(start.px, 2);
+  Eigen::Matrix3d F = start.matrix;
+  for (int round = 0; round < kWeightingRounds; ++round) {
+    Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
+    for (std::size_t i = 0; i < x.a.size(); ++i) {
+      const Eigen::Vector3d a = At(x.a, i).homogeneous(), b = At(x.b, i).homogeneous();
+      const double gradient = (F * a).head<2>().squaredNorm() + (F.transpose() * b).head<2>().squaredNorm();
+      const double square = std::pow(b.dot(F * a), 2) / gradient;
+      Eigen::Matrix<double, 9, 1> row;
+      const Eigen::Vector3d na = Ta * a, nb = Tb * b;
+      row << nb.x() * na, nb.y() * na, nb.z() * na;
+      const double weight = 1 / (gradient * (1 + square / cauchy));
+      if (std::isfinite(weight)) A.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(A);
+    if (solver.info() != Eigen::Success) return {};
+    const Eigen::Matrix<double, 9, 1> f = solver.eigenvectors().col(0);
+    Eigen::Matrix3d N;
+    N << f.segment<3>(0).transpose(), f.segment<3>(3).transpose(), f.segment<3>(6).transpose();
+    const Eigen::Matrix3d any = Tb.transpose() * N * Ta;
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(any, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    F = svd.matrixU() * values(svd.singularValues()).asDiagonal() * svd.matrixV().transpose();
+    F /= F.norm();
+  }
+  cv::Mat found(3, 3, CV_64F);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) found.at<double>(i, j) = F(i, j);
+  return found;
+}
+
 Model Fundamental(const Points& x, const PairGeometryOptions& o) {
   cv::Mat mask;
   const cv::Mat F = Guarded([&] { return cv::findFundamentalMat(x.a, x.b, mask, Params(o, o.max_error_px)); });
-  return Checked(F, o, x.a.size(),
-                 [&](const Eigen::Matrix3d& m, std::size_t i) { return SquaredSampson(m, At(x.a, i), At(x.b, i)); });
+  const auto fit = [](const Points& near, const Model& model) {
+    return WeightedEightPoints(near, model, [](const Eigen::Vector3d& s) { return Eigen::Vector3d(s[0], s[1], 0); });
+  };
+  return Polished(F, x, o, fit,
+                  [&](const Eigen::Matrix3d& m, std::size_t i) { return SquaredSampson(m, At(x.a, i), At(x.b, i)); });
 }
 
 Model Homography(const Points& x, const PairGeometryOptions& o) {
   cv::Mat mask;
   const cv::Mat H = Guarded([&] { return cv::findHomography(x.a, x.b, mask, Params(o, o.max_error_px)); });
-  return Checked(H, o, x.a.size(),
-                 [&](const Eigen::Matrix3d& m, std::size_t i) { return SquaredTransfer(m, At(x.a, i), At(x.b, i)); });
+  return Polished(
+      H, x, o, [](const Points& near, const Model&) { return cv::findHomography(near.a, near.b); },
+      [&](const Eigen::Matrix3d& m, std::size_t i) { return SquaredTransfer(m, At(x.a, i), At(x.b, i)); });
 }
 
 // Points on the plane z = 1; matches where a lens has no inverse are far off everything.
@@ -115,7 +214,11 @@ Model Essential(const Points& x, const Camera& camera_a, const Camera& camera_b,
   const cv::Mat E = Guarded([&] {
     return cv::findEssentialMat(n.a, n.b, one, one, cv::noArray(), cv::noArray(), mask, Params(o, o.max_error_px / px));
   });
-  return Checked(E, o, x.a.size(), [&](const Eigen::Matrix3d& m, std::size_t i) {
+  const auto fit = [&](const Points& near, Model model) {
+    model.px = px;
+    return WeightedEightPoints(near, model, [](const Eigen::Vector3d&) { return Eigen::Vector3d(1, 1, 0); });
+  };
+  return Polished(E, n, o, fit, [&](const Eigen::Matrix3d& m, std::size_t i) {
     return px * px * SquaredSampson(m, At(n.a, i), At(n.b, i));
   });
 }
@@ -207,7 +310,9 @@ PairGeometry EstimatePairGeometry(const PairPhoto& a, const PairPhoto& b,
     return geometry;
   }
   if (geometry.label == PairLabel::kPlanarOrPanoramic) {
-    if (H.count > best->count) best = &H;
+    // What an epipolar geometry has beyond nearly as many inliers of a homography are wrong matches: two of its numbers
+    // are free then, and are spent on them.
+    if (H.count > kMinEssentialShare * best->count) best = &H;
     if (calibrated)
       geometry.label = IsRotation(H, x, a.camera, b.camera, o) ? PairLabel::kPanoramic : PairLabel::kPlanar;
   }
