@@ -8,7 +8,9 @@
 #include <numeric>
 
 #include "calibrate/fit.h"
+#include "scene/geometry/constants.h"
 #include "scene/geometry/dense_solvers.h"
+#include "scene/geometry/median.h"
 #include "scene/program/parallel_each.h"
 
 namespace lumi {
@@ -16,6 +18,7 @@ namespace {
 
 constexpr double kSameErrorPx = 1e-4;  // cross-validated errors nearer than this are one
 constexpr std::size_t kLeastTrainingViews = 3;
+constexpr double kSharedSigmas = 2;  // a focal length this near to the other models' is theirs
 
 // Whether the terms that `rich` frees and `lean` holds are jointly zero within three standard deviations of rich's own
 // fit.
@@ -39,6 +42,56 @@ bool ExtraTermsAreNoise(const Calibration& rich, const LensModel& lean) {
       covariance(i, j) = std::pow(rich.noise_px, 2) * rich.unit_covariance(term, extra[static_cast<std::size_t>(j)]);
   }
   return value.dot(SolveSymmetric(covariance, value).col(0)) <= kThreeSigma[extra.size()];
+}
+
+// Whether a model's held-out error is the best one's, within what may be luck.
+bool WithinNoise(const HeldOutFit& fit, const HeldOutFit& best, const LensModel& model) {
+  if (*fit.rms_px <= *best.rms_px + kSameErrorPx) return true;
+  const auto n = static_cast<double>(best.squares.size());
+  double mean = 0, variance = 0;
+  for (std::size_t v = 0; v < best.squares.size(); ++v) mean += (fit.squares[v] - best.squares[v]) / n;
+  for (std::size_t v = 0; v < best.squares.size(); ++v)
+    variance += std::pow(fit.squares[v] - best.squares[v] - mean, 2) / (n - 1);
+  return mean <= std::sqrt(variance / n) || ExtraTermsAreNoise(best.all, model);
+}
+
+// The focal length on which models agree that do as well as one another, and how well they know it.
+struct SharedFocal {
+  double median_px = 0, sigma_px = 0;  // sigma: the larger of their median own one and of their scatter (by MAD)
+  bool IsSharedBy(const Calibration& c) const {
+    return std::abs(c.intrinsics[kFx] - median_px) <= kSharedSigmas * std::max(sigma_px, c.Sigma(kFx, c.noise_px));
+  }
+};
+SharedFocal FocalOf(const std::vector<HeldOutFit>& fits, const std::vector<char>& as_good) {
+  std::vector<double> focals, sigmas, deviations;
+  for (std::size_t m = 0; m < fits.size(); ++m)
+    if (as_good[m]) {
+      focals.push_back(fits[m].all.intrinsics[kFx]);
+      sigmas.push_back(fits[m].all.Sigma(kFx, fits[m].all.noise_px));
+    }
+  const double median = Median(focals);
+  for (const double f : focals) deviations.push_back(std::abs(f - median));
+  return {median, std::max(Median(sigmas), kSigmaPerMad * Median(deviations))};
+}
+
+// Root mean square of what the answers of models that do as well differ from this one's, less what they differ by where
+// this one is right: a model with more terms scatters by more, and by the difference of the variances about the leaner
+// one's answer (Hausman's test rests on the same).
+PixelTerms SpreadAround(const Calibration& chosen, const std::vector<HeldOutFit>& fits,
+                        const std::vector<char>& as_good) {
+  const auto spread = [&](double PixelTerms::*term) {
+    double squares = 0, count = 0;
+    for (std::size_t m = 0; m < fits.size(); ++m) {
+      if (!as_good[m]) continue;
+      const Calibration& c = fits[m].all;
+      const double by_noise =
+          std::pow(c.PixelSigmas(c.noise_px).*term, 2) - std::pow(chosen.PixelSigmas(chosen.noise_px).*term, 2);
+      squares += std::pow(c.Pixels().*term - chosen.Pixels().*term, 2) - std::max(0.0, by_noise);
+      ++count;
+    }
+    return std::sqrt(std::max(0.0, squares / count));
+  };
+  return {spread(&PixelTerms::fx), spread(&PixelTerms::fy), spread(&PixelTerms::cx), spread(&PixelTerms::cy)};
 }
 
 struct FoldOutcome {
@@ -133,36 +186,40 @@ std::vector<HeldOutFit> FitModels(const Board& board, const std::vector<BoardVie
   return fits;
 }
 
-std::size_t ChooseModel(const std::vector<LensModel>& models, const std::vector<HeldOutFit>& fits,
-                        std::string& choice) {
+ModelChoice ChooseModel(const std::vector<LensModel>& models, const std::vector<HeldOutFit>& fits) {
+  ModelChoice choice;
   std::optional<std::size_t> best;
   for (std::size_t m = 0; m < models.size(); ++m)
     if (fits[m].rms_px && (!best || *fits[m].rms_px < *fits[*best].rms_px)) best = m;
   if (!best) {
-    choice = "too few views to compare models: four are needed";
-    return static_cast<std::size_t>(
+    choice.why = "too few views to compare models: four are needed";
+    choice.model = static_cast<std::size_t>(
         std::ranges::find_if(models, [](const LensModel& m) { return m.name == kSimplestUseful; }) - models.begin());
+    return choice;
   }
-  const std::vector<double>& least = fits[*best].squares;
-  const auto n = static_cast<double>(least.size());
-  const auto within_noise = [&](std::size_t m) {
-    if (*fits[m].rms_px <= *fits[*best].rms_px + kSameErrorPx) return true;
-    double mean = 0, variance = 0;
-    for (std::size_t v = 0; v < least.size(); ++v) mean += (fits[m].squares[v] - least[v]) / n;
-    for (std::size_t v = 0; v < least.size(); ++v)
-      variance += std::pow(fits[m].squares[v] - least[v] - mean, 2) / (n - 1);
-    return mean <= std::sqrt(variance / n) || ExtraTermsAreNoise(fits[*best].all, models[m]);
-  };
-  std::size_t chosen = *best;
+  for (std::size_t m = 0; m < models.size(); ++m)
+    choice.as_good.push_back(fits[m].rms_px && WithinNoise(fits[m], fits[*best], models[m]));
+  const SharedFocal shared = FocalOf(fits, choice.as_good);
+  std::optional<std::size_t> fewest, apart;  // of all that do as well; of those that share the focal length
   for (std::size_t m = 0; m < models.size(); ++m) {
-    if (!fits[m].rms_px || !within_noise(m)) continue;
-    const int terms = models[m].FreeCount(), fewest = models[chosen].FreeCount();
-    if (terms < fewest || (terms == fewest && *fits[m].rms_px < *fits[chosen].rms_px)) chosen = m;
+    if (!choice.as_good[m]) continue;
+    const auto leaner = [&](const std::optional<std::size_t>& than) {
+      const int terms = models[m].FreeCount(), other = than ? models[*than].FreeCount() : 0;
+      return !than || terms < other || (terms == other && *fits[m].rms_px < *fits[*than].rms_px);
+    };
+    const bool shares = shared.IsSharedBy(fits[m].all);
+    if (!shares && leaner(apart)) apart = m;
+    if (shares && leaner(fewest)) fewest = m;
   }
-  choice = fmt::format(
+  choice.model = *fewest;  // the median itself shares it
+  choice.spread_px = SpreadAround(fits[choice.model].all, fits, choice.as_good);
+  choice.why = fmt::format(
       "the fewest terms that do as well, within noise, as the smallest cross-validated error ({}, {:.4f} px)",
       models[*best].name, *fits[*best].rms_px);
-  return chosen;
+  if (apart && models[*apart].FreeCount() < models[choice.model].FreeCount())
+    choice.why += fmt::format(", and share the others' focal length ({:.2f} px; {} has {:.2f})", shared.median_px,
+                              models[*apart].name, fits[*apart].all.intrinsics[kFx]);
+  return choice;
 }
 
 }  // namespace lumi

@@ -26,11 +26,20 @@ struct HeldOutFit {
 std::vector<HeldOutFit> FitModels(const Board& board, const std::vector<BoardView>& views,
                                   const std::vector<LensModel>& models, const CalibrationStart& start, int fold_count);
 
-// The fewest terms whose held-out error is within one standard error of the best's (over views, paired), or that lack
-// only terms which are zero within their own noise: with few views the standard error is itself rough, and the best of
-// many models is one by luck.
-// `choice`: why, one line.
-std::size_t ChooseModel(const std::vector<LensModel>& models, const std::vector<HeldOutFit>& fits, std::string& choice);
+// Which model, and what the others that do as well make of its answer.
+struct ModelChoice {
+  std::size_t model = 0;
+  std::string why;            // one line
+  std::vector<char> as_good;  // of each model, whether its held-out error is the best's within noise; none: unknown
+  // By how much the answers of those differ, beyond what the corners' noise explains (standard deviations, px).
+  PixelTerms spread_px;
+};
+
+// Models do as well as the best where their held-out error is within one standard error of its (over views, paired), or
+// where they lack only terms which are zero within their own noise: with few views the standard error is itself rough,
+// and the best of many models is one by luck. Of these the one with the fewest terms is taken whose focal length the
+// others share; a lean model may be as good on the boards and buy that with a focal length of its own.
+ModelChoice ChooseModel(const std::vector<LensModel>& models, const std::vector<HeldOutFit>& fits);
 
 // Held terms at their resting values.
 CalibrationStart Restrict(CalibrationStart start, const LensModel& model);

@@ -388,12 +388,15 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
 
   const std::vector<LensModel> models = given ? std::vector<LensModel>{*given} : LensModels(options.fix_aspect);
   const std::vector<HeldOutFit> fits = FitModels(board, result.views, models, StartOf(robust), options.folds);
+  const ModelChoice choice = given ? ModelChoice{0, "as asked", {}, {}} : ChooseModel(models, fits);
   for (std::size_t m = 0; m < models.size(); ++m)
-    result.trials.push_back({models[m], fits[m].all.rms_px, fits[m].rms_px, fits[m].why_not, fits[m].seconds});
-  const std::size_t chosen = given ? 0 : ChooseModel(models, fits, result.choice);
-  if (given) result.choice = "as asked";
-  result.calibration = fits[chosen].all;
-  result.cross_validated_rms_px = fits[chosen].rms_px;
+    result.trials.push_back({models[m], fits[m].all.rms_px, fits[m].rms_px, fits[m].why_not, fits[m].seconds,
+                             fits[m].all.intrinsics[kFx], fits[m].all.Sigma(kFx, fits[m].all.noise_px),
+                             !choice.as_good.empty() && choice.as_good[m] != 0});
+  result.choice = choice.why;
+  result.model_spread_px = choice.spread_px;
+  result.calibration = fits[choice.model].all;
+  result.cross_validated_rms_px = fits[choice.model].rms_px;
   judge(result.calibration);
   return result;
 }

@@ -2,6 +2,7 @@
 // and what the data do not allow. No pictures, no files.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -30,7 +31,9 @@ struct ModelTrial {
   double rms_px = 0;
   std::optional<double> cross_validated_rms_px;  // nothing where a fold could not be fitted, or none were
   std::string why_not;
-  double seconds = 0;  // all its fits
+  double seconds = 0;                 // all its fits
+  double fx_px = 0, sigma_fx_px = 0;  // its focal length, and the standard deviation by the corners' noise
+  bool as_good = false;               // its cross-validated error is the smallest one's within noise
 };
 
 struct FitResult {
@@ -40,8 +43,15 @@ struct FitResult {
   std::vector<ModelTrial> trials;                // from few terms to many; one where the model was given
   std::optional<double> cross_validated_rms_px;  // of the chosen model
   std::string choice;                            // why this model, one line
+  PixelTerms model_spread_px;                    // what other models that do as well add to the standard deviations
   double coverage = 0;                           // share of the photo that the corners' hull covers
   int corners_left_out = 0;
+  // Standard deviations by the corners' noise and by what models that do as well make of them.
+  PixelTerms PixelSigmas() const {
+    const PixelTerms noise = calibration.PixelSigmas(calibration.noise_px), &models = model_spread_px;
+    return {std::hypot(noise.fx, models.fx), std::hypot(noise.fy, models.fy), std::hypot(noise.cx, models.cx),
+            std::hypot(noise.cy, models.cy)};
+  }
 };
 
 // Throws DataError naming what is degenerate: fewer than three views, corners in one part of the photo, boards all

@@ -23,6 +23,11 @@ struct RefineOptions {
   int max_iterations = 200;    // >= 1
 };
 
+// A figure for each of the terms that are lengths in the picture.
+struct PixelTerms {
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+};
+
 struct Calibration {
   LensModel model;
   Intrinsics intrinsics = Intrinsics::Zero();
@@ -40,6 +45,10 @@ struct Calibration {
   // Standard deviations for a corner noise of `noise`; 0 for held terms. The second one of fy = fx * aspect.
   double Sigma(Term term, double noise) const { return noise * std::sqrt(unit_covariance(term, term)); }
   double SigmaFy(double noise) const;
+  PixelTerms Pixels() const { return {intrinsics[kFx], Fy(), intrinsics[kCx], intrinsics[kCy]}; }
+  PixelTerms PixelSigmas(double noise) const {
+    return {Sigma(kFx, noise), SigmaFy(noise), Sigma(kCx, noise), Sigma(kCy, noise)};
+  }
 };
 
 // Distance of each corner from where the calibration puts it, in pixels; behind the camera: infinity.

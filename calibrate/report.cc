@@ -96,14 +96,17 @@ TradeoffTable ModelTable(const FitResult& fit) {
                                   {"terms", kSetting, "terms", 5},
                                   {"rms_px", kFigure, "RMS px", 8, "{:.4f}"},
                                   {"cross_validated_rms_px", kLessIsBetter, "cross-validated px", 20, "{:.4f}"},
+                                  {"fx", kFigure, "fx", 9, "{:.2f}"},
+                                  {"sigma_fx", kFigure, "sigma", 7, "{:.2f}"},
+                                  {"as_good", kFigure, "as good", 9},
                                   {"seconds", kCost, "seconds", 9, "{:.3f}"},
                                   {"why_not", kRemark},
                                   {"chosen"}},
                       .rows_key = "models",
                       .starred = "chosen"};
   for (const ModelTrial& t : fit.trials)
-    table.Add({t.model.name, t.model.FreeCount(), t.rms_px, t.cross_validated_rms_px, t.seconds, t.why_not,
-               t.model.name == fit.calibration.model.name});
+    table.Add({t.model.name, t.model.FreeCount(), t.rms_px, t.cross_validated_rms_px, t.fx_px, t.sigma_fx_px, t.as_good,
+               t.seconds, t.why_not, t.model.name == fit.calibration.model.name});
   return table;
 }
 
@@ -151,11 +154,13 @@ std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& 
   const auto term = [&](const char* name, double value, double sigma) {
     h += Row({name, fmt::format("{:.6g}", value), sigma > 0 ? fmt::format("{:.2g}", sigma) : "held"});
   };
-  term("fx, px", c.intrinsics[kFx], c.Sigma(kFx, c.noise_px));
-  term("fy, px", c.Fy(), c.SigmaFy(c.noise_px));
-  const std::vector<std::pair<const char*, Term>> terms = {{"cx, px", kCx}, {"cy, px", kCy}, {"skew, px", kSkew},
-                                                           {"k1", kK1},     {"k2", kK2},     {"p1", kP1},
-                                                           {"p2", kP2},     {"k3", kK3}};
+  const PixelTerms pixels = c.Pixels(), sigma = fit.PixelSigmas();
+  term("fx, px", pixels.fx, sigma.fx);
+  term("fy, px", pixels.fy, sigma.fy);
+  term("cx, px", pixels.cx, sigma.cx);
+  term("cy, px", pixels.cy, sigma.cy);
+  const std::vector<std::pair<const char*, Term>> terms = {{"skew, px", kSkew}, {"k1", kK1}, {"k2", kK2},
+                                                           {"p1", kP1},         {"p2", kP2}, {"k3", kK3}};
   for (const auto& [name, t] : terms) term(name, c.intrinsics[t], c.Sigma(t, c.noise_px));
   h += "</table><p>Pixels with the first one's centre at (0.5, 0.5); camera.yaml has it at (0, 0), as OpenCV.</p>\n";
   if (const auto colmap = ColmapCameraOf(c.intrinsics))
@@ -172,10 +177,12 @@ std::string ReportHtml(const CalibrateOptions& options, const CalibrateSummary& 
       "<figure>{}<figcaption>Corners, a colour a view; their hull covers {:.0f} % of the picture. {} single corners "
       "are left out (ringed).</figcaption></figure>\n",
       CoverageSvg(summary), 100 * fit.coverage, fit.corners_left_out);
-  h += "<h2>Models</h2><table>" + Row({"model", "terms", "RMS px", "cross-validated px", "seconds", ""}, "th");
+  h += "<h2>Models</h2><table>" +
+       Row({"model", "terms", "RMS px", "cross-validated px", "fx, px", "by noise", "as good", "seconds", ""}, "th");
   for (const ModelTrial& t : fit.trials)
     h += Row({t.model.name, std::to_string(t.model.FreeCount()), fmt::format("{:.4f}", t.rms_px),
-              optional(t.cross_validated_rms_px), fmt::format("{:.3f}", t.seconds), t.why_not},
+              optional(t.cross_validated_rms_px), fmt::format("{:.2f}", t.fx_px), fmt::format("{:.2f}", t.sigma_fx_px),
+              t.as_good ? "yes" : "", fmt::format("{:.3f}", t.seconds), t.why_not},
              "td", t.model.name == c.model.name ? " class='chosen'" : "");
   h += "</table>\n";
   if (!summary.tradeoff.empty())

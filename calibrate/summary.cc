@@ -20,17 +20,15 @@ struct Parameter {
   const char* name;
   double value, sigma;
 };
-std::vector<Parameter> ParametersOf(const Calibration& c) {
-  std::vector<Parameter> parameters{{"fx", c.intrinsics[kFx], c.Sigma(kFx, c.noise_px)},
-                                    {"fy", c.Fy(), c.SigmaFy(c.noise_px)}};
-  for (const auto& [name, term] : {std::pair("cx", kCx),
-                                   {"cy", kCy},
-                                   {"skew", kSkew},
-                                   {"k1", kK1},
-                                   {"k2", kK2},
-                                   {"p1", kP1},
-                                   {"p2", kP2},
-                                   {"k3", kK3}})
+std::vector<Parameter> ParametersOf(const FitResult& fit) {
+  const Calibration& c = fit.calibration;
+  const PixelTerms sigma = fit.PixelSigmas();
+  std::vector<Parameter> parameters{{"fx", c.intrinsics[kFx], sigma.fx},
+                                    {"fy", c.Fy(), sigma.fy},
+                                    {"cx", c.intrinsics[kCx], sigma.cx},
+                                    {"cy", c.intrinsics[kCy], sigma.cy}};
+  for (const auto& [name, term] :
+       {std::pair("skew", kSkew), {"k1", kK1}, {"k2", kK2}, {"p1", kP1}, {"p2", kP2}, {"k3", kK3}})
     parameters.push_back({name, c.intrinsics[term], c.Sigma(term, c.noise_px)});
   return parameters;
 }
@@ -41,9 +39,11 @@ static void ListKeys(JsonKeys& j, RefusedView& r) { j("name", r.name, "reason", 
 
 void ListKeys(JsonKeys& j, CalibrateSummary& s) {
   Calibration& c = s.fit.calibration;
-  const std::vector<Parameter> parameters = ParametersOf(c);
+  const std::vector<Parameter> parameters = ParametersOf(s.fit);
   for (const Parameter& p : parameters) j.Say(p.name, p.value);
   for (const Parameter& p : parameters) j.Say(("sigma_" + std::string(p.name)).c_str(), p.sigma);
+  const PixelTerms& spread = s.fit.model_spread_px;
+  j.Say("spread_fx", spread.fx).Say("spread_fy", spread.fy).Say("spread_cx", spread.cx).Say("spread_cy", spread.cy);
   j("rms_px", c.rms_px, "cross_validated_rms_px", s.fit.cross_validated_rms_px, "noise_px", c.noise_px);
   j("width_px", s.gathered.width_px, "height_px", s.gathered.height_px, "board", s.board, "square_mm", s.square_mm);
   j("model", c.model.name, "choice", s.fit.choice).Say("views_used", s.fit.views.size());
@@ -74,9 +74,13 @@ std::string Describe(const CalibrateSummary& s) {
   const Calibration& c = s.fit.calibration;
   std::string text = fmt::format("{} of {} pictures with a {} board are used, {}x{} pixels\n\n", s.fit.views.size(),
                                  s.gathered.pictures, s.board, s.gathered.width_px, s.gathered.height_px);
-  for (const Parameter& p : ParametersOf(c))
+  for (const Parameter& p : ParametersOf(s.fit))
     text += p.sigma > 0 ? fmt::format("{:>5} {:12.5f} +- {:.5f}\n", p.name, p.value, p.sigma)
                         : fmt::format("{:>5} {:12.5f}    held\n", p.name, p.value);
+  if (const PixelTerms& spread = s.fit.model_spread_px; spread.fx > 0)
+    text +=
+        fmt::format("(of that by which models that do as well differ: fx {:.2g}, fy {:.2g}, cx {:.2g}, cy {:.2g})\n",
+                    spread.fx, spread.fy, spread.cx, spread.cy);
   const auto number = [](const std::optional<double>& x) { return x ? fmt::format("{:.4f}", *x) : std::string("-"); };
   text += fmt::format(
       "\nRMS {:.4f} px, cross-validated {} px, projection uncertain by {:.3f} px (median), {:.3f} px (largest)\n",

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "calibrate/choose_model.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 #include "tests/calibrate/synthetic_boards.h"
@@ -101,6 +103,89 @@ TEST(ModelChoice, TakesTheFewestTermsThatTheDataCallFor) {
     }
   }
   EXPECT_GE(exact, all - 2);
+}
+
+// Fits that do as well on the boards, with these focal lengths; models from few terms to many.
+std::vector<HeldOutFit> FitsWith(const std::vector<std::pair<double, double>>& focal_and_sigma) {
+  std::vector<HeldOutFit> fits;
+  for (const auto& [focal, sigma] : focal_and_sigma) {
+    HeldOutFit& fit = fits.emplace_back();
+    fit.all.intrinsics = NominalIntrinsics(focal, kWidthPx, kHeightPx);
+    fit.all.noise_px = 0.1;
+    fit.all.unit_covariance(kFx, kFx) = std::pow(sigma / fit.all.noise_px, 2);
+    fit.all.usable = true;
+    fit.rms_px = 0.2;
+    fit.squares.assign(12, 1);
+  }
+  return fits;
+}
+
+// The leanest of the models that do as well has a focal length of its own: the next one is taken, and what is left of
+// their disagreement is in the standard deviation.
+TEST(ModelChoice, AFocalLengthThatTheOthersDoNotShareIsNotTaken) {
+  const std::vector<LensModel> all = LensModels(true);
+  const std::vector<LensModel> models(all.begin(), all.begin() + 6);
+  const ModelChoice apart =
+      ChooseModel(models, FitsWith({{705.07, 0.7}, {702.4, 0.8}, {702, 0.9}, {701.5, 1}, {703, 1}, {701.8, 1.2}}));
+  EXPECT_EQ(models[apart.model].name, models[1].name);
+  EXPECT_THAT(apart.why, testing::AllOf(HasSubstr(models[0].name), HasSubstr("705.07")));
+  EXPECT_GT(apart.spread_px.fx, 0.8);  // as far as the lean one's answer carries
+  EXPECT_LT(apart.spread_px.fx, 1.5);
+  EXPECT_EQ(std::ranges::count(apart.as_good, 1), 6);
+  // It shares theirs within its noise, or within how much they scatter: the fewest terms it is.
+  for (const double sigma : {2.0, 0.7}) {
+    const double scatter = sigma > 1 ? 1 : 3;
+    const ModelChoice shared = ChooseModel(models, FitsWith({{705.07, sigma},
+                                                             {702 + scatter, 0.8},
+                                                             {702, 0.9},
+                                                             {702 - scatter, 1},
+                                                             {702 + 2 * scatter, 1},
+                                                             {702 - 2 * scatter, 1.2}}));
+    EXPECT_EQ(shared.model, 0U) << sigma;
+  }
+  // Answers that differ by no more than their noise does add nothing.
+  EXPECT_EQ(ChooseModel(models, FitsWith({{702, 0.5}, {702.6, 0.9}, {701.5, 0.9}, {702.4, 1.1}, {702, 1}, {702, 1}}))
+                .spread_px.fx,
+            0);
+  // A model that does worse has no say.
+  std::vector<HeldOutFit> fits =
+      FitsWith({{705.07, 0.7}, {702.4, 0.8}, {702, 0.9}, {701.5, 1}, {703, 1}, {701.8, 1.2}});
+  for (const std::size_t m : {0U, 4U}) {
+    fits[m].rms_px = 0.4;
+    for (std::size_t v = 0; v < fits[m].squares.size(); ++v) fits[m].squares[v] = 3.9 + 0.01 * static_cast<double>(v);
+  }
+  const ModelChoice worse = ChooseModel(models, fits);
+  EXPECT_EQ(worse.model, 1U);
+  EXPECT_EQ(std::ranges::count(worse.as_good, 1), 4);
+  EXPECT_THAT(worse.why, testing::Not(HasSubstr("705.07")));
+}
+
+// Few boards, and a lens whose small terms they hardly show: models with and without them do as well and differ in the
+// focal length. Over 24 captures the answers' errors are what the standard deviations say, which those of noise alone
+// are not.
+TEST(ModelChoice, StandardDeviationsHoldWhereTheModelIsChosenToo) {
+  constexpr int kSets = 24;
+  constexpr double kNoisePx = 0.3;
+  Intrinsics k = NominalIntrinsics(700, kWidthPx, kHeightPx);
+  k[kCx] += 6;
+  k[kCy] -= 4;
+  k[kK1] = -0.08;
+  k[kK2] = 0.03;
+  k[kP1] = 8e-4;
+  const std::vector<TruePose> all = GoodPoses();
+  const std::vector<TruePose> few(all.begin() + 1, all.begin() + 9);
+  double by_noise = 0, by_all = 0, bias = 0;
+  for (unsigned seed = 1; seed <= kSets; ++seed) {
+    const FitResult fit = Fit(kBoard, SeenBoards(k, few, kNoisePx, seed), kWidthPx, kHeightPx, {});
+    const double error = fit.calibration.intrinsics[kFx] - k[kFx];
+    bias += error / kSets;
+    by_noise += std::pow(error / fit.calibration.Sigma(kFx, fit.calibration.noise_px), 2) / kSets;
+    by_all += std::pow(error / fit.PixelSigmas().fx, 2) / kSets;
+  }
+  std::printf("errors over standard deviations, rms: %.2f by noise alone, %.2f; mean error %.3f px\n",
+              std::sqrt(by_noise), std::sqrt(by_all), bias);
+  EXPECT_LT(by_all, by_noise);
+  EXPECT_LT(std::sqrt(by_all), 1.5);
 }
 
 TEST(ModelChoice, HeldOutErrorIsNoSmallerThanTheFitted) {
