@@ -33,7 +33,7 @@ void Print(const Case& c, const fs::path& data) {
   const Calibration& fit = s.fit.calibration;
   const double fx = fit.intrinsics[kFx];
   std::printf("| %s | %s | %s | %zu | %.2f +- %.2f | %.2f | %+.2f | %.3f | %.3f | %.1f |\n", c.photos, c.procedure,
-              fit.model.name.c_str(), s.fit.views.size(), fx, fit.Sigma(kFx, fit.noise_px), c.reference_fx_px,
+              fit.model.name.c_str(), s.fit.views.size(), fx, s.fit.PixelSigmas().fx, c.reference_fx_px,
               100 * (fx / c.reference_fx_px - 1), fit.rms_px, s.fit.cross_validated_rms_px.value_or(-1), s.seconds);
 }
 
