@@ -410,9 +410,6 @@ std::string Validate(const PipelineOptions& options) {
     return "--fixed-video and --period-frames go with --periodic";
   if (!options.fixed_video.empty() && !options.period_frames.empty())
     return "give one of --fixed-video and --period-frames";
-  if (options.periodic && (!options.calibration.empty() || !options.reconstruct_arguments.empty()))
-    return "--periodic finds the cameras through lumi-timeperiodic: options of lumi-reconstruct and --calibration do "
-           "not go with it";
   if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) return "--proxy-minutes is at least 0";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
