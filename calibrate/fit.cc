@@ -437,12 +437,12 @@ std::vector<ViewCountTrial> ViewCountTradeoff(const Board& board, const FitResul
                      c.seconds};
     });
     ViewCountTrial trial{static_cast<int>(n), 0, 0, 0, 0, 0};
-    double squares = 0, corners = 0, f = 0, f2 = 0;
+    double squares = 0, corners = 0, f2 = 0;
     for (const Outcome& o : outcomes) {
       if (!o.usable) continue;
       ++trial.subsets;
       squares += o.squares, corners += o.corners;
-      f += o.f, f2 += std::pow(o.f - all.intrinsics[kFx], 2);
+      f2 += std::pow(o.f - all.intrinsics[kFx], 2);
       trial.sigma_f_percent += 100 * o.sigma / o.f;
       trial.seconds += o.seconds;
     }

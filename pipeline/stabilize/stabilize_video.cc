@@ -356,8 +356,8 @@ class StabilizeRun {
     const Window& window = windows_[i];
     MatrixPath path = ReadMatrixPath(window.folder / "path.json");
     const auto [first, last] = Rendered(i);
-    std::erase_if(path.keys, [&, first = first, last = last](const MatrixKey& key) {
-      return key.view < FilmFrameName(first) || key.view > FilmFrameName(last);
+    std::erase_if(path.keys, [&, begin = first, end = last](const MatrixKey& key) {
+      return key.view < FilmFrameName(begin) || key.view > FilmFrameName(end);
     });
     const double scale = summary_.kept_scale;
     for (MatrixKey& key : path.keys) {

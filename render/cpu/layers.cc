@@ -80,7 +80,7 @@ LUMI_KERNEL void EvaluateGate(const LayerBatch& b, const PhotoMap& map, float wi
     const float v = (mv.c + mv.x * x[i] + mv.y * y[i]) * iw;
     const float edge = std::min(std::min(u, width_px - u), std::min(v, height_px - v));
     const float f = hard ? 1.0F : RaisedCosine(edge * inverse);
-    out[i] = (w > 0) & (edge >= 0) ? std::min(1.0F, f * (1 / kAlphaFullAt)) : 0.0F;
+    out[i] = ((w > 0) & (edge >= 0)) ? std::min(1.0F, f * (1 / kAlphaFullAt)) : 0.0F;
   }
 }
 
@@ -171,9 +171,14 @@ void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
 }
 
 #ifdef LUMI_X86_FETCH
-// noipa: GCC 12 takes a function of another target than its caller's for one without effects, and drops the call.
-__attribute__((target("arch=x86-64-v3"), noipa)) void FetchV3(LayerBatch& b, int begin, int end,
-                                                              const LevelView& level) {
+#if defined(__clang__)
+#define LUMI_KEEP_CALL noinline
+#else
+// GCC 12 takes a function of another target than its caller's for one without effects, and drops the call.
+#define LUMI_KEEP_CALL noipa
+#endif
+__attribute__((target("arch=x86-64-v3"), LUMI_KEEP_CALL)) void FetchV3(LayerBatch& b, int begin, int end,
+                                                                       const LevelView& level) {
   // r r' g g' b b' as 16-bit numbers, to be multiplied by a pair of weights and added in pairs.
   const __m128i pick_top = _mm_setr_epi8(0, -1, 3, -1, 1, -1, 4, -1, 2, -1, 5, -1, -1, -1, -1, -1);
   const __m128i pick_bottom = _mm_setr_epi8(2, -1, 5, -1, 3, -1, 6, -1, 4, -1, 7, -1, -1, -1, -1, -1);

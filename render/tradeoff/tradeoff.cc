@@ -116,8 +116,8 @@ TradeoffTable PointTable(const std::vector<MeasuredPoint>& points) {
                                      {"false_color_mse", &FrameError::false_color_mse}}) {
       const std::string name = fmt::format("{}_{}{}", figure, reference, of == &FrameError::psnr_db ? "_db" : "");
       if (name != "psnr_optimum_db")  // is there
-        fields.push_back({{name}, [=, errors = errors, of = of](const MeasuredPoint& p) {
-                            return p.*errors ? TradeoffValue((p.*errors).value().*of) : TradeoffValue();
+        fields.push_back({{name}, [of_point = errors, of_frame = of](const MeasuredPoint& p) {
+                            return p.*of_point ? TradeoffValue((p.*of_point).value().*of_frame) : TradeoffValue();
                           }});
     }
   return TradeoffTableOf(fields, points);

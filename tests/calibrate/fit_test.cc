@@ -64,8 +64,8 @@ TEST(Refinement, StandardDeviationsHoldUpAgainstTheSpread) {
   };
   for (const auto& [name, term] : terms)
     check(
-        name, [&, term = term](const Calibration& c) { return c.intrinsics[term]; },
-        [&, term = term](const Calibration& c) { return c.Sigma(term, c.noise_px); }, k[term]);
+        name, [t = term](const Calibration& c) { return c.intrinsics[t]; },
+        [t = term](const Calibration& c) { return c.Sigma(t, c.noise_px); }, k[term]);
   check(
       "fy", [](const Calibration& c) { return c.Fy(); }, [](const Calibration& c) { return c.SigmaFy(c.noise_px); },
       k[kFx] * k[kAspect]);

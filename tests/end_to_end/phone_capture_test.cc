@@ -88,7 +88,8 @@ TEST(PhoneCapture, HeicPhotosUprightAndAcrossMakeTheSceneOfTheOriginals) {
     }
   }
   std::printf("held out: originals %.2f dB, HEIC %.2f dB\n", psnr_db["images"], psnr_db["phone"]);
-  EXPECT_NEAR(psnr_db["phone"], psnr_db["images"], kSamePsnrDb);
+  // HEIC may do better: it tells the focal length, which the originals do not.
+  EXPECT_GT(psnr_db["phone"], psnr_db["images"] - kSamePsnrDb);
 }
 
 // HEVC by BT.709, stored on its side, of uneven frame times, against the film it was made of.

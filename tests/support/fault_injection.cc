@@ -176,7 +176,7 @@ FILE* fopen64(const char* path, const char* mode) {
 }
 int fclose(FILE* file) {
   REAL(fclose);
-  const bool writes = file && (fcntl(fileno(file), F_GETFL) & O_ACCMODE) != O_RDONLY;
+  const bool writes = (fcntl(fileno(file), F_GETFL) & O_ACCMODE) != O_RDONLY;
   const bool fails = writes && FailsOn(Kind::kWrite, "fclose", fileno(file));
   const int result = real(file);
   return fails ? With(ENOSPC) : result;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "render/radiance/kernel.h"
 #include "render/radiance/optimum/lanes.h"
@@ -31,17 +32,13 @@ LUMI_INLINE V LaneSqrt(V a) {
 }
 
 // The lanes turned by `by` places; the smallest of them. Each turn halves what is left to compare.
+template <int by, class V, int... lane>
+LUMI_INLINE V TurnedLanes(V v, std::integer_sequence<int, lane...>) {
+  return __builtin_shufflevector(v, v, (lane + by) % static_cast<int>(sizeof...(lane))...);
+}
 template <int by, class V>
 LUMI_INLINE V Turned(V v) {
-  using I = LaneIntegers<V>;
-  if constexpr (kLanesOf<V> == 16)
-    return __builtin_shuffle(v, (I{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + by) & 15);
-  else if constexpr (kLanesOf<V> == 8)
-    return __builtin_shuffle(v, (I{0, 1, 2, 3, 4, 5, 6, 7} + by) & 7);
-  else if constexpr (kLanesOf<V> == 4)
-    return __builtin_shuffle(v, (I{0, 1, 2, 3} + by) & 3);
-  else
-    return __builtin_shuffle(v, (I{0, 1} + by) & 1);
+  return TurnedLanes<by>(v, std::make_integer_sequence<int, kLanesOf<V>>());
 }
 template <class V>
 LUMI_INLINE LaneValue<V> Smallest(V v) {
