@@ -1,8 +1,11 @@
 #include "reconstruct/factorization/quasi_affine.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "reconstruct/factorization/linear_program.h"
 #include "scene/geometry/dense_solvers.h"
@@ -15,6 +18,8 @@ using Eigen::Vector4d;
 
 constexpr double kMaxConflictShare = 0.02;
 constexpr double kMinMargin = 1e-9;
+constexpr double kFewPoints = 0.005;  // of all: as many may be left out ...
+constexpr double kClearGain = 1.5;    // ... where that lets the plane be so many times as far from all others
 
 // c . Y = det [P; Y] for all Y: its sign follows P's, its last entry is det of P's left block.
 Vector4d SignedCentre(const Matrix34d& P) {
@@ -150,6 +155,29 @@ Matrix4d ToInfinity(const ProjectiveModel& model, const Vector4d& plane, double 
   return whiten * H;
 }
 
+// The frame that was found, and the plane in it again, until the margin no longer grows.
+void GrowMargin(ProjectiveModel& model, double& margin) {
+  for (int round = 0; round < 5; ++round) {
+    const auto next = FarthestPlane(model, 1);
+    if (!next || !(next->margin > 1.01 * margin)) return;
+    ProjectiveModel trial = model;
+    Apply(trial, ToInfinity(trial, next->plane, 1));
+    model = std::move(trial);
+    margin = next->margin;
+  }
+}
+
+// Without the few points that stand the farthest from the others' centre, in a frame that has it at the origin.
+ProjectiveModel WithoutFarthest(ProjectiveModel model) {
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t t = 0; t < model.X.size(); ++t)
+    if (model.solved[t]) order.emplace_back(-model.X[t].head<3>().norm() / model.X[t].w(), t);
+  const auto few = static_cast<std::size_t>(kFewPoints * static_cast<double>(order.size()));
+  std::ranges::sort(order);
+  for (std::size_t i = 0; i < few; ++i) model.solved[order[i].second] = 0;
+  return model;
+}
+
 }  // namespace
 
 QuasiAffine SolveQuasiAffine(const ImagePoints& points, ProjectiveModel& model) {
@@ -163,13 +191,18 @@ QuasiAffine SolveQuasiAffine(const ImagePoints& points, ProjectiveModel& model) 
   const Plane4 first = result.mirrored ? *minus : *plus;
   result.margin = first.margin;
   Apply(model, ToInfinity(model, first.plane, result.mirrored ? -1 : 1));
-  for (int round = 0; round < 5; ++round) {
-    const auto next = FarthestPlane(model, 1);
-    if (!next || !(next->margin > 1.01 * result.margin)) break;
-    ProjectiveModel trial = model;
-    Apply(trial, ToInfinity(trial, next->plane, 1));
-    model = std::move(trial);
-    result.margin = next->margin;
+  GrowMargin(model, result.margin);
+  // Points whose depth their sights hardly tell may stand anywhere along them, and two of a thousand then hold the
+  // plane close to all others. Where a few, the farthest, are what keeps it there, they are no part of the model.
+  ProjectiveModel without = WithoutFarthest(model);
+  const auto with = FarthestPlane(model, 1), next = FarthestPlane(without, 1);  // in one frame: they compare
+  if (with && next && next->margin > kClearGain * with->margin) {
+    double margin = next->margin;
+    Apply(without, ToInfinity(without, next->plane, 1));
+    GrowMargin(without, margin);
+    for (std::size_t t = 0; t < model.X.size(); ++t) result.left_out += model.solved[t] && !without.solved[t];
+    model = std::move(without);
+    result.margin = margin;
   }
   result.solved = true;
   return result;

@@ -103,7 +103,7 @@ class FaultInjection : public testing::Test {
   static std::map<std::string, std::string> Files(const FaultCase& c) {
     auto files = ComparableFiles(Work());
     for (auto& [name, hash] : files)
-      if (std::ranges::any_of(c.measured, [&, &name = name](const std::string& m) { return name.starts_with(m); })) {
+      if (std::ranges::any_of(c.measured, [&file = name](const std::string& m) { return file.starts_with(m); })) {
         const std::string text = ReadText(Work() / name);
         hash = text.empty() || (name.ends_with(".json") && !JsonKeys::Parse(text)) ? "cut off" : "measured";
       }

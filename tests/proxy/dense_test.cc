@@ -296,7 +296,6 @@ TEST(Fusion, MakesEachSurfaceOnceWhereMapsAgree) {
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 80; ++x) maps[3].w[maps[3].At(x, y)] *= 1.1F;
   const std::vector<ProxyPoint> points = FuseDepths(InputOf(photos, maps), {}, [] {});
-  std::size_t pixels = 0;
   for (const ProxyPoint& p : points) {
     EXPECT_NEAR(p.x_in_world.z(), 4, 4e-3);
     if (p.views.size() < 3) {
@@ -311,7 +310,6 @@ TEST(Fusion, MakesEachSurfaceOnceWhereMapsAgree) {
     EXPECT_TRUE(std::ranges::is_sorted(p.views));
     EXPECT_GT(p.sigma, 0.3 * p.footprint);
     EXPECT_NEAR(p.footprint, 4 / 192.0, 0.4 / 192);
-    pixels += p.views.size();
   }
   EXPECT_GT(points.size(), 12000u);  // of 19,200 pixels a photo
   EXPECT_LT(points.size(), 30000u) << "what four photos see is there once, not four times";

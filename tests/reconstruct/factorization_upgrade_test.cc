@@ -9,6 +9,7 @@
 #include "reconstruct/factorization/quasi_affine.h"
 #include "reconstruct/factorization/upgrade.h"
 #include "reconstruct/factorization/window_upgrade.h"
+#include "scene/geometry/median.h"
 #include "scene/geometry/similarity3.h"
 #include "true_model.h"
 
@@ -112,6 +113,33 @@ TEST(QuasiAffine, EverythingIsInFrontAndOnOneSideOfInfinity) {
   // Centres of projection are finite and the left blocks keep their handedness: in front means det > 0 and w > 0.
   for (const auto& P : model.P) EXPECT_GT(P.leftCols<3>().determinant(), 0);
   EXPECT_LT(RmsPx(points, model), 1e-6);
+}
+
+// Two points of 800 that noise has moved far away along their rays would keep the plane near all others: they are left
+// out, and depths are as even as without them.
+TEST(QuasiAffine, AFewFarPointsDoNotBendTheFrame) {
+  auto [s, points, model] = TrueSceneOf(See(PlazaPath(20), PlazaPoints(800), {}));
+  const auto depth_range = [](const ProjectiveModel& m) {
+    std::vector<double> depth;
+    for (std::size_t t = 0; t < m.X.size(); ++t)
+      if (m.solved[t]) depth.push_back(m.P[10].row(2).dot(m.X[t]) / m.X[t].w());
+    return Quantile(depth, 0.95) / Quantile(depth, 0.05);
+  };
+  const QuasiAffine plain = SolveQuasiAffine(points, model);
+  ASSERT_TRUE(plain.solved);
+  EXPECT_EQ(plain.left_out, 0);
+  const double even = depth_range(model);
+  const Eigen::Vector3d centre = -model.P[10].leftCols<3>().inverse() * model.P[10].col(3);
+  for (const std::size_t t : {100U, 500U}) {
+    const Eigen::Vector3d x = model.X[t].hnormalized();
+    model.X[t] = (centre + 20 * (x - centre)).homogeneous().normalized();
+  }
+  const QuasiAffine far = SolveQuasiAffine(points, model);
+  ASSERT_TRUE(far.solved);
+  EXPECT_GE(far.left_out, 2);
+  EXPECT_LE(far.left_out, 4);
+  EXPECT_FALSE(model.solved[100] || model.solved[500]);
+  EXPECT_NEAR(depth_range(model) / even, 1, 0.1);
 }
 
 TEST(QuasiAffine, TheHullOfPointsAndCamerasIsNotCut) {

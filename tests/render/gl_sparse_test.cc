@@ -217,7 +217,7 @@ TEST_F(GlSparse, DrawsAPlanAsItIsDefined) {
        [](RenderRequest& r) { r.use = {true, false, false, true, true, false, true, true, false, true}; });
   for (const Case& c : cases) {
     SCOPED_TRACE(c.name);
-    const ViewSetup setup = Setup(c.request);
+    const ViewSetup setup = SetupOf(c.request);
     const SparsePlan plan = Plan(setup, 12);
     const ImageF gl = Draw(c.request, plan);
     ExpectFinite(gl);
@@ -237,7 +237,7 @@ TEST_F(GlSparse, TheDepthBufferDecidesWhateverTheOrder) {
   Load(Photographed(6, 100));
   RenderRequest request;
   request.view = ArcView(1.1, 120, 90, 110);
-  const ViewSetup setup = Setup(request);
+  const ViewSetup setup = SetupOf(request);
   SparsePlan plan = Plan(setup, 6);
   const ImageF first = Draw(request, plan);
   std::shuffle(plan.triangles.begin(), plan.triangles.end(), std::mt19937_64(5));
@@ -264,7 +264,7 @@ TEST_F(GlSparse, AConstantWorldIsConstant) {
       RenderRequest request;
       request.view = view;
       request.settings.field_of_view = field_of_view;
-      const ImageF image = Draw(request, Plan(Setup(request), 10));
+      const ImageF image = Draw(request, Plan(SetupOf(request), 10));
       EXPECT_GT(Coverage(image), 0.02);
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
@@ -280,7 +280,7 @@ TEST_F(GlSparse, PhotosOfEverySizeAndMoreThanAUniformBlockHolds) {
     Load(std::move(world));
     RenderRequest request;
     request.view = ArcView(1.03, 100, 80, 90);
-    const ViewSetup setup = Setup(request);
+    const ViewSetup setup = SetupOf(request);
     const SparsePlan plan = Plan(setup, 8);
     const ImageF wanted = Picture(plan, setup, world_.photos, false);
     EXPECT_GT(Coverage(wanted), 0.05);
@@ -292,7 +292,7 @@ TEST_F(GlSparse, TheTessellationIsDrawnOverTheColour) {
   Load(Photographed(6, 100));
   RenderRequest request;
   request.view = ArcView(1.1, 200, 150, 180);
-  const SparsePlan plan = Plan(Setup(request), 3);
+  const SparsePlan plan = Plan(SetupOf(request), 3);
   const ImageF color = Draw(request, plan);
   request.show = Show::kTessellation;
   const ImageF lines = Draw(request, plan);

@@ -204,7 +204,7 @@ class GlTest : public testing::Test {
     lumigraph_->SetProxy(world_.proxy);
     for (std::size_t i = 0; i < world_.photos.size(); ++i) lumigraph_->Upload({static_cast<int>(i)}, world_.photos[i]);
   }
-  ViewSetup Setup(const RenderRequest& r) const {
+  ViewSetup SetupOf(const RenderRequest& r) const {
     return MakeViewSetup(lumigraph_->sources(), r.view, r.settings, r.use);
   }
   ImageF Draw(const RenderRequest& request) {
