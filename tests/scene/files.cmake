@@ -17,7 +17,8 @@ lumi_test(test_scene_files
     files_video_test.cc
     files_video_times_test.cc
   LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO PkgConfig::LCMS opencv_core)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-  # One of its libraries asks for -pthread, and clang takes no precompiled header that was made without.
+get_target_property(lcms_options PkgConfig::LCMS INTERFACE_COMPILE_OPTIONS)
+if("-pthread" IN_LIST lcms_options)
+  # Since Debian 13; no compiler takes a precompiled header that was made without.
   set_target_properties(test_scene_files PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
 endif()
