@@ -4,7 +4,6 @@
 #   ./test.sh             the fast tier
 #   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
-#   ./test.sh --tsan      viewer, loaders, reading ahead and parallel loops with checks for data races
 #   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
 #   further arguments go to ctest (-R NAME, -L hard-case ...)
 set -euo pipefail
@@ -16,14 +15,13 @@ select=(-LE slow)
 more=() passed=() on='' as_user=() everything=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --all) select=() everything=yes passed+=(--all) ;;
     --on)
       [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
       on=$2; shift ;;
     --as-user) as_user=(--as-user) ;;
     --asan) preset=asan-ubsan; select=(-LE 'slow|end-to-end') passed+=(--asan) ;;
-    --tsan) preset=tsan; passed+=(--tsan) ;;
     *) more+=("$1") passed+=("$1") ;;
   esac
   shift
@@ -34,16 +32,9 @@ fi
 [ ${#as_user[@]} -eq 0 ] || die "--as-user goes with --on" 2
 
 install_packages
-targets=(all)
-if [ "$preset" = tsan ]; then
-  targets=(test_scene_program test_scene_files viewer_core_test viewer_window_test lumi-view lumi-simulate lumi-render)
-  select=(-R '^(test_scene_program|test_scene_files|viewer_core_test|viewer_window_test)$')
-fi
-build "$preset" "${targets[@]}"
+build "$preset" all
 # COLMAP, OpenCV and Embree keep what they allocate until the end: leaks of ours show in the objects' own tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
-# Libraries that were not built with the checks synchronise in ways that these do not see.
-export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp history_size=4 second_deadlock_stack=1 ignore_noninstrumented_modules=1"
 # One more than there are cores: tests that start programs wait for them now and then.
 status=0
 ctest --test-dir "build/$preset" -j "$(($(nproc) + 1))" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}" || status=$?

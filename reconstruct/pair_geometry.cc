@@ -34,7 +34,6 @@ struct Model {
   std::vector<char> inlier;
   int count = 0;
   double typical_square = 0;  // the inliers' median squared error, px^2
-  double px = 1;              // a unit of the points that the matrix is of
 };
 
 struct Points {
@@ -142,11 +141,12 @@ Eigen::Matrix3d Normalisation(const std::vector<cv::Point2d>& points) {
 }
 
 // The eight-point algorithm, each match weighted so that Sampson's error is what is minimised, and less the farther it
-// lies (Cauchy's weights). values: what becomes of the singular values, largest first.
+// lies (Cauchy's weights). px: a unit of the points, in pixels. values: what becomes of the singular values, largest
+// first.
 template <typename Values>
-cv::Mat WeightedEightPoints(const Points& x, const Model& start, const Values& values) {
+cv::Mat WeightedEightPoints(const Points& x, const Model& start, double px, const Values& values) {
   const Eigen::Matrix3d Ta = Normalisation(x.a), Tb = Normalisation(x.b);
-  const double cauchy = std::pow(kCauchyScalePerSigma * kSigmaPerMad, 2) * start.typical_square / std::pow(start.px, 2);
+  const double cauchy = std::pow(kCauchyScalePerSigma * kSigmaPerMad, 2) * start.typical_square / (px * px);
   Eigen::Matrix3d F = start.matrix;
   for (int round = 0; round < kWeightingRounds; ++round) {
     Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
@@ -180,7 +180,7 @@ Model Fundamental(const Points& x, const PairGeometryOptions& o) {
   cv::Mat mask;
   const cv::Mat F = Guarded([&] { return cv::findFundamentalMat(x.a, x.b, mask, Params(o, o.max_error_px)); });
   const auto fit = [](const Points& near, const Model& model) {
-    return WeightedEightPoints(near, model, [](const Eigen::Vector3d& s) { return Eigen::Vector3d(s[0], s[1], 0); });
+    return WeightedEightPoints(near, model, 1, [](const Eigen::Vector3d& s) { return Eigen::Vector3d(s[0], s[1], 0); });
   };
   return Polished(F, x, o, fit,
                   [&](const Eigen::Matrix3d& m, std::size_t i) { return SquaredSampson(m, At(x.a, i), At(x.b, i)); });
@@ -214,9 +214,8 @@ Model Essential(const Points& x, const Camera& camera_a, const Camera& camera_b,
   const cv::Mat E = Guarded([&] {
     return cv::findEssentialMat(n.a, n.b, one, one, cv::noArray(), cv::noArray(), mask, Params(o, o.max_error_px / px));
   });
-  const auto fit = [&](const Points& near, Model model) {
-    model.px = px;
-    return WeightedEightPoints(near, model, [](const Eigen::Vector3d&) { return Eigen::Vector3d(1, 1, 0); });
+  const auto fit = [&](const Points& near, const Model& model) {
+    return WeightedEightPoints(near, model, px, [](const Eigen::Vector3d&) { return Eigen::Vector3d(1, 1, 0); });
   };
   return Polished(E, n, o, fit, [&](const Eigen::Matrix3d& m, std::size_t i) {
     return px * px * SquaredSampson(m, At(n.a, i), At(n.b, i));

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +16,8 @@
 #include "simulate/examples.h"
 #include "tests/support/child_program.h"
 #include "tests/support/phone_files.h"
+#include "tests/support/quick_lamp.h"
+#include "tests/support/simulated_capture.h"
 
 namespace lumi {
 namespace {
@@ -44,15 +45,11 @@ const json& StageNamed(const json& summary, const std::string& name) {
 
 TEST(PhoneCapture, HeicPhotosUprightAndAcrossMakeTheSceneOfTheOriginals) {
   if (!test::CanWriteHeic()) GTEST_SKIP() << "OpenImageIO's libheif has no HEVC encoder here";
-  const TemporaryFolder folder;
-  const fs::path capture = folder / "capture", phone = folder / "phone";
-  ASSERT_EQ(RunProgram({"lumi-simulate", "--example", "desk", "--views", std::to_string(kPhotos), "--width", "480",
-                        "--portrait-every", "2", "-o", capture.string(), "--quiet"})
-                .exit_code,
-            0);
+  const SimulatedCapture capture("desk", kPhotos, 480, {"--portrait-every", "2"});
+  const fs::path phone = capture / "phone";
   OpenOptions as_they_are;
   as_they_are.undistort = false;
-  const Scene truth = OpenScene(capture, as_they_are, SilentProgress());
+  const Scene truth = OpenScene(capture.path(), as_they_are, SilentProgress());
   std::map<std::string, Eigen::Vector3d> true_up;  // in each photo as one looks at it
   const double longer = 480;
   for (const View& view : truth.views) {
@@ -72,8 +69,8 @@ TEST(PhoneCapture, HeicPhotosUprightAndAcrossMakeTheSceneOfTheOriginals) {
     EXPECT_LT(difference / static_cast<double>(read.data.size()), 3) << heic;
   }
   std::map<std::string, double> psnr_db;
-  for (const fs::path& photos : {capture / "images", phone}) {
-    const fs::path scene = folder / (photos.filename().string() + "-scene");
+  for (const fs::path& photos : {capture.photos(), phone}) {
+    const fs::path scene = capture / (photos.filename().string() + "-scene");
     const json summary = RunJson({"lumi-pipeline", photos.string(), "-o", scene.string(), "--holdout", "8",
                                   "--no-video", "--proxy-minutes", "0"});
     ASSERT_TRUE(summary.is_object());
@@ -98,25 +95,22 @@ class PhoneFilm : public testing::Test {
   void SetUp() override {
     if (!test::CanWriteHevc()) GTEST_SKIP() << "ffmpeg has no libx265 here";
   }
-  fs::path Simulated(const char* example, const std::function<void(json&)>& change) {
-    json scene = json::parse(ExampleJson(example));
-    change(scene);
-    const fs::path capture = folder_ / example;
-    WriteTextAtomically(folder_ / (std::string(example) + ".json"), scene.dump());
-    EXPECT_EQ(RunProgram({"lumi-simulate", folder_ / (std::string(example) + ".json"), "--video", "--quiet", "-o",
-                          capture.string()})
-                  .exit_code,
-              0);
+  fs::path Simulated(const json& scene) {
+    WriteTextAtomically(folder_ / "scene.json", scene.dump());
+    const fs::path capture = folder_ / "capture";
+    EXPECT_EQ(
+        RunProgram({"lumi-simulate", folder_ / "scene.json", "--video", "--quiet", "-o", capture.string()}).exit_code,
+        0);
     return capture;
   }
   const TemporaryFolder folder_;
 };
 
 TEST_F(PhoneFilm, IsSteadiedAsItsOriginal) {
-  const fs::path capture = Simulated("plaza", [](json& scene) {
-    scene["cameras"][0]["size"] = {320, 240};
-    scene["path"]["views"] = 120;
-  });
+  json scene = json::parse(ExampleJson("plaza"));
+  scene["cameras"][0]["size"] = {320, 240};
+  scene["path"]["views"] = 120;
+  const fs::path capture = Simulated(scene);
   const fs::path original = capture / "video.mp4", phone = folder_ / "phone.mp4";
   test::WritePhoneFilm(original, "not(eq(mod(n,29),11))", phone);  // one frame of 29 was dropped
   ASSERT_FALSE(ReadVideoTimes(phone).constant);
@@ -143,17 +137,11 @@ TEST_F(PhoneFilm, IsSteadiedAsItsOriginal) {
 
 TEST_F(PhoneFilm, HasThePeriodOfItsOriginal) {
   constexpr double kPeriodFrames = 15.37;
-  const fs::path capture = Simulated("lamp", [&](json& scene) {
-    scene["image"] = {{"samples_per_pixel", 1}};
-    scene["cameras"][0]["size"] = {320, 240};
-    scene["period_s"] = kPeriodFrames / 30;
-    for (json& object : scene["objects"])
-      if (object.contains("spin")) object["spin"]["period_s"] = kPeriodFrames / 30;
-    for (json& light : scene["lights"]) light.erase("size_deg");
-    scene["path"]["views"] = 96;
-    scene["fixed_video"]["frames"] = 90;
-  });
-  const fs::path phone = folder_ / "phone.mp4", fixed = folder_ / "phone-fixed.mp4", scene = folder_ / "scene";
+  json lamp = QuickLamp(320, 240, kPeriodFrames);
+  lamp["path"]["views"] = 96;
+  lamp["fixed_video"]["frames"] = 90;
+  const fs::path capture = Simulated(lamp), phone = folder_ / "phone.mp4", fixed = folder_ / "phone-fixed.mp4",
+                 scene = folder_ / "scene";
   test::WritePhoneFilm(capture / "video.mp4", "not(eq(mod(n,29),11))", phone);
   test::WritePhoneFilm(capture / "fixed.mp4", "not(eq(mod(n,31),7))", fixed);
   const json summary = RunJson({"lumi-pipeline", phone.string(), "--periodic", "--fixed-video", fixed.string(), "-o",

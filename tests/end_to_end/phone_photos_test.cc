@@ -15,6 +15,7 @@
 #include "scene/model/orientation.h"
 #include "tests/support/bad_input.h"
 #include "tests/support/child_program.h"
+#include "tests/support/simulated_capture.h"
 
 namespace lumi {
 namespace {
@@ -36,16 +37,11 @@ void WriteDeepTiff(const fs::path& path, const Image8& image) {
 }
 
 TEST(PhonePhotos, HeldUprightOrAcrossInTiffOrJpegWithMasksOfAnyName) {
-  const TemporaryFolder folder;
-  const fs::path capture = folder / "capture", photos = folder / "photos", masks = folder / "drawn",
-                 scene = folder / "scene";
-  ASSERT_EQ(RunProgram({"lumi-simulate", "--example", "desk", "--views", std::to_string(kPhotos), "--width", "480",
-                        "--portrait-every", "2", "-o", capture.string(), "--quiet"})
-                .exit_code,
-            0);
+  const SimulatedCapture capture("desk", kPhotos, 480, {"--portrait-every", "2"});
+  const fs::path photos = capture / "photos", masks = capture / "drawn", scene = capture / "scene";
   OpenOptions as_they_are;
   as_they_are.undistort = false;
-  const Scene truth = OpenScene(capture, as_they_are, SilentProgress());
+  const Scene truth = OpenScene(capture.path(), as_they_are, SilentProgress());
   fs::create_directories(photos);
   int across = 0;
   for (const View& view : truth.views) {

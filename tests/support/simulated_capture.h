@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "tests/support/child_program.h"
 
@@ -9,9 +10,12 @@ namespace lumi {
 
 class SimulatedCapture {
  public:
-  SimulatedCapture(const std::string& example, int views, int width_px) {
-    const ProgramResult made = RunProgram({"lumi-simulate", "--example", example, "--views", std::to_string(views),
-                                           "--width", std::to_string(width_px), "-o", path().string(), "--quiet"});
+  SimulatedCapture(const std::string& example, int views, int width_px, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> argv{
+        "lumi-simulate",          "--example", example,         "--views", std::to_string(views), "--width",
+        std::to_string(width_px), "-o",        path().string(), "--quiet"};
+    argv.insert(argv.end(), more.begin(), more.end());
+    const ProgramResult made = RunProgram(argv);
     if (made.exit_code != 0) throw std::runtime_error("lumi-simulate failed: " + made.err);
   }
   std::filesystem::path path() const { return folder_ / "capture"; }

@@ -10,8 +10,8 @@
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "simulate/capture.h"
-#include "simulate/examples.h"
 #include "tests/support/child_program.h"
+#include "tests/support/quick_lamp.h"
 
 namespace lumi {
 namespace {
@@ -22,16 +22,9 @@ using nlohmann::json;
 constexpr int kFrames = 80;
 constexpr double kLampPeriod = 15.37;
 
-// The lamp, ten times as fast and as coarse as a test can wait for.
 fs::path Capture(const TemporaryFolder& folder) {
-  json scene = json::parse(ExampleJson("lamp"));
+  json scene = QuickLamp(240, 180, kLampPeriod);
   scene["name"] = "small";
-  scene["image"] = {{"samples_per_pixel", 1}};
-  scene["cameras"][0]["size"] = {240, 180};
-  scene["period_s"] = kLampPeriod / 30;
-  for (json& object : scene["objects"])
-    if (object.contains("spin")) object["spin"]["period_s"] = kLampPeriod / 30;
-  for (json& light : scene["lights"]) light.erase("size_deg");
   scene["path"]["views"] = kFrames;
   scene["path"]["period_s"] = 1.6;
   scene["fixed_video"]["frames"] = 60;
