@@ -14,9 +14,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kNeighboursInClip = 10;    // on each side, each; beyond them at distances 16, 32 ...
-constexpr std::size_t kMatchedAcrossClips = 40;  // of each clip, with as many of each other one
-constexpr const char* kClipSetting = "clip ";    // before the clip's name, as a photo's camera
+constexpr std::size_t kNeighboursInClip = 10;  // on each side, each; beyond them at distances 16, 32 ...
+constexpr const char* kClipSetting = "clip ";  // before the clip's name, as a photo's camera
 
 // As a photo under another name: the same file.
 void Link(const fs::path& from, const fs::path& to) {
@@ -88,19 +87,10 @@ std::vector<std::pair<int, int>> ClipPairs(const Capture& capture) {
     clips[capture.photos[i].camera].push_back(static_cast<int>(i));
   }
   std::vector<std::pair<int, int>> pairs;
-  for (auto clip = clips.begin(); clip != clips.end(); ++clip) {
-    const std::vector<int>& frames = clip->second;
+  for (const auto& [clip, frames] : clips)
     for (std::size_t i = 0; i < frames.size(); ++i)
       for (std::size_t d = 1; i + d < frames.size(); d = d < kNeighboursInClip ? d + 1 : d < 16 ? 16 : 2 * d)
         pairs.emplace_back(frames[i], frames[i + d]);
-    for (auto other = std::next(clip); other != clips.end(); ++other) {
-      const std::size_t n = std::min(kMatchedAcrossClips, frames.size()),
-                        m = std::min(kMatchedAcrossClips, other->second.size());
-      for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t j = 0; j < m; ++j)
-          pairs.emplace_back(frames[i * frames.size() / n], other->second[j * other->second.size() / m]);
-    }
-  }
   return pairs;
 }
 

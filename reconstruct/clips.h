@@ -22,9 +22,8 @@ std::vector<std::filesystem::path> ClipsOf(const ReconstructOptions& options);
 Capture ExtractClips(const ReconstructOptions& options, const std::filesystem::path& work_folder,
                      std::vector<std::string>* reused, ProgressSink& sink);
 
-// Which photos to match where there are too many to match each with all others, by index: neighbours in a clip (also
-// at distances that double), and some of each clip, evenly, with some of each other. Empty: a capture that is not of
-// clips.
+// Photos that are worth matching, by index: neighbours in a clip, also at distances that double. Empty: a capture that
+// is not of clips.
 std::vector<std::pair<int, int>> ClipPairs(const Capture& capture);
 
 }  // namespace lumi

@@ -9,6 +9,7 @@
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/given_camera.h"
 #include "reconstruct/own_features.h"
+#include "reconstruct/view_graph.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/provenance.h"
@@ -21,8 +22,11 @@ namespace {
 // From so many photos on a shared camera's second radial term is well determined.
 constexpr std::size_t kPhotosForRadial = 5;
 // Exhaustive matching beyond this takes hours on a CPU.
-constexpr std::size_t kMaxExhaustivePhotos = 200;
+constexpr std::size_t kMaxExhaustivePhotos = 100;
 constexpr std::size_t kMaxExhaustiveKeyframes = 60;
+// Beyond that: so many that look most like a photo (a keyframe, whose neighbours in time are tried too), and so often
+// more where the matches found make them likely.
+constexpr int kSimilarPhotos = 40, kSimilarFrames = 10, kMoreRounds = 3;
 // Neighbours in time that each keyframe is matched with; beyond them at distances 2, 4, 8 ... (quadratic overlap).
 constexpr int kSequentialOverlap = 10;
 
@@ -215,8 +219,7 @@ void Extract(const Capture& capture, const CameraPlan& cameras, const FeatureLim
 // the images of such a capture are called by their numbers, in a copy of the database that then takes its place.
 class ListedPairs {
  public:
-  ListedPairs(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
-              const fs::path& folder)
+  ListedPairs(const Capture& capture, const PhotoPairs& pairs, const fs::path& database, const fs::path& folder)
       : list_(folder / "pairs.txt"), database_(database), used_(database) {
     std::map<std::string, std::string> called;
     for (const InputPhoto& photo : capture.photos) called[photo.name] = photo.name;
@@ -256,13 +259,12 @@ class ListedPairs {
   std::map<std::int64_t, std::string> before_;
 };
 
-void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs, const fs::path& database,
+// pairs: by index, with kListed.
+void Match(const Capture& capture, PairChoice choice, const PhotoPairs& pairs, const fs::path& database,
            const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
-  const bool sequential = UseSequentialMatching(options, capture);
   std::optional<ListedPairs> listed;
-  if (sequential && options.matching == Matching::kAuto && !pairs.empty())
-    listed.emplace(capture, pairs, database, work_folder);
+  if (choice == PairChoice::kListed) listed.emplace(capture, pairs, database, work_folder);
   const auto n = capture.photos.size();
   const auto run = [&](bool gpu) {
     std::vector<ColmapOption> arguments = {
@@ -273,9 +275,9 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
     if (listed) {
       arguments.push_back({"match_list_path", listed->list().string()});
       arguments.push_back({"match_type", "pairs"});
-      return colmap.Run("matches_importer", arguments, "matching near cameras (COLMAP)", 0);
+      return colmap.Run("matches_importer", arguments, "matching chosen pairs (COLMAP)", 0);
     }
-    if (sequential) {
+    if (choice == PairChoice::kNeighbours) {
       arguments.push_back({"SequentialMatching.overlap", std::to_string(kSequentialOverlap)});
       arguments.push_back({"SequentialMatching.quadratic_overlap", "1", false});
       return colmap.Run("sequential_matcher", arguments, "matching neighbours (COLMAP)", static_cast<long>(n));
@@ -298,8 +300,8 @@ void Match(const Capture& capture, const std::vector<std::pair<int, int>>& pairs
 }
 
 // Neighbours in the order of names, as COLMAP's sequential matcher has them with quadratic_overlap.
-std::vector<std::pair<int, int>> Neighbours(int n) {
-  std::vector<std::pair<int, int>> pairs;
+PhotoPairs Neighbours(int n) {
+  PhotoPairs pairs;
   for (int a = 0; a < n; ++a) {
     std::set<int> others;
     for (int i = 1; i < kSequentialOverlap; ++i) others.insert(a + i);
@@ -310,16 +312,60 @@ std::vector<std::pair<int, int>> Neighbours(int n) {
   return pairs;
 }
 
-// Which photos are matched, by index.
-std::vector<std::pair<int, int>> PairsToMatch(const Capture& capture, const std::vector<std::pair<int, int>>& known,
-                                              const ReconstructOptions& options) {
-  const auto n = static_cast<int>(capture.photos.size());
-  if (UseSequentialMatching(options, capture))
-    return options.matching == Matching::kAuto && !known.empty() ? known : Neighbours(n);
-  std::vector<std::pair<int, int>> pairs;
+PhotoPairs AllPairs(int n) {
+  PhotoPairs pairs;
   for (int a = 0; a < n; ++a)
     for (int b = a + 1; b < n; ++b) pairs.emplace_back(a, b);
   return pairs;
+}
+
+// Of the pairs that were tried, in whatever order an earlier run did: what is tried next must not depend on that.
+std::vector<VerifiedPair> Verified(const std::vector<std::string>& names, const PhotoPairs& tried,
+                                   const fs::path& database) {
+  const ColmapDatabase db(database);
+  std::map<std::string, int> index;
+  for (std::size_t i = 0; i < names.size(); ++i) index[names[i]] = static_cast<int>(i);
+  std::map<std::int64_t, int> photo_of;
+  for (const auto& image : db.Images())
+    if (const auto i = index.find(image.name); i != index.end()) photo_of[image.id] = i->second;
+  std::vector<VerifiedPair> verified;
+  for (const DatabasePair& pair : db.VerifiedPairs()) {
+    const auto a = photo_of.find(pair.image1), b = photo_of.find(pair.image2);
+    if (a == photo_of.end() || b == photo_of.end()) continue;
+    if (std::ranges::binary_search(tried, std::minmax({a->second, b->second})))
+      verified.push_back({a->second, b->second, pair.matches});
+  }
+  return verified;
+}
+
+// `names`: of the capture's photos.
+void MatchChosen(const Capture& capture, const std::vector<std::string>& names, const PairHints& hints,
+                 const Features& features, const ColmapJob& job) {
+  const auto n = static_cast<int>(names.size());
+  const PairChoice choice = ChoosePairs(job.options, names.size(), capture.is_video);
+  const auto match = [&](const PhotoPairs& pairs) {
+    if (features.own)
+      MatchOwnFeatures(names, pairs, features.database, job);
+    else
+      Match(capture, choice, pairs, features.database, job);
+  };
+  if (choice == PairChoice::kAll) return match(features.own ? AllPairs(n) : PhotoPairs());
+  if (choice == PairChoice::kNeighbours) return match(features.own ? Neighbours(n) : PhotoPairs());
+  if (hints.is_all) return match(hints.near);
+  const ViewGraph graph(names, features.database, job.options.seed, job.sink);
+  PhotoPairs tried = Joined(graph.Similar(capture.is_video ? kSimilarFrames : kSimilarPhotos), hints.near);
+  tried = Joined(std::move(tried), capture.is_video ? Neighbours(n) : NearByGps(capture.photos));
+  match(tried);
+  for (int round = 0; round < kMoreRounds; ++round) {
+    const PhotoPairs next = graph.Next(tried, Verified(names, tried, features.database));
+    if (next.empty()) break;
+    match(next);
+    tried = Joined(std::move(tried), next);
+  }
+  job.sink.Message(fmt::format("{} of {} pairs of photos were tried: {} (--matching exhaustive tries all)",
+                               tried.size(), std::size_t(n) * std::size_t(n - 1) / 2,
+                               capture.is_video ? "neighbours in time, and frames that look alike"
+                                                : "photos that look alike, and what their matches made likely"));
 }
 
 }  // namespace
@@ -371,13 +417,17 @@ FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos) {
   return limits;
 }
 
-bool UseSequentialMatching(const ReconstructOptions& options, const Capture& capture) {
-  if (options.matching != Matching::kAuto) return options.matching == Matching::kSequential;
-  return capture.photos.size() > (capture.is_video ? kMaxExhaustiveKeyframes : kMaxExhaustivePhotos);
+PairChoice ChoosePairs(const ReconstructOptions& options, std::size_t photos, bool is_video) {
+  switch (options.matching) {
+    case Matching::kExhaustive: return PairChoice::kAll;
+    case Matching::kSequential: return PairChoice::kNeighbours;
+    case Matching::kAuto: break;
+  }
+  return photos > (is_video ? kMaxExhaustiveKeyframes : kMaxExhaustivePhotos) ? PairChoice::kListed : PairChoice::kAll;
 }
 
 Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,
-                              const std::vector<std::pair<int, int>>& pairs) {
+                              const PairHints& hints) {
   const auto& [options, work_folder, colmap, sink] = job;
   Features features;
   features.database = work_folder / "database.db";
@@ -446,10 +496,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   if (exhausted || (!user_database.empty() && matched > 0 && features.reused.size() == 1)) {
     features.reused.push_back("matches");
   } else {
-    if (features.own)
-      MatchOwnFeatures(in_order, PairsToMatch(capture, pairs, options), features.database, job);
-    else
-      Match(capture, pairs, features.database, job);
+    MatchChosen(capture, in_order, hints, features, job);
     features.steps.push_back(clock.Lap("matching"));
   }
   return features;

@@ -9,6 +9,7 @@
 #include "reconstruct/colmap_program.h"
 #include "reconstruct/options.h"
 #include "reconstruct/photos.h"
+#include "reconstruct/view_graph.h"
 #include "scene/model/camera.h"
 
 namespace lumi {
@@ -31,7 +32,10 @@ struct FeatureLimits {
 // --quality, or by the number of photos: matching grows with the square of both.
 FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos);
 
-bool UseSequentialMatching(const ReconstructOptions& options, const Capture& capture);
+// Which pairs of photos are matched: each with each; those of neighbours in the order of their names; or those that are
+// listed, by what is known of the cameras or by what the photos show.
+enum class PairChoice { kAll, kNeighbours, kListed };
+PairChoice ChoosePairs(const ReconstructOptions& options, std::size_t photos, bool is_video);
 
 // Whether features are found and matched here, and not by COLMAP.
 bool UseOwnFeatures(const ReconstructOptions& options);
@@ -46,10 +50,9 @@ struct Features {
   bool own = false;             // found here, not by COLMAP
 };
 
-// Throws DataError when no photo gave features. work_folder: SCENE/colmap. pairs: by index, what to match instead of
-// neighbours in the order of names, where there are too many photos to match each with all others; empty: nothing
-// known.
+// Throws DataError when no photo gave features. work_folder: SCENE/colmap. hints: heeded where there are too many
+// photos to match each with all others.
 Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,
-                              const std::vector<std::pair<int, int>>& pairs = {});
+                              const PairHints& hints = {});
 
 }  // namespace lumi

@@ -75,10 +75,10 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
           "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of "
           "photos");
   app.Add("--component", o.component, "Which part of a split scene to take, by size from 0").Default();
-  app.Add(
-      "--matching", o.matching,
-      "auto, exhaustive or sequential. auto: exhaustive up to 200 photos or 60 keyframes (factorization: 100 photos)",
-      {{"auto", Matching::kAuto}, {"exhaustive", Matching::kExhaustive}, {"sequential", Matching::kSequential}});
+  app.Add("--matching", o.matching,
+          "auto, exhaustive or sequential. auto: exhaustive up to 100 photos or 60 keyframes, beyond that those that "
+          "look alike",
+          {{"auto", Matching::kAuto}, {"exhaustive", Matching::kExhaustive}, {"sequential", Matching::kSequential}});
   app.Add("--quality", o.quality,
           "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of "
           "photos",

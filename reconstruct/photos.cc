@@ -115,6 +115,7 @@ InputPhoto AsPhoto(const std::string& name, const ImageInfo& info) {
   photo.height_px = info.height;
   photo.focal_35mm = info.focal_35mm;
   photo.focal_mm = info.focal_mm;
+  photo.gps = info.gps;
   photo.camera = info.make.empty() ? info.model : info.make + " " + info.model;
   photo.lens = info.lens;
   photo.projection = info.projection;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reconstruct/options.h"
+#include "scene/files/image_io.h"
 #include "scene/model/scene.h"
 #include "scene/program/progress.h"
 
@@ -20,6 +21,7 @@ struct InputPhoto {
   std::string original;  // its name in the user's folder, where `name` is a copy's, or staged (photo_names.h)
   int width_px = 0, height_px = 0;
   std::optional<double> focal_35mm, focal_mm;  // EXIF
+  std::optional<GpsPosition> gps;              // EXIF
   std::string camera, lens;                    // EXIF: make and model
   std::string projection;                      // XMP: "equirectangular"
   bool panorama = false;                       // EXIF: stitched by the camera

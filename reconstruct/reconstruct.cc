@@ -94,7 +94,7 @@ std::set<std::string> ViewNames(const Scene& scene) {
 Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob& job, ReconstructSummary& summary) {
   const auto& [options, work_folder, colmap, sink] = job;
   const CameraPlan cameras = PlanCameras(capture, options);
-  const Features features = FindAndMatchFeatures(capture, cameras, job, ClipPairs(capture));
+  const Features features = FindAndMatchFeatures(capture, cameras, job, {.near = ClipPairs(capture)});
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
   Mapping mapping = MapScene(capture, cameras, features, job);
   summary.steps = features.steps;
@@ -136,7 +136,13 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
   Capture capture = photos;
   // Read before COLMAP works for minutes: most mistakes are here.
   std::vector<HeldView> views;
-  if (!options.poses.empty()) views = ReadKnownCameras(capture, options, &summary.missing, sink);
+  if (!options.poses.empty()) {
+    views = ReadKnownCameras(capture, options, &summary.missing, sink);
+    // Features of photos without a pose would serve nothing.
+    std::set<std::string> posed;
+    for (const HeldView& view : views) posed.insert(view.name);
+    std::erase_if(capture.photos, [&](const InputPhoto& photo) { return !posed.contains(photo.name); });
+  }
   if (HasSkew(views, capture)) {
     sink.Message("the given cameras have skew: the photos are resampled without it");
     capture = RemoveSkew(capture, views, work_folder / "unskewed", sink);
@@ -154,8 +160,8 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
   if (views.size() == capture.photos.size())  // in the photos' order
     for (const HeldView& view : views)
       stands.push_back({view.cam_from_world.OriginInSource(), view.cam_from_world.R().row(2)});
-  const Features features =
-      FindAndMatchFeatures(capture, cameras, {feature_options, work_folder, colmap, sink}, NearPairs(stands));
+  const Features features = FindAndMatchFeatures(capture, cameras, {feature_options, work_folder, colmap, sink},
+                                                 {.near = NearPairs(stands), .is_all = !stands.empty()});
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
   if (options.rig == Rig::kRing) views = AssumeRing(capture, options, features.database, sink);
   if (options.rig == Rig::kGrid) views = AssumeGrid(capture, options, grid, features.database, sink);

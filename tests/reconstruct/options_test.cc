@@ -124,13 +124,14 @@ TEST(CameraPlan, PhotosShareACameraWhenSizeAndFocalLengthAgree) {
 
 TEST(Matching, FollowsTheInput) {
   ReconstructOptions o = Good();
-  EXPECT_FALSE(UseSequentialMatching(o, Photos(200, 100, {})));
-  EXPECT_TRUE(UseSequentialMatching(o, Photos(201, 100, {})));
-  Capture video = Photos(61, 100, {});
-  video.is_video = true;
-  EXPECT_TRUE(UseSequentialMatching(o, video));
+  EXPECT_EQ(ChoosePairs(o, 100, false), PairChoice::kAll);
+  EXPECT_EQ(ChoosePairs(o, 101, false), PairChoice::kListed);
+  EXPECT_EQ(ChoosePairs(o, 60, true), PairChoice::kAll);
+  EXPECT_EQ(ChoosePairs(o, 61, true), PairChoice::kListed);
   o.matching = Matching::kExhaustive;
-  EXPECT_FALSE(UseSequentialMatching(o, video));
+  EXPECT_EQ(ChoosePairs(o, 1000, true), PairChoice::kAll);
+  o.matching = Matching::kSequential;
+  EXPECT_EQ(ChoosePairs(o, 10, false), PairChoice::kNeighbours);
 }
 
 TEST(FeatureLimits, FewerForMorePhotosAndTheUsersWordOverrides) {

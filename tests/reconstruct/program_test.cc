@@ -216,6 +216,18 @@ TEST_F(ReconstructProgram, PhotosBecomeAScene) {
               1e-12);
     EXPECT_EQ(given.CameraOf(given.views[i]).params, kept.CameraOf(kept.views[i]).params);
   }
+
+  // Photos that the poses do not name are not searched for features.
+  Scene three = given;
+  three.views.resize(3);
+  three.points.clear();
+  WriteColmapModel(three, folder_ / "three");
+  const Outcome some = RunReconstruct({Path("scene/images"), "-o", Path("scene4"), "--poses", Path("three")});
+  ASSERT_EQ(some.code, 0) << some.messages;
+  EXPECT_EQ(some.json["images_registered"], 3);
+  EXPECT_EQ(some.json["missing"].size(), 3);
+  const std::string searched = ReadText(folder_ / "scene4/colmap/photos.txt");
+  EXPECT_EQ(std::ranges::count(searched, '\n'), 3) << searched;
 }
 
 TEST_F(ReconstructProgram, ATruncatedPhotoIsLeftOutAndNamed) {
