@@ -6,6 +6,7 @@
 #   ./bench.sh --only NAME   on one of them;  --views N photos rendered at their own cameras (4)
 #   ./bench.sh --only stabilize   only stabilisation: simulated walks, and below DIR the shaky videos, beside vid.stab's results
 #   ./bench.sh --only cameras     only cameras by our features beside COLMAP's: seconds a step, photos placed, errors (also of dinosaur below DIR)
+#   ./bench.sh --only walk        only cameras of a simulated walk in shuffled order: 50, 100 and 200 photos; --photos 1000 others
 #   ./bench.sh --only dense       only dense proxies beside sparse ones, on simulated captures and on scenes that are in build/bench
 #   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
 #   ./bench.sh --only flush       only what waiting for the disk costs the pipeline
@@ -19,10 +20,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video=''
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video='' only_walk='' walk_photos=50,100,200
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,17s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,18s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -31,11 +32,15 @@ while [ $# -gt 0 ]; do
     --speed) only_speed=1; shift ;;
     --only)
       if [ "${2:-}" = stabilize ]; then only_stabilize=1; shift 2; continue; fi
+      if [ "${2:-}" = walk ]; then only_walk=1; shift 2; continue; fi
       if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
       if [ "${2:-}" = flush ]; then only_flush=1; shift 2; continue; fi
       if [ "${2:-}" = video ]; then only_video=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
+    --photos)
+      [ $# -ge 2 ] || die "--photos needs numbers" 2
+      walk_photos=$2; shift 2 ;;
     *) arguments+=("$1"); shift ;;
   esac
 done
@@ -43,11 +48,12 @@ done
 install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
+elif [ -n "$only_walk" ]; then build release lumi-simulate lumi-reconstruct walk_bench
 elif [ -n "$only_video" ]; then build release video_bench
 elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render fault_injection
 elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench walk_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
@@ -56,8 +62,16 @@ cameras() {
   printf '\n## Cameras by our features and by those of COLMAP\n\n'
   "$bin/cameras_bench" --work "$work" ${data:+--data "$data"}
 }
+walk() {
+  printf '\n## Cameras of a walk in shuffled order\n\n'
+  "$bin/walk_bench" --work "$work" --photos "$walk_photos"
+}
 if [ -n "$only_cameras" ]; then
   cameras
+  exit 0
+fi
+if [ -n "$only_walk" ]; then
+  walk
   exit 0
 fi
 [ -n "$only_speed$only_stabilize$only_dense$only_video" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -340,6 +354,7 @@ sharpness() {
 [ -n "$only_speed$only_quality" ] || sharpness
 if [ -z "$only_speed$only_quality" ]; then
   cameras
+  walk
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
   printf '\nStandard deviations against the spread over 100 simulated sets, and ray-traced boards:\n\n```\n'
