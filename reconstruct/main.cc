@@ -1,4 +1,9 @@
+#include <fmt/format.h>
+
+#include <charconv>
+
 #include "reconstruct/export_scene.h"
+#include "reconstruct/measure_scene.h"
 #include "reconstruct/reconstruct.h"
 #include "reconstruct/tradeoff.h"
 #include "scene/program/main_program.h"
@@ -34,6 +39,17 @@ void SetFeatures(ReconstructOptions& options, const std::string& text) {
   } catch (const std::exception&) {
     throw UsageError("takes auto, own, colmap, or a number of features");
   }
+}
+
+MeasureOptions MeasureRequest(const ReconstructOptions& o, const std::vector<std::string>& measured) {
+  if (o.inputs.size() != 1 || !o.scene.empty())
+    throw UsageError("--measure wants one scene and no output", "lumi-reconstruct SCENE --measure A B 1.20");
+  MeasureOptions request{o.input, measured[0], measured[1], 0};
+  const char* end = measured[2].data() + measured[2].size();
+  if (const auto [last, error] = std::from_chars(measured[2].data(), end, request.metres);
+      error != std::errc() || last != end)
+    throw UsageError(fmt::format("--measure: \"{}\" is no number of metres", measured[2]));
+  return request;
 }
 
 // What is estimated, and how.
@@ -130,6 +146,8 @@ void AddKnown(Options& app, ReconstructOptions& o) {
   app.Flag("--turntable", o.turntable,
            "--poses are in the frame of an object that turns once a period: the scene gets the room's, in which the "
            "object turns");
+  app.Add("--unit-m", o.unit_m, "--poses, --grid-positions: how many metres their unit is; the scene gets that scale");
+  app.Add("--step-m", o.step_m, "--rig: how many metres neighbouring cameras are apart; the scene gets that scale");
   app.Add("--rig", o.rig, "Assumed cameras: ring (a turntable, evenly spaced in the order of names) or grid",
           {{"ring", Rig::kRing}, {"grid", Rig::kGrid}});
   app.Add("--grid-size", o.grid_size,
@@ -159,6 +177,12 @@ int main(int argc, char** argv) {
   app.Add("--reference", o.reference,
           "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside "
           "the photos, else the dearest setting's cameras");
+  std::vector<std::string> measured;
+  app.Add("--measure", measured,
+          "INPUT is a scene, which gets a scale: two places and the metres between them, A B 1.20. A place is a photo "
+          "(its camera), a pixel of one (a.jpg:412,233: what it shows, by the proxy), the same thing in several "
+          "(a.jpg:412,233+b.jpg:98,240), or x,y,z of the world")
+      .Values(3);
   ExportOptions exported;
   Options command =
       program.Command("export", "A scene as transforms.json (nerfstudio, instant-ngp) or COLMAP workspace",
@@ -169,6 +193,7 @@ int main(int argc, char** argv) {
     o.seed = program.seed();
     o.threads = program.threads();
     if (!o.inputs.empty()) o.input = o.inputs.front();
+    if (!measured.empty()) return MeasureScene(MeasureRequest(o, measured), program.progress());
     if (!o.tradeoff) return Reconstruct(o, program.progress());
     return ReconstructWithTradeoff(o, program.progress());
   });

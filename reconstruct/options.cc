@@ -66,6 +66,12 @@ std::string Validate(const ReconstructOptions& o) {
   if (o.rig != Rig::kGrid && (!o.grid_size.empty() || !o.grid_positions.empty() || o.grid_plane))
     return "--grid-size, --grid-positions and --grid-plane go with --rig grid";
   if (o.grid_plane && !(*o.grid_plane >= 0)) return "--grid-plane is a distance";
+  for (const auto& [length, name] : {std::pair(o.unit_m, "--unit-m"), std::pair(o.step_m, "--step-m")})
+    if (length && !(*length > 0 && std::isfinite(*length))) return std::string(name) + " is metres, above 0";
+  if (o.unit_m && o.poses.empty() && o.grid_positions.empty())
+    return "--unit-m goes with --poses or --grid-positions: what their unit is";
+  if (o.step_m && o.rig == Rig::kNone) return "--step-m goes with --rig: how far neighbouring cameras are apart";
+  if (o.unit_m && o.step_m) return "give one of --unit-m and --step-m";
   if (o.clips && o.backend == Backend::kFactorization) return "--clips goes with --backend colmap";
   if (o.clips && (!o.poses.empty() || o.rig != Rig::kNone))
     return "--clips goes with cameras that COLMAP estimates, not with --poses or --rig";
@@ -117,6 +123,8 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["rig"] = std::to_string(static_cast<int>(o.rig));
   text["grid_size"] = o.grid_size;
   text["grid_positions"] = o.grid_positions.empty() ? "" : Fingerprint(o.grid_positions);
+  if (o.unit_m) text["unit_m"] = fmt::format("{}", *o.unit_m);
+  if (o.step_m) text["step_m"] = fmt::format("{}", *o.step_m);
   text["grid_plane"] = o.grid_plane ? fmt::format("{}", *o.grid_plane) : "";
   return text;
 }

@@ -86,6 +86,9 @@ struct ReconstructOptions {
   std::vector<double> intrinsics;  // fx, fy, cx, cy in pixels, or empty
   bool rescale_cameras = false;
 
+  // A scale: of `poses` or `grid_positions`, how long their unit is; of a rig, how far neighbouring cameras are apart.
+  std::optional<double> unit_m, step_m;
+
   // Cameras that are assumed.
   Rig rig = Rig::kNone;
   bool search_focal = false;             // --focal-px search

@@ -21,6 +21,7 @@
 #include "reconstruct/known_cameras.h"
 #include "reconstruct/mapping.h"
 #include "reconstruct/masks.h"
+#include "reconstruct/measure_scene.h"
 #include "reconstruct/missing.h"
 #include "reconstruct/multi_camera.h"
 #include "reconstruct/near_pairs.h"
@@ -337,6 +338,8 @@ ReconstructSummary Reconstruct(const ReconstructOptions& given_options, Progress
     ExpandFrames(scene, cameras, options, work_folder / "frames", summary, sink);
   }
   scene.period_s = PeriodOfScene(options);
+  if (options.unit_m) scene.metres_per_unit = options.unit_m;
+  if (options.step_m) scene.metres_per_unit = *options.step_m / StepOfCameras(scene);
   if (options.turntable) {
     const TurnAxis axis = PutIntoRoom(scene, *scene.period_s);
     sink.Message(

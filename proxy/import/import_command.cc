@@ -105,7 +105,9 @@ Made<ImportFigures> RunImport(const ImportRequest& request, const ProxyTarget& t
         if (!request.correspond.empty()) {
           scene_from_mesh = ByPairs(request.correspond, f, progress);
         } else {
-          scene_from_mesh.scale = request.scale * (request.unit.empty() ? 1 : MetresIn(request.unit));
+          scene_from_mesh.scale = request.scale;
+          if (!request.unit.empty())
+            scene_from_mesh.scale *= MetresIn(request.unit) / scene.metres_per_unit.value_or(1);
           if (!request.axes.empty()) {
             const Eigen::Matrix3d axes = AxesFromText(request.axes, scene.up);
             for (Eigen::Vector3d& v : repaired.mesh.vertices) v = axes * v;

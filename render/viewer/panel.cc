@@ -41,6 +41,7 @@ void Help() {
                                               {"C", "photos' cameras"},
                                               {"K", "key of the camera path"},
                                               {"Space", "play, stop the path"},
+                                              {"M", "mark a point, to measure"},
                                               {"P", "proxy's edges"},
                                               {"G", "proxy, flat-shaded"},
                                               {"N", "next proxy"},
@@ -99,6 +100,18 @@ void Legend(const PanelFacts& facts) {
                   facts.heat_unit));
 }
 
+// How far the marks are apart, and the scale that follows where the user knows it.
+void Scale(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
+  if (facts.marks.size() < 2) return;
+  Dim(LengthText((facts.marks[0] - facts.marks[1]).norm(), facts.metres_per_unit) + " between the marks");
+  ImGui::InputDouble("metres", &settings.distance_m, 0, 0, "%.4g");
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!(settings.distance_m > 0));
+  if (ImGui::Button("set scale")) wishes.distance_m = settings.distance_m;
+  ImGui::EndDisabled();
+  Tooltip("The marks are so far apart: the scene gets that scale, and keeps it");
+}
+
 void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   PhotoList(facts, wishes);
   if (ImGui::BeginCombo("proxy", facts.proxy.c_str())) {
@@ -134,6 +147,7 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
   wishes.home = ImGui::Button("home");
   ImGui::SameLine();
   wishes.screenshot = ImGui::Button("screenshot");
+  Scale(facts, settings, wishes);
 }
 
 }  // namespace
@@ -228,6 +242,17 @@ void DrawPivot(double x_px, double y_px, double pixel_density) {
   draw->AddCircle(x, 7, IM_COL32(0, 0, 0, 160), 24, 3.5F);
   draw->AddCircle(x, 7, IM_COL32(255, 255, 255, 230), 24, 1.5F);
   draw->AddCircleFilled(x, 1.8F, IM_COL32(255, 255, 255, 230));
+}
+
+void DrawLine(const Eigen::Vector2d& a_px, const Eigen::Vector2d& b_px) {
+  const auto at = [](const Eigen::Vector2d& x) { return ImVec2(static_cast<float>(x.x()), static_cast<float>(x.y())); };
+  ImDrawList* draw = ImGui::GetBackgroundDrawList();
+  draw->AddLine(at(a_px), at(b_px), IM_COL32(0, 0, 0, 160), 3.5F);
+  draw->AddLine(at(a_px), at(b_px), IM_COL32(255, 255, 255, 230), 1.5F);
+}
+
+std::string LengthText(double units, const std::optional<double>& metres_per_unit) {
+  return metres_per_unit ? fmt::format("{:.4g} m", units * *metres_per_unit) : fmt::format("{:.4g} units", units);
 }
 
 }  // namespace lumi

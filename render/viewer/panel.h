@@ -2,6 +2,7 @@
 // panel_settings.cc holds the reconstruction's options, panel_path.cc the camera path and recording.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <map>
 #include <optional>
@@ -37,6 +38,7 @@ struct ViewerSettings {
   bool Refines() const { return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull); }
   std::map<std::string, bool> groups;  // of the panel: open or closed, where the user or a script said
   int selected_key = -1;
+  double distance_m = 1;  // that the user knows, between the two marks
   std::array<char, 256> path_file{}, video_file{};
 };
 
@@ -73,6 +75,9 @@ struct PanelFacts {
   double heat_low = 0, heat_high = 0;
   std::string heat_unit;
 
+  std::vector<Eigen::Vector3d> marks;     // in world; the last two
+  std::optional<double> metres_per_unit;  // of the scene
+
   bool measuring = false;
   unsigned difference_texture = 0;    // of the error measured last; 0: there is none
   double difference_aspect = 1;       // width over height
@@ -95,9 +100,10 @@ struct PanelWishes {
   bool home = false;
   bool auto_effects = false;
   bool measure = false;
-  std::vector<ScriptStep> path;     // what becomes of the camera path
-  std::optional<int> exchange_key;  // that the selected one changes places with
-  std::optional<bool> play;         // the path; false: it stops
+  std::optional<double> distance_m;  // between the two marks
+  std::vector<ScriptStep> path;      // what becomes of the camera path
+  std::optional<int> exchange_key;   // that the selected one changes places with
+  std::optional<bool> play;          // the path; false: it stops
   std::optional<double> scrub_s;
   RecordWish record = RecordWish::kNone;
 };
@@ -111,7 +117,11 @@ PanelWishes DrawPanel(const PanelFacts& facts, ViewerSettings& settings);
 void DrawMessage(const std::string& message);
 // While the scene is opened; fraction < 0: unknown.
 void DrawOpening(const std::string& scene, const std::string& task, double fraction);
-// A ring around the point that an orbit turns about.
+// A ring around the point that an orbit turns about, or around a mark.
 void DrawPivot(double x_px, double y_px, double pixel_density);
+// Between two marks.
+void DrawLine(const Eigen::Vector2d& a_px, const Eigen::Vector2d& b_px);
+// "1.2 units", or metres where the scene has a scale.
+std::string LengthText(double units, const std::optional<double>& metres_per_unit);
 
 }  // namespace lumi

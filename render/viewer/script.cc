@@ -57,6 +57,8 @@ constexpr std::array kGrammar{
     Grammar{"difference", ScriptVerb::kDifference, Takes::kOnOff, 0,
             "difference on|off (of the error measured last, in the panel's manner)"},
     Grammar{"measure", ScriptVerb::kMeasure, Takes::kNothing, 0, "measure"},
+    Grammar{"mark", ScriptVerb::kMark, Takes::kNumbers, 2, "mark X Y (of the window, 0 to 1 from the top left)"},
+    Grammar{"distance", ScriptVerb::kDistance, Takes::kNumbers, 1, "distance METRES (between the two marks)"},
     Grammar{"time", ScriptVerb::kTime, Takes::kNumbers, 1, "time SECONDS"},
     Grammar{"phase", ScriptVerb::kPhase, Takes::kNumbers, 1, "phase PHASE (of the scene's period, 0 to 1)"},
     Grammar{"play-time", ScriptVerb::kPlayTime, Takes::kOnOff, 0, "play-time on|off"},
@@ -167,7 +169,9 @@ bool InRange(const ScriptStep& step) {
   constexpr double kMostKeys = 1e6;
   switch (step.verb) {
     case ScriptVerb::kDolly:
-    case ScriptVerb::kZoom: return n[0] > 0;
+    case ScriptVerb::kZoom:
+    case ScriptVerb::kDistance: return n[0] > 0;
+    case ScriptVerb::kMark: return n[0] >= 0 && n[0] <= 1 && n[1] >= 0 && n[1] <= 1;
     case ScriptVerb::kWait:
     case ScriptVerb::kKeyAdd: return n.empty() || n[0] >= 0;
     case ScriptVerb::kKeyUpdate:

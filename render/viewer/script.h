@@ -33,6 +33,8 @@ enum class ScriptVerb {
   kDifference,
   kPhase,
   kMeasure,
+  kMark,
+  kDistance,
   kTime,
   kPlayTime,
   kKeyAdd,

@@ -36,6 +36,7 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/viewer_jobs.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_refine.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_scale.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_show.cc
     ${CMAKE_CURRENT_LIST_DIR}/window.cc

@@ -49,6 +49,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   if (!times.empty())
     facts_.times = {*std::min_element(times.begin(), times.end()), *std::max_element(times.begin(), times.end())};
   facts_.period_s = s.period_s;
+  facts_.metres_per_unit = scene_.metres_per_unit;
   if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
   // Who names a moment wants to see it.
   if (!times.empty() && options.effects == "auto" && (options.phase || decided_.Has("time-s"))) s.time = true;
@@ -249,6 +250,7 @@ void Viewer::DrawPanels() {
     if (const auto x =
             Project(MakeWindowView(steering_.navigator.state(), size_px_.x(), size_px_.y()).P, *steering_.drag_pivot))
       DrawPivot(x->x(), x->y(), 1.0);
+  DrawMarks();
 }
 
 double Viewer::Wait_s() const {
@@ -277,6 +279,7 @@ void Viewer::Summarise(JsonKeys& j) {
   j("photo_mb", facts_.photo_mb, "max_side_px", budget_.max_side_px, "proxy", facts_.proxy, "device", facts_.device);
   j("settings", settings_.radiance, "refused", facts_.problem).Say("moving", moving_.budget.name());
   j.Say("refined", RefinementSummary()).Say("keys", path_.keys.size());
+  j("metres_per_unit", facts_.metres_per_unit);
   j("effects", effects_.effects, "errors", facts_.errors, "videos", jobs_.videos);
 }
 

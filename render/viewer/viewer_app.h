@@ -146,6 +146,11 @@ class Viewer final : public ViewSession {
   void FillHoles();
   void ShowDifference(const Image8& difference);
 
+  // viewer_scale.cc: two marks, and the metres between them.
+  void Mark(const Eigen::Vector2d& x_px);  // what the proxy shows at a pixel of the window
+  void SetScale(double metres);            // throws UsageError
+  void DrawMarks() const;
+
   // viewer_path.cc: the camera path, and time.
   PathKey CurrentKey(double time_s) const;
   ViewState StateOfKey(const PathKey& key) const;
@@ -265,6 +270,7 @@ class Viewer final : public ViewSession {
   CameraPath path_;
   std::optional<double> playing_s_;  // since the path's first key
   Arrivals arriving_;
+  Eigen::Vector2d cursor_px_ = Eigen::Vector2d::Zero();
   Steering steering_;
   LastPicture drawn_;
   Moving moving_;

@@ -71,6 +71,7 @@ void Viewer::Key(int key) {
       }
       return;
     case GLFW_KEY_K: return AddKey({});
+    case GLFW_KEY_M: return Mark(cursor_px_);
     case GLFW_KEY_SPACE:
       if (playing_s_)
         playing_s_.reset();
@@ -92,6 +93,7 @@ void Viewer::Key(int key) {
 
 // Returns whether the user moves the camera.
 bool Viewer::Move(const WindowInput& input, double dt_s) {
+  cursor_px_ = input.cursor_px;
   for (const int key : input.keys) Key(key);
   if (input.double_click_px) {
     if (const auto point = PointAt(input.double_click_px->x(), input.double_click_px->y())) {
@@ -145,6 +147,7 @@ void Viewer::Grant(const PanelWishes& wishes) {
     if (wishes.screenshot) Key(GLFW_KEY_F12);
     if (wishes.auto_effects) ApplyEffects(effects_, {}, settings_.radiance);
     if (wishes.measure) StartMeasuring();
+    if (wishes.distance_m) SetScale(*wishes.distance_m);
     for (const ScriptStep& s : wishes.path)
       if (s.verb == ScriptVerb::kPathSize || InRange(s)) RunPathStatement(s);  // 0: the window's size
     const auto key = static_cast<std::size_t>(settings_.selected_key),

@@ -108,6 +108,11 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       if (!script_.waiting) StartMeasuring();
       script_.waiting = true;
       return !jobs_.probe.busy();
+    case ScriptVerb::kMark:
+      if (!painter_.complete()) return false;  // the depth that is read is the picture's
+      Mark(Eigen::Vector2d(s.numbers[0], s.numbers[1]).cwiseProduct(size_px_.cast<double>()));
+      break;
+    case ScriptVerb::kDistance: SetScale(s.numbers[0]); break;
     case ScriptVerb::kDifference: settings_.difference = s.word == "on"; break;
     case ScriptVerb::kPhase:
       if (!(facts_.period_s > 0))

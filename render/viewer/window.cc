@@ -176,6 +176,7 @@ void Window::Poll(double wait_s) {
 
 WindowInput Window::Take() {
   WindowInput taken = std::exchange(events_->input, {});
+  taken.cursor_px = events_->cursor.cwiseProduct(Events::Density(window_));
   if (!ImGui::GetIO().WantTextInput) {
     const auto held = [this](int key) { return glfwGetKey(window_, key) == GLFW_PRESS ? 1.0 : 0.0; };
     const double speed = held(GLFW_KEY_LEFT_SHIFT) + held(GLFW_KEY_RIGHT_SHIFT) > 0 ? 4 : 1;

@@ -12,15 +12,16 @@ namespace lumi {
 
 // What happened since the last Take, as far as the panel did not take it. Pixels are of the framebuffer.
 struct WindowInput {
-  Eigen::Vector2d orbit_px = Eigen::Vector2d::Zero();  // drags: left button
-  Eigen::Vector2d look_px = Eigen::Vector2d::Zero();   // right button
-  Eigen::Vector2d pan_px = Eigen::Vector2d::Zero();    // middle button, or left with Shift
-  bool drag_began = false;                             // of left or middle
-  double dolly_steps = 0;                              // wheel
-  double zoom_steps = 0;                               // wheel with Ctrl
-  std::optional<Eigen::Vector2d> double_click_px;      // from the top left
-  std::vector<int> keys;                               // GLFW key codes, pressed or repeated
-  Eigen::Vector3d fly = Eigen::Vector3d::Zero();       // held keys: right, up, forward, each -1 to 1 (4 with Shift)
+  Eigen::Vector2d orbit_px = Eigen::Vector2d::Zero();   // drags: left button
+  Eigen::Vector2d look_px = Eigen::Vector2d::Zero();    // right button
+  Eigen::Vector2d pan_px = Eigen::Vector2d::Zero();     // middle button, or left with Shift
+  bool drag_began = false;                              // of left or middle
+  double dolly_steps = 0;                               // wheel
+  double zoom_steps = 0;                                // wheel with Ctrl
+  std::optional<Eigen::Vector2d> double_click_px;       // from the top left
+  Eigen::Vector2d cursor_px = Eigen::Vector2d::Zero();  // from the top left
+  std::vector<int> keys;                                // GLFW key codes, pressed or repeated
+  Eigen::Vector3d fly = Eigen::Vector3d::Zero();        // held keys: right, up, forward, each -1 to 1 (4 with Shift)
 };
 
 class Window {

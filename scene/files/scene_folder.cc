@@ -64,7 +64,7 @@ struct Manifest {
   Frame frame = Frame::kMetric;
   std::optional<Eigen::Vector3d> up;
   std::optional<Similarity3> normalized_from_world;
-  std::optional<double> period_s;
+  std::optional<double> period_s, metres_per_unit;
   std::string active_proxy;
   std::string images = "images";
   struct ViewEntry {
@@ -103,6 +103,8 @@ Manifest ReadManifest(const fs::path& file) {
   }
   m.period_s = fields.Number("period_s");
   if (m.period_s && !(*m.period_s > 0)) throw fields.Wrong("period_s", "positive");
+  m.metres_per_unit = fields.Number("metres_per_unit");
+  if (m.metres_per_unit && !(*m.metres_per_unit > 0)) throw fields.Wrong("metres_per_unit", "positive");
   m.active_proxy = fields.Text("active_proxy").value_or("");
   CheckProxyName(file, m.active_proxy);
   m.images = fields.Text("images").value_or("images");
@@ -159,6 +161,7 @@ Scene ReadOwnScene(const fs::path& folder) {
   if (manifest.up) scene.up = *manifest.up;
   if (manifest.normalized_from_world) scene.normalized_from_world = *manifest.normalized_from_world;
   scene.period_s = manifest.period_s;
+  scene.metres_per_unit = manifest.metres_per_unit;
   scene.active_proxy = manifest.active_proxy;
   scene.folder = folder;
   scene.image_folder = (folder / manifest.images).lexically_normal();
@@ -345,6 +348,23 @@ static fs::path ImagesOf(const Scene& scene, const fs::path& folder) {
   return resolved;
 }
 
+void RequireManifest(const fs::path& folder) {
+  if (!Exists(folder / kManifestName))
+    throw UsageError(
+        fmt::format("{} is no scene folder: there is no {} that could keep a scale", folder.string(), kManifestName),
+        "make one: lumi-pipeline WORKSPACE -o SCENE");
+}
+
+void WriteScale(const fs::path& folder, double metres_per_unit) {
+  RequireManifest(folder);
+  const fs::path file = folder / kManifestName;
+  const FolderLock lock(folder);
+  ReadManifest(file);  // refuses what is none
+  Json json = ParseJson(file);
+  json["metres_per_unit"] = metres_per_unit;
+  WriteTextAtomically(file, json.dump(1) + "\n");
+}
+
 void WriteManifest(const Scene& scene, const fs::path& folder) {
   Json json;
   json["format"] = kFormatName;
@@ -356,6 +376,7 @@ void WriteManifest(const Scene& scene, const fs::path& folder) {
                            {"rotation_xyzw", {n.rotation.x(), n.rotation.y(), n.rotation.z(), n.rotation.w()}},
                            {"translation", ToJson(n.translation)}};
   if (scene.period_s) json["period_s"] = *scene.period_s;
+  if (scene.metres_per_unit) json["metres_per_unit"] = *scene.metres_per_unit;
   json["active_proxy"] = scene.active_proxy;
   json["images"] = ImagesOf(scene, folder).generic_string();
   json["views"] = Json::array();

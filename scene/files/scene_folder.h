@@ -41,6 +41,11 @@ Scene OpenScene(const std::filesystem::path& path, const OpenOptions& options, P
 void WriteScene(const Scene& scene, const std::filesystem::path& folder);
 // lumigraph.json alone (active_proxy, up ...): sparse/ stays.
 void WriteManifest(const Scene& scene, const std::filesystem::path& folder);
+// Throws UsageError where the folder has no manifest that could keep a scale.
+void RequireManifest(const std::filesystem::path& folder);
+// What a unit of a scene of ours is (Scene::metres_per_unit); everything else in its manifest stays. The folder is
+// locked meanwhile. Throws UsageError as RequireManifest.
+void WriteScale(const std::filesystem::path& folder, double metres_per_unit);
 
 // Writes undistorted pinhole copies of all photos (bicubic; JPEG quality 95, other endings kept where they can be
 // written in 8 bits, else .png is added to the name) and returns the scene with pinhole cameras and observations moved

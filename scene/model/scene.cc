@@ -163,6 +163,7 @@ void Transform(Scene& scene, const Similarity3& target_from_world) {
     // TransformPose keeps the camera frame's unit: only the centre moves, the photo stays.
   }
   for (Point& p : scene.points) p.x_in_world = target_from_world * p.x_in_world;
+  if (scene.metres_per_unit) *scene.metres_per_unit /= target_from_world.scale;
   scene.up = target_from_world.rotation * scene.up;
   scene.normalized_from_world = scene.normalized_from_world * target_from_world.Inverse();
 }

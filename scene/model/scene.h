@@ -80,7 +80,8 @@ struct Scene {
   Similarity3 normalized_from_world;                 // moves the scene to its centre, size about 1: before any float
   std::optional<Eigen::Vector4d> plane_at_infinity;  // other frames, where it is known or estimated: (n, d) in world
   std::optional<double> period_s;
-  std::string active_proxy;  // name in proxies/, or empty
+  std::optional<double> metres_per_unit;  // of the world frame, where it was measured
+  std::string active_proxy;               // name in proxies/, or empty
 
   std::filesystem::path folder;        // where it was read from; relative paths below are resolved against it
   std::filesystem::path image_folder;  // photos, absolute or relative to the working directory

@@ -24,6 +24,7 @@ LUMI_FUZZ_TARGET(manifest) {
   for (const View& v : scene.views)
     Require(v.gain > 0 && std::isfinite(v.gain) && std::isfinite(v.time_s.value_or(0)), "a view's gain or time");
   Require(scene.period_s.value_or(1) > 0, "the period is not positive");
+  Require(scene.metres_per_unit.value_or(1) > 0, "the scale is not positive");
 }
 
 }  // namespace lumi::fuzz

@@ -243,6 +243,13 @@ TEST(ProxyCommands, ImportScalesTurnsAndMendsAMesh) {
   millimetres.axes = "x,z,-y";
   RunImport(millimetres, {folder / "scene", "turned", {}, false}, SilentProgress());
   EXPECT_LT((ReadMesh(ProxyPath(folder / "scene", "turned")).vertices[0] - Eigen::Vector3d(-10, -10, 4)).norm(), 1e-9);
+  // A scene whose unit was measured: half a metre.
+  WriteScale(folder / "scene", 0.5);
+  for (Eigen::Vector3d& v : turned.vertices) v *= 0.5;
+  WriteMesh(folder / "half.obj", turned);
+  millimetres.file = folder / "half.obj";
+  RunImport(millimetres, {folder / "scene", "half", {}, false}, SilentProgress());
+  EXPECT_LT((ReadMesh(ProxyPath(folder / "scene", "half")).vertices[0] - Eigen::Vector3d(-10, -10, 4)).norm(), 1e-9);
 
   // Inside out: mended and said, or refused.
   Listener listener;

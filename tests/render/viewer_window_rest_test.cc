@@ -142,5 +142,34 @@ TEST_F(ViewerWindow, PhotosAreHalvedToStayWithinMemory) {
   EXPECT_EQ(r.json["max_side_px"], 80);
 }
 
+TEST_F(ViewerWindow, TwoMarksAndTheirDistanceGiveTheSceneAScale) {
+  // At the centres of pixels, on the floor: where its plane is met is known.
+  const Eigen::Vector2d a(96.5, 180.5), b(210.5, 200.5);
+  const auto mark = [](const Eigen::Vector2d& x_px) {
+    return "mark " + std::to_string(x_px.x() / 320) + " " + std::to_string(x_px.y() / 240) + "; ";
+  };
+  const std::string script = "proxy floor; jump 3; wait; " + mark(a) + mark(b) + "distance 1.5; wait";
+  const Result r = RunViewer({"--no-ui", "--width", "320", "--height", "240", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  const RenderView view = MakeWindowView(StateOfView(world_.scene, {3}), 320, 240);
+  const auto on_floor = [&](const Eigen::Vector2d& x_px) -> Eigen::Vector3d {
+    const Eigen::Vector3d ray = *RayDirection(view.P, x_px);
+    return view.centre - view.centre.z() / ray.z() * ray;
+  };
+  const double units = (on_floor(a) - on_floor(b)).norm();
+  ASSERT_GT(units, 0.1);
+  constexpr double kDepthOfAFloat = 1e-4;
+  EXPECT_NEAR(r.json["metres_per_unit"].get<double>(), 1.5 / units, kDepthOfAFloat * 1.5 / units);
+  OpenOptions as_it_is;
+  as_it_is.check_photos = false;
+  EXPECT_EQ(OpenScene(folder_, as_it_is, SilentProgress()).metres_per_unit, r.json["metres_per_unit"].get<double>());
+  // One mark is no distance.
+  const Result refused =
+      RunViewer({"--no-ui", "--width", "320", "--height", "240", "--script", "jump 3; wait; distance 2"});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.messages.find("two marks are needed"), std::string::npos) << refused.messages;
+}
+
 }  // namespace
 }  // namespace lumi
