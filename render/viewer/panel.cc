@@ -107,7 +107,7 @@ void Scale(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishe
   ImGui::InputDouble("metres", &settings.distance_m, 0, 0, "%.4g");
   ImGui::SameLine();
   ImGui::BeginDisabled(!(settings.distance_m > 0));
-  if (ImGui::Button("set scale")) wishes.distance_m = settings.distance_m;
+  if (ImGui::Button("set")) wishes.distance_m = settings.distance_m;
   ImGui::EndDisabled();
   Tooltip("The marks are so far apart: the scene gets that scale, and keeps it");
 }
@@ -142,8 +142,8 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
   ImGui::Checkbox("fill", &settings.fill);
   ImGui::EndDisabled();
   Tooltip("What no photo sees gets smooth colours from around it; not in heat maps, and not while an error is shown");
-  ImGui::SameLine();
   ImGui::Checkbox("help", &settings.help);
+  ImGui::SameLine();
   wishes.home = ImGui::Button("home");
   ImGui::SameLine();
   wishes.screenshot = ImGui::Button("screenshot");
