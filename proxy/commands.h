@@ -100,8 +100,8 @@ std::string UnfitForMoving(const Scene& scene);
 struct ImportRequest {
   std::filesystem::path file;  // PLY or OBJ
   double scale = 1;            // factor on its coordinates, > 0
-  std::string
-      unit;  // of its coordinates, the scene's being metres or measured: um, mm, cm, dm, m, km, in, ft; empty: the scene's own
+  // Of its coordinates, the scene's being metres or measured: um, mm, cm, dm, m, km, in, ft; empty: the scene's own.
+  std::string unit;
   std::string axes;                  // "z-up", "x,-z,y" ... (proxy/import/placement.h); empty: the scene's own
   std::filesystem::path correspond;  // pairs of points, instead of the three above; empty: none
   bool icp = false;                  // then aligned with the scene's points

@@ -9,7 +9,6 @@
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/given_camera.h"
 #include "reconstruct/own_features.h"
-#include "reconstruct/view_graph.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/provenance.h"
@@ -351,7 +350,7 @@ void MatchChosen(const Capture& capture, const std::vector<std::string>& names, 
   };
   if (choice == PairChoice::kAll) return match(features.own ? AllPairs(n) : PhotoPairs());
   if (choice == PairChoice::kNeighbours) return match(features.own ? Neighbours(n) : PhotoPairs());
-  if (hints.is_all) return match(hints.near);
+  if (hints.is_all && !hints.near.empty()) return match(hints.near);
   const ViewGraph graph(names, features.database, job.options.seed, job.sink);
   PhotoPairs tried = Joined(graph.Similar(capture.is_video ? kSimilarFrames : kSimilarPhotos), hints.near);
   tried = Joined(std::move(tried), capture.is_video ? Neighbours(n) : NearByGps(capture.photos));
