@@ -34,11 +34,13 @@ std::set<std::string> ParseColmapOptionNames(const std::string& help) {
 
 std::optional<std::string> InstalledOptionName(const std::string& name, const std::set<std::string>& installed) {
   if (installed.count(name)) return name;
-  // What 3.9 to 3.13 renamed: the parts that hold for every kind of feature left the Sift groups.
+  // What 3.9 to 4.0 renamed: the parts that hold for every kind of feature left the Sift groups, those of one solver
+  // the adjustment's, and images of one moment became frames.
   static const std::vector<std::pair<std::string, std::string>> kRenamed = {
-      {"SiftExtraction.", "FeatureExtraction."},     {"SiftMatching.", "FeatureMatching."},
-      {"SiftMatching.", "TwoViewGeometry."},         {"ExhaustiveMatching.", "ExhaustivePairing."},
-      {"SequentialMatching.", "SequentialPairing."}, {"random_seed", "default_random_seed"}};
+      {"SiftExtraction.", "FeatureExtraction."},       {"SiftMatching.", "FeatureMatching."},
+      {"SiftMatching.", "TwoViewGeometry."},           {"ExhaustiveMatching.", "ExhaustivePairing."},
+      {"SequentialMatching.", "SequentialPairing."},   {"random_seed", "default_random_seed"},
+      {"BundleAdjustment.", "BundleAdjustmentCeres."}, {"Mapper.ba_global_images_", "Mapper.ba_global_frames_"}};
   for (const auto& [old_part, new_part] : kRenamed) {
     if (!name.starts_with(old_part)) continue;
     const std::string candidate = new_part + name.substr(old_part.size());

@@ -118,39 +118,40 @@ fs::path UserDatabase(const Capture& capture, const ReconstructOptions& options,
   return {};
 }
 
-// Photos of one size and lens setting share a camera where COLMAP gave each its own (same numbers from the same EXIF).
-void ShareEqualCameras(const Capture& capture, const fs::path& database) {
+// Photos of one size and lens setting share a camera where COLMAP gave each its own (same numbers from the same EXIF);
+// split: those whose lens is unknown have each its own. False where nothing changed.
+bool GroupCameras(const Capture& capture, const fs::path& database, bool split) {
   ColmapDatabase db(database);
-  if (db.HasRigs()) return;
+  if (db.HasRigs()) return false;
   std::map<std::string, const InputPhoto*> photo_of;
   for (const InputPhoto& photo : capture.photos) photo_of[photo.name] = &photo;
-  std::map<std::tuple<int, int, double, std::string>, std::vector<std::int64_t>> groups;
+  struct Group {
+    const InputPhoto* photo;
+    std::vector<std::int64_t> images;
+  };
+  std::map<std::tuple<int, int, double, std::string, std::int64_t>, Group> groups;
   std::set<std::int64_t> camera_ids;
-  const auto images = db.Images();
-  for (const auto& image : images) {
+  for (const auto& image : db.Images()) {
     const auto it = photo_of.find(image.name);
-    if (it == photo_of.end()) return;  // not ours
+    if (it == photo_of.end()) return false;  // not ours
     camera_ids.insert(image.camera_id);
     const InputPhoto& photo = *it->second;
-    groups[{photo.width_px, photo.height_px, photo.focal_35mm.value_or(0), LensSetting(photo)}].push_back(image.id);
+    Group& group = groups[{photo.width_px, photo.height_px, photo.focal_35mm.value_or(0), LensSetting(photo),
+                           split && LensIsUnknown(photo) ? image.id : 0}];
+    group.photo = &photo;
+    group.images.push_back(image.id);
   }
-  if (camera_ids.size() <= groups.size()) return;
-  constexpr double kDefaultFocalFactor = 1.2;  // COLMAP's own guess where there is no EXIF
+  if (!split && camera_ids.size() <= groups.size()) return false;
   std::vector<Camera> cameras;
   std::map<std::int64_t, std::size_t> camera_of_image;
-  for (const auto& [key, ids] : groups) {
-    const auto& [width, height, focal_35mm, setting] = key;
-    const double f = std::max(width, height) * (focal_35mm > 0 ? focal_35mm / kFilm35WidthMm : kDefaultFocalFactor);
-    Camera camera;
-    camera.width_px = width;
-    camera.height_px = height;
-    camera.model = ids.size() >= kPhotosForRadial ? CameraModel::kRadial : CameraModel::kSimpleRadial;
-    camera.params = {f, width / 2.0, height / 2.0};
-    camera.params.resize(static_cast<std::size_t>(ParameterCount(camera.model)), 0.0);
-    for (const auto id : ids) camera_of_image[id] = cameras.size();
-    cameras.push_back(camera);
+  for (const auto& [key, group] : groups) {
+    for (const auto id : group.images) camera_of_image[id] = cameras.size();
+    cameras.push_back(
+        GuessCamera(group.images.size() >= kPhotosForRadial ? CameraModel::kRadial : CameraModel::kSimpleRadial,
+                    group.photo->width_px, group.photo->height_px, group.photo->focal_35mm.value_or(0)));
   }
   db.SetCameras(cameras, false, camera_of_image);
+  return true;
 }
 
 // COLMAP reads EXIF in JPEG files only, and none in the copies of HEIC, RAW or 16-bit photos: cameras that it guessed
@@ -369,7 +370,27 @@ void MatchChosen(const Capture& capture, const std::vector<std::string>& names, 
 
 }  // namespace
 
-bool UseOwnFeatures(const ReconstructOptions& options) { return options.finder == FeatureFinder::kOwn; }
+bool UseOwnFeatures(const ReconstructOptions& options) { return options.finder != FeatureFinder::kColmap; }
+
+Camera GuessCamera(CameraModel model, int width_px, int height_px, double focal_35mm) {
+  constexpr double kDefaultFocalFactor = 1.2;  // of the longer side: COLMAP's own guess where there is no EXIF
+  Camera camera;
+  camera.model = model;
+  camera.width_px = width_px;
+  camera.height_px = height_px;
+  camera.params = {std::max(width_px, height_px) * (focal_35mm > 0 ? focal_35mm / kFilm35WidthMm : kDefaultFocalFactor),
+                   width_px / 2.0, height_px / 2.0};
+  camera.params.resize(static_cast<std::size_t>(ParameterCount(model)), 0.0);
+  return camera;
+}
+
+bool LensIsUnknown(const InputPhoto& photo) { return !photo.focal_35mm && !photo.focal_mm; }
+
+bool SplitUnknownLenses(const Capture& capture, const fs::path& database) {
+  if (!GroupCameras(capture, database, true)) return false;
+  TakeFocalLengths(capture, database);
+  return true;
+}
 
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options) {
   CameraPlan plan;
@@ -486,7 +507,7 @@ Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras,
   if (cameras.known)
     SetKnownCamera(*cameras.known, features.database);
   else if (user_database.empty()) {
-    if (cameras.shared || options.single_camera == SingleCamera::kAuto) ShareEqualCameras(capture, features.database);
+    if (cameras.shared || options.single_camera == SingleCamera::kAuto) GroupCameras(capture, features.database, false);
     TakeFocalLengths(capture, features.database);
   }
 

@@ -25,6 +25,15 @@ struct CameraPlan {
 // UsageError for a camera.yaml or --single-camera yes that does not fit the photos.
 CameraPlan PlanCameras(const Capture& capture, const ReconstructOptions& options);
 
+// A camera that nothing is known of but its photos' size, and by EXIF perhaps its focal length (0: not), as COLMAP
+// guesses.
+Camera GuessCamera(CameraModel model, int width_px, int height_px, double focal_35mm = 0);
+
+// Whether EXIF says nothing of the focal length: such photos share a camera because nothing speaks against it.
+bool LensIsUnknown(const InputPhoto& photo);
+// In the database: a camera for each photo whose lens is unknown. False where the cameras are not ours to rewrite.
+bool SplitUnknownLenses(const Capture& capture, const std::filesystem::path& database);
+
 struct FeatureLimits {
   int max_image_size_px = 0;
   int max_features = 0;

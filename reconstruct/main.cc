@@ -80,8 +80,8 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
           {{"auto", Refine::kAuto}, {"none", Refine::kNone}, {"focal", Refine::kFocal}, {"centre", Refine::kCentre}});
   app.Call(
       "--features", [&](const std::string& text) { SetFeatures(o, text); },
-      "colmap: who finds and matches features: own (lumi-reconstruct) or colmap; auto: colmap. factorization: a "
-      "number, "
+      "colmap: who finds and matches features: own (lumi-reconstruct) or colmap; auto: own, and colmap where a "
+      "--database of yours lacks photos. factorization: a number, "
       "of tracks aimed at in a frame of a video (0: 800), or of features a photo (0: 2048)");
   app.Add("--window", o.window_frames, "factorization: frames that are factorised at once; 0: 20").Default();
   app.Flag("!--no-adjust", o.adjust, "factorization: without bundle adjustment");

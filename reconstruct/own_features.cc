@@ -21,19 +21,10 @@ namespace {
 
 // As many of a photo's spots as COLMAP takes: its threshold on their contrast.
 constexpr double kContrast = 0.02;
-// COLMAP's guess of a focal length, of the longer side.
-constexpr double kDefaultFocalFactor = 1.2;
 
 Camera FirstCamera(const CameraPlan& plan, const InputPhoto& photo) {
   if (plan.known) return *plan.known;
-  Camera camera;
-  camera.model = plan.model;
-  camera.width_px = photo.width_px;
-  camera.height_px = photo.height_px;
-  camera.params = {kDefaultFocalFactor * std::max(photo.width_px, photo.height_px), photo.width_px / 2.0,
-                   photo.height_px / 2.0};
-  camera.params.resize(static_cast<std::size_t>(ParameterCount(plan.model)), 0.0);
-  return camera;
+  return GuessCamera(plan.model, photo.width_px, photo.height_px);
 }
 
 void MakeDatabase(const fs::path& database, const std::string& task, const ColmapJob& job) {

@@ -97,7 +97,7 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
   const CameraPlan cameras = PlanCameras(capture, options);
   const Features features = FindAndMatchFeatures(capture, cameras, job, {.near = ClipPairs(capture)});
   summary.reused.insert(summary.reused.end(), features.reused.begin(), features.reused.end());
-  Mapping mapping = MapScene(capture, cameras, features, job);
+  Mapping mapping = MapScenePerLens(capture, cameras, features, job);
   summary.steps = features.steps;
   summary.steps.insert(summary.steps.end(), mapping.steps.begin(), mapping.steps.end());
   summary.components = mapping.components;

@@ -71,7 +71,7 @@ struct Rays {
 
 // The point on which most rays agree, where that is half of them or more: photos that hold a point may stand wrong
 // themselves. nullopt: none.
-std::optional<TriangulatedPoint> Consensus(const Rays& rays) {
+std::optional<TriangulatedPoint> AgreedPoint(const Rays& rays) {
   std::vector<std::size_t> most;
   for (std::size_t i = 0; i < rays.P.size(); ++i)
     for (std::size_t j = i + 1; j < rays.P.size(); ++j) {
@@ -107,18 +107,8 @@ std::optional<TriangulatedPoint> PointWithout(const Scene& scene, const Straight
   }
   auto all = Triangulate(rays.P, rays.x_px);
   if (all && all->rms_px <= kMaxPoseErrorPx) return all;
-  return rays.P.size() > 2 ? Consensus(rays) : std::nullopt;
+  return rays.P.size() > 2 ? AgreedPoint(rays) : std::nullopt;
 }
-
-// What the matches say of one camera: points that others hold, and where its photo shows them.
-struct Evidence {
-  std::vector<Point> points;        // places only
-  std::vector<std::int32_t> index;  // of these in the scene
-  std::vector<Sighting> seen;       // of these
-  std::vector<char> agrees;         // with the pose that the camera has
-  std::vector<double> angle_rad;    // under which others hold the point
-  int agreeing = 0;
-};
 
 bool PoseAgrees(const Camera& camera, const Rigid3& pose, const Eigen::Vector3d& x_in_world,
                 const Eigen::Vector2d& x_px) {
@@ -140,10 +130,10 @@ class Witness {
     }
   }
 
-  Evidence Of(std::size_t view) const {
+  CameraEvidence Of(std::size_t view) const {
     const View& v = scene_.views[view];
     const Camera& camera = scene_.CameraOf(v);
-    Evidence evidence;
+    CameraEvidence evidence;
     for (const auto& [point, x] : Votes(view)) {
       const auto held = PointWithout(scene_, straight_, static_cast<std::size_t>(point), static_cast<int>(view));
       if (!held || held->max_angle_rad < kMinAngleDeg * kRadPerDeg) continue;
@@ -212,7 +202,7 @@ double Extent(const Scene& scene) {
 
 // Standard deviation of the camera's centre (root of the covariance's trace, in world units), the points held: from the
 // normal equations of a turn about the centre and a shift of it.
-double CentreSigma(const Camera& camera, const Rigid3& pose, const Evidence& evidence) {
+double CentreSigma(const Camera& camera, const Rigid3& pose, const CameraEvidence& evidence) {
   constexpr int kUnknowns = 6;
   Eigen::Matrix<double, kUnknowns, kUnknowns> A = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
   double squares = 0;
@@ -240,7 +230,7 @@ double CentreSigma(const Camera& camera, const Rigid3& pose, const Evidence& evi
   return std::sqrt(inverse->bottomRightCorner<3, 3>().trace() * squares / (2 * n - kUnknowns));
 }
 
-CameraStanding StandingOf(const Scene& scene, const View& view, const Evidence& evidence, double extent) {
+CameraStanding StandingOf(const Scene& scene, const View& view, const CameraEvidence& evidence, double extent) {
   CameraStanding standing;
   standing.name = view.name;
   standing.offered = static_cast<int>(evidence.seen.size());
@@ -262,21 +252,14 @@ CameraStanding StandingOf(const Scene& scene, const View& view, const Evidence& 
   return standing;
 }
 
-std::vector<Evidence> Testimony(const Scene& scene, const std::vector<ViewMatches>& matches) {
-  const Witness witness(scene, matches);
-  std::vector<Evidence> evidence(scene.views.size());
-  ParallelEach(scene.views.size(), 1, [&](std::size_t v) { evidence[v] = witness.Of(v); });
-  return evidence;
-}
-
-double TypicalAgreeing(const std::vector<Evidence>& evidence) {
+double TypicalAgreeing(const std::vector<CameraEvidence>& evidence) {
   std::vector<int> agreeing;
-  for (const Evidence& e : evidence) agreeing.push_back(e.agreeing);
+  for (const CameraEvidence& e : evidence) agreeing.push_back(e.agreeing);
   return Median(std::move(agreeing));
 }
 
 // Worst first.
-std::vector<CameraStanding> StandingsOf(const Scene& scene, const std::vector<Evidence>& evidence) {
+std::vector<CameraStanding> StandingsOf(const Scene& scene, const std::vector<CameraEvidence>& evidence) {
   const double extent = Extent(scene), typical = TypicalAgreeing(evidence);
   std::vector<CameraStanding> standings(scene.views.size());
   ParallelEach(scene.views.size(), 1,
@@ -346,7 +329,7 @@ std::vector<char> HaveFewObservations(const Scene& scene) {
   return few;
 }
 
-Verdict Judge(const Camera& camera, const Evidence& evidence, bool few_observations, double typical) {
+Verdict Judge(const Camera& camera, const CameraEvidence& evidence, bool few_observations, double typical) {
   Verdict verdict;
   const auto offered = static_cast<double>(evidence.seen.size());
   if (evidence.agreeing >= kMinPointsOfPose && evidence.agreeing >= kRightShare * offered) return verdict;
@@ -360,7 +343,8 @@ Verdict Judge(const Camera& camera, const Evidence& evidence, bool few_observati
 }
 
 // Cameras placed anew: their old observations go, those that the new pose agrees with come, points follow.
-void Replace(Scene& scene, const std::vector<Evidence>& evidence, const std::map<std::size_t, PlacedCamera>& anew) {
+void Replace(Scene& scene, const std::vector<CameraEvidence>& evidence,
+             const std::map<std::size_t, PlacedCamera>& anew) {
   std::set<std::int32_t> views;
   for (const auto& [v, placed] : anew) views.insert(static_cast<std::int32_t>(v));
   ForgetObservations(scene, views);
@@ -415,8 +399,15 @@ std::vector<ViewMatches> VerifiedMatchesOf(const Scene& scene, const ColmapDatab
   return all;
 }
 
+std::vector<CameraEvidence> EvidenceOf(const Scene& scene, const std::vector<ViewMatches>& matches) {
+  const Witness witness(scene, matches);
+  std::vector<CameraEvidence> evidence(scene.views.size());
+  ParallelEach(scene.views.size(), 1, [&](std::size_t v) { evidence[v] = witness.Of(v); });
+  return evidence;
+}
+
 std::vector<CameraStanding> MeasureStandings(const Scene& scene, const std::vector<ViewMatches>& matches) {
-  return StandingsOf(scene, Testimony(scene, matches));
+  return StandingsOf(scene, EvidenceOf(scene, matches));
 }
 
 VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given_matches) {
@@ -424,7 +415,7 @@ VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given
   std::vector<ViewMatches> matches = given_matches;
   std::set<std::string> anew_named;
   for (int round = 0; round < kStandingRounds; ++round) {
-    const std::vector<Evidence> evidence = Testimony(scene, matches);
+    const std::vector<CameraEvidence> evidence = EvidenceOf(scene, matches);
     const double typical = TypicalAgreeing(evidence);
     const std::vector<char> few = HaveFewObservations(scene);
     std::vector<Verdict> verdicts(scene.views.size());
@@ -458,7 +449,7 @@ VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given
     verified.changed = true;
     TriangulateAnew(scene);
   }
-  verified.standings = StandingsOf(scene, Testimony(scene, matches));
+  verified.standings = StandingsOf(scene, EvidenceOf(scene, matches));
   for (CameraStanding& s : verified.standings) s.placed_anew = anew_named.contains(s.name);
   verified.scene = std::move(scene);
   return verified;

@@ -13,6 +13,7 @@
 
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/options.h"
+#include "reconstruct/place_camera.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
@@ -23,6 +24,18 @@ struct ViewMatches {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> px;
 };
 std::vector<ViewMatches> VerifiedMatchesOf(const Scene& scene, const ColmapDatabase& database);
+
+// What the matches say of one camera: points that others hold, and where its photo should show them, whether the camera
+// has them there or not.
+struct CameraEvidence {
+  std::vector<Point> points;        // places only
+  std::vector<std::int32_t> index;  // of these in the scene
+  std::vector<Sighting> seen;       // of these
+  std::vector<char> agrees;         // with the pose that the camera has
+  std::vector<double> angle_rad;    // under which others hold the point
+  int agreeing = 0;
+};
+std::vector<CameraEvidence> EvidenceOf(const Scene& scene, const std::vector<ViewMatches>& matches);
 
 // Worst first: named ones, then by sigma_percent.
 std::vector<CameraStanding> MeasureStandings(const Scene& scene, const std::vector<ViewMatches>& matches);

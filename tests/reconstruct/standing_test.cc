@@ -7,95 +7,10 @@
 
 #include "database_fixture.h"
 #include "scene/geometry/angle.h"
+#include "watched_world.h"
 
 namespace lumi {
 namespace {
-
-constexpr double kStandingNoisePx = 0.4;
-// Matches that verification let through though they are wrong.
-constexpr double kWrongMatches = 0.1;
-
-struct World {
-  Scene scene;  // the truth but for the pixels' noise
-  std::vector<ViewMatches> matches;
-};
-
-// Views see the points in front of them that lie within `reach`, and match those of their next `neighbours`.
-World Watch(std::vector<Rigid3> poses, const std::vector<Eigen::Vector3d>& points, double reach, int neighbours,
-            std::mt19937& random) {
-  World world;
-  Camera camera;
-  camera.model = CameraModel::kRadial;
-  camera.width_px = 640;
-  camera.height_px = 480;
-  camera.params = {560, 320, 240, -0.05, 0.01};
-  world.scene.cameras = {camera};
-  std::normal_distribution<double> noise(0, kStandingNoisePx);
-  std::vector<std::vector<std::pair<std::int32_t, Eigen::Vector2d>>> seen(poses.size());
-  for (std::size_t v = 0; v < poses.size(); ++v) {
-    View view;
-    view.name = "photo_" + std::to_string(1000 + v) + ".jpg";
-    view.camera = CameraId{0};
-    view.cam_from_world = poses[v];
-    world.scene.views.push_back(view);
-    for (std::size_t p = 0; p < points.size(); ++p) {
-      const Eigen::Vector3d X = poses[v] * points[p];
-      const auto x = X.z() > 0.1 && X.norm() < reach ? camera.Project(X) : std::nullopt;
-      if (!x || x->x() < 0 || x->y() < 0 || x->x() > 640 || x->y() > 480) continue;
-      seen[v].emplace_back(static_cast<std::int32_t>(p), *x + Eigen::Vector2d(noise(random), noise(random)));
-    }
-  }
-  world.scene.points.resize(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) world.scene.points[p].x_in_world = points[p];
-  for (std::size_t v = 0; v < poses.size(); ++v)
-    for (const auto& [p, x] : seen[v])
-      world.scene.points[static_cast<std::size_t>(p)].track.push_back({ViewId{static_cast<std::int32_t>(v)}, x});
-  for (std::size_t a = 0; a < poses.size(); ++a)
-    for (std::size_t b = a + 1; b < poses.size() && b <= a + static_cast<std::size_t>(neighbours); ++b) {
-      ViewMatches m{ViewId{static_cast<std::int32_t>(a)}, ViewId{static_cast<std::int32_t>(b)}, {}};
-      std::map<std::int32_t, Eigen::Vector2d> in_b(seen[b].begin(), seen[b].end());
-      for (const auto& [p, x] : seen[a])
-        if (const auto it = in_b.find(p); it != in_b.end()) m.px.emplace_back(x, it->second);
-      if (m.px.size() < 15) continue;  // COLMAP's bound on a pair
-      for (std::size_t wrong = 0; wrong < static_cast<std::size_t>(kWrongMatches * static_cast<double>(m.px.size()));
-           ++wrong)
-        std::swap(m.px[random() % m.px.size()].second, m.px[random() % m.px.size()].second);
-      world.matches.push_back(std::move(m));
-    }
-  std::erase_if(world.scene.points, [](const Point& p) { return p.track.size() < 2; });
-  return world;
-}
-
-std::vector<Eigen::Vector3d> Cloud(int n, const Eigen::Vector3d& half_size, std::mt19937& random) {
-  std::uniform_real_distribution<double> any(-1, 1);
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < n; ++i)
-    points.emplace_back(half_size.cwiseProduct(Eigen::Vector3d(any(random), any(random), any(random))));
-  return points;
-}
-
-World Ring(int views, std::mt19937& random) {
-  std::vector<Rigid3> poses;
-  for (int i = 0; i < views; ++i) {
-    const double t = 2 * M_PI * i / views;
-    poses.push_back(LookAt(Eigen::Vector3d(4 * std::cos(t), 0.5 * std::sin(3 * t), 4 * std::sin(t)),
-                           Eigen::Vector3d::Zero(), -Eigen::Vector3d::UnitY()));
-  }
-  return Watch(poses, Cloud(300, {1.5, 1, 1.5}, random), 100, 4, random);
-}
-
-// Along a road, straight ahead: every pair's epipole lies near the middle of the photo.
-World Drive(int views, std::mt19937& random) {
-  std::vector<Rigid3> poses;
-  for (int i = 0; i < views; ++i) {
-    const Eigen::Vector3d at(0.05 * std::sin(0.7 * i), 0, 1.2 * i);
-    poses.push_back(LookAt(at, at + Eigen::Vector3d(0.02 * std::cos(i), 0, 1), -Eigen::Vector3d::UnitY()));
-  }
-  std::vector<Eigen::Vector3d> points = Cloud(1500, {12, 4, 60}, random);
-  for (Eigen::Vector3d& x : points) x.z() += 40;
-  std::erase_if(points, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 1.5; });
-  return Watch(poses, points, 40, 4, random);
-}
 
 double CentreError(const View& a, const View& b) { return (a.CentreInWorld() - b.CentreInWorld()).norm(); }
 double TurnErrorDeg(const View& a, const View& b) {
@@ -117,7 +32,7 @@ constexpr double kRightCentre = 0.04, kRightTurnDeg = 0.3;
 
 TEST(CameraStanding, RightCamerasStay) {
   std::mt19937 random(3);
-  for (const World& world : {Ring(24, random), Drive(30, random)}) {
+  for (const WatchedWorld& world : {Ring(24, random), Drive(30, random)}) {
     const VerifiedCameras verified = VerifyCameras(world.scene, world.matches);
     EXPECT_FALSE(verified.changed);
     EXPECT_TRUE(verified.left_out.empty());
@@ -141,7 +56,7 @@ TEST(CameraStanding, TheUncertaintyIsTheSpreadOverNoise) {
   constexpr int kDraws = 12;
   for (int draw = 0; draw < kDraws; ++draw) {
     std::mt19937 random(50 + draw);
-    World world = Ring(12, random);
+    WatchedWorld world = Ring(12, random);
     const Rigid3 truth = world.scene.views[5].cam_from_world;
     world.scene.views[5].cam_from_world.translation.x() += 1;
     const VerifiedCameras verified = VerifyCameras(world.scene, world.matches);
@@ -166,7 +81,7 @@ TEST(CameraStanding, PlantedCamerasAreFound) {
   for (int trial = 0; trial < 100; ++trial) {
     std::mt19937 random(static_cast<unsigned>(trial));
     const bool ring = trial % 2 == 0;
-    World world = ring ? Ring(12, random) : Drive(20, random);
+    WatchedWorld world = ring ? Ring(12, random) : Drive(20, random);
     const std::vector<View> truth = world.scene.views;
     const double extent = ring ? 8 : 23;
     const std::size_t v = random() % truth.size();
@@ -224,7 +139,7 @@ TEST(CameraStanding, PlantedCamerasAreFound) {
 TEST(CameraStanding, AFirstPhotoThatSharesLittle) {
   for (const int shared : {11, 60}) {
     std::mt19937 random(9);
-    World world = Drive(30, random);
+    WatchedWorld world = Drive(30, random);
     const View truth = world.scene.views[0];
     // Of its observations only some stay, and it hangs on these 39 m off, as a mapper may leave it.
     int left = shared;
@@ -260,7 +175,7 @@ TEST(CameraStanding, AFirstPhotoThatSharesLittle) {
 // A photo that shares hundreds of points with one neighbour, and few with any two, is named and stays.
 TEST(CameraStanding, APhotoWithTwoViewPointsStaysAndIsNamed) {
   std::mt19937 random(5);
-  World world = Drive(24, random);
+  WatchedWorld world = Drive(24, random);
   const auto last = static_cast<std::int32_t>(world.scene.views.size()) - 1;
   for (Point& point : world.scene.points) {
     const bool held = std::ranges::any_of(point.track, [&](const Observation& o) { return o.view.value == last; });
@@ -279,7 +194,7 @@ TEST(CameraStanding, APhotoWithTwoViewPointsStaysAndIsNamed) {
 TEST(CameraStanding, FewPhotosAreLeftAsTheyAre) {
   for (const int views : {2, 3}) {
     std::mt19937 random(5);
-    World world = Ring(30, random);
+    WatchedWorld world = Ring(30, random);
     world.scene.views.resize(static_cast<std::size_t>(views));
     for (Point& point : world.scene.points)
       std::erase_if(point.track, [&](const Observation& o) { return o.view.value >= views; });
@@ -297,7 +212,7 @@ TEST(CameraStanding, AnyScaleAndPlace) {
   for (const double scale : {1e-3, 1.0, 1e6})
     for (const double away : {0.0, 1e3}) {
       std::mt19937 random(11);
-      World world = Ring(16, random);
+      WatchedWorld world = Ring(16, random);
       const Eigen::Vector3d shift = away * scale * Eigen::Vector3d(1, -2, 0.5);
       const auto moved = [&](const Rigid3& pose) {
         Rigid3 other = pose;
