@@ -111,24 +111,24 @@ dense_held_out() {
 }
 # As the first version evaluated: the sparse mesh of all photos, dense ones without depth of the held-out photos, but with the choosing fold's.
 dense_rows() {
-  local scene=$1 width=$2 name=${1##*/} made json proxy old
+  local scene=$1 width=$2 name=${1##*/} made json proxy over old
   [ -f "$scene/lumigraph.json" ] || return 0
   "$bin/lumi-proxy" delaunay "$scene" --leave-out 8 --quiet >/dev/null
   "$bin/lumi-proxy" delaunay "$scene" --name mesh-first --quiet >/dev/null
   "$bin/lumi-proxy" dense "$scene" --name dense-first --width "$width" --leave-out 8 --keep-choosing-fold --quiet >/dev/null
   "$bin/lumi-proxy" dense "$scene" --name dense-strict-first --agree 3 --width "$width" --leave-out 8 --keep-choosing-fold --quiet >/dev/null
   for proxy in dense dense-strict mesh true; do
-    made='' old=''
+    made='' old='' over=$proxy-without-8
     case $proxy in
-      dense) made=$("$bin/lumi-proxy" dense "$scene" --width "$width" --leave-out 8 --json --quiet) old=dense-first-without-8 ;;
+      dense) made=$("$bin/lumi-proxy" dense "$scene" --width "$width" --leave-out 8 --json --quiet) old=dense-first ;;
       dense-strict)
         made=$("$bin/lumi-proxy" dense "$scene" --name dense-strict --agree 3 --width "$width" --leave-out 8 --json --quiet)
-        old=dense-strict-first-without-8 ;;
+        over=dense-strict old=dense-strict-first ;;  # what has a name of its own keeps it
       mesh) old=mesh-first ;;
-      true) [ -f "$scene/truth/mesh.ply" ] || continue ;;
+      true) over=$scene/truth/mesh.ply; [ -f "$over" ] || continue ;;
     esac
-    json=$(dense_held_out "$scene" "$([ $proxy = true ] && echo "$scene/truth/mesh.ply" || echo "$proxy-without-8")" dense-without-8 "$width")
-    [ -z "$old" ] || old=$(dense_held_out "$scene" "$old" dense-first-without-8 "$width")
+    json=$(dense_held_out "$scene" "$over" dense-without-8 "$width")
+    [ -z "$old" ] || old=$(dense_held_out "$scene" "$old" dense-first "$width")
     printf '| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$name" "$proxy" "$(dense_figure "$json" psnr_mean_db 5)" "$(dense_figure "$json" psnr_seen_mean_db 5)" \
       "$(dense_figure "$json" seen 5)" "$(dense_figure "$json" ssim_mean 5)" "$(dense_figure "$old" psnr_mean_db 5)" "$(dense_figure "$old" psnr_seen_mean_db 5)" \
       "$(dense_figure "$old" ssim_mean 5)" "$(dense_figure "$made" photos)" "$(dense_figure "$made" seconds)"
