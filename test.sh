@@ -4,6 +4,7 @@
 #   ./test.sh             the fast tier
 #   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
+#   ./test.sh --tsan      viewer, loaders and threads of our own, with checks for data races
 #   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
 #   further arguments go to ctest (-R NAME, -L hard-case ...)
 set -euo pipefail
@@ -11,17 +12,21 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
 preset=release
-select=(-LE slow)
+select=(-LE slow) targets=(all)
 more=() passed=() on='' as_user=() everything=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --all) select=() everything=yes passed+=(--all) ;;
     --on)
       [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
       on=$2; shift ;;
     --as-user) as_user=(--as-user) ;;
     --asan) preset=asan-ubsan; select=(-LE 'slow|end-to-end') passed+=(--asan) ;;
+    --tsan)
+      # What starts threads or is read by several: the window and its loaders, scenes' files, parallel loops, videos.
+      preset=tsan targets=(viewer_core_test viewer_window_test test_scene_files test_scene_program test_scene_tracks)
+      select=(-R "^($(IFS='|'; echo "${targets[*]}"))\$") passed+=(--tsan) ;;
     *) more+=("$1") passed+=("$1") ;;
   esac
   shift
@@ -32,12 +37,18 @@ fi
 [ ${#as_user[@]} -eq 0 ] || die "--as-user goes with --on" 2
 
 install_packages
-build "$preset" all
+build "$preset" "${targets[@]}"
 # COLMAP, OpenCV and Embree keep what they allocate until the end: leaks of ours show in the objects' own tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
+run=()
+if [ "$preset" = tsan ]; then
+  # Libraries of the system are not compiled with its checks. Its shadow memory wants addresses where they always are.
+  export TSAN_OPTIONS="suppressions=$PWD/tests/support/thread-sanitizer.supp ignore_noninstrumented_modules=1 history_size=4"
+  run=(setarch --addr-no-randomize)
+fi
 # One more than there are cores: tests that start programs wait for them now and then.
 status=0
-ctest --test-dir "build/$preset" -j "$(($(nproc) + 1))" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}" || status=$?
+"${run[@]}" ctest --test-dir "build/$preset" -j "$(($(nproc) + 1))" --output-on-failure --no-tests=error "${select[@]}" "${more[@]}" || status=$?
 # A short run of each fuzz target: most of what it takes is the build.
 if [ -n "$everything" ] && [ $status -eq 0 ] && [ ${#more[@]} -eq 0 ]; then
   if printf 'extern "C" int LLVMFuzzerTestOneInput(const char*, unsigned long) { return 0; }' |

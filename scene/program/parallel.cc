@@ -13,10 +13,44 @@
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
+#ifdef __SANITIZE_THREAD__
+#include <sanitizer/tsan_interface.h>
+#endif
+
 namespace lumi {
 namespace {
 std::unique_ptr<tbb::global_control> g_limit;
 int g_threads = 0;
+
+// ThreadSanitizer does not see how TBB, a library of the system, orders what threads do: what came before a loop comes
+// before all of its parts, and these before what comes after. Nothing is said of the parts among themselves.
+class LoopOrder {
+ public:
+  LoopOrder() { Release(&begin_); }
+  ~LoopOrder() { Acquire(&end_); }
+  LoopOrder(const LoopOrder&) = delete;
+  LoopOrder& operator=(const LoopOrder&) = delete;
+  template <typename Body>
+  void Part(const Body& body) {
+    struct End {
+      char* end;
+      ~End() { Release(end); }
+    };
+    Acquire(&begin_);
+    const End end{&end_};
+    body();
+  }
+
+ private:
+#ifdef __SANITIZE_THREAD__
+  static void Acquire(char* at) { __tsan_acquire(at); }
+  static void Release(char* at) { __tsan_release(at); }
+#else
+  static void Acquire(char*) {}
+  static void Release(char*) {}
+#endif
+  char begin_ = 0, end_ = 0;
+};
 }  // namespace
 
 void SetThreadCount(int threads) {
@@ -32,8 +66,9 @@ int ThreadCount() { return g_threads > 0 ? g_threads : tbb::info::default_concur
 
 void ParallelFor(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
   if (count == 0) return;
+  LoopOrder order;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain > 0 ? grain : 1),
-                    [&](const tbb::blocked_range<std::size_t>& r) { body(r.begin(), r.end()); });
+                    [&](const tbb::blocked_range<std::size_t>& r) { order.Part([&] { body(r.begin(), r.end()); }); });
 }
 
 void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& make,
@@ -58,8 +93,9 @@ void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& 
     }
   };
   const auto workers = static_cast<std::size_t>(ThreadCount());
+  LoopOrder order;
   tbb::parallel_for(
-      std::size_t{0}, std::min(workers, count), [&](std::size_t) { work(); }, tbb::simple_partitioner());
+      std::size_t{0}, std::min(workers, count), [&](std::size_t) { order.Part(work); }, tbb::simple_partitioner());
 }
 
 }  // namespace lumi
