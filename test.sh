@@ -43,7 +43,7 @@ export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 run=()
 if [ "$preset" = tsan ]; then
   # Libraries of the system are not compiled with its checks. Its shadow memory wants addresses where they always are.
-  export TSAN_OPTIONS="suppressions=$PWD/tests/support/thread-sanitizer.supp ignore_noninstrumented_modules=1 history_size=4"
+  export TSAN_OPTIONS="ignore_noninstrumented_modules=1 history_size=4"
   run=(setarch --addr-no-randomize)
 fi
 # One more than there are cores: tests that start programs wait for them now and then.

@@ -14,7 +14,8 @@
 #include <vector>
 
 #ifdef __SANITIZE_THREAD__
-#include <sanitizer/tsan_interface.h>
+#include <exception>
+#include <thread>
 #endif
 
 namespace lumi {
@@ -22,35 +23,45 @@ namespace {
 std::unique_ptr<tbb::global_control> g_limit;
 int g_threads = 0;
 
-// ThreadSanitizer does not see how TBB, a library of the system, orders what threads do: what came before a loop comes
-// before all of its parts, and these before what comes after. Nothing is said of the parts among themselves.
-class LoopOrder {
- public:
-  LoopOrder() { Release(&begin_); }
-  ~LoopOrder() { Acquire(&end_); }
-  LoopOrder(const LoopOrder&) = delete;
-  LoopOrder& operator=(const LoopOrder&) = delete;
-  template <typename Body>
-  void Part(const Body& body) {
-    struct End {
-      char* end;
-      ~End() { Release(end); }
-    };
-    Acquire(&begin_);
-    const End end{&end_};
-    body();
-  }
-
- private:
 #ifdef __SANITIZE_THREAD__
-  static void Acquire(char* at) { __tsan_acquire(at); }
-  static void Release(char* at) { __tsan_release(at); }
+// ThreadSanitizer does not see how TBB, a library of the system, orders what threads do: where it checks, a loop runs
+// on threads of its own.
+void Loop(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
+  std::atomic<std::size_t> next{0};
+  std::mutex failing;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t begin; (begin = next.fetch_add(grain)) < count;) body(begin, std::min(count, begin + grain));
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(failing);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    const std::size_t parts = std::min(static_cast<std::size_t>(ThreadCount()), (count + grain - 1) / grain);
+    for (std::size_t t = 1; t < parts; ++t) threads.emplace_back(work);
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+template <typename Body>
+void Alone(const Body& body) {
+  body();
+}
 #else
-  static void Acquire(char*) {}
-  static void Release(char*) {}
+void Loop(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
+                    [&](const tbb::blocked_range<std::size_t>& r) { body(r.begin(), r.end()); });
+}
+// What `body` runs in parallel itself may not begin another part of the loop that it belongs to while it waits.
+template <typename Body>
+void Alone(const Body& body) {
+  tbb::this_task_arena::isolate(body);
+}
 #endif
-  char begin_ = 0, end_ = 0;
-};
 }  // namespace
 
 void SetThreadCount(int threads) {
@@ -65,10 +76,7 @@ void SetThreadCount(int threads) {
 int ThreadCount() { return g_threads > 0 ? g_threads : tbb::info::default_concurrency(); }
 
 void ParallelFor(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
-  if (count == 0) return;
-  LoopOrder order;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain > 0 ? grain : 1),
-                    [&](const tbb::blocked_range<std::size_t>& r) { order.Part([&] { body(r.begin(), r.end()); }); });
+  if (count > 0) Loop(count, grain > 0 ? grain : 1, body);
 }
 
 void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& make,
@@ -81,8 +89,7 @@ void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& 
   const auto work = [&] {
     try {
       for (std::size_t i; !ended && (i = next++) < count;) {
-        // What `make` runs in parallel itself may not begin another of these workers while it waits.
-        tbb::this_task_arena::isolate([&] { make(i); });
+        Alone([&] { make(i); });
         const std::lock_guard lock(taking);
         made[i] = 1;
         for (; !ended && taken < count && made[taken]; ++taken) take(taken);
@@ -92,10 +99,11 @@ void ParallelInOrder(std::size_t count, const std::function<void(std::size_t)>& 
       throw;
     }
   };
-  const auto workers = static_cast<std::size_t>(ThreadCount());
-  LoopOrder order;
-  tbb::parallel_for(
-      std::size_t{0}, std::min(workers, count), [&](std::size_t) { order.Part(work); }, tbb::simple_partitioner());
+  const auto workers = std::min(static_cast<std::size_t>(ThreadCount()), count);
+  if (workers > 0)
+    Loop(workers, 1, [&](std::size_t begin, std::size_t end) {
+      for (; begin < end; ++begin) work();
+    });
 }
 
 }  // namespace lumi
