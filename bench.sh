@@ -123,7 +123,7 @@ dense_rows() {
       dense) made=$("$bin/lumi-proxy" dense "$scene" --width "$width" --leave-out 8 --json --quiet) old=dense-first ;;
       dense-strict)
         made=$("$bin/lumi-proxy" dense "$scene" --name dense-strict --agree 3 --width "$width" --leave-out 8 --json --quiet)
-        over=dense-strict old=dense-strict-first ;;  # what has a name of its own keeps it
+        old=dense-strict-first ;;
       mesh) old=mesh-first ;;
       true) over=$scene/truth/mesh.ply; [ -f "$over" ] || continue ;;
     esac
